@@ -1,0 +1,177 @@
+//! Where the arithmetic of the spring networks runs: the CPU (f64, the reference, or f32) or a GPU (f32).
+//!
+//! A backend knows nothing of wings or tolerances: it evaluates stiffness, sweeps a network and measures it.
+//! [`crate::relaxation`] decides how often.
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::mesh::csr::Csr;
+
+/// What a vertex of a network may do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Constraint {
+    /// Moves freely.
+    Free,
+    /// Stays at its prescribed displacement.
+    Held,
+    /// Moves perpendicular to this unit normal only.
+    InPlane(DVec3),
+    /// Moves along this unit direction only.
+    OnLine(DVec3),
+}
+
+/// A spring network as a backend sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct NetworkData<'a> {
+    /// Neighbours of each vertex `[n_vertices]` rows, each edge in both of its rows.
+    pub graph: &'a Csr,
+    /// Spring stiffness `[n_entries]`, one per entry of `graph`, `>= 0`; only ratios matter.
+    pub stiffness: &'a [f64],
+    /// Stiffness of the spring that ties each vertex to displacement zero `[n_vertices]`, `>= 0`.
+    pub anchor: &'a [f64],
+    /// One over the length of each vertex's shortest edge `[n_vertices]`: the unit errors are measured in.
+    pub inverse_length: &'a [f64],
+    /// What each vertex may do `[n_vertices]`.
+    pub constraint: &'a [Constraint],
+}
+
+/// One sweep: `e_new = e + P (relaxation * r + momentum * (e - e_previous))`,
+/// `r_i = (sum_j k_ij (e_j - e_i) - anchor_i e_i) / (sum_j k_ij + anchor_i) + load_i`, `P` the vertex's constraint.
+///
+/// `momentum = 0` is a (damped) Jacobi sweep; Chebyshev semi-iteration uses both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sweep {
+    /// Factor of the residual, dimensionless.
+    pub relaxation: f64,
+    /// Factor of the last change, dimensionless.
+    pub momentum: f64,
+}
+
+/// What a batch of sweeps did, taken after its last one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measure {
+    /// Largest `|e - e at the last measure| * inverse_length` over the vertices, dimensionless.
+    pub change: f64,
+    /// Euclidean norm of `P r` over the vertices (see [`Sweep`]), in the unit of a displacement.
+    pub residual: f64,
+}
+
+/// Longitudinal part of an edge spring: `1 / l^p`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// `1 / l`, Batina's.
+    Inverse,
+    /// `1 / l^2`.
+    InverseSquare,
+}
+
+/// Torsional part of an edge spring, from `s = sum over the edge's tets of 1 / sin^2` of the dihedral angle facing it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Torsion {
+    /// None: the spring is its longitudinal part.
+    None,
+    /// Longitudinal part times `s`: free of units.
+    Product,
+    /// Longitudinal part plus `s`: as published by Murayama; depends on the unit of length.
+    Sum,
+}
+
+/// Input of the edge stiffness: edges and the tets around them.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeStiffness<'a> {
+    /// Vector from each edge's first to its second vertex `[n_edges]`.
+    pub edge_vector: &'a [DVec3],
+    /// For each edge `[n_edges]` the tets around it, each entry `tet * 6 + local edge`.
+    pub edge_tets: &'a Csr,
+    /// For each tet the edges 01 02 03 12 13 23 `[n_tets]`, each `edge * 2 + (1 if the tet runs it backwards)`.
+    pub tet_edges: &'a [[u32; 6]],
+    /// Longitudinal part.
+    pub length: Length,
+    /// Torsional part.
+    pub torsion: Torsion,
+}
+
+/// Which device a backend computes on, for reports.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BackendInfo {
+    /// `"cpu"` or `"gpu"`.
+    pub kind: &'static str,
+    /// Name of the adapter or processor.
+    pub adapter: String,
+    /// Driver name and version; empty for the CPU.
+    pub driver: String,
+}
+
+/// Why a backend could not do its work.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BackendError {
+    /// There is no adapter the backend can use.
+    #[error("no usable GPU: {0}")]
+    NoAdapter(String),
+    /// The device refused or failed an operation.
+    #[error("GPU {adapter}: {message}")]
+    Device {
+        /// Name of the adapter.
+        adapter: String,
+        /// What it said.
+        message: String,
+    },
+    /// The network does not fit on the device.
+    #[error("the network needs {needed} bytes in one buffer, but GPU {adapter} holds at most {available}")]
+    TooLarge {
+        /// Name of the adapter.
+        adapter: String,
+        /// Bytes asked for.
+        needed: u64,
+        /// Bytes to be had.
+        available: u64,
+    },
+}
+
+/// A place where networks are relaxed.
+pub trait Backend: Send + Sync {
+    /// The device, for reports.
+    fn info(&self) -> BackendInfo;
+
+    /// Stiffness of each edge `[n_edges]`.
+    ///
+    /// # Errors
+    /// The device failed or the mesh does not fit.
+    fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError>;
+
+    /// Takes a network to the device, ready for [`DeviceNetwork::start`].
+    ///
+    /// # Errors
+    /// The device failed or the network does not fit.
+    fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError>;
+}
+
+/// A network on its device. It relaxes a *correction* `e` to the displacement: zero at held vertices, driven by a load.
+pub trait DeviceNetwork: Send {
+    /// Replaces the constraints `[n_vertices]`.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError>;
+
+    /// Begins a pass: `e = 0`, with this load `[n_vertices]` (the residual divided by the row's stiffness, in the unit
+    /// of a displacement).
+    ///
+    /// # Errors
+    /// The device failed.
+    fn start(&mut self, load: &[DVec3]) -> Result<(), BackendError>;
+
+    /// Runs the sweeps in order, then measures. Nothing is read back between them.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn sweep(&mut self, sweeps: &[Sweep]) -> Result<Measure, BackendError>;
+
+    /// The correction `e` `[n_vertices]` as it stands.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn correction(&mut self) -> Result<Vec<DVec3>, BackendError>;
+}

@@ -1,0 +1,46 @@
+//! Compressed sparse rows: the one way idmesh stores "for each of these, a list of those".
+
+/// Rows of indices, stored back to back.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Csr {
+    /// Where each row starts in `entries` `[n_rows + 1]`.
+    pub row_start: Vec<u32>,
+    /// The rows' entries `[row_start[n_rows]]`.
+    pub entries: Vec<u32>,
+}
+
+impl Csr {
+    /// Number of rows.
+    pub fn n_rows(&self) -> usize {
+        self.row_start.len().saturating_sub(1)
+    }
+
+    /// The entries of one row.
+    pub fn row(&self, row: usize) -> &[u32] {
+        &self.entries[self.range(row)]
+    }
+
+    /// Where one row's entries stand in `entries`.
+    pub fn range(&self, row: usize) -> std::ops::Range<usize> {
+        self.row_start[row] as usize..self.row_start[row + 1] as usize
+    }
+
+    /// Collects `(row, entry)` pairs into rows; within a row entries keep the order of the pairs.
+    pub fn from_pairs(n_rows: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
+        let mut row_start = vec![0u32; n_rows + 1];
+        for (row, _) in pairs.clone() {
+            row_start[row as usize + 1] += 1;
+        }
+        for row in 0..n_rows {
+            row_start[row + 1] += row_start[row];
+        }
+        let mut next = row_start.clone();
+        let mut entries = vec![0u32; row_start[n_rows] as usize];
+        for (row, entry) in pairs {
+            let place = &mut next[row as usize];
+            entries[*place as usize] = entry;
+            *place += 1;
+        }
+        Self { row_start, entries }
+    }
+}

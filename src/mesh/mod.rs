@@ -1,0 +1,41 @@
+//! The tet mesh with its named surface families, and the topology derived from it.
+//!
+//! Coordinates are f64 and stay in the file's order; everything else in idmesh refers to vertices, tets and triangles by
+//! their index here.
+
+pub mod csr;
+
+use glam::DVec3;
+
+/// Index of a family in [`TetMesh::families`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FamilyId(pub u16);
+
+impl FamilyId {
+    /// The family's position in [`TetMesh::families`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A tetrahedral mesh whose boundary triangles belong to named families.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TetMesh {
+    /// Coordinates `[n_vertices]`, in the unit of the file.
+    pub vertices: Vec<DVec3>,
+    /// Vertices of each tet `[n_tets]`; a valid tet has positive [`crate::quality::volume`].
+    pub tets: Vec<[u32; 4]>,
+    /// Vertices of each boundary triangle `[n_triangles]`, orientation as in the file.
+    pub triangles: Vec<[u32; 3]>,
+    /// Family of each boundary triangle `[n_triangles]`.
+    pub triangle_family: Vec<FamilyId>,
+    /// Names of the families, in the order of the file.
+    pub families: Vec<String>,
+}
+
+impl TetMesh {
+    /// The family of that name.
+    pub fn family(&self, name: &str) -> Option<FamilyId> {
+        self.families.iter().position(|family| family == name).map(|index| FamilyId(index as u16))
+    }
+}
