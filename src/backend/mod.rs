@@ -135,6 +135,9 @@ pub trait Backend: Send + Sync {
     /// The device, for reports.
     fn info(&self) -> BackendInfo;
 
+    /// Unit roundoff of the arithmetic networks are relaxed in: `f32::EPSILON` or `f64::EPSILON`.
+    fn epsilon(&self) -> f64;
+
     /// Stiffness of each edge `[n_edges]`.
     ///
     /// # Errors
