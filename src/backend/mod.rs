@@ -3,6 +3,15 @@
 //! A backend knows nothing of wings or tolerances: it evaluates stiffness, sweeps a network and measures it.
 //! [`crate::relaxation`] decides how often.
 
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+mod packed;
+mod select;
+
+pub use cpu::{CpuBackend, Precision};
+pub use select::{AdapterSummary, Selection, adapters, select};
+
 use glam::DVec3;
 use thiserror::Error;
 
