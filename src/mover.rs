@@ -1,1 +1,346 @@
-//! mover
+//! [`Mover`]: the one door to idmesh. Set up once per mesh, run once per design.
+//!
+//! Everything that depends on the mesh alone (topology, wing vertices' places among the old profiles, continued
+//! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
+//! mesh every time, so its result depends on the design alone.
+
+use std::{collections::BTreeMap, sync::Arc, time::Instant};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::{
+    backend::{Backend, BackendError},
+    mesh::{self, FamilyId, MeshError, TetMesh, Topology},
+    profile::{self, Profile, ProfileError},
+    quality::{self, Statistics},
+    relaxation::{Accuracy, Convergence, Method},
+    report::{FamilyReport, ProfileReport, Solver, Stage, StageName},
+    springs::Springs,
+    stages::{
+        Families, Motion, Owner, Role, SetupError, carenage::Carenages, families::Shape, planes::Planes,
+        trailing_edge::TrailingEdges, volume::Volume, wing::Wings, wingtip::Wingtips,
+    },
+};
+
+/// What is moved, and how.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Role of each family `[n_families]`.
+    pub roles: Vec<Role>,
+    /// Old profiles of each wing.
+    pub old_profiles: BTreeMap<FamilyId, Vec<Profile>>,
+    /// The volume's springs.
+    pub springs: &'static Springs,
+    /// How networks are relaxed.
+    pub method: Method,
+    /// How far networks are relaxed.
+    pub accuracy: Accuracy,
+}
+
+/// One design: what replaces the old shape.
+#[derive(Clone, Debug, Default)]
+pub struct Design {
+    /// New profiles of each wing, paired with the old ones by number.
+    pub profiles: BTreeMap<FamilyId, Vec<Profile>>,
+    /// Displacement of each prescribed family's vertices, in the order of [`Mover::family_vertices`].
+    pub prescribed: BTreeMap<FamilyId, Vec<DVec3>>,
+}
+
+/// What an update made.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The moved vertices `[n_vertices]`.
+    pub vertices: Vec<DVec3>,
+    /// Their displacement from the original mesh `[n_vertices]`.
+    pub displacement: Motion,
+    /// Quality at the four stages of the paper's Table 1.
+    pub stages: Vec<Stage>,
+    /// Beta of each tet of the original mesh `[n_tets]`.
+    pub original_beta: Vec<f64>,
+    /// Beta of each tet of the final mesh `[n_tets]`.
+    pub beta: Vec<f64>,
+    /// How true the carenages and planes stayed to their shapes, by family name.
+    pub families: BTreeMap<String, FamilyReport>,
+    /// How true the wings are to their new profiles, by family name.
+    pub profiles: BTreeMap<String, ProfileReport>,
+    /// How the volume was relaxed.
+    pub solver: Solver,
+    /// Whether every relaxation reached its tolerance.
+    pub converged: bool,
+    /// Stages whose relaxation did not reach its tolerance, with the estimated error left, in shortest edges.
+    pub unconverged: Vec<(&'static str, f64)>,
+    /// Tets without positive volume.
+    pub inverted: usize,
+}
+
+/// Why a mesh could not be moved.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MoveError {
+    /// The mesh is not valid.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The mesh and its roles do not go together.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// A wing's new profiles cannot be used.
+    #[error("profiles of family `{family}`: {error}")]
+    Profiles {
+        /// The family.
+        family: String,
+        /// What is wrong with them.
+        error: ProfileError,
+    },
+    /// A prescribed family has no displacement, or one of the wrong length.
+    #[error("family `{family}` has {expected} vertices, but {found} prescribed displacements were given")]
+    Prescribed {
+        /// The family.
+        family: String,
+        /// Vertices of the family.
+        expected: usize,
+        /// Displacements given.
+        found: usize,
+    },
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+}
+
+/// Moves one mesh, design after design.
+pub struct Mover {
+    mesh: TetMesh,
+    topology: Topology,
+    families: Families,
+    accuracy: Accuracy,
+    method: Method,
+    backend: Arc<dyn Backend>,
+    original_beta: Vec<f64>,
+    wings: Wings,
+    trailing_edges: TrailingEdges,
+    wingtips: Wingtips,
+    carenages: Carenages,
+    planes: Planes,
+    volume: Volume,
+}
+
+impl Mover {
+    /// Checks the mesh and sets every stage up; `observer` hears the name of each as it begins.
+    ///
+    /// # Errors
+    /// The mesh is not valid, its roles or old profiles do not fit it, or the backend failed.
+    pub fn new(
+        mesh: TetMesh,
+        settings: Settings,
+        backend: Arc<dyn Backend>,
+        observer: &dyn Fn(&str),
+    ) -> Result<Self, MoveError> {
+        observer("topology");
+        let topology = mesh::validate(&mesh)?;
+        let surface = &topology.surface;
+        let Settings { roles, old_profiles, springs, method, accuracy } = settings;
+        observer("families");
+        let families = Families::new(&mesh, surface, roles)?;
+        let on = backend.as_ref();
+        observer("profiles");
+        let wings = Wings::new(&mesh, surface, &families, &old_profiles, on, method)?;
+        observer("surfaces");
+        let trailing_edges = TrailingEdges::new(&mesh, surface, &families, on, method)?;
+        let wingtips = Wingtips::new(&mesh, surface, &families, on, method)?;
+        let carenages = Carenages::new(&mesh, surface, &families, on, method)?;
+        let planes = Planes::new(&mesh, surface, &families, on, method)?;
+        observer("springs");
+        let volume = Volume::new(&mesh, &families, springs, on, method)?;
+        let original_beta = quality::betas(&mesh.vertices, &mesh.tets);
+        Ok(Self {
+            mesh,
+            topology,
+            families,
+            accuracy,
+            method,
+            backend,
+            original_beta,
+            wings,
+            trailing_edges,
+            wingtips,
+            carenages,
+            planes,
+            volume,
+        })
+    }
+
+    /// The undeformed mesh.
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+
+    /// Its topology.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// Where the arithmetic runs.
+    pub fn backend(&self) -> &dyn Backend {
+        self.backend.as_ref()
+    }
+
+    /// The vertices of a family, ascending.
+    pub fn family_vertices(&self, family: FamilyId) -> Vec<u32> {
+        self.topology.surface.vertices_of(family)
+    }
+
+    /// Moves the undeformed mesh to a design; `observer` hears the name of each stage as it begins.
+    ///
+    /// # Errors
+    /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that did not converge are
+    /// results: see [`Outcome`].
+    pub fn update(&mut self, design: &Design, observer: &dyn Fn(&str)) -> Result<Outcome, MoveError> {
+        let Self { mesh, families, accuracy, .. } = self;
+        let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
+        watch.record(StageName::Original, &self.original_beta);
+
+        observer("wing");
+        let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
+        prescribe(mesh, &self.topology, families, design, &mut motion)?;
+        let generators = self.wings.interpolate(families, &design.profiles, &mut motion).map_err(|(family, error)| {
+            MoveError::Profiles { family: mesh.families[family.index()].clone(), error }
+        })?;
+        watch.record(StageName::Deformed, &quality::betas(&moved(mesh, &motion), &mesh.tets));
+
+        let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;
+        observer("trailing edge");
+        let trailing_edge = self.trailing_edges.run(mesh, families, &mut motion, accuracy)?;
+        observer("wingtip");
+        let wingtip = self.wingtips.run(mesh, families, &mut motion, accuracy)?;
+        observer("carenage");
+        let carenage = self.carenages.run(mesh, families, &mut motion, accuracy)?;
+        observer("planes");
+        let planes = self.planes.run(&mut motion, accuracy)?;
+        watch.record(StageName::Corrected, &quality::betas(&moved(mesh, &motion), &mesh.tets));
+
+        observer("volume");
+        let volume = self.volume.run(&mut motion, accuracy)?;
+        let vertices = moved(mesh, &motion);
+        let beta = quality::betas(&vertices, &mesh.tets);
+        let inverted = watch.record(StageName::Final, &beta).inverted;
+
+        let ends = [
+            ("wing", junction),
+            ("trailing edge", trailing_edge),
+            ("wingtip", wingtip),
+            ("carenage", carenage),
+            ("planes", planes),
+            ("volume", volume),
+        ];
+        let unconverged: Vec<_> =
+            ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
+        Ok(Outcome {
+            families: self.family_reports(&vertices),
+            profiles: self.profile_reports(&vertices, design),
+            solver: self.solver_report(&volume),
+            stages: watch.stages,
+            original_beta: self.original_beta.clone(),
+            beta,
+            converged: unconverged.is_empty(),
+            unconverged,
+            inverted,
+            displacement: motion,
+            vertices,
+        })
+    }
+
+    fn solver_report(&self, volume: &Convergence) -> Solver {
+        Solver {
+            method: self.method.name().to_owned(),
+            sweeps: volume.sweeps,
+            relative_residual: volume.relative_residual,
+        }
+    }
+
+    fn family_reports(&self, vertices: &[DVec3]) -> BTreeMap<String, FamilyReport> {
+        let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
+            let shape = shape.as_ref()?;
+            let distance = self
+                .family_vertices(FamilyId(index as u16))
+                .par_iter()
+                .map(|&vertex| shape.closest(vertices[vertex as usize]).distance(vertices[vertex as usize]))
+                .reduce(|| 0.0, f64::max);
+            let report = match shape {
+                Shape::Surface(_) => {
+                    FamilyReport { max_distance_to_original_surface: Some(distance), ..FamilyReport::default() }
+                }
+                Shape::Plane(..) => FamilyReport { max_distance_to_plane: Some(distance), ..FamilyReport::default() },
+            };
+            Some((self.mesh.families[index].clone(), report))
+        });
+        reports.collect()
+    }
+
+    /// Distance of the moved wings' sections to their new profiles; a wing that can no longer be cut there has none.
+    fn profile_reports(&self, vertices: &[DVec3], design: &Design) -> BTreeMap<String, ProfileReport> {
+        let surface = &self.topology.surface;
+        let reports = self.families.placed_by(Owner::Wing).filter_map(|family| {
+            let triangles: Vec<[u32; 3]> =
+                surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]).collect();
+            let furthest = design
+                .profiles
+                .get(&family)?
+                .iter()
+                .map(|new| profile::section_distance(vertices, &triangles, new))
+                .try_fold(0.0, |furthest, distance| distance.map(|distance| f64::max(furthest, distance)));
+            let report = ProfileReport { max_distance_to_new_profiles: furthest.ok()? };
+            Some((self.mesh.families[family.index()].clone(), report))
+        });
+        reports.collect()
+    }
+}
+
+struct StageWatch {
+    last: Instant,
+    stages: Vec<Stage>,
+}
+
+impl StageWatch {
+    /// Notes the quality at a stage and the time since the one before, measuring included.
+    fn record(&mut self, name: StageName, betas: &[f64]) -> Statistics {
+        let statistics = Statistics::new(betas);
+        let seconds = if self.stages.is_empty() { 0.0 } else { self.last.elapsed().as_secs_f64() };
+        self.stages.push(Stage::new(name, &statistics, seconds));
+        self.last = Instant::now();
+        statistics
+    }
+}
+
+fn prescribe(
+    mesh: &TetMesh,
+    topology: &Topology,
+    families: &Families,
+    design: &Design,
+    motion: &mut Motion,
+) -> Result<(), MoveError> {
+    for family in families.placed_by(Owner::Prescribed) {
+        let vertices = topology.surface.vertices_of(family);
+        let given = design.prescribed.get(&family).map_or(&[][..], Vec::as_slice);
+        if given.len() != vertices.len() {
+            let family = mesh.families[family.index()].clone();
+            return Err(MoveError::Prescribed { family, expected: vertices.len(), found: given.len() });
+        }
+        for (&vertex, &displacement) in vertices.iter().zip(given) {
+            if families.owner[vertex as usize] == Owner::Prescribed {
+                motion[vertex as usize] = displacement;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The vertices where a motion puts them. A coordinate that does not move keeps its bits, also those of -0.
+fn moved(mesh: &TetMesh, motion: &[DVec3]) -> Vec<DVec3> {
+    let add = |x: f64, u: f64| if u == 0.0 { x } else { x + u };
+    mesh.vertices
+        .iter()
+        .zip(motion)
+        .map(|(at, by)| DVec3::new(add(at.x, by.x), add(at.y, by.y), add(at.z, by.z)))
+        .collect()
+}

@@ -3,6 +3,15 @@
 //! A backend knows nothing of wings or tolerances: it evaluates stiffness, sweeps a network and measures it.
 //! [`crate::relaxation`] decides how often.
 
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+mod packed;
+mod select;
+
+pub use cpu::{CpuBackend, Precision};
+pub use select::{AdapterSummary, Selection, adapters, select};
+
 use glam::DVec3;
 use thiserror::Error;
 
@@ -134,6 +143,9 @@ pub enum BackendError {
 pub trait Backend: Send + Sync {
     /// The device, for reports.
     fn info(&self) -> BackendInfo;
+
+    /// Unit roundoff of the arithmetic networks are relaxed in: `f32::EPSILON` or `f64::EPSILON`.
+    fn epsilon(&self) -> f64;
 
     /// Stiffness of each edge `[n_edges]`.
     ///

@@ -1,1 +1,51 @@
-//! kernels
+//! The kernels: WGSL in `kernels/`, and here the CPU twin of each under the same stem.
+//!
+//! A twin is one generic function that computes what one or many invocations of its kernel compute, with the same
+//! formula and the same order of operations: as `run::<f32>` it is the kernel, as `run::<f64>` the reference. The CPU
+//! backend that users run is made of these same functions.
+//!
+//! Only `+ - * / sqrt` are used: they are rounded correctly everywhere, so a kernel and its twin agree to the bit
+//! wherever the compiler does not contract `a * b + c`.
+
+pub mod convergence;
+pub mod edge_stiffness;
+mod real;
+pub mod relax_sweep;
+pub mod row;
+
+pub use real::Real;
+
+/// A compute shader.
+#[derive(Clone, Copy, Debug)]
+pub struct Kernel {
+    /// Stem of its file, name of its entry point and of its twin.
+    pub name: &'static str,
+    /// Stems of the files that stand before its own in `source`.
+    pub parts: &'static [&'static str],
+    /// The whole shader in WGSL. Bindings, access and workgroup size are read from it.
+    pub source: &'static str,
+}
+
+/// Every kernel, one file each.
+pub const KERNELS: [Kernel; 3] = [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE];
+
+/// Stems of the files several kernels share.
+pub const PARTS: [&str; 1] = ["row"];
+
+/// See [`edge_stiffness`].
+pub const EDGE_STIFFNESS: Kernel =
+    Kernel { name: "edge_stiffness", parts: &[], source: include_str!("../../kernels/edge_stiffness.wgsl") };
+
+/// See [`relax_sweep`].
+pub const RELAX_SWEEP: Kernel = Kernel {
+    name: "relax_sweep",
+    parts: &["row"],
+    source: concat!(include_str!("../../kernels/row.wgsl"), include_str!("../../kernels/relax_sweep.wgsl")),
+};
+
+/// See [`convergence`].
+pub const CONVERGENCE: Kernel = Kernel {
+    name: "convergence",
+    parts: &["row"],
+    source: concat!(include_str!("../../kernels/row.wgsl"), include_str!("../../kernels/convergence.wgsl")),
+};

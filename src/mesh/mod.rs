@@ -4,8 +4,14 @@
 //! their index here.
 
 pub mod csr;
+pub mod edges;
+pub mod half_edge;
+pub mod half_face;
+mod validate;
 
 use glam::DVec3;
+
+pub use validate::{MeshError, Topology, validate};
 
 /// Index of a family in [`TetMesh::families`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,1 +1,95 @@
-//! projection
+//! Closest points on the original surface of a family, continued across the holes under the wings.
+//!
+//! f64 on the CPU. The paper (section 3.4) projects every moved carenage vertex back onto the original surface but does
+//! not say what happens where the wing stood: there the surface ends. [`continuation`] closes it.
+
+pub mod continuation;
+mod tree;
+
+pub use tree::TriangleTree;
+
+use glam::DVec3;
+
+/// The point of a surface nearest to a query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// The point itself.
+    pub point: DVec3,
+    /// Index of the triangle it lies on.
+    pub triangle: u32,
+    /// Its barycentric coordinates there.
+    pub barycentric: [f64; 3],
+    /// Squared distance from the query.
+    pub distance_squared: f64,
+}
+
+/// A triangulated surface to project onto.
+#[derive(Clone, Debug)]
+pub struct Target {
+    tree: TriangleTree,
+    /// Unit normals `[n_points]`, weighted by area.
+    normals: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Target {
+    /// The surface of these triangles.
+    pub fn new(points: &[DVec3], triangles: Vec<[u32; 3]>) -> Self {
+        let mut normals = vec![DVec3::ZERO; points.len()];
+        for triangle in &triangles {
+            let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+            let area = (b - a).cross(c - a);
+            triangle.iter().for_each(|&vertex| normals[vertex as usize] += area);
+        }
+        normals.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
+        Self { tree: TriangleTree::new(points, &triangles), normals, triangles }
+    }
+
+    /// The point of the surface nearest to `at`.
+    pub fn closest(&self, at: DVec3) -> Closest {
+        self.tree.closest(at)
+    }
+
+    /// Unit normal of the surface at a point on it, continuous across its edges.
+    pub fn normal(&self, on: &Closest) -> DVec3 {
+        let corners = self.triangles[on.triangle as usize].map(|vertex| self.normals[vertex as usize]);
+        (corners[0] * on.barycentric[0] + corners[1] * on.barycentric[1] + corners[2] * on.barycentric[2])
+            .normalize_or_zero()
+    }
+
+    /// Where the line through `from` along the unit vector `direction` meets the surface near `from`.
+    ///
+    /// Newton's method on the distance to the tangent plane; a line that nearly runs along the surface, or that misses
+    /// it, gives the closest point instead.
+    pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
+        // Below this cosine the meeting point runs away from the vertex faster than the vertex from the surface.
+        const LEAST_COSINE: f64 = 0.2;
+        let start = self.closest(from);
+        let reach = 4.0 * start.distance_squared.sqrt() / LEAST_COSINE;
+        let mut travel = 0.0;
+        for _ in 0..30 {
+            let at = from + travel * direction;
+            let on = self.closest(at);
+            if on.distance_squared <= 1e-30 * (1.0 + at.length_squared()) {
+                return on.point;
+            }
+            // The facet's own plane, not the smooth normal: the line meets facets.
+            let normal = self.tree.facet_normal(on.triangle);
+            let offset = at - on.point;
+            let (height, slope) = if offset.dot(normal).powi(2) > 0.25 * on.distance_squared {
+                (offset.dot(normal), direction.dot(normal))
+            } else {
+                (offset.length(), direction.dot(offset) / offset.length())
+            };
+            if slope.abs() < LEAST_COSINE {
+                return start.point;
+            }
+            travel -= height / slope;
+            if travel.is_nan() || travel.abs() > reach {
+                return start.point;
+            }
+        }
+        let on = self.closest(from + travel * direction);
+        if on.distance_squared.sqrt() < 0.1 * start.distance_squared.sqrt() { on.point } else { start.point }
+    }
+}

@@ -1,1 +1,30 @@
-//! stages
+//! The pipeline: one file a stage, run in this order.
+//!
+//! | stage | moves | held | paper |
+//! |---|---|---|---|
+//! | [`wing`] | wing vertices, by their profiles; the junction onto its surface | - | 3.1 |
+//! | [`trailing_edge`] | the rest of the trailing edge's boundary curve, then its inside | what the wing moved | 3.2 |
+//! | [`wingtip`] | the tip's inside, pulled back by conservative springs | its boundary | 3.3 |
+//! | [`carenage`] | carenage vertices, sliding on the original surface | its boundary | 3.4 |
+//! | [`planes`] | vertices of plane families, in their plane | their boundary | - |
+//! | [`volume`] | everything else | all surfaces | 3.4, last paragraph |
+//!
+//! A stage is set up once per mesh and run once per design on a [`Motion`]. A vertex on several families belongs to the
+//! first of them in the order fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it
+//! touches still limit it.
+
+pub mod carenage;
+pub mod families;
+pub mod patch;
+pub mod planes;
+pub mod trailing_edge;
+pub mod volume;
+pub mod wing;
+pub mod wingtip;
+
+pub use families::{Families, Owner, Role, SetupError, TipStart};
+
+use glam::DVec3;
+
+/// Displacement of every vertex of the mesh `[n_vertices]`, filled in stage by stage.
+pub type Motion = Vec<DVec3>;

@@ -1,0 +1,156 @@
+// Stiffness of each edge: a longitudinal part from its length, a torsional part from the tets around it.
+// One invocation per edge.
+
+struct Params {
+    n_edges: u32,
+    // 1: 1 / l, 2: 1 / l^2.
+    power: u32,
+    // 0: none, 1: longitudinal part times s, 2: longitudinal part plus s.
+    torsion: u32,
+    // Factor of s in the sum: lengths arrive scaled, s has no length to scale.
+    sum_factor: f32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+// Where each edge's tets start in `edge_tets` [n_edges + 1].
+@group(0) @binding(1) var<storage, read> edge_start: array<u32>;
+// Tets around each edge, each entry tet * 6 + local edge.
+@group(0) @binding(2) var<storage, read> edge_tets: array<u32>;
+// Edges 01 02 03 12 13 23 of each tet [n_tets * 6], each edge * 2 + reversed.
+@group(0) @binding(3) var<storage, read> tet_edges: array<u32>;
+// Edge vectors [n_vectors]; w = 0. The first n_edges belong to the edges computed here.
+@group(0) @binding(4) var<storage, read> edge_vector: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> stiffness: array<f32>;
+
+// 1 / sin^2 of a dihedral angle counts at most this much: sin^2 is clamped below at 1e-6, also in a flat tet.
+const LARGEST = 1e6;
+
+// For local edge ij the local edges ik il jk jl kl, with k < l the other two vertices.
+const AROUND = array<array<u32, 5>, 6>(
+    array<u32, 5>(1u, 2u, 3u, 4u, 5u),
+    array<u32, 5>(0u, 2u, 3u, 5u, 4u),
+    array<u32, 5>(0u, 1u, 4u, 5u, 3u),
+    array<u32, 5>(0u, 4u, 1u, 5u, 2u),
+    array<u32, 5>(0u, 3u, 2u, 5u, 1u),
+    array<u32, 5>(1u, 3u, 2u, 4u, 0u),
+);
+
+fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+// Twice the area vector (up to sign) of the triangle with these three edges. From its two shorter edges: the angle
+// between them is the triangle's largest, so a needle loses nothing to cancellation.
+fn area_vector(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
+    let aa = dot3(a, a);
+    let bb = dot3(b, b);
+    let cc = dot3(c, c);
+    if (cc >= aa && cc >= bb) {
+        return cross3(a, b);
+    }
+    if (bb >= aa) {
+        return cross3(a, c);
+    }
+    return cross3(b, c);
+}
+
+fn shortest(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
+    let aa = dot3(a, a);
+    let bb = dot3(b, b);
+    let cc = dot3(c, c);
+    if (aa <= bb && aa <= cc) {
+        return a;
+    }
+    if (bb <= cc) {
+        return b;
+    }
+    return c;
+}
+
+fn vector(tet: u32, local: u32) -> vec3<f32> {
+    return edge_vector[tet_edges[tet * 6u + local] / 2u].xyz;
+}
+
+// 1 / sin^2 of the dihedral angle that faces an edge of a tet: the angle at the opposite edge.
+//
+// For edge ij and opposite edge kl: sin^2 = 36 V^2 l_kl^2 / (S_i S_j), S_i = 4 A_i^2 of the face opposite i. Squares
+// only, so the direction in which an edge is stored does not matter.
+fn inverse_sin_squared(entry: u32) -> f32 {
+    let tet = entry / 6u;
+    let local = entry % 6u;
+    var ij = vector(tet, local);
+    var ik = vector(tet, AROUND[local][0]);
+    var il = vector(tet, AROUND[local][1]);
+    var jk = vector(tet, AROUND[local][2]);
+    var jl = vector(tet, AROUND[local][3]);
+    var kl = vector(tet, AROUND[local][4]);
+    // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.
+    var longest = dot3(ij, ij);
+    longest = max(longest, dot3(ik, ik));
+    longest = max(longest, dot3(il, il));
+    longest = max(longest, dot3(jk, jk));
+    longest = max(longest, dot3(jl, jl));
+    longest = max(longest, dot3(kl, kl));
+    if (longest == 0.0) {
+        return LARGEST;
+    }
+    let scale = 1.0 / sqrt(longest);
+    ij *= scale;
+    ik *= scale;
+    il *= scale;
+    jk *= scale;
+    jl *= scale;
+    kl *= scale;
+    let normal_i = area_vector(jk, jl, kl);
+    let normal_j = area_vector(ik, il, kl);
+    let s_i = dot3(normal_i, normal_i);
+    let s_j = dot3(normal_j, normal_j);
+    let l_kl = dot3(kl, kl);
+    let volume = dot3(shortest(ij, jk, jl), normal_j);
+    if (s_j == 0.0 || l_kl == 0.0) {
+        return LARGEST;
+    }
+    // Squared distance of j from line kl and from plane ikl: two quotients, so no product leaves f32.
+    let to_line = s_i / l_kl;
+    let to_plane = volume * volume / s_j;
+    if (to_line < LARGEST * to_plane) {
+        return to_line / to_plane;
+    }
+    return LARGEST;
+}
+
+@compute @workgroup_size(64)
+fn edge_stiffness(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let edge = (group.y * groups.x + group.x) * 64u + lane;
+    if (edge >= params.n_edges) {
+        return;
+    }
+    let along = edge_vector[edge].xyz;
+    let squared = dot3(along, along);
+    var longitudinal = 1.0 / squared;
+    if (params.power == 1u) {
+        longitudinal = 1.0 / sqrt(squared);
+    }
+    if (params.torsion == 0u) {
+        stiffness[edge] = longitudinal;
+        return;
+    }
+    var s = 0.0;
+    let end = edge_start[edge + 1u];
+    for (var i = edge_start[edge]; i < end; i++) {
+        s += inverse_sin_squared(edge_tets[i]);
+    }
+    if (params.torsion == 1u) {
+        stiffness[edge] = longitudinal * s;
+    } else {
+        stiffness[edge] = longitudinal + s * params.sum_factor;
+    }
+}

@@ -1,0 +1,173 @@
+//! The CPU backend: the twins over chunks of rows, in parallel.
+//!
+//! A chunk's result does not depend on who computes it, so neither does the result on the number of threads.
+
+use std::fs;
+use std::mem;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::packed::{Packed, PackedEdges};
+use super::{
+    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, EdgeStiffness, Measure, NetworkData, Sweep,
+};
+use crate::kernels::convergence::BLOCK;
+use crate::kernels::edge_stiffness::Edges;
+use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};
+
+/// Rows in a task: a task of this size takes about 20 microseconds, ten times what handing it over does.
+const CHUNK: usize = 4 * BLOCK;
+
+/// Networks up to this size run on the calling thread: waking the others would cost more than they save.
+const SERIAL: usize = 2 * CHUNK;
+
+/// Number type of the CPU backend.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Double precision, the reference.
+    #[default]
+    F64,
+    /// Single precision, what a GPU computes.
+    F32,
+}
+
+/// Relaxes networks on the CPU, on rayon's current thread pool.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CpuBackend {
+    /// Number type it computes in.
+    pub precision: Precision,
+}
+
+impl CpuBackend {
+    /// A CPU backend that computes in this number type.
+    pub fn new(precision: Precision) -> Self {
+        Self { precision }
+    }
+}
+
+impl Backend for CpuBackend {
+    fn info(&self) -> BackendInfo {
+        let threads = rayon::current_num_threads();
+        let precision = match self.precision {
+            Precision::F64 => "f64",
+            Precision::F32 => "f32",
+        };
+        let plural = if threads == 1 { "" } else { "s" };
+        BackendInfo {
+            kind: "cpu",
+            adapter: format!("{} ({threads} thread{plural}, {precision})", processor()),
+            driver: String::new(),
+        }
+    }
+
+    fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
+        Ok(match self.precision {
+            Precision::F64 => stiffness_of_edges::<f64>(input),
+            Precision::F32 => stiffness_of_edges::<f32>(input),
+        })
+    }
+
+    fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        Ok(match self.precision {
+            Precision::F64 => Box::new(CpuNetwork::<f64>::new(network)),
+            Precision::F32 => Box::new(CpuNetwork::<f32>::new(network)),
+        })
+    }
+}
+
+fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
+    let packed = PackedEdges::<T>::new(input);
+    let edges = Edges {
+        edge_start: &input.edge_tets.row_start,
+        edge_tets: &input.edge_tets.entries,
+        tet_edges: input.tet_edges,
+        edge_vector: &packed.edge_vector,
+        power: packed.power,
+        torsion: packed.torsion,
+        sum_factor: T::from_f64(packed.sum_factor),
+    };
+    let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
+    let tasks = stiffness.par_chunks_mut(CHUNK).enumerate();
+    tasks.for_each(|(chunk, stiffness)| edge_stiffness::run(chunk * CHUNK, &edges, stiffness));
+    stiffness.into_iter().map(|k| k.to_f64() * packed.stiffness_unit).collect()
+}
+
+/// A network in the CPU's memory.
+struct CpuNetwork<T> {
+    packed: Packed<T>,
+    e: Vec<[T; 4]>,
+    e_previous: Vec<[T; 4]>,
+    /// `e` at the last measure.
+    snapshot: Vec<[T; 4]>,
+    partials: Vec<[T; 2]>,
+}
+
+impl<T: Real> CpuNetwork<T> {
+    fn new(network: &NetworkData) -> Self {
+        let packed = Packed::new(network);
+        let zero = vec![[T::ZERO; 4]; packed.n_vertices()];
+        Self {
+            partials: vec![[T::ZERO; 2]; packed.n_vertices().div_ceil(BLOCK)],
+            e: zero.clone(),
+            e_previous: zero.clone(),
+            snapshot: zero,
+            packed,
+        }
+    }
+}
+
+impl<T: Real> DeviceNetwork for CpuNetwork<T> {
+    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
+        self.packed.constrain(constraint);
+        Ok(())
+    }
+
+    fn start(&mut self, load: &[DVec3]) -> Result<(), BackendError> {
+        self.packed.start(load);
+        for e in [&mut self.e, &mut self.e_previous, &mut self.snapshot] {
+            e.fill([T::ZERO; 4]);
+        }
+        Ok(())
+    }
+
+    fn sweep(&mut self, sweeps: &[Sweep]) -> Result<Measure, BackendError> {
+        let rows = self.packed.rows();
+        let serial = self.e.len() <= SERIAL;
+        for sweep in sweeps {
+            let (relaxation, momentum) = (T::from_f64(sweep.relaxation), T::from_f64(sweep.momentum));
+            let e = &self.e;
+            if serial {
+                relax_sweep::run(0, &rows, relaxation, momentum, e, &mut self.e_previous);
+            } else {
+                let tasks = self.e_previous.par_chunks_mut(CHUNK).enumerate();
+                tasks.for_each(|(chunk, e_previous)| {
+                    relax_sweep::run(chunk * CHUNK, &rows, relaxation, momentum, e, e_previous);
+                });
+            }
+            mem::swap(&mut self.e, &mut self.e_previous);
+        }
+        let (e, snapshot, inverse_length) = (&self.e, &self.snapshot, self.packed.inverse_length());
+        if serial {
+            convergence::run(0, &rows, e, snapshot, inverse_length, &mut self.partials);
+        } else {
+            let tasks = self.partials.par_chunks_mut(CHUNK / BLOCK).enumerate();
+            tasks.for_each(|(chunk, partials)| {
+                convergence::run(chunk * CHUNK, &rows, e, snapshot, inverse_length, partials);
+            });
+        }
+        self.snapshot.copy_from_slice(&self.e);
+        Ok(self.packed.measure(&self.partials))
+    }
+
+    fn correction(&mut self) -> Result<Vec<DVec3>, BackendError> {
+        Ok(self.packed.correction(&self.e))
+    }
+}
+
+/// The processor's name, where the system tells it.
+fn processor() -> String {
+    let listed = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = listed.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}

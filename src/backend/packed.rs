@@ -1,0 +1,196 @@
+//! Networks and edges in a device's number type, scaled so that f32 neither overflows nor underflows.
+//!
+//! Every scale is a power of two, so scaling rounds nothing, and both backends scale alike.
+
+use glam::DVec3;
+
+use super::{Constraint, EdgeStiffness, Length, Measure, NetworkData, Torsion};
+use crate::kernels::Real;
+use crate::kernels::row::{Rows, kind};
+
+/// A network in a device's number type.
+///
+/// Each row's stiffness is scaled by the row's own total: only ratios within a row matter. Corrections are scaled by
+/// the load of the pass, which drives them linearly.
+pub(super) struct Packed<T> {
+    row_start: Vec<u32>,
+    columns: Vec<u32>,
+    stiffness: Vec<T>,
+    anchor: Vec<T>,
+    constraint: Vec<[T; 4]>,
+    load: Vec<[T; 4]>,
+    inverse_length: Vec<T>,
+    /// What one of `inverse_length` stands for.
+    inverse_length_unit: f64,
+    /// What one of `load` and of the correction stands for.
+    load_unit: f64,
+}
+
+impl<T: Real> Packed<T> {
+    /// # Panics
+    /// The arrays do not belong to one network.
+    pub(super) fn new(network: &NetworkData) -> Self {
+        let n_vertices = network.graph.n_rows();
+        let columns = &network.graph.entries;
+        assert_eq!(network.stiffness.len(), columns.len(), "one stiffness per entry");
+        assert_eq!(network.anchor.len(), n_vertices, "one anchor per vertex");
+        assert_eq!(network.inverse_length.len(), n_vertices, "one length per vertex");
+        // A GPU reads zero outside an array and says nothing.
+        assert!(columns.iter().all(|&column| (column as usize) < n_vertices), "every neighbour is a vertex");
+        let mut stiffness = Vec::with_capacity(columns.len());
+        let mut anchor = Vec::with_capacity(n_vertices);
+        for (row, &of_row) in network.anchor.iter().enumerate() {
+            let springs = &network.stiffness[network.graph.range(row)];
+            let scale = power_of_two(springs.iter().sum::<f64>() + of_row).recip();
+            stiffness.extend(springs.iter().map(|&k| T::from_f64(k * scale)));
+            anchor.push(T::from_f64(of_row * scale));
+        }
+        let inverse_length_unit = power_of_two(network.inverse_length.iter().copied().fold(0.0, f64::max));
+        let mut packed = Self {
+            row_start: if n_vertices == 0 { vec![0] } else { network.graph.row_start.clone() },
+            columns: columns.clone(),
+            stiffness,
+            anchor,
+            constraint: Vec::new(),
+            load: vec![[T::ZERO; 4]; n_vertices],
+            inverse_length: network.inverse_length.iter().map(|&l| T::from_f64(l / inverse_length_unit)).collect(),
+            inverse_length_unit,
+            load_unit: 1.0,
+        };
+        packed.constrain(network.constraint);
+        packed.start(&vec![DVec3::ZERO; n_vertices]);
+        packed
+    }
+
+    pub(super) fn n_vertices(&self) -> usize {
+        self.anchor.len()
+    }
+
+    /// Replaces the constraints.
+    pub(super) fn constrain(&mut self, constraint: &[Constraint]) {
+        assert_eq!(constraint.len(), self.n_vertices(), "one constraint per vertex");
+        self.constraint.clear();
+        self.constraint.extend(constraint.iter().map(|constraint| {
+            let (v, kind) = match *constraint {
+                Constraint::Free => (DVec3::ZERO, kind::FREE),
+                Constraint::Held => (DVec3::ZERO, kind::HELD),
+                Constraint::InPlane(normal) => (normal, kind::IN_PLANE),
+                Constraint::OnLine(direction) => (direction, kind::ON_LINE),
+            };
+            [v.x, v.y, v.z, kind].map(T::from_f64)
+        }));
+    }
+
+    /// Takes the load of a pass.
+    pub(super) fn start(&mut self, load: &[DVec3]) {
+        assert_eq!(load.len(), self.n_vertices(), "one load per vertex");
+        self.load_unit = power_of_two(load.iter().fold(0.0, |greatest, v| f64::max(greatest, v.abs().max_element())));
+        let scale = self.load_unit.recip();
+        for ((packed, v), &anchor) in self.load.iter_mut().zip(load).zip(&self.anchor) {
+            let [x, y, z] = (*v * scale).to_array().map(T::from_f64);
+            *packed = [x, y, z, anchor];
+        }
+    }
+
+    pub(super) fn rows(&self) -> Rows<'_, T> {
+        Rows {
+            row_start: &self.row_start,
+            columns: &self.columns,
+            stiffness: &self.stiffness,
+            constraint: &self.constraint,
+            load: &self.load,
+        }
+    }
+
+    pub(super) fn inverse_length(&self) -> &[T] {
+        &self.inverse_length
+    }
+
+    /// The measure, from the partials of all blocks.
+    pub(super) fn measure(&self, partials: &[[T; 2]]) -> Measure {
+        let mut sum = 0.0;
+        let mut largest = 0.0f64;
+        for [squared_residual, squared_change] in partials {
+            sum += squared_residual.to_f64();
+            largest = largest.max_magnitude(squared_change.to_f64());
+        }
+        Measure {
+            change: f64::sqrt(largest) * self.load_unit * self.inverse_length_unit,
+            residual: f64::sqrt(sum) * self.load_unit,
+        }
+    }
+
+    /// The correction in the caller's unit.
+    pub(super) fn correction(&self, e: &[[T; 4]]) -> Vec<DVec3> {
+        e.iter().map(|e| DVec3::new(e[0].to_f64(), e[1].to_f64(), e[2].to_f64()) * self.load_unit).collect()
+    }
+}
+
+/// Edge vectors in a device's number type, in a unit near the mean edge length.
+pub(super) struct PackedEdges<T> {
+    /// Edge vectors `[n_edges]`.
+    pub(super) edge_vector: Vec<[T; 4]>,
+    /// 1 or 2, see [`crate::kernels::edge_stiffness::Params`].
+    pub(super) power: u32,
+    /// 0, 1 or 2, see [`crate::kernels::edge_stiffness::Params`].
+    pub(super) torsion: u32,
+    /// Factor of the torsional part where it is added.
+    pub(super) sum_factor: f64,
+    /// What one of the computed stiffness stands for.
+    pub(super) stiffness_unit: f64,
+}
+
+impl<T: Real> PackedEdges<T> {
+    /// # Panics
+    /// The arrays do not belong to one mesh.
+    pub(super) fn new(input: &EdgeStiffness) -> Self {
+        let n_edges = input.edge_vector.len();
+        let n_tets = input.tet_edges.len();
+        assert_eq!(input.edge_tets.n_rows(), n_edges, "one row of tets per edge");
+        // A GPU reads zero outside an array and says nothing.
+        assert!(input.edge_tets.entries.iter().all(|&entry| (entry as usize) < 6 * n_tets), "every entry is in a tet");
+        assert!(input.tet_edges.iter().flatten().all(|&edge| (edge as usize) < 2 * n_edges), "every tet has its edges");
+        let mean = input.edge_vector.iter().map(|v| v.length()).sum::<f64>() / n_edges.max(1) as f64;
+        let unit = power_of_two(mean);
+        let power = match input.length {
+            Length::Inverse => 1,
+            Length::InverseSquare => 2,
+        };
+        let torsion = match input.torsion {
+            Torsion::None => 0,
+            Torsion::Product => 1,
+            Torsion::Sum => 2,
+        };
+        let pack = |v: &DVec3| {
+            let [x, y, z] = (*v / unit).to_array().map(T::from_f64);
+            [x, y, z, T::ZERO]
+        };
+        Self {
+            edge_vector: input.edge_vector.iter().map(pack).collect(),
+            power: power as u32,
+            torsion,
+            // 1 / l^p + s = unit^-p (1 / (l / unit)^p + unit^p s)
+            sum_factor: unit.powi(power),
+            stiffness_unit: unit.powi(-power),
+        }
+    }
+}
+
+/// The power of two at or below a positive number; 1 where there is none.
+fn power_of_two(value: f64) -> f64 {
+    if value.is_normal() && value > 0.0 { f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::power_of_two;
+
+    #[test]
+    fn power_of_two_is_at_or_below() {
+        for (value, expected) in
+            [(1.0, 1.0), (3.9, 2.0), (0.3, 0.25), (0.0, 1.0), (f64::NAN, 1.0), (f64::INFINITY, 1.0)]
+        {
+            assert_eq!(power_of_two(value), expected, "{value}");
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The edges of the tets, the tets around each edge, and the vertex graph they span.
+
+use super::csr::Csr;
+
+/// Local vertices of a tet's six edges.
+pub const EDGE: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+/// The edges of a tet mesh.
+#[derive(Clone, Debug)]
+pub struct TetEdges {
+    /// The two vertices of each edge `[n_edges]`, the lower first, in lexicographic order.
+    pub edges: Vec<[u32; 2]>,
+    /// Tets around each edge `[n_edges]` rows, each entry `tet * 6 + local edge`.
+    pub edge_tets: Csr,
+    /// The edges of each tet `[n_tets]`, each `edge * 2 + (1 if the tet runs it from its higher vertex)`.
+    pub tet_edges: Vec<[u32; 6]>,
+}
+
+impl TetEdges {
+    /// Collects the edges of the tets.
+    pub fn new(n_vertices: usize, tets: &[[u32; 4]]) -> Self {
+        let ends = |slot: u32| {
+            let tet = tets[slot as usize / 6];
+            let [a, b] = EDGE[slot as usize % 6].map(|local| tet[local]);
+            (a.min(b), a.max(b), a > b)
+        };
+        let n_slots = tets.len() as u32 * 6;
+        let by_lowest = Csr::from_pairs(n_vertices, (0..n_slots).map(|slot| (ends(slot).0, slot)));
+        let mut edges = Vec::with_capacity(tets.len() * 7 / 6);
+        let mut row_start = vec![0];
+        let mut entries = Vec::with_capacity(n_slots as usize);
+        let mut tet_edges = vec![[0; 6]; tets.len()];
+        let mut row: Vec<(u32, u32)> = Vec::new();
+        for vertex in 0..n_vertices {
+            row.clear();
+            row.extend(by_lowest.row(vertex).iter().map(|&slot| (ends(slot).1, slot)));
+            row.sort_unstable();
+            for same in row.chunk_by(|a, b| a.0 == b.0) {
+                let edge = edges.len() as u32;
+                edges.push([vertex as u32, same[0].0]);
+                for &(_, slot) in same {
+                    tet_edges[slot as usize / 6][slot as usize % 6] = edge * 2 + ends(slot).2 as u32;
+                    entries.push(slot);
+                }
+                row_start.push(entries.len() as u32);
+            }
+        }
+        Self { edges, edge_tets: Csr { row_start, entries }, tet_edges }
+    }
+}
+
+/// A graph of vertices joined by edges, with the edge behind every entry.
+#[derive(Clone, Debug, Default)]
+pub struct VertexGraph {
+    /// Neighbours of each vertex.
+    pub neighbours: Csr,
+    /// For each entry of `neighbours` the edge it stands for.
+    pub entry_edge: Vec<u32>,
+}
+
+impl VertexGraph {
+    /// The graph of these edges.
+    pub fn new(n_vertices: usize, edges: &[[u32; 2]]) -> Self {
+        let neighbours = Csr::from_pairs(n_vertices, edges.iter().flat_map(|&[a, b]| [(a, b), (b, a)]));
+        let both = edges.iter().enumerate().flat_map(|(edge, &[a, b])| [(a, edge as u32), (b, edge as u32)]);
+        let entry_edge = Csr::from_pairs(n_vertices, both).entries;
+        Self { neighbours, entry_edge }
+    }
+}
+
+/// The edges of these triangles, the lower vertex first, in lexicographic order, each once.
+pub fn triangle_edges(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 2]> {
+    let mut edges: Vec<[u32; 2]> =
+        triangles.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}

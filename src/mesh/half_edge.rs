@@ -1,0 +1,224 @@
+//! Surface half-edge structure (SHE): the oriented boundary triangles, their neighbours and their families.
+//!
+//! Array-based: half-edge `3 * triangle + k` runs from the triangle's vertex `k` to the next one. Files come with mixed
+//! orientation, so the triangles are turned here: their normal points into the tets, that is *out of the body*. The
+//! paper (section 4) asks of SHE the traversal of a family's triangles, vertices and boundary curves.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::{FamilyId, MeshError, TetMesh, csr::Csr, half_face};
+
+/// A run of boundary edges of a family with the same family on the other side.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Curve {
+    /// Vertices in order along the curve, the family on the left seen from the fluid; a closed curve does not repeat
+    /// its first vertex.
+    pub vertices: Vec<u32>,
+    /// Whether the last vertex joins the first.
+    pub closed: bool,
+}
+
+/// The oriented boundary surface.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Vertices of each triangle `[n_triangles]`, in the file's order of triangles, normal out of the body.
+    pub triangles: Vec<[u32; 3]>,
+    /// Family of each triangle `[n_triangles]`.
+    pub family: Vec<FamilyId>,
+    /// For each half-edge `[3 * n_triangles]` its twin in the neighbouring triangle.
+    pub opposite: Vec<u32>,
+    of_family: Csr,
+}
+
+impl Surface {
+    /// Orients the mesh's triangles from its tets and joins them along their edges.
+    ///
+    /// # Errors
+    /// The triangles are not exactly the boundary of the tets, or three or more of them meet in an edge.
+    pub fn new(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Self, MeshError> {
+        let triangles = oriented_triangles(mesh, faces)?;
+        let opposite = join_edges(mesh, &triangles)?;
+        let pairs =
+            mesh.triangle_family.iter().enumerate().map(|(triangle, family)| (family.0 as u32, triangle as u32));
+        let of_family = Csr::from_pairs(mesh.families.len(), pairs);
+        Ok(Self { triangles, family: mesh.triangle_family.clone(), opposite, of_family })
+    }
+
+    /// The triangles of a family, ascending.
+    pub fn triangles_of(&self, family: FamilyId) -> &[u32] {
+        self.of_family.row(family.index())
+    }
+
+    /// The vertices of a family, ascending, each once.
+    pub fn vertices_of(&self, family: FamilyId) -> Vec<u32> {
+        let mut vertices: Vec<u32> =
+            self.triangles_of(family).iter().flat_map(|&triangle| self.triangles[triangle as usize]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
+
+    /// The closed curves that bound a family, each as a loop of half-edges of the family's own triangles.
+    pub fn boundary_loops(&self, family: FamilyId) -> Vec<Vec<u32>> {
+        let mut seen = vec![false; self.triangles_of(family).len() * 3];
+        let first = |half_edge: u32| {
+            let triangle = half_edge / 3;
+            let place = self.triangles_of(family).binary_search(&triangle).expect("the half-edge is of this family");
+            place * 3 + half_edge as usize % 3
+        };
+        let mut loops = Vec::new();
+        for &triangle in self.triangles_of(family) {
+            for start in 3 * triangle..3 * triangle + 3 {
+                if !self.bounds(start, family) || seen[first(start)] {
+                    continue;
+                }
+                let mut walk = Vec::new();
+                let mut half_edge = start;
+                while !seen[first(half_edge)] {
+                    seen[first(half_edge)] = true;
+                    walk.push(half_edge);
+                    half_edge = next(half_edge);
+                    while !self.bounds(half_edge, family) {
+                        half_edge = next(self.opposite[half_edge as usize]);
+                    }
+                }
+                loops.push(walk);
+            }
+        }
+        loops
+    }
+
+    /// The curves a family shares with another one, each as long as possible.
+    pub fn shared_curves(&self, family: FamilyId, other: FamilyId) -> Vec<Curve> {
+        let shared = |half_edge: u32| self.family[self.opposite[half_edge as usize] as usize / 3] == other;
+        let mut curves = Vec::new();
+        for walk in self.boundary_loops(family) {
+            let Some(gap) = walk.iter().position(|&half_edge| !shared(half_edge)) else {
+                curves.push(Curve { vertices: walk.iter().map(|&h| self.origin(h)).collect(), closed: true });
+                continue;
+            };
+            let mut vertices: Vec<u32> = Vec::new();
+            for step in 1..=walk.len() {
+                let half_edge = walk[(gap + step) % walk.len()];
+                if shared(half_edge) {
+                    if vertices.is_empty() {
+                        vertices.push(self.origin(half_edge));
+                    }
+                    vertices.push(self.origin(next(half_edge)));
+                } else if !vertices.is_empty() {
+                    curves.push(Curve { vertices: std::mem::take(&mut vertices), closed: false });
+                }
+            }
+        }
+        curves
+    }
+
+    /// The family on the other side of a half-edge.
+    pub fn family_behind(&self, half_edge: u32) -> FamilyId {
+        self.family[self.opposite[half_edge as usize] as usize / 3]
+    }
+
+    /// The vertex a half-edge starts from.
+    pub fn origin(&self, half_edge: u32) -> u32 {
+        self.triangles[half_edge as usize / 3][half_edge as usize % 3]
+    }
+
+    /// Unit normals at the vertices of a family, out of the body, from that family's triangles only, weighted by area;
+    /// in the order of [`Self::vertices_of`].
+    pub fn normals_of(&self, family: FamilyId, vertices: &[DVec3]) -> Vec<DVec3> {
+        let own = self.vertices_of(family);
+        let mut normals = vec![DVec3::ZERO; own.len()];
+        for &triangle in self.triangles_of(family) {
+            let corners = self.triangles[triangle as usize];
+            let [a, b, c] = corners.map(|vertex| vertices[vertex as usize]);
+            let area = (b - a).cross(c - a);
+            for vertex in corners {
+                normals[own.binary_search(&vertex).expect("a family's triangles have its vertices")] += area;
+            }
+        }
+        normals.into_iter().map(DVec3::normalize_or_zero).collect()
+    }
+
+    fn bounds(&self, half_edge: u32, family: FamilyId) -> bool {
+        self.family_behind(half_edge) != family
+    }
+}
+
+/// The following half-edge of the same triangle.
+pub fn next(half_edge: u32) -> u32 {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
+}
+
+fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Vec<[u32; 3]>, MeshError> {
+    let sorted = |mut triangle: [u32; 3]| {
+        triangle.sort_unstable();
+        triangle
+    };
+    let mut outer: HashMap<[u32; 3], (u32, bool)> =
+        faces.boundary().map(|h| (sorted(half_face::face_vertices(mesh, h)), (h, false))).collect();
+    let mut stray = Vec::new();
+    let mut triangles = Vec::with_capacity(mesh.triangles.len());
+    for (index, &triangle) in mesh.triangles.iter().enumerate() {
+        match outer.get_mut(&sorted(triangle)) {
+            Some((_, taken)) if *taken => {
+                return Err(MeshError::DuplicateTriangle { triangle: index as u32, vertices: triangle });
+            }
+            Some((half_face, taken)) => {
+                *taken = true;
+                // A tet's faces look out of the fluid; the surface looks out of the body.
+                let [a, b, c] = half_face::face_vertices(mesh, *half_face);
+                triangles.push([a, c, b]);
+            }
+            None => stray.push(index as u32),
+        }
+    }
+    if let Some(&first) = stray.first() {
+        return Err(MeshError::TrianglesNotOnBoundary {
+            count: stray.len(),
+            first,
+            vertices: mesh.triangles[first as usize],
+        });
+    }
+    let bare: Vec<u32> = outer.values().filter(|(_, taken)| !taken).map(|&(half_face, _)| half_face).collect();
+    if let Some(&first) = bare.iter().min() {
+        let vertices = half_face::face_vertices(mesh, first);
+        return Err(MeshError::BoundaryWithoutFamily {
+            count: bare.len(),
+            vertices,
+            at: mesh.vertices[vertices[0] as usize],
+        });
+    }
+    Ok(triangles)
+}
+
+fn join_edges(mesh: &TetMesh, triangles: &[[u32; 3]]) -> Result<Vec<u32>, MeshError> {
+    let origin = |h: u32| triangles[h as usize / 3][h as usize % 3];
+    let ends = |h: u32| {
+        let (a, b) = (origin(h), origin(next(h)));
+        (a.min(b), a.max(b))
+    };
+    let n = triangles.len() as u32 * 3;
+    let by_lowest = Csr::from_pairs(mesh.vertices.len(), (0..n).map(|h| (ends(h).0, h)));
+    let mut opposite = vec![0; n as usize];
+    let mut row: Vec<(u32, u32)> = Vec::new();
+    for vertex in 0..mesh.vertices.len() {
+        row.clear();
+        row.extend(by_lowest.row(vertex).iter().map(|&h| (ends(h).1, h)));
+        row.sort_unstable();
+        for same in row.chunk_by(|a, b| a.0 == b.0) {
+            let [(_, a), (_, b)] = *same else {
+                let (low, high) = ends(same[0].1);
+                return Err(MeshError::NonManifoldEdge {
+                    vertices: [low, high],
+                    triangles: same.len(),
+                    at: mesh.vertices[low as usize],
+                });
+            };
+            opposite[a as usize] = b;
+            opposite[b as usize] = a;
+        }
+    }
+    Ok(opposite)
+}

@@ -1,0 +1,106 @@
+//! The checks a mesh must pass before anything is built on it.
+
+use glam::DVec3;
+use thiserror::Error;
+
+use super::{TetMesh, half_edge::Surface, half_face::HalfFaces};
+use crate::quality;
+
+/// What is wrong with a mesh. Vertices, tets and triangles are numbered from 0 in the order of the file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
+pub enum MeshError {
+    #[error("the mesh has no tets")]
+    NoTets,
+    #[error("vertex {vertex} has the coordinates {at:?}; they must be finite numbers")]
+    NotFinite { vertex: usize, at: [f64; 3] },
+    #[error("{what} {index} names vertex {vertex}, but the mesh has the vertices 0..{n_vertices}")]
+    VertexOutOfRange { what: &'static str, index: usize, vertex: u32, n_vertices: usize },
+    #[error("{what} {index} names vertex {vertex} twice")]
+    RepeatedVertex { what: &'static str, index: usize, vertex: u32 },
+    #[error(
+        "{count} of {n_tets} tets are inverted or flat; the first is tet {first} with volume {volume:e}, near {at:.6}; \
+         a mesh must be valid before it is moved"
+    )]
+    Inverted { count: usize, n_tets: usize, first: usize, volume: f64, at: DVec3 },
+    #[error("tets {first} and {second} have the same four vertices")]
+    DuplicateTet { first: u32, second: u32 },
+    #[error("the face with the vertices {vertices:?} belongs to {} tets ({tets:?}); at most two can share a face", tets.len())]
+    FaceOfManyTets { vertices: [u32; 3], tets: Vec<u32> },
+    #[error("boundary triangle {triangle} with the vertices {vertices:?} stands in the file twice")]
+    DuplicateTriangle { triangle: u32, vertices: [u32; 3] },
+    #[error(
+        "{count} triangles are not faces on the boundary of the tets; the first is triangle {first} with the vertices \
+         {vertices:?}"
+    )]
+    TrianglesNotOnBoundary { count: usize, first: u32, vertices: [u32; 3] },
+    #[error(
+        "{count} faces on the boundary of the tets belong to no family; the first has the vertices {vertices:?}, near \
+         {at:.6}; every boundary face needs a named surface group"
+    )]
+    BoundaryWithoutFamily { count: usize, vertices: [u32; 3], at: DVec3 },
+    #[error("{triangles} boundary triangles meet in the edge {vertices:?} near {at:.6}; exactly two can")]
+    NonManifoldEdge { vertices: [u32; 2], triangles: usize, at: DVec3 },
+}
+
+/// A checked mesh's topology.
+#[derive(Clone, Debug)]
+pub struct Topology {
+    /// The tets' faces.
+    pub faces: HalfFaces,
+    /// The oriented boundary.
+    pub surface: Surface,
+    /// Vertices no tet uses, ascending: they stay where they are.
+    pub unused_vertices: Vec<u32>,
+}
+
+/// Checks a mesh and builds its topology.
+///
+/// # Errors
+/// The first thing found wrong, in the order of [`MeshError`].
+pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
+    if mesh.tets.is_empty() {
+        return Err(MeshError::NoTets);
+    }
+    if let Some(vertex) = mesh.vertices.iter().position(|at| !at.is_finite()) {
+        return Err(MeshError::NotFinite { vertex, at: mesh.vertices[vertex].to_array() });
+    }
+    check_indices("tet", &mesh.tets, mesh.vertices.len())?;
+    check_indices("triangle", &mesh.triangles, mesh.vertices.len())?;
+    let corners = |tet: usize| mesh.tets[tet].map(|vertex| mesh.vertices[vertex as usize]);
+    let inverted: Vec<usize> = (0..mesh.tets.len()).filter(|&tet| quality::volume(corners(tet)) <= 0.0).collect();
+    if let Some(&first) = inverted.first() {
+        return Err(MeshError::Inverted {
+            count: inverted.len(),
+            n_tets: mesh.tets.len(),
+            first,
+            volume: quality::volume(corners(first)),
+            at: corners(first)[0],
+        });
+    }
+    let faces = HalfFaces::new(mesh)?;
+    let surface = Surface::new(mesh, &faces)?;
+    let mut used = vec![false; mesh.vertices.len()];
+    mesh.tets.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+    let unused_vertices = (0..mesh.vertices.len() as u32).filter(|&vertex| !used[vertex as usize]).collect();
+    Ok(Topology { faces, surface, unused_vertices })
+}
+
+fn check_indices<const N: usize>(
+    what: &'static str,
+    simplices: &[[u32; N]],
+    n_vertices: usize,
+) -> Result<(), MeshError> {
+    for (index, simplex) in simplices.iter().enumerate() {
+        for (place, &vertex) in simplex.iter().enumerate() {
+            if vertex as usize >= n_vertices {
+                return Err(MeshError::VertexOutOfRange { what, index, vertex, n_vertices });
+            }
+            if simplex[..place].contains(&vertex) {
+                return Err(MeshError::RepeatedVertex { what, index, vertex });
+            }
+        }
+    }
+    Ok(())
+}

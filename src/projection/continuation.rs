@@ -1,0 +1,280 @@
+//! Continues a surface smoothly across a hole, so that vertices which move into the hole have a surface to lie on.
+//!
+//! A carenage ends at the wing's root. Where a new root is thinner, the junction moves into the old one, and there is no
+//! original surface. The paper does not treat this. Here the loop is closed by a thin-plate spline (the biharmonic
+//! interpolant `r^2 ln r`) through the loop and the surface around it, over the loop's own plane: it leaves the rim
+//! tangentially, and on a cylinder it stays within a small fraction of the sagitta. The spline is sampled on a triangular
+//! lattice and triangulated, so that one search serves the surface and its continuation.
+
+use glam::{DVec2, DVec3};
+use nalgebra::{DMatrix, DVector};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+use thiserror::Error;
+
+/// Why a hole could not be closed.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ContinuationError {
+    /// The loop's shadow on its own plane crosses itself.
+    #[error(
+        "the hole's rim near {at:.6} folds over itself when seen along its axis; the surface cannot be continued across it"
+    )]
+    RimFolds {
+        /// A point of the rim.
+        at: DVec3,
+    },
+    /// The interpolation found no solution.
+    #[error("the surface around the hole near {at:.6} does not determine a continuation")]
+    Undetermined {
+        /// A point of the rim.
+        at: DVec3,
+    },
+}
+
+/// Points and triangles that close a hole.
+#[derive(Clone, Debug, Default)]
+pub struct Patch {
+    /// New points, numbered from the count of the old ones.
+    pub points: Vec<DVec3>,
+    /// Triangles over old (rim) and new points, oriented like the surface around.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The most samples the spline interpolates: its dense system grows with the third power.
+const MOST_SAMPLES: usize = 400;
+
+/// Closes the hole bounded by `rim`, a loop of vertices in order, in the surface of `triangles`.
+///
+/// # Errors
+/// The rim is not simple when seen along its axis, or is too degenerate to carry a surface.
+pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<Patch, ContinuationError> {
+    let rim_points: Vec<DVec3> = rim.iter().map(|&vertex| points[vertex as usize]).collect();
+    let chart = Chart::new(&rim_points, points, triangles, rim);
+    let polygon: Vec<DVec2> = rim_points.iter().map(|&point| chart.flat(point)).collect();
+    let samples = samples(points, triangles, rim, &chart, &polygon);
+    let undetermined = || ContinuationError::Undetermined { at: rim_points[0] };
+    let spline = ThinPlate::new(&samples).ok_or_else(undetermined)?;
+    let (inside, faces) = triangulate(&polygon).ok_or(ContinuationError::RimFolds { at: rim_points[0] })?;
+    let vertex = |corner: usize| match corner.checked_sub(rim.len()) {
+        None => rim[corner],
+        Some(new) => (points.len() + new) as u32,
+    };
+    Ok(Patch {
+        points: inside.iter().map(|&flat| chart.lift(flat, spline.height(flat))).collect(),
+        triangles: faces.into_iter().map(|face| face.map(vertex)).collect(),
+    })
+}
+
+/// Coordinates over the rim's plane, scaled to its size.
+struct Chart {
+    origin: DVec3,
+    axes: [DVec3; 3],
+    size: f64,
+}
+
+impl Chart {
+    fn new(rim_points: &[DVec3], points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Self {
+        let n = rim_points.len() as f64;
+        let origin = rim_points.iter().sum::<DVec3>() / n;
+        let area: DVec3 = (0..rim_points.len())
+            .map(|at| (rim_points[at] - origin).cross(rim_points[(at + 1) % rim_points.len()] - origin))
+            .sum();
+        let on_rim: std::collections::HashSet<u32> = rim.iter().copied().collect();
+        let outward: DVec3 = triangles
+            .iter()
+            .filter(|triangle| triangle.iter().any(|vertex| on_rim.contains(vertex)))
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+                (b - a).cross(c - a)
+            })
+            .sum();
+        let normal = area.normalize_or(DVec3::Z) * if area.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+        // Axes from the rim's own shape, so that the continuation turns and scales with the mesh.
+        let (u, v) = normal.any_orthonormal_pair();
+        let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
+        for &point in rim_points {
+            let (a, b) = ((point - origin).dot(u), (point - origin).dot(v));
+            uu += a * a;
+            uv += a * b;
+            vv += b * b;
+        }
+        let angle = 0.5 * f64::atan2(2.0 * uv, uu - vv);
+        let mut first = u * angle.cos() + v * angle.sin();
+        if rim_points.iter().map(|&point| (point - origin).dot(first).powi(3)).sum::<f64>() < 0.0 {
+            first = -first;
+        }
+        let size = rim_points.iter().map(|point| point.distance(origin)).fold(0.0, f64::max);
+        Self { origin, axes: [first, normal.cross(first), normal], size }
+    }
+
+    fn flat(&self, point: DVec3) -> DVec2 {
+        let offset = (point - self.origin) / self.size;
+        DVec2::new(offset.dot(self.axes[0]), offset.dot(self.axes[1]))
+    }
+
+    fn height(&self, point: DVec3) -> f64 {
+        (point - self.origin).dot(self.axes[2]) / self.size
+    }
+
+    fn lift(&self, flat: DVec2, height: f64) -> DVec3 {
+        self.origin + self.size * (flat.x * self.axes[0] + flat.y * self.axes[1] + height * self.axes[2])
+    }
+}
+
+/// Rim and surrounding vertices with their heights: the surface within one width of the hole, as far as it is a graph
+/// over the rim's plane.
+fn samples(
+    points: &[DVec3],
+    triangles: &[[u32; 3]],
+    rim: &[u32],
+    chart: &Chart,
+    polygon: &[DVec2],
+) -> Vec<(DVec2, f64)> {
+    let narrow = polygon.iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max)
+        - polygon.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    let longest =
+        (0..polygon.len()).map(|at| polygon[at].distance(polygon[(at + 1) % polygon.len()])).fold(0.0, f64::max);
+    let reach = narrow.max(3.0 * longest).min(1.0);
+    let mut around = std::collections::BTreeSet::new();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+        let facing = (b - a).cross(c - a).normalize_or_zero().dot(chart.axes[2]);
+        if facing > 0.3 {
+            around.extend(triangle);
+        }
+    }
+    rim.iter().for_each(|vertex| {
+        around.remove(vertex);
+    });
+    let around: Vec<(DVec2, f64)> = around
+        .into_iter()
+        .map(|&vertex| (chart.flat(points[vertex as usize]), chart.height(points[vertex as usize])))
+        .filter(|(flat, _)| distance_to_polygon(*flat, polygon) < reach && !inside(*flat, polygon))
+        .collect();
+    let thin = |count: usize, most: usize| count.div_ceil(most.max(1)).max(1);
+    let rim_step = thin(rim.len(), MOST_SAMPLES / 2);
+    let around_step = thin(around.len(), MOST_SAMPLES - rim.len().div_ceil(rim_step));
+    rim.iter()
+        .zip(polygon)
+        .step_by(rim_step)
+        .map(|(&vertex, &flat)| (flat, chart.height(points[vertex as usize])))
+        .chain(around.into_iter().step_by(around_step))
+        .collect()
+}
+
+struct ThinPlate {
+    centres: Vec<DVec2>,
+    coefficients: Vec<f64>,
+}
+
+impl ThinPlate {
+    fn new(samples: &[(DVec2, f64)]) -> Option<Self> {
+        let n = samples.len();
+        if n < 3 {
+            return None;
+        }
+        let mut matrix = DMatrix::zeros(n + 3, n + 3);
+        let mut right = DVector::zeros(n + 3);
+        for (i, &(p, height)) in samples.iter().enumerate() {
+            for (j, &(q, _)) in samples.iter().enumerate() {
+                matrix[(i, j)] = thin_plate_kernel(p.distance_squared(q));
+            }
+            for (k, term) in [1.0, p.x, p.y].into_iter().enumerate() {
+                matrix[(i, n + k)] = term;
+                matrix[(n + k, i)] = term;
+            }
+            right[i] = height;
+        }
+        let coefficients: Vec<f64> = matrix.lu().solve(&right)?.iter().copied().collect();
+        let centres = samples.iter().map(|&(flat, _)| flat).collect();
+        coefficients.iter().all(|c| c.is_finite()).then_some(Self { centres, coefficients })
+    }
+
+    fn height(&self, at: DVec2) -> f64 {
+        let n = self.centres.len();
+        let bent: f64 = self
+            .centres
+            .iter()
+            .zip(&self.coefficients)
+            .map(|(&centre, &weight)| weight * thin_plate_kernel(at.distance_squared(centre)))
+            .sum();
+        bent + self.coefficients[n] + self.coefficients[n + 1] * at.x + self.coefficients[n + 2] * at.y
+    }
+}
+
+/// `r^2 ln r`, from the squared radius.
+fn thin_plate_kernel(r_squared: f64) -> f64 {
+    if r_squared > 0.0 { 0.5 * r_squared * r_squared.ln() } else { 0.0 }
+}
+
+/// Points inside the polygon and triangles over polygon and inner points, counter-clockwise; `None` if it crosses itself.
+fn triangulate(polygon: &[DVec2]) -> Option<(Vec<DVec2>, Vec<[usize; 3]>)> {
+    let n = polygon.len();
+    let mut edges: Vec<f64> = (0..n).map(|at| polygon[at].distance(polygon[(at + 1) % n])).collect();
+    edges.sort_unstable_by(f64::total_cmp);
+    // No more than some ten thousand inner points, whatever the rim's edges are: the chart spans [-1, 1].
+    let spacing = edges[n / 2].max(0.01);
+    let mut cdt: ConstrainedDelaunayTriangulation<Point2<f64>> = ConstrainedDelaunayTriangulation::new();
+    let mut handles = Vec::with_capacity(n);
+    for point in polygon {
+        let handle = cdt.insert(Point2::new(point.x, point.y)).ok()?;
+        if handle.index() != handles.len() {
+            return None;
+        }
+        handles.push(handle);
+    }
+    for at in 0..n {
+        let (from, to) = (handles[at], handles[(at + 1) % n]);
+        if !cdt.can_add_constraint(from, to) {
+            return None;
+        }
+        cdt.add_constraint(from, to);
+    }
+    let mut points = Vec::new();
+    // A triangular lattice: no four of its points lie on an empty circle, so rounding cannot change the triangulation.
+    let rows = (1.0 / (spacing * 0.75f64.sqrt())).ceil() as i64;
+    let columns = (1.0 / spacing).ceil() as i64 + 1;
+    for row in -rows..=rows {
+        for column in -columns..=columns {
+            let shift = if row % 2 == 0 { 0.0 } else { 0.5 };
+            let point = DVec2::new((column as f64 + shift) * spacing, row as f64 * spacing * 0.75f64.sqrt());
+            if inside(point, polygon) && distance_to_polygon(point, polygon) > 0.4 * spacing {
+                cdt.insert(Point2::new(point.x, point.y)).ok()?;
+                points.push(point);
+            }
+        }
+    }
+    let faces = cdt
+        .inner_faces()
+        .map(|face| {
+            face.vertices().map(|vertex| (vertex.index(), DVec2::new(vertex.position().x, vertex.position().y)))
+        })
+        .filter(|corners| inside(corners.iter().map(|&(_, point)| point).sum::<DVec2>() / 3.0, polygon))
+        .map(|corners| corners.map(|(index, _)| index))
+        .collect();
+    Some((points, faces))
+}
+
+/// Whether a point lies inside a polygon, by the number of its edges crossed by a ray.
+fn inside(point: DVec2, polygon: &[DVec2]) -> bool {
+    let n = polygon.len();
+    (0..n)
+        .filter(|&at| {
+            let (a, b) = (polygon[at], polygon[(at + 1) % n]);
+            (a.y > point.y) != (b.y > point.y) && point.x < a.x + (b.x - a.x) * (point.y - a.y) / (b.y - a.y)
+        })
+        .count()
+        % 2
+        == 1
+}
+
+fn distance_to_polygon(point: DVec2, polygon: &[DVec2]) -> f64 {
+    let n = polygon.len();
+    (0..n)
+        .map(|at| {
+            let (a, b) = (polygon[at], polygon[(at + 1) % n]);
+            let along = ((point - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            point.distance(a + along * (b - a))
+        })
+        .fold(f64::INFINITY, f64::min)
+}

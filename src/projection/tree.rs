@@ -1,0 +1,160 @@
+//! A flat tree of bounding boxes over triangles, searched for the closest point.
+
+use glam::DVec3;
+
+use super::Closest;
+
+const LEAF: usize = 4;
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    low: DVec3,
+    high: DVec3,
+    /// First triangle of a leaf, or index of the second child (the first child follows its parent).
+    start: u32,
+    /// Number of triangles of a leaf, 0 for an inner node.
+    count: u32,
+}
+
+/// Bounding boxes over triangles.
+#[derive(Clone, Debug)]
+pub struct TriangleTree {
+    nodes: Vec<Node>,
+    corners: Vec<[DVec3; 3]>,
+    index: Vec<u32>,
+    /// Where each triangle stands in `corners`.
+    place: Vec<u32>,
+}
+
+impl TriangleTree {
+    /// Builds the tree; `O(n log n)`.
+    pub fn new(points: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|vertex| points[vertex as usize])).collect();
+        let centres: Vec<DVec3> = corners.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
+        let mut index: Vec<u32> = (0..triangles.len() as u32).collect();
+        let mut nodes = Vec::with_capacity(triangles.len());
+        if !index.is_empty() {
+            split(&corners, &centres, &mut index, 0, &mut nodes);
+        }
+        let mut place = vec![0; triangles.len()];
+        index.iter().enumerate().for_each(|(at, &triangle)| place[triangle as usize] = at as u32);
+        Self { nodes, corners: index.iter().map(|&triangle| corners[triangle as usize]).collect(), index, place }
+    }
+
+    /// The closest point; of equally near triangles the one with the lowest index.
+    ///
+    /// # Panics
+    /// The tree is empty.
+    pub fn closest(&self, at: DVec3) -> Closest {
+        assert!(!self.nodes.is_empty(), "a surface to project onto has triangles");
+        let mut best =
+            Closest { point: at, triangle: u32::MAX, barycentric: [0.0; 3], distance_squared: f64::INFINITY };
+        let mut stack = Vec::with_capacity(64);
+        stack.push((0u32, box_distance(&self.nodes[0], at)));
+        while let Some((node, distance)) = stack.pop() {
+            if distance > best.distance_squared {
+                continue;
+            }
+            let Node { start, count, .. } = self.nodes[node as usize];
+            if count == 0 {
+                let (near, far) = (node + 1, start);
+                let near_distance = box_distance(&self.nodes[near as usize], at);
+                let far_distance = box_distance(&self.nodes[far as usize], at);
+                if near_distance < far_distance {
+                    stack.extend([(far, far_distance), (near, near_distance)]);
+                } else {
+                    stack.extend([(near, near_distance), (far, far_distance)]);
+                }
+                continue;
+            }
+            for slot in start as usize..(start + count) as usize {
+                let (point, barycentric) = closest_on_triangle(at, self.corners[slot]);
+                let distance_squared = (point - at).length_squared();
+                let triangle = self.index[slot];
+                if distance_squared < best.distance_squared
+                    || distance_squared == best.distance_squared && triangle < best.triangle
+                {
+                    best = Closest { point, triangle, barycentric, distance_squared };
+                }
+            }
+        }
+        best
+    }
+
+    /// Unit normal of one triangle.
+    pub fn facet_normal(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners[self.place[triangle as usize] as usize];
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+}
+
+/// Builds the node of `index`, whose first element is number `offset` of the whole.
+fn split(corners: &[[DVec3; 3]], centres: &[DVec3], index: &mut [u32], offset: usize, nodes: &mut Vec<Node>) {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (mut centre_low, mut centre_high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for &triangle in index.iter() {
+        for corner in corners[triangle as usize] {
+            low = low.min(corner);
+            high = high.max(corner);
+        }
+        centre_low = centre_low.min(centres[triangle as usize]);
+        centre_high = centre_high.max(centres[triangle as usize]);
+    }
+    let this = nodes.len();
+    nodes.push(Node { low, high, start: offset as u32, count: index.len() as u32 });
+    if index.len() <= LEAF {
+        return;
+    }
+    let axis = (centre_high - centre_low).max_position();
+    let middle = index.len() / 2;
+    index.select_nth_unstable_by(middle, |&a, &b| {
+        centres[a as usize][axis].total_cmp(&centres[b as usize][axis]).then(a.cmp(&b))
+    });
+    let (first, second) = index.split_at_mut(middle);
+    split(corners, centres, first, offset, nodes);
+    nodes[this].start = nodes.len() as u32;
+    nodes[this].count = 0;
+    split(corners, centres, second, offset + middle, nodes);
+}
+
+fn box_distance(node: &Node, at: DVec3) -> f64 {
+    (at.clamp(node.low, node.high) - at).length_squared()
+}
+
+/// Closest point of a triangle and its barycentric coordinates. The regions of the plane are told apart by the signs of
+/// edge products (Ericson, Real-Time Collision Detection, section 5.1.5); degenerate triangles fall to their edges.
+fn closest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> (DVec3, [f64; 3]) {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return (a, [1.0, 0.0, 0.0]);
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return (b, [0.0, 1.0, 0.0]);
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return (c, [0.0, 0.0, 1.0]);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let t = d1 / (d1 - d3);
+        return (a + t * ab, [1.0 - t, t, 0.0]);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let t = d2 / (d2 - d6);
+        return (a + t * ac, [1.0 - t, 0.0, t]);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return (b + t * (c - b), [0.0, 1.0 - t, t]);
+    }
+    let scale = 1.0 / (va + vb + vc);
+    let (v, w) = (vb * scale, vc * scale);
+    (a + v * ab + w * ac, [1.0 - v - w, v, w])
+}

@@ -1,0 +1,161 @@
+//! Runs sweeps on a device until the displacement is as close to equilibrium as asked.
+
+use glam::DVec3;
+
+use super::{Accuracy, Method, Network, Spectrum, schedule::Schedule};
+use crate::backend::{Backend, BackendError, Constraint, DeviceNetwork};
+
+/// A network on a device, ready to be relaxed again and again.
+pub struct Relaxer {
+    network: Network,
+    spectrum: Option<Spectrum>,
+    method: Method,
+    epsilon: f64,
+    device: Box<dyn DeviceNetwork>,
+}
+
+/// How a relaxation ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Convergence {
+    /// Whether the estimated error came below the tolerance.
+    pub converged: bool,
+    /// Sweeps done.
+    pub sweeps: usize,
+    /// Norm of the f64 residual at the end over that at the start; 0 when there was nothing to do.
+    pub relative_residual: f64,
+    /// Largest estimated error of a vertex as a fraction of its shortest edge.
+    pub error: f64,
+}
+
+impl Convergence {
+    /// Two relaxations as one: their sweeps, and the worse of their ends.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            converged: self.converged && other.converged,
+            sweeps: self.sweeps + other.sweeps,
+            relative_residual: self.relative_residual.max(other.relative_residual),
+            error: self.error.max(other.error),
+        }
+    }
+
+    /// Nothing had to move.
+    pub fn nothing_to_do() -> Self {
+        Self { converged: true, ..Self::default() }
+    }
+}
+
+impl Relaxer {
+    /// Takes a network to the backend and bounds its spectrum.
+    ///
+    /// # Errors
+    /// The device failed or the network does not fit.
+    pub fn new(network: Network, backend: &dyn Backend, method: Method) -> Result<Self, BackendError> {
+        let device = backend.upload(&network.data())?;
+        let spectrum = Spectrum::new(&network);
+        Ok(Self { network, spectrum, method, epsilon: backend.epsilon(), device })
+    }
+
+    /// The network.
+    pub fn network(&self) -> &Network {
+        &self.network
+    }
+
+    /// Replaces what the vertices may do. Held vertices must stay held and others not held: the spectrum is kept.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn constrain(&mut self, constraint: Vec<Constraint>) -> Result<(), BackendError> {
+        self.device.constrain(&constraint)?;
+        self.network.constraint = constraint;
+        Ok(())
+    }
+
+    /// Moves the free vertices of `displacement` `[n_vertices]` to equilibrium with the held ones.
+    ///
+    /// `force` `[n_vertices]` acts on the vertices, in the unit of stiffness times displacement.
+    ///
+    /// # Errors
+    /// The device failed. Not converging is no error: see [`Convergence`].
+    pub fn relax(
+        &mut self,
+        displacement: &mut [DVec3],
+        force: Option<&[DVec3]>,
+        accuracy: &Accuracy,
+    ) -> Result<Convergence, BackendError> {
+        let mut residual = self.network.residual(displacement, force);
+        let first_norm = norm(&residual);
+        let Some(spectrum) = self.spectrum.filter(|_| first_norm > 0.0) else {
+            return Ok(Convergence::nothing_to_do());
+        };
+        let mut result = Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() };
+        // A pass in f32 gains some five digits; more than a handful means that it gains none.
+        for _ in 0..8 {
+            let pass = self.pass(&residual, spectrum, accuracy, result.sweeps)?;
+            let correction = self.device.correction()?;
+            let mut furthest: f64 = 0.0;
+            for (row, (u, e)) in displacement.iter_mut().zip(&correction).enumerate() {
+                // Rounding on the device must not lift a vertex off its plane.
+                *u += self.network.constraint[row].limit(*e);
+                let moved = e.length() * self.network.inverse_length[row];
+                furthest = if moved.is_nan() { f64::NAN } else { furthest.max(moved) };
+            }
+            residual = self.network.residual(displacement, force);
+            // What rounding may have left of this pass, seen on meshes of 20 000 to 100 000 tets to be a few roundoffs.
+            let rounding = 8.0 * self.epsilon * furthest;
+            result.sweeps += pass.sweeps;
+            result.relative_residual = norm(&residual) / first_norm;
+            result.error = if furthest.is_nan() { f64::NAN } else { pass.error.max(rounding) };
+            result.converged = result.error <= accuracy.tolerance;
+            if !pass.settled || result.converged || residual.iter().all(|r| *r == DVec3::ZERO) {
+                break;
+            }
+        }
+        Ok(result)
+    }
+
+    fn pass(
+        &mut self,
+        load: &[DVec3],
+        spectrum: Spectrum,
+        accuracy: &Accuracy,
+        done: usize,
+    ) -> Result<Pass, BackendError> {
+        let mut schedule = Schedule::new(self.method, spectrum);
+        let batch = schedule.sweeps_per_digit();
+        self.device.start(load)?;
+        let mut sweeps = 0;
+        let mut last_change = f64::INFINITY;
+        let mut largest_change: f64 = 0.0;
+        loop {
+            let count = batch.min(accuracy.max_sweeps.saturating_sub(done + sweeps));
+            if count == 0 {
+                return Ok(Pass { sweeps, error: f64::INFINITY, settled: false });
+            }
+            let change = self.device.sweep(&schedule.next(count))?.change;
+            sweeps += count;
+            if !change.is_finite() {
+                return Ok(Pass { sweeps, error: f64::NAN, settled: false });
+            }
+            largest_change = largest_change.max(change);
+            // The error left is what a geometric series of such batches would still add.
+            let ratio = if count < batch { 1.0 } else { (change / last_change).clamp(0.2, 0.99) };
+            let error = change * ratio / (1.0 - ratio).max(0.01);
+            let at_roundoff = change >= 0.5 * last_change && change <= 100.0 * self.epsilon * largest_change;
+            if error <= accuracy.tolerance || at_roundoff {
+                return Ok(Pass { sweeps, error, settled: true });
+            }
+            last_change = change;
+        }
+    }
+}
+
+struct Pass {
+    sweeps: usize,
+    error: f64,
+    /// The pass ended because it was done, not because it ran out of sweeps or diverged.
+    settled: bool,
+}
+
+fn norm(vectors: &[DVec3]) -> f64 {
+    vectors.iter().map(|v| v.length_squared()).sum::<f64>().sqrt()
+}

@@ -1,0 +1,114 @@
+//! Stage carenage (paper 3.4), the elastic shape: vertices move by springs and are projected back onto the original
+//! surface.
+//!
+//! The paper projects after every motion of the springs. Here the springs first relax freely and the result is projected;
+//! then they relax within the tangent planes there and are projected again, until nothing moves: the same equilibrium
+//! (springs balanced along the surface, every vertex on it) with a handful of projections instead of hundreds. Vertices
+//! on the curve shared with a plane family stay.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Families, Motion, Owner, families::Shape, patch::Patch};
+use crate::{
+    backend::{Backend, BackendError, Constraint},
+    mesh::{FamilyId, TetMesh, edges::triangle_edges, half_edge::Surface},
+    projection::Target,
+    relaxation::{Accuracy, Convergence, Method},
+};
+
+/// Rounds of tangential relaxation and projection after which to stop unconverged; the example takes 4.
+const MOST_ROUNDS: usize = 40;
+
+/// All carenages of a mesh.
+pub struct Carenages {
+    carenages: Vec<(FamilyId, Patch)>,
+}
+
+impl Carenages {
+    /// Sets the networks up.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn new(
+        mesh: &TetMesh,
+        surface: &Surface,
+        families: &Families,
+        backend: &dyn Backend,
+        method: Method,
+    ) -> Result<Self, BackendError> {
+        let carenages = families.placed_by(Owner::Carenage).map(|family| {
+            let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
+            let constraint = |vertex: u32| {
+                let free =
+                    families.owner[vertex as usize] == Owner::Carenage && families.shapes_at(vertex).count() == 1;
+                if free { Constraint::Free } else { Constraint::Held }
+            };
+            let edges = triangle_edges(triangles);
+            Ok((family, Patch::new(&mesh.vertices, &edges, constraint, 0.0, backend, method)?))
+        });
+        Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })
+    }
+
+    /// Slides the carenages after the junctions.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn run(
+        &mut self,
+        mesh: &TetMesh,
+        families: &Families,
+        motion: &mut Motion,
+        accuracy: &Accuracy,
+    ) -> Result<Convergence, BackendError> {
+        let mut all = Convergence::nothing_to_do();
+        for (family, network) in &mut self.carenages {
+            let Some(Shape::Surface(target)) = &families.shapes[family.index()] else { continue };
+            if network.vertices.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
+                continue;
+            }
+            network.constrain(|_| Constraint::Free)?;
+            let mut convergence = network.relax(motion, accuracy)?;
+            let mut normals = project(mesh, target, network, motion);
+            convergence.converged = false;
+            for _ in 0..MOST_ROUNDS {
+                network.constrain(|vertex| Constraint::InPlane(normals[&vertex]))?;
+                let before: Vec<DVec3> = network.moving().map(|(vertex, _)| motion[vertex as usize]).collect();
+                convergence.sweeps += network.relax(motion, accuracy)?.sweeps;
+                normals = project(mesh, target, network, motion);
+                convergence.error = network
+                    .moving()
+                    .zip(before)
+                    .map(|((vertex, inverse_length), before)| {
+                        (motion[vertex as usize] - before).length() * inverse_length
+                    })
+                    .fold(0.0, f64::max);
+                convergence.converged = convergence.error <= 10.0 * accuracy.tolerance;
+                if convergence.converged {
+                    break;
+                }
+            }
+            all = all.and(convergence);
+        }
+        Ok(all)
+    }
+}
+
+/// Brings the vertices that may move back onto the surface; the normals there.
+fn project(mesh: &TetMesh, target: &Target, network: &Patch, motion: &mut Motion) -> HashMap<u32, DVec3> {
+    let vertices: Vec<u32> = network.moving().map(|(vertex, _)| vertex).collect();
+    let found: Vec<(u32, DVec3, DVec3)> = vertices
+        .par_iter()
+        .map(|&vertex| {
+            let start = mesh.vertices[vertex as usize];
+            let on = target.closest(start + motion[vertex as usize]);
+            (vertex, on.point - start, target.normal(&on))
+        })
+        .collect();
+    for &(vertex, displacement, _) in &found {
+        motion[vertex as usize] = displacement;
+    }
+    found.into_iter().map(|(vertex, _, normal)| (vertex, normal)).collect()
+}

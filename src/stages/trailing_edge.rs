@@ -1,0 +1,86 @@
+//! Stage trailing edge (paper 3.2): first its boundary curve, then its surface.
+//!
+//! The boundary curve is part wing, already moved, and part not. The unmoved parts are relaxed as chains between their
+//! moved ends (the paper's one-dimensional dynamic mesh), then the inside as a surface held at the whole curve.
+
+use glam::DVec3;
+
+use super::{Families, Motion, Owner, patch::Patch};
+use crate::{
+    backend::{Backend, BackendError, Constraint},
+    mesh::{TetMesh, edges::triangle_edges, half_edge::Surface},
+    relaxation::{Accuracy, Convergence, Method},
+};
+
+/// All trailing edges of a mesh.
+pub struct TrailingEdges {
+    edges: Vec<TrailingEdge>,
+}
+
+struct TrailingEdge {
+    curve: Patch,
+    surface: Patch,
+}
+
+impl TrailingEdges {
+    /// Sets the networks up.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn new(
+        mesh: &TetMesh,
+        surface: &Surface,
+        families: &Families,
+        backend: &dyn Backend,
+        method: Method,
+    ) -> Result<Self, BackendError> {
+        let edges = families.placed_by(Owner::TrailingEdge).map(|family| {
+            let own = |vertex: u32| families.owner[vertex as usize] == Owner::TrailingEdge;
+            let mut boundary: Vec<[u32; 2]> = surface
+                .boundary_loops(family)
+                .into_iter()
+                .flatten()
+                .map(|h| [surface.origin(h), surface.origin(crate::mesh::half_edge::next(h))])
+                .map(|[a, b]| [a.min(b), a.max(b)])
+                .collect();
+            boundary.sort_unstable();
+            boundary.dedup();
+            let on_curve: std::collections::HashSet<u32> = boundary.iter().flatten().copied().collect();
+            let limit =
+                |vertex: u32, free: bool| if free { families.plane_constraint(vertex) } else { Constraint::Held };
+            let curve = Patch::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), 0.0, backend, method)?;
+            let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
+            let inner = triangle_edges(triangles);
+            let inside = |v: u32| limit(v, own(v) && !on_curve.contains(&v));
+            let surface = Patch::new(&mesh.vertices, &inner, inside, 0.0, backend, method)?;
+            Ok(TrailingEdge { curve, surface })
+        });
+        Ok(Self { edges: edges.collect::<Result<_, BackendError>>()? })
+    }
+
+    /// Moves the trailing edges after the wings.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn run(
+        &mut self,
+        mesh: &TetMesh,
+        families: &Families,
+        motion: &mut Motion,
+        accuracy: &Accuracy,
+    ) -> Result<Convergence, BackendError> {
+        let mut convergence = Convergence::nothing_to_do();
+        for edge in &mut self.edges {
+            convergence = convergence.and(edge.curve.relax(motion, accuracy)?);
+            for (vertex, _) in edge.curve.moving() {
+                let displacement = &mut motion[vertex as usize];
+                if *displacement != DVec3::ZERO {
+                    let start = mesh.vertices[vertex as usize];
+                    *displacement = families.settle(vertex, start + *displacement) - start;
+                }
+            }
+            convergence = convergence.and(edge.surface.relax(motion, accuracy)?);
+        }
+        Ok(convergence)
+    }
+}
