@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use idmesh::case::displacement::{self, DisplacementError};
-use idmesh::case::{Case, CaseError, Method, Position, Role, Springs, Start};
+use idmesh::stages::TipStart;
+use idmesh::case::{Case, CaseError, Method, Position, Role};
 
 const GOOD: &str = r#"mesh = "wing-body.msh"
 
@@ -81,13 +82,13 @@ fn good_case_is_read_whole() {
     assert_eq!(case.families.len(), 7);
     assert_eq!(role("wing"), Role::Wing);
     assert_eq!(role("trailing_edge"), Role::TrailingEdge);
-    assert_eq!(role("wingtip"), Role::Wingtip { coefficient: 0.25, start: Start::Original });
+    assert_eq!(role("wingtip"), Role::Wingtip { coefficient: 0.25, start: TipStart::Original });
     assert_eq!(role("carenage"), Role::Carenage);
     assert_eq!(role("symmetry"), Role::Plane);
     assert_eq!(role("farfield"), Role::Fixed);
     assert_eq!(role("flap"), Role::Prescribed { displacement: here.join("flap.csv") });
-    assert_eq!(case.springs, Springs::Murayama);
-    assert_eq!((case.solver.method, case.solver.tolerance, case.solver.max_sweeps), (Method::Chebyshev, 1e-6, 500));
+    assert_eq!(case.springs.name, "murayama");
+    assert_eq!((case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps), (Method::Chebyshev, 1e-6, 500));
     assert_eq!(case.output.mesh, [here.join("out/moved.msh"), here.join("moved.vtu")]);
     assert_eq!(case.output.histogram, Some(here.join("beta.svg")));
 }
@@ -95,9 +96,9 @@ fn good_case_is_read_whole() {
 #[test]
 fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
-    assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: Start::Rigid });
-    assert_eq!(case.springs, Springs::Torsional);
-    assert_eq!((case.solver.method, case.solver.tolerance, case.solver.max_sweeps), (Method::Auto, 1e-4, 200_000));
+    assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Rigid });
+    assert_eq!(case.springs.name, "torsional");
+    assert_eq!((case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps), (Method::Auto, 1e-4, 200_000));
     assert_eq!(case.output.mesh, [Path::new("cases/moved.msh.gz")]);
     assert_eq!(case.output.histogram, None);
     let moved = |mesh: &str| parse(&format!("mesh = \"{mesh}\"")).unwrap().output.mesh;
@@ -114,7 +115,7 @@ fn absolute_paths_stay() {
 fn coefficient_ends_belong_to_the_range() {
     for (text, value) in [("0", 0.0), ("1", 1.0), ("1.0", 1.0)] {
         let case = parse(&GOOD.replace("0.25", text)).unwrap();
-        assert_eq!(case.families["wingtip"].role, Role::Wingtip { coefficient: value, start: Start::Original });
+        assert_eq!(case.families["wingtip"].role, Role::Wingtip { coefficient: value, start: TipStart::Original });
     }
 }
 

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
+use idmesh::quality::Statistics;
 use idmesh::report::{
-    Backend, BetaStatistics, FamilyReport, FamilySize, Mesh, ProfileReport, RunReport, Seconds, Series, Solver, Stage,
+    Backend, FamilyReport, FamilySize, Mesh, ProfileReport, RunReport, Seconds, Series, Solver, Stage,
     StageName, histogram_svg, stage_table,
 };
 
@@ -106,7 +107,7 @@ fn table_keeps_digits_of_small_values() {
 
 #[test]
 fn statistics_of_known_values() {
-    let statistics = BetaStatistics::of(&[0.1, -0.05, 0.0, 0.05]);
+    let statistics = Statistics::new(&[0.1, -0.05, 0.0, 0.05]);
     assert_eq!((statistics.min, statistics.max, statistics.inverted), (-0.05, 0.1, 2));
     assert!((statistics.mean - 0.025).abs() < 1e-17);
 }
@@ -117,7 +118,7 @@ fn statistics_do_not_hide_nan() {
     for place in 0..3 {
         let mut beta = [0.1, 0.2, 0.3];
         beta[place] = f64::NAN;
-        let statistics = BetaStatistics::of(&beta);
+        let statistics = Statistics::new(&beta);
         assert!(statistics.min.is_nan() && statistics.max.is_nan() && statistics.mean.is_nan());
         assert_eq!(statistics.inverted, 1);
     }

@@ -17,6 +17,10 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::relaxation::Accuracy;
+use crate::springs::Springs;
+use crate::stages::TipStart;
+
 pub(crate) use nearest::did_you_mean;
 
 /// A checked case file.
@@ -31,7 +35,7 @@ pub struct Case {
     /// What each family does, by name.
     pub families: BTreeMap<String, FamilySettings>,
     /// Springs of the volume.
-    pub springs: Springs,
+    pub springs: &'static Springs,
     /// How the spring networks are relaxed.
     pub solver: SolverSettings,
     /// Where the results go.
@@ -68,7 +72,7 @@ pub enum Role {
         /// Conservative springs' coefficient, `0` (rigid) to `1` (freely deformable).
         coefficient: f64,
         /// The place the conservative springs pull back to.
-        start: Start,
+        start: TipStart,
     },
     /// Elastic shape: slides on its original surface.
     Carenage,
@@ -98,28 +102,6 @@ impl Role {
     }
 }
 
-/// Where a wingtip's conservative springs pull its vertices back to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Start {
-    /// The original place, carried along by the tip's best rigid motion: a wing bent upwards keeps its tip.
-    #[default]
-    Rigid,
-    /// The original place itself, as the paper has it.
-    Original,
-}
-
-/// Springs of the volume's edges.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Springs {
-    /// `1 / l`.
-    Longitudinal,
-    /// Longitudinal times the torsional sum: free of units.
-    #[default]
-    Torsional,
-    /// Longitudinal plus the torsional sum, as published: depends on the unit of length.
-    Murayama,
-}
-
 /// How spring networks are relaxed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
@@ -133,20 +115,12 @@ pub enum Method {
 }
 
 /// The `[solver]` table.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SolverSettings {
     /// How spring networks are relaxed.
     pub method: Method,
-    /// A network is converged when no vertex is further from its place than this fraction of its shortest edge.
-    pub tolerance: f64,
-    /// Sweeps after which a network counts as not converged.
-    pub max_sweeps: usize,
-}
-
-impl Default for SolverSettings {
-    fn default() -> Self {
-        Self { method: Method::Auto, tolerance: 1e-4, max_sweeps: 200_000 }
-    }
+    /// How far they are relaxed.
+    pub accuracy: Accuracy,
 }
 
 /// The `[output]` table.

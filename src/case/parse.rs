@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::springs::{SPRINGS, Springs};
+use crate::stages::TipStart;
+
 use super::document::{Document, Section, Value};
 use super::nearest::{did_you_mean, quoted_list};
 use super::{
-    Case, CaseError, FamilySettings, Method, Output, ProfileSource, Role, SolverSettings, Springs, Start, paths,
+    Case, CaseError, FamilySettings, Method, Output, ProfileSource, Role, SolverSettings, paths,
 };
 
 /// Reads the whole document.
@@ -57,8 +60,8 @@ fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
                 Some(value) => in_unit_interval(&value)?,
             };
             let start = match section.get("start").map(|value| value.one_of(&["rigid", "original"])).transpose()? {
-                None | Some("rigid") => Start::Rigid,
-                Some(_) => Start::Original,
+                None | Some("rigid") => TipStart::Rigid,
+                Some(_) => TipStart::Original,
             };
             Role::Wingtip { coefficient, start }
         }
@@ -126,16 +129,12 @@ fn profiles(
     Ok(profiles)
 }
 
-fn springs(top: &Section) -> Result<Springs, CaseError> {
-    let Some(table) = top.get("volume") else { return Ok(Springs::default()) };
-    let section = table.section(&["springs"])?;
-    let names = ["longitudinal", "torsional", "murayama"];
-    Ok(match section.get("springs").map(|value| value.one_of(&names)).transpose()? {
-        None => Springs::default(),
-        Some("longitudinal") => Springs::Longitudinal,
-        Some("torsional") => Springs::Torsional,
-        Some(_) => Springs::Murayama,
-    })
+fn springs(top: &Section) -> Result<&'static Springs, CaseError> {
+    let names: Vec<_> = SPRINGS.iter().map(|springs| springs.name).collect();
+    let table = top.get("volume").map(|table| table.section(&["springs"])).transpose()?;
+    let name = table.and_then(|section| section.get("springs")).map(|value| value.one_of(&names)).transpose()?;
+    let name = name.unwrap_or("torsional");
+    Ok(SPRINGS.iter().find(|springs| springs.name == name).unwrap_or(&SPRINGS[0]))
 }
 
 /// `[quality]` may only say "off": whoever asks for optimisation must not get a mesh without it.
@@ -168,15 +167,15 @@ fn solver(top: &Section) -> Result<SolverSettings, CaseError> {
         };
     }
     if let Some(value) = section.get("tolerance") {
-        settings.tolerance = value.number()?;
-        if !(settings.tolerance > 0.0 && settings.tolerance.is_finite()) {
+        settings.accuracy.tolerance = value.number()?;
+        if !(settings.accuracy.tolerance > 0.0 && settings.accuracy.tolerance.is_finite()) {
             let message =
-                format!("`solver.tolerance` is {}, expected a number above 0, such as 1e-4", settings.tolerance);
+                format!("`solver.tolerance` is {}, expected a number above 0, such as 1e-4", settings.accuracy.tolerance);
             return Err(value.error(message));
         }
     }
     if let Some(value) = section.get("max_sweeps") {
-        settings.max_sweeps = value.count()?;
+        settings.accuracy.max_sweeps = value.count()?;
     }
     Ok(settings)
 }

@@ -3,6 +3,8 @@
 
 use std::fmt::Write;
 
+use crate::quality::Statistics;
+
 /// One distribution of a [`histogram_svg`].
 #[derive(Clone, Copy, Debug)]
 pub struct Series<'a> {
@@ -167,7 +169,7 @@ fn legend(svg: &mut String, series: &[Series]) -> std::fmt::Result {
              stroke=\"{colour}\" stroke-width=\"1.6\"/>",
             y - 11.0
         )?;
-        let mean = super::BetaStatistics::of(series.beta).mean;
+        let mean = Statistics::new(series.beta).mean;
         let text = format!("{} ({} tets, mean {mean:.5})", series.name, series.beta.len());
         writeln!(svg, "<text x=\"{:.1}\" y=\"{y:.1}\">{}</text>", x + 22.0, escape(&text))?;
     }

@@ -4,15 +4,16 @@
 //! idmesh's interface. Numbers that are not finite become `null` there.
 
 mod histogram;
-mod statistics;
 mod table;
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::mesh::TetMesh;
+use crate::quality::Statistics;
+
 pub use histogram::{Series, histogram_svg};
-pub use statistics::BetaStatistics;
 pub use table::stage_table;
 
 /// The report of one design.
@@ -74,7 +75,7 @@ pub struct FamilySize {
 
 impl Mesh {
     /// Counts a mesh.
-    pub fn of(mesh: &crate::mesh::TetMesh) -> Self {
+    pub fn of(mesh: &TetMesh) -> Self {
         // A vertex counts once per family; the family that counted it last is kept per vertex, family by family.
         let mut sizes = vec![FamilySize::default(); mesh.families.len()];
         let mut counted_for = vec![usize::MAX; mesh.vertices.len()];
@@ -127,8 +128,8 @@ pub struct Stage {
 
 impl Stage {
     /// The row of a stage.
-    pub fn new(name: StageName, beta: &BetaStatistics, seconds: f64) -> Self {
-        let &BetaStatistics { min, max, mean, inverted } = beta;
+    pub fn new(name: StageName, beta: &Statistics, seconds: f64) -> Self {
+        let &Statistics { min, max, mean, inverted } = beta;
         Self { name, beta_min: min, beta_max: max, beta_mean: mean, inverted, seconds }
     }
 }
