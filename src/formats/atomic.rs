@@ -1,0 +1,64 @@
+//! Files that appear complete or not at all.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+/// Writes a file through a temporary one in the same folder, which takes the path's name when it is complete.
+///
+/// If `write` fails, or the process dies, whatever stood at `path` before is untouched. The file gets the permissions
+/// of any new file. A symbolic link keeps pointing at the file that is replaced; a path that is no regular file
+/// (`/dev/stdout`, a pipe) is written to directly.
+///
+/// # Errors
+///
+/// What `write` returns, and what goes wrong when the temporary file is made, filled or renamed.
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
+        let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
+        write(&mut out)?;
+        return out.flush();
+    }
+    let (target, folder) = target(path)?;
+    let mut out = BufWriter::with_capacity(1 << 16, temporary(&folder)?);
+    write(&mut out)?;
+    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
+    file.persist(target).map_err(|error| error.error)?;
+    Ok(())
+}
+
+/// Checks that [`write_atomically`] to `path` can work, by making and removing an empty temporary file beside it.
+pub(super) fn check(path: &Path) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Ok(metadata) if !metadata.is_file() => return Ok(()),
+        _ => {}
+    }
+    temporary(&target(path)?.1).map(drop)
+}
+
+/// The file to replace, with symbolic links followed, and its folder.
+fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let folder = match target.parent() {
+        Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
+        Some(folder) => folder.to_path_buf(),
+        None => return Err(io::ErrorKind::IsADirectory.into()),
+    };
+    Ok((target, folder))
+}
+
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".idmesh-");
+    // Temporary files are private by default (0600); this one becomes a result that others may read. The umask still
+    // applies.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}

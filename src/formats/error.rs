@@ -1,0 +1,253 @@
+//! Why a mesh file could not be read or written.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use glam::DVec3;
+use thiserror::Error;
+
+/// Where in a file: a line of a text file, a byte of a binary one (of its decompressed contents).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Line of a text file, from 1.
+    Line(PathBuf, usize),
+    /// Offset in a binary file, from 0.
+    Byte(PathBuf, usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Place::Line(path, line) => write!(f, "{}:{line}", path.display()),
+            Place::Byte(path, byte) => write!(f, "{}: byte {byte}", path.display()),
+        }
+    }
+}
+
+/// Why a mesh could not be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The file is missing or cannot be read, or its gzip stream is broken.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The mesh file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// No format has that extension.
+    #[error("{}: unknown mesh format; known are {known}, each also with .gz", path.display())]
+    UnknownFormat {
+        /// The mesh file.
+        path: PathBuf,
+        /// The extensions that can be read.
+        known: String,
+    },
+    /// The format can be written but not read.
+    #[error("{}: {format} files are only written; meshes are read from {known}", path.display())]
+    OnlyWritten {
+        /// The mesh file.
+        path: PathBuf,
+        /// Name of its format.
+        format: &'static str,
+        /// The extensions that can be read.
+        known: String,
+    },
+    /// The file holds nothing.
+    #[error("{}: the file is empty", path.display())]
+    Empty {
+        /// The mesh file.
+        path: PathBuf,
+    },
+    /// A version or variant of the format that is not read.
+    #[error("{}: {found} is not read; {hint}", path.display())]
+    Unsupported {
+        /// The mesh file.
+        path: PathBuf,
+        /// What the file says it is.
+        found: String,
+        /// What to do about it.
+        hint: &'static str,
+    },
+    /// Something else stands where the format asks for something.
+    #[error("{place}: expected {expected}, found {found}")]
+    Malformed {
+        /// Where.
+        place: Place,
+        /// What the format asks for.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// The file ends too early.
+    #[error("{place}: the file ends where {expected} should stand")]
+    Truncated {
+        /// The file's end.
+        place: Place,
+        /// What the format asks for there.
+        expected: String,
+    },
+    /// A count that the rest of the file is too short for.
+    #[error("{place}: {what} is {count}, but only {remaining} bytes of the file are left")]
+    AbsurdCount {
+        /// Where the count stands.
+        place: Place,
+        /// What is counted.
+        what: &'static str,
+        /// The count.
+        count: u64,
+        /// Bytes after it.
+        remaining: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("{place}: vertex {vertex} has coordinate {value}, not a finite number")]
+    NotFinite {
+        /// Where the coordinate stands.
+        place: Place,
+        /// The vertex's tag in the file.
+        vertex: u64,
+        /// The coordinate.
+        value: f64,
+    },
+    /// Two vertices have the same tag.
+    #[error("{place}: the vertex with these coordinates has tag {tag}, which an earlier vertex has too")]
+    DuplicateVertex {
+        /// Where the second one's coordinates stand.
+        place: Place,
+        /// Their common tag.
+        tag: u64,
+    },
+    /// An element names a vertex that the file does not define.
+    #[error("{place}: {entity} {element} names vertex {vertex}, but the file defines {defined}")]
+    UnknownVertex {
+        /// Where the name stands.
+        place: Place,
+        /// `tet` or `triangle`.
+        entity: &'static str,
+        /// The element's tag in the file.
+        element: u64,
+        /// The vertex's tag.
+        vertex: u64,
+        /// How many vertices there are and in which range their tags lie.
+        defined: String,
+    },
+    /// The file has elements other than linear tets and triangles.
+    #[error(
+        "{}: only meshes of linear tets and triangles can be moved, but the file has {found}", path.display()
+    )]
+    Elements {
+        /// The mesh file.
+        path: PathBuf,
+        /// Counts and names of the others.
+        found: String,
+    },
+    /// A part of the mesh is not in the file.
+    #[error("{}: the file has no {what}; {hint}", path.display())]
+    Missing {
+        /// The mesh file.
+        path: PathBuf,
+        /// The missing part.
+        what: &'static str,
+        /// What to do about it.
+        hint: &'static str,
+    },
+    /// Some triangles belong to no family.
+    #[error(
+        "{}: {count} of {n_triangles} triangles belong to no physical group ({detail}); give every boundary surface \
+         one (Gmsh: Physical Surface(\"wing\") = {{...}}) and save again",
+        path.display()
+    )]
+    WithoutFamily {
+        /// The mesh file.
+        path: PathBuf,
+        /// How many triangles.
+        count: usize,
+        /// Of how many.
+        n_triangles: usize,
+        /// Where the first of them is.
+        detail: String,
+    },
+    /// A triangle belongs to two families.
+    #[error(
+        "{}: {what} is in two physical groups, '{first}' and '{second}'; a boundary triangle belongs to one family",
+        path.display()
+    )]
+    TwoFamilies {
+        /// The mesh file.
+        path: PathBuf,
+        /// The surface or triangle.
+        what: String,
+        /// One family.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// More vertices or families than can be numbered.
+    #[error("{}: {count} {what} are too many (at most {limit})", path.display())]
+    TooMany {
+        /// The mesh file.
+        path: PathBuf,
+        /// Vertices or families.
+        what: &'static str,
+        /// How many.
+        count: usize,
+        /// How many can be numbered.
+        limit: usize,
+    },
+}
+
+/// Why a mesh could not be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The file cannot be made.
+    #[error("cannot write {}: {source}", path.display())]
+    Io {
+        /// The file to write.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// No format has that extension.
+    #[error("cannot write {}: unknown mesh format; known are {known}, each also with .gz", path.display())]
+    UnknownFormat {
+        /// The file to write.
+        path: PathBuf,
+        /// The extensions that can be written.
+        known: String,
+    },
+    /// The format is written back into its source, which is of another format.
+    #[error(
+        "cannot write {}: a {format} file is written back into the {format} file that the mesh was read from, but \
+         this mesh came from {}",
+        path.display(), source_format.map_or("no file".to_string(), |format| format!("a {format} file"))
+    )]
+    NeedsSource {
+        /// The file to write.
+        path: PathBuf,
+        /// Name of its format.
+        format: &'static str,
+        /// Name of the source's format, if there is one.
+        source_format: Option<&'static str>,
+    },
+    /// An array does not fit the mesh.
+    #[error("{found} {what} do not fit a mesh that has {expected}")]
+    Length {
+        /// What the array holds.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length that fits.
+        expected: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} is at {position}: not finite, so the mesh is not written")]
+    NotFinite {
+        /// The vertex.
+        vertex: usize,
+        /// Where it is said to be.
+        position: DVec3,
+    },
+}

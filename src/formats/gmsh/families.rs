@@ -1,0 +1,91 @@
+//! Physical groups: their names, and the families that the 2-D ones are.
+
+use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
+
+use crate::formats::error::ReadError;
+use crate::formats::scanner::{Scanner, shown};
+
+/// Dimension of surfaces.
+const SURFACE: i32 = 2;
+
+/// What the file says about surfaces and their physical groups.
+#[derive(Default)]
+pub(super) struct Groups {
+    /// Tags of the named 2-D groups, in the order of `$PhysicalNames`.
+    named: Vec<u32>,
+    names: HashMap<u32, String>,
+    /// 4.1: physical tags of each surface entity. A negative one means that the group sees the surface reversed.
+    surfaces: HashMap<i32, Vec<i32>>,
+    /// 4.1: surface entities between two partitions of a volume, which bound nothing.
+    interfaces: HashSet<i32>,
+}
+
+impl Groups {
+    /// Reads `$PhysicalNames`, which is text in binary files too: a count, then `dimension tag "name"` a line.
+    pub fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), ReadError> {
+        let line = scanner.line();
+        let parse = |bytes: &[u8]| std::str::from_utf8(bytes).ok()?.trim().parse::<i32>().ok();
+        let count = parse(line).filter(|&count| count >= 0);
+        let count = count.ok_or_else(|| scanner.malformed("the number of physical names", shown(line)))?;
+        for _ in 0..count {
+            if scanner.remaining() == 0 {
+                return Err(scanner.truncated("a physical name"));
+            }
+            let line = scanner.line();
+            let mut words = line.splitn(3, u8::is_ascii_whitespace);
+            let numbers = (words.next().and_then(parse), words.next().and_then(parse));
+            let ((Some(dimension), Some(tag)), Some(name)) = (numbers, words.next()) else {
+                return Err(scanner.malformed("dimension, tag and name of a physical group", shown(line)));
+            };
+            let name = name.trim_ascii();
+            let name = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\"")).unwrap_or(name);
+            if dimension == SURFACE && !name.is_empty() {
+                if let Entry::Vacant(entry) = self.names.entry(tag.unsigned_abs()) {
+                    entry.insert(String::from_utf8_lossy(name).into_owned());
+                    self.named.push(tag.unsigned_abs());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the physical tags of a surface entity.
+    pub fn add_surface(&mut self, surface: i32, tags: Vec<i32>) {
+        self.surfaces.entry(surface).or_default().extend(tags);
+    }
+
+    /// Marks a surface entity as lying between partitions.
+    pub fn add_interface(&mut self, surface: i32) {
+        self.interfaces.insert(surface);
+    }
+
+    pub fn is_interface(&self, surface: i32) -> bool {
+        self.interfaces.contains(&surface)
+    }
+
+    /// The name of a 2-D group, given the size of its tag.
+    pub fn name(&self, group: u32) -> String {
+        self.names.get(&group).cloned().unwrap_or_else(|| format!("surface {group}"))
+    }
+
+    /// The 2-D group that a surface entity of a 4.1 file belongs to, and whether it sees the surface reversed.
+    ///
+    /// The error names two groups.
+    pub fn of_surface(&self, surface: i32) -> Result<Option<(u32, bool)>, (u32, u32)> {
+        let Some(&[first, ref others @ ..]) = self.surfaces.get(&surface).map(Vec::as_slice) else {
+            return Ok(None);
+        };
+        match others.iter().find(|other| other.unsigned_abs() != first.unsigned_abs()) {
+            Some(other) => Err((first.unsigned_abs(), other.unsigned_abs())),
+            None => Ok((first != 0).then_some((first.unsigned_abs(), first < 0))),
+        }
+    }
+
+    /// The groups that are `used`, in the order of the families: as named in the file, then the unnamed by first use.
+    pub fn in_order(&self, used: &[u32]) -> Vec<u32> {
+        let is_used: HashSet<u32> = used.iter().copied().collect();
+        let named = self.named.iter().filter(|group| is_used.contains(group));
+        named.chain(used.iter().filter(|group| !self.names.contains_key(group))).copied().collect()
+    }
+}

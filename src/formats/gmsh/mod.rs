@@ -1,0 +1,155 @@
+//! Gmsh `.msh` files, versions 4.1 and 2.2, ascii and binary.
+//!
+//! A family is a 2-D physical group. Vertices, tets and triangles keep the order of the file; points and lines are
+//! passed over, as are all sections that do not define the mesh: they survive because the file is written back as it
+//! was, see [`super::document`].
+//!
+//! Source: the Gmsh reference manual, "MSH file format" (4.1) and "MSH file format version 2 (Legacy)".
+
+mod elements;
+mod families;
+mod v22;
+mod v41;
+mod vertices;
+
+use std::path::Path;
+
+use super::document::Document;
+use super::error::ReadError;
+use super::scanner::{Encoding, Endian, Scanner, shown};
+use crate::mesh::TetMesh;
+
+use elements::Elements;
+use families::Groups;
+use vertices::Vertices;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Version {
+    V22,
+    V41,
+}
+
+/// What the sections of the file have given so far.
+#[derive(Default)]
+struct Parts {
+    version: Option<Version>,
+    encoding: Option<Encoding>,
+    groups: Groups,
+    vertices: Option<Vertices>,
+    elements: Option<Elements>,
+}
+
+/// Reads a Gmsh file from its (decompressed) bytes; `path` is for messages.
+pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<(TetMesh, Document), ReadError> {
+    let mut parts = Parts::default();
+    let mut scanner = Scanner::new(path, &bytes);
+    while scanner.remaining() > 0 {
+        // Text between the sections is a comment to Gmsh as well.
+        if let Some(name) = scanner.line().strip_prefix(b"$") {
+            read_section(&mut scanner, name, &mut parts)?;
+        }
+    }
+    let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
+    let version = parts.version.ok_or_else(|| missing("$MeshFormat section", "is it a Gmsh mesh?"))?;
+    let encoding = parts.encoding.unwrap_or(Encoding::Text);
+    let vertices = parts.vertices.ok_or_else(|| missing("$Nodes section", "is it complete?"))?;
+    let elements = parts.elements.ok_or_else(|| missing("$Elements section", "is it complete?"))?;
+    let (mesh, slots) = elements.into_mesh(path, version, &parts.groups, vertices)?;
+    Ok((mesh, Document { format: "Gmsh", bytes, encoding, slots }))
+}
+
+/// Reads the section whose `$Name` line was just read, up to and with its `$EndName`.
+fn read_section(scanner: &mut Scanner, name: &[u8], parts: &mut Parts) -> Result<(), ReadError> {
+    let end = [b"$End", name].concat();
+    let unsupported =
+        |found: &str, hint| ReadError::Unsupported { path: scanner.path().into(), found: found.into(), hint };
+    match (name, parts.version) {
+        (b"NOD" | b"NOE", _) => return Err(unsupported("Gmsh version 1", UPGRADE)),
+        (b"MeshFormat", None) => read_format(scanner, parts)?,
+        (b"Nodes" | b"ParametricNodes" | b"Elements" | b"PhysicalNames" | b"Entities", None) => {
+            return Err(scanner.malformed("$MeshFormat", shown(&[b"$", name].concat())));
+        }
+        (b"MeshFormat", Some(_)) => return Err(scanner.malformed("one $MeshFormat section", "a second one")),
+        (b"PhysicalNames", _) => parts.groups.read_names(scanner)?,
+        (b"Entities", Some(Version::V41)) => v41::read_entities(scanner, &mut parts.groups)?,
+        (b"PartitionedEntities", Some(Version::V41)) => v41::read_partitioned_entities(scanner, &mut parts.groups)?,
+        (b"Nodes" | b"ParametricNodes", Some(version)) => {
+            if parts.vertices.is_some() {
+                return Err(scanner.malformed("one $Nodes section", "a second one"));
+            }
+            let vertices = match version {
+                Version::V22 => v22::read_nodes(scanner, name == b"ParametricNodes")?,
+                Version::V41 => v41::read_nodes(scanner)?,
+            };
+            parts.vertices = Some(vertices);
+        }
+        (b"Elements", Some(version)) => {
+            let Some(vertices) = &parts.vertices else {
+                return Err(scanner.malformed("$Nodes before $Elements", "'$Elements'"));
+            };
+            if parts.elements.is_some() {
+                return Err(scanner.malformed("one $Elements section", "a second one"));
+            }
+            let elements = match version {
+                Version::V22 => v22::read_elements(scanner, vertices)?,
+                Version::V41 => v41::read_elements(scanner, vertices)?,
+            };
+            parts.elements = Some(elements);
+        }
+        (b"", _) => return Err(scanner.malformed("the name of a section", "'$'")),
+        _ if name.starts_with(b"End") => {
+            return Err(scanner.malformed("a section", shown(&[b"$", name].concat())));
+        }
+        _ => return scanner.skip_past(&end),
+    }
+    match scanner.token() {
+        found if found == end => Ok(()),
+        b"" => Err(scanner.truncated(String::from_utf8_lossy(&end))),
+        found => Err(scanner.malformed(String::from_utf8_lossy(&end), shown(found))),
+    }
+}
+
+const UPGRADE: &str = "save it as version 4.1: gmsh old.msh -save -format msh41 -o new.msh";
+
+/// `version file-type data-size`, and in a binary file the number one, which tells the byte order.
+fn read_format(scanner: &mut Scanner, parts: &mut Parts) -> Result<(), ReadError> {
+    let path = scanner.path();
+    let unsupported = |found, hint| ReadError::Unsupported { path: path.into(), found, hint };
+    let version = scanner.token();
+    parts.version = match version {
+        b"4.1" => Some(Version::V41),
+        b"2.2" | b"2.1" | b"2.0" | b"2" => Some(Version::V22),
+        b"" => return Err(scanner.truncated("the version of the format")),
+        _ => {
+            let found = String::from_utf8_lossy(version);
+            let Ok(_) = found.parse::<f64>() else {
+                return Err(scanner.malformed("the version of the format, such as 4.1", shown(version)));
+            };
+            return Err(unsupported(format!("Gmsh version {found}"), UPGRADE));
+        }
+    };
+    let binary = scanner.unsigned_int("0 (ascii) or 1 (binary)")?;
+    if binary > 1 {
+        return Err(scanner.malformed("0 (ascii) or 1 (binary)", binary.to_string()));
+    }
+    let data_size = scanner.unsigned_int("the size of a number, 8")?;
+    scanner.line();
+    if binary == 0 {
+        parts.encoding = Some(Encoding::Text);
+        return Ok(());
+    }
+    if data_size != 8 {
+        let hint = "save it with a 64-bit Gmsh, or as ascii";
+        return Err(unsupported(format!("binary with numbers of {data_size} bytes"), hint));
+    }
+    scanner.encoding = Encoding::Binary(Endian::Little);
+    let one = scanner.block::<4>("the number 1 in binary")?;
+    let endian = match one {
+        [1, 0, 0, 0] => Endian::Little,
+        [0, 0, 0, 1] => Endian::Big,
+        _ => return Err(scanner.malformed("the number 1 in binary (the header says binary)", shown(&one))),
+    };
+    scanner.encoding = Encoding::Binary(endian);
+    parts.encoding = Some(scanner.encoding);
+    Ok(())
+}

@@ -1,0 +1,246 @@
+//! Reads numbers from a text or binary file, and knows where they stood.
+
+use std::ops::Range;
+use std::path::Path;
+
+use super::error::{Place, ReadError};
+
+/// How numbers are written in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Text,
+    Binary(Endian),
+}
+
+/// Byte order of a binary file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Endian {
+    Little,
+    Big,
+}
+
+impl Endian {
+    /// The bytes of a number in this order.
+    pub fn double(self, value: f64) -> [u8; 8] {
+        match self {
+            Endian::Little => value.to_le_bytes(),
+            Endian::Big => value.to_be_bytes(),
+        }
+    }
+}
+
+/// The token after the white space at `at`; empty at the end of the file.
+pub(super) fn next_token(bytes: &[u8], at: usize) -> Range<usize> {
+    let mut start = at;
+    while start < bytes.len() && bytes[start] <= b' ' {
+        start += 1;
+    }
+    let mut end = start;
+    while end < bytes.len() && bytes[end] > b' ' {
+        end += 1;
+    }
+    start..end
+}
+
+/// The number that a token spells, `nan` and `inf` included.
+pub(super) fn parse_double(token: &[u8]) -> Option<f64> {
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+fn parse_unsigned(digits: &[u8]) -> Option<u64> {
+    if digits.is_empty() {
+        return None;
+    }
+    digits.iter().try_fold(0u64, |value, digit| {
+        let digit = digit.wrapping_sub(b'0');
+        if digit > 9 { None } else { value.checked_mul(10)?.checked_add(digit.into()) }
+    })
+}
+
+/// Bytes as a message shows them: quoted, printable, not too long.
+pub(super) fn shown(bytes: &[u8]) -> String {
+    let dots = if bytes.len() > 40 { "..." } else { "" };
+    format!("'{}{dots}'", bytes[..bytes.len().min(40)].escape_ascii())
+}
+
+/// A position in a file's bytes. Each `what` names the thing expected, for messages.
+pub(super) struct Scanner<'a> {
+    bytes: &'a [u8],
+    path: &'a Path,
+    at: usize,
+    /// Where the number read last begins.
+    pub last: usize,
+    pub encoding: Encoding,
+}
+
+impl<'a> Scanner<'a> {
+    pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self { bytes, path, at: 0, last: 0, encoding: Encoding::Text }
+    }
+
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// Where the next thing is read. In a text file, white space may stand before it.
+    pub fn at(&self) -> usize {
+        self.at
+    }
+
+    pub fn remaining(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    /// `at` in the words of a message. Counts lines, so call it for errors only.
+    pub fn place(&self, at: usize) -> Place {
+        match self.encoding {
+            Encoding::Text => {
+                let lines = self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
+                Place::Line(self.path.into(), lines + 1)
+            }
+            Encoding::Binary(_) => Place::Byte(self.path.into(), at),
+        }
+    }
+
+    /// The error that something else than `expected` stood where the last number was read.
+    pub fn malformed(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+        ReadError::Malformed { place: self.place(self.last), expected: expected.into(), found: found.into() }
+    }
+
+    pub fn truncated(&self, expected: impl Into<String>) -> ReadError {
+        ReadError::Truncated { place: self.place(self.bytes.len()), expected: expected.into() }
+    }
+
+    /// The rest of the line, without its end; the position goes to the next line.
+    pub fn line(&mut self) -> &'a [u8] {
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+        self.last = self.at;
+        self.at += (length + 1).min(rest.len());
+        rest[..length].trim_ascii()
+    }
+
+    /// The next token of text, also in a binary file; empty at the end of the file.
+    pub fn token(&mut self) -> &'a [u8] {
+        let token = next_token(self.bytes, self.at);
+        self.last = token.start;
+        self.at = token.end;
+        &self.bytes[token]
+    }
+
+    /// The next `N` bytes of a binary file.
+    pub fn block<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], ReadError> {
+        match self.bytes[self.at..].first_chunk() {
+            Some(block) => {
+                self.last = self.at;
+                self.at += N;
+                Ok(*block)
+            }
+            None => Err(self.truncated(what)),
+        }
+    }
+
+    fn number<T>(&mut self, what: &'static str, parse: impl Fn(&[u8]) -> Option<T>) -> Result<T, ReadError> {
+        let token = self.token();
+        if token.is_empty() {
+            return Err(self.truncated(what));
+        }
+        parse(token).ok_or_else(|| self.malformed(what, shown(token)))
+    }
+
+    /// A C `int`.
+    #[inline]
+    pub fn int(&mut self, what: &'static str) -> Result<i32, ReadError> {
+        match self.encoding {
+            Encoding::Text => self.number(what, |token| {
+                let negative = token.starts_with(b"-");
+                let size = parse_unsigned(token.strip_prefix(b"-").unwrap_or(token))?;
+                let size = i64::try_from(size).ok()?;
+                i32::try_from(if negative { -size } else { size }).ok()
+            }),
+            Encoding::Binary(Endian::Little) => self.block(what).map(i32::from_le_bytes),
+            Encoding::Binary(Endian::Big) => self.block(what).map(i32::from_be_bytes),
+        }
+    }
+
+    /// A C `int` that counts or numbers something.
+    pub fn unsigned_int(&mut self, what: &'static str) -> Result<u64, ReadError> {
+        let value = self.int(what)?;
+        u64::try_from(value).map_err(|_| self.malformed(what, value.to_string()))
+    }
+
+    /// A C `size_t` of eight bytes.
+    #[inline]
+    pub fn size(&mut self, what: &'static str) -> Result<u64, ReadError> {
+        match self.encoding {
+            Encoding::Text => self.number(what, parse_unsigned),
+            Encoding::Binary(Endian::Little) => self.block(what).map(u64::from_le_bytes),
+            Encoding::Binary(Endian::Big) => self.block(what).map(u64::from_be_bytes),
+        }
+    }
+
+    /// A C `double`, which may be NaN or infinite.
+    #[inline]
+    pub fn double(&mut self, what: &'static str) -> Result<f64, ReadError> {
+        match self.encoding {
+            Encoding::Text => self.number(what, parse_double),
+            Encoding::Binary(Endian::Little) => self.block(what).map(f64::from_le_bytes),
+            Encoding::Binary(Endian::Big) => self.block(what).map(f64::from_be_bytes),
+        }
+    }
+
+    /// Three finite coordinates of the vertex with that tag.
+    #[inline]
+    pub fn coordinates(&mut self, vertex: u64) -> Result<[f64; 3], ReadError> {
+        let mut position = [0.0; 3];
+        for value in &mut position {
+            *value = self.double("a coordinate")?;
+            if !value.is_finite() {
+                return Err(ReadError::NotFinite { place: self.place(self.last), vertex, value: *value });
+            }
+        }
+        Ok(position)
+    }
+
+    /// `count`, just read, as a length, if that many things of at least so many bytes can still follow. What is
+    /// allocated is thereby bounded by the file's size.
+    pub fn checked(&self, what: &'static str, count: u64, text: u64, binary: u64) -> Result<usize, ReadError> {
+        let bytes = if self.encoding == Encoding::Text { text } else { binary };
+        if count.checked_mul(bytes).is_none_or(|bytes| bytes > self.remaining() as u64) {
+            let (place, remaining) = (self.place(self.last), self.remaining());
+            return Err(ReadError::AbsurdCount { place, what, count, remaining });
+        }
+        Ok(count as usize)
+    }
+
+    /// A `size_t` count of things of at least so many bytes each.
+    pub fn count(&mut self, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
+        let count = self.size(what)?;
+        self.checked(what, count, text, binary)
+    }
+
+    /// Demands that `found` equals the declared count.
+    pub fn same(&self, what: &str, declared: usize, found: usize) -> Result<(), ReadError> {
+        if declared == found {
+            return Ok(());
+        }
+        Err(self.malformed(format!("{declared} {what}, as the section declares"), format!("{found}")))
+    }
+
+    /// Goes past the next occurrence of `marker` at a line's start.
+    pub fn skip_past(&mut self, marker: &[u8]) -> Result<(), ReadError> {
+        let mut at = self.at;
+        while let Some(dollar) = self.bytes[at..].iter().position(|&byte| byte == b'$') {
+            at += dollar;
+            let rest = &self.bytes[at..];
+            let begins = at == 0 || self.bytes[at - 1] == b'\n';
+            let ends = rest.get(marker.len()).is_none_or(|&byte| byte <= b' ');
+            if begins && ends && rest.starts_with(marker) {
+                self.at = at + marker.len();
+                return Ok(());
+            }
+            at += 1;
+        }
+        Err(self.truncated(String::from_utf8_lossy(marker)))
+    }
+}
