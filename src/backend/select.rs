@@ -50,12 +50,12 @@ pub fn select(selection: Selection) -> Result<Box<dyn Backend>, BackendError> {
 
 #[cfg(feature = "gpu")]
 fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(super::gpu::GpuBackend::gpu(super::gpu::Choice::Any)?))
+    Ok(Box::new(super::gpu::GpuBackend::new(super::gpu::Choice::Any)?))
 }
 
 #[cfg(feature = "gpu")]
 fn hardware_gpu() -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(super::gpu::GpuBackend::gpu(super::gpu::Choice::Hardware)?))
+    Ok(Box::new(super::gpu::GpuBackend::new(super::gpu::Choice::Hardware)?))
 }
 
 #[cfg(feature = "gpu")]

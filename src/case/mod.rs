@@ -1,1 +1,206 @@
-//! case
+//! The case file: which mesh, which new profiles, what each family does, how to solve and where to write.
+//!
+//! [`Case::read`] turns the TOML file into a [`Case`] in which every value is checked and every path is resolved against
+//! the file's folder. Its errors name the line and column, so that the file can be corrected without this documentation.
+//! What only the mesh can tell (its families) is checked by [`Case::check_families`].
+
+mod document;
+mod families;
+mod nearest;
+mod parse;
+mod paths;
+
+pub mod displacement;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::relaxation::Accuracy;
+use crate::springs::Springs;
+use crate::stages::TipStart;
+
+pub(crate) use nearest::did_you_mean;
+
+/// A checked case file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The case file itself.
+    pub path: PathBuf,
+    /// The mesh to move.
+    pub mesh: PathBuf,
+    /// New (and perhaps old) profiles of each family whose role is [`Role::Wing`].
+    pub profiles: BTreeMap<String, ProfileSource>,
+    /// What each family does, by name.
+    pub families: BTreeMap<String, FamilySettings>,
+    /// Springs of the volume.
+    pub springs: &'static Springs,
+    /// How the spring networks are relaxed.
+    pub solver: SolverSettings,
+    /// Where the results go.
+    pub output: Output,
+}
+
+/// The files that hold a wing's profiles.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProfileSource {
+    /// Profiles the wing shall have; at least one file, patterns expanded in sorted order.
+    pub new: Vec<PathBuf>,
+    /// Profiles the wing has; `None` to cut them from the mesh at the new profiles' planes.
+    pub old: Option<Vec<PathBuf>>,
+}
+
+/// What one family does, and where the case file says so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FamilySettings {
+    /// What the family does.
+    pub role: Role,
+    /// Where its table begins.
+    pub position: Position,
+}
+
+/// What a family does when the wing's profiles change.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Role {
+    /// Moved by its profiles.
+    Wing,
+    /// The strip behind a blunt wing: follows its boundary.
+    TrailingEdge,
+    /// The cap of a wing: springs, and conservative springs that keep its shape.
+    Wingtip {
+        /// Conservative springs' coefficient, `0` (rigid) to `1` (freely deformable).
+        coefficient: f64,
+        /// The place the conservative springs pull back to.
+        start: TipStart,
+    },
+    /// Elastic shape: slides on its original surface.
+    Carenage,
+    /// Slides in its own plane.
+    Plane,
+    /// Does not move.
+    Fixed,
+    /// Moves as a file says, see [`displacement`].
+    Prescribed {
+        /// CSV file with rows `x,y,z,dx,dy,dz`.
+        displacement: PathBuf,
+    },
+}
+
+impl Role {
+    /// The role's name in a case file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Role::Wing => "wing",
+            Role::TrailingEdge => "trailing-edge",
+            Role::Wingtip { .. } => "wingtip",
+            Role::Carenage => "carenage",
+            Role::Plane => "plane",
+            Role::Fixed => "fixed",
+            Role::Prescribed { .. } => "prescribed",
+        }
+    }
+}
+
+/// How spring networks are relaxed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The fastest one that suits.
+    #[default]
+    Auto,
+    /// Jacobi sweeps, as in the paper.
+    Jacobi,
+    /// Chebyshev semi-iteration.
+    Chebyshev,
+}
+
+/// The `[solver]` table.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SolverSettings {
+    /// How spring networks are relaxed.
+    pub method: Method,
+    /// How far they are relaxed.
+    pub accuracy: Accuracy,
+}
+
+/// The `[output]` table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// The moved mesh, once per entry; the extension says the format.
+    pub mesh: Vec<PathBuf>,
+    /// Distribution of beta, original and final (SVG).
+    pub histogram: Option<PathBuf>,
+}
+
+/// A place in a text file, both counted from 1; columns are characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Position {
+    /// Line.
+    pub line: usize,
+    /// Column.
+    pub column: usize,
+}
+
+/// Why a case cannot be run.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CaseError {
+    /// The case file cannot be read.
+    #[error("{}: cannot read the case file: {source}", path.display())]
+    Unreadable {
+        /// The case file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Something in the case file is wrong.
+    #[error("{}:{}:{}: {message}", path.display(), position.line, position.column)]
+    Invalid {
+        /// The case file.
+        path: PathBuf,
+        /// Where it is wrong.
+        position: Position,
+        /// What is wrong and what was expected.
+        message: String,
+    },
+    /// The families of the case and of the mesh are not the same.
+    #[error("{}: the families of the case and of the mesh differ: {message}", path.display())]
+    Families {
+        /// The case file.
+        path: PathBuf,
+        /// The names on both sides.
+        message: String,
+    },
+}
+
+impl Case {
+    /// Reads and checks a case file.
+    ///
+    /// # Errors
+    /// [`CaseError::Unreadable`] if the file cannot be read, [`CaseError::Invalid`] with the place of the first mistake.
+    pub fn read(path: &Path) -> Result<Self, CaseError> {
+        let bytes = std::fs::read(path).map_err(|source| CaseError::Unreadable { path: path.to_path_buf(), source })?;
+        match String::from_utf8(bytes) {
+            Ok(text) => Self::parse(&text, path),
+            Err(error) => {
+                let line = 1 + error.as_bytes()[..error.utf8_error().valid_up_to()]
+                    .iter()
+                    .filter(|&&byte| byte == b'\n')
+                    .count();
+                Err(CaseError::Invalid {
+                    path: path.to_path_buf(),
+                    position: Position { line, column: 1 },
+                    message: "not a text file, expected TOML in UTF-8".into(),
+                })
+            }
+        }
+    }
+
+    /// Checks the text of a case file; `path` names it in errors, and paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// [`CaseError::Invalid`] with the place of the first mistake.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, CaseError> {
+        parse::case(text, path)
+    }
+}

@@ -1,1 +1,179 @@
-//! report
+//! What a run tells about itself: the JSON report, the table of the four stages, the distribution of beta.
+//!
+//! The structs are plain data and serialise to the report other programs read; field names are therefore part of
+//! idmesh's interface. Numbers that are not finite become `null` there.
+
+mod histogram;
+mod table;
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::mesh::TetMesh;
+use crate::quality::Statistics;
+
+pub use histogram::{Series, histogram_svg};
+pub use table::stage_table;
+
+/// The report of one design.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunReport {
+    /// Version of idmesh.
+    pub idmesh: String,
+    /// The case file, as the user named it.
+    pub case: String,
+    /// The design, where several are run on one mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub design: Option<String>,
+    /// Where the arithmetic ran.
+    pub backend: Backend,
+    /// Size of the mesh.
+    pub mesh: Mesh,
+    /// Quality and time of each stage, in order.
+    pub stages: Vec<Stage>,
+    /// How true each family stayed to its shape, by name.
+    pub families: BTreeMap<String, FamilyReport>,
+    /// How true each wing is to its new profiles, by family name.
+    pub profiles: BTreeMap<String, ProfileReport>,
+    /// How the volume's network was relaxed.
+    pub solver: Solver,
+    /// Where the time went.
+    pub seconds: Seconds,
+}
+
+/// Where the arithmetic ran.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Backend {
+    /// `"gpu"` or `"cpu"`.
+    pub kind: String,
+    /// Name of the adapter or processor.
+    pub adapter: String,
+    /// Driver name and version; empty for the CPU.
+    pub driver: String,
+}
+
+/// Size of a mesh.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Mesh {
+    /// Number of vertices.
+    pub vertices: usize,
+    /// Number of tets.
+    pub tets: usize,
+    /// Size of each family, by name.
+    pub families: BTreeMap<String, FamilySize>,
+}
+
+/// Size of a family.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct FamilySize {
+    /// Number of vertices of its triangles.
+    pub vertices: usize,
+    /// Number of triangles.
+    pub triangles: usize,
+}
+
+impl Mesh {
+    /// Counts a mesh.
+    pub fn of(mesh: &TetMesh) -> Self {
+        // A vertex counts once per family; the family that counted it last is kept per vertex, family by family.
+        let mut sizes = vec![FamilySize::default(); mesh.families.len()];
+        let mut counted_for = vec![usize::MAX; mesh.vertices.len()];
+        let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
+        order.sort_by_key(|&triangle| mesh.triangle_family[triangle]);
+        for triangle in order {
+            let family = mesh.triangle_family[triangle].index();
+            sizes[family].triangles += 1;
+            for vertex in mesh.triangles[triangle] {
+                if std::mem::replace(&mut counted_for[vertex as usize], family) != family {
+                    sizes[family].vertices += 1;
+                }
+            }
+        }
+        let families = mesh.families.iter().cloned().zip(sizes).collect();
+        Self { vertices: mesh.vertices.len(), tets: mesh.tets.len(), families }
+    }
+}
+
+/// The states of the mesh that are measured (the paper's Table 1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StageName {
+    /// As read.
+    Original,
+    /// After the wing's vertices moved.
+    Deformed,
+    /// After the other families moved.
+    Corrected,
+    /// After the volume moved.
+    Final,
+}
+
+/// Quality of the mesh at one stage.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    /// Which stage.
+    pub name: StageName,
+    /// Smallest beta.
+    pub beta_min: f64,
+    /// Largest beta.
+    pub beta_max: f64,
+    /// Mean beta over the tets.
+    pub beta_mean: f64,
+    /// Tets whose beta is not positive.
+    pub inverted: usize,
+    /// Time from the stage before to this one, s.
+    pub seconds: f64,
+}
+
+impl Stage {
+    /// The row of a stage.
+    pub fn new(name: StageName, beta: &Statistics, seconds: f64) -> Self {
+        let &Statistics { min, max, mean, inverted } = beta;
+        Self { name, beta_min: min, beta_max: max, beta_mean: mean, inverted, seconds }
+    }
+}
+
+/// How true a family stayed to its shape, in the mesh's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct FamilyReport {
+    /// Largest distance of a carenage's vertices to its original surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_to_original_surface: Option<f64>,
+    /// Largest distance of a plane family's vertices to its plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_to_plane: Option<f64>,
+}
+
+/// How true a wing is to its new profiles, in the mesh's unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ProfileReport {
+    /// Largest distance between the moved wing and its new profiles.
+    pub max_distance_to_new_profiles: f64,
+}
+
+/// How the volume's network was relaxed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Solver {
+    /// `"jacobi"`, `"chebyshev"`, ...
+    pub method: String,
+    /// Sweeps over the network.
+    pub sweeps: usize,
+    /// Norm of the last residual over that of the first.
+    pub relative_residual: f64,
+}
+
+/// Where the time went, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Reading the mesh and the profiles.
+    pub read: f64,
+    /// What is done once per mesh.
+    pub setup: f64,
+    /// What every design costs: all stages, no files.
+    pub update: f64,
+    /// Writing the moved mesh.
+    pub write: f64,
+    /// All of it.
+    pub total: f64,
+}

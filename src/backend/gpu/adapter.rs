@@ -1,0 +1,96 @@
+//! Which adapter to take.
+
+use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Instance, InstanceDescriptor, InstanceFlags, Limits};
+
+use super::super::{AdapterSummary, BackendError};
+
+/// Which adapters may be taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// Hardware only.
+    Hardware,
+    /// Hardware first, else a software adapter.
+    Any,
+}
+
+/// The adapters the system offers that can run the kernels, the one to prefer first.
+pub fn adapters() -> Vec<AdapterSummary> {
+    let adapters = usable();
+    let summary = |(place, adapter): (usize, &Adapter)| {
+        let info = adapter.get_info();
+        AdapterSummary {
+            kind: match info.device_type {
+                DeviceType::DiscreteGpu => "discrete GPU",
+                DeviceType::IntegratedGpu => "integrated GPU",
+                DeviceType::VirtualGpu => "virtual GPU",
+                DeviceType::Cpu => "software",
+                DeviceType::Other => "other",
+            },
+            driver: driver(&info),
+            api: info.backend.to_string(),
+            max_array_bytes: max_binding(&adapter.limits()),
+            auto: place == 0 && is_hardware(&info),
+            name: info.name,
+        }
+    };
+    adapters.iter().enumerate().map(summary).collect()
+}
+
+/// The adapter to take.
+pub(super) fn choose(choice: Choice) -> Result<Adapter, BackendError> {
+    let best = usable().into_iter().next();
+    match choice {
+        Choice::Hardware => best.filter(|adapter| is_hardware(&adapter.get_info())),
+        Choice::Any => best,
+    }
+    .ok_or_else(|| {
+        BackendError::NoAdapter(
+            "install the GPU's Vulkan driver, or for a software adapter Mesa's lavapipe \
+             (Debian, Ubuntu: apt-get install mesa-vulkan-drivers)"
+                .to_owned(),
+        )
+    })
+}
+
+/// Driver name and version.
+pub(super) fn driver(info: &AdapterInfo) -> String {
+    format!("{} {}", info.driver, info.driver_info).trim().to_owned()
+}
+
+/// Most bytes one array can have.
+pub(super) fn max_binding(limits: &Limits) -> u64 {
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
+/// What the kernels ask of an adapter: WebGPU's defaults, and as much memory in one array as it has.
+pub(super) fn required_limits(adapter: &Adapter) -> Limits {
+    let limits = adapter.limits();
+    Limits {
+        max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+        max_buffer_size: limits.max_buffer_size,
+        ..Limits::defaults()
+    }
+}
+
+fn usable() -> Vec<Adapter> {
+    // Without flags: validation layers would make debug builds depend on what else is installed.
+    let instance = Instance::new(InstanceDescriptor {
+        flags: InstanceFlags::empty(),
+        ..InstanceDescriptor::new_without_display_handle()
+    });
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY));
+    adapters.retain(|adapter| required_limits(adapter).check_limits(&adapter.limits()));
+    // Stable: among equals the system's order stands.
+    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    });
+    adapters
+}
+
+fn is_hardware(info: &AdapterInfo) -> bool {
+    matches!(info.device_type, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu)
+}

@@ -1,0 +1,207 @@
+//! An open device: its buffers, its errors, and the way data come back from it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bytemuck::{NoUninit, Pod, cast_slice, pod_collect_to_vec};
+use wgpu::{
+    Adapter, AdapterInfo, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
+    DeviceDescriptor, ErrorFilter, MapMode, PollType, Queue,
+};
+
+use super::adapter::{max_binding, required_limits};
+use super::pipeline::Pipeline;
+use super::{BackendError, Bounds};
+use crate::kernels::{CONVERGENCE, EDGE_STIFFNESS, RELAX_SWEEP};
+
+/// Most neighbours or tets a loop of one invocation runs over. Mesa's software adapter ends an invocation silently after
+/// 65 535 iterations of all its loops together; the reduction of a workgroup takes a few of them.
+const MAX_ROW: u32 = 60_000;
+
+/// An open device with its compiled kernels.
+#[derive(Debug)]
+pub(super) struct Device {
+    device: wgpu::Device,
+    queue: Queue,
+    pub(super) info: AdapterInfo,
+    /// The first failure no error scope saw; the device is of no more use after it.
+    failure: Arc<Mutex<Option<String>>>,
+    /// Most bytes in one array.
+    pub(super) max_array: u64,
+    /// Most bytes in one array of a chunk.
+    pub(super) max_chunk: u64,
+    /// Most workgroups in one dimension of a dispatch.
+    max_workgroups: u32,
+    pub(super) edge_stiffness: Pipeline,
+    pub(super) relax_sweep: Pipeline,
+    pub(super) convergence: Pipeline,
+}
+
+impl Device {
+    pub(super) fn open(adapter: &Adapter, bounds: Bounds) -> Result<Self, BackendError> {
+        let info = adapter.get_info();
+        let fail = |message: String| BackendError::Device { adapter: info.name.clone(), message };
+        let descriptor = DeviceDescriptor {
+            label: Some("idmesh"),
+            required_limits: required_limits(adapter),
+            ..DeviceDescriptor::default()
+        };
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| fail(error.to_string()))?;
+        let failure = Arc::new(Mutex::new(None));
+        let record = |failure: &Mutex<Option<String>>, message: String| {
+            failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+        };
+        // wgpu's own handler panics.
+        let uncaptured = Arc::clone(&failure);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&uncaptured, error.to_string())));
+        let lost = Arc::clone(&failure);
+        device.set_device_lost_callback(move |_, message| record(&lost, format!("device lost: {message}")));
+
+        let limits = device.limits();
+        let max_array = max_binding(&limits);
+        let (pipelines, error) = catching(&device, || {
+            [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE].map(|kernel| Pipeline::new(&device, &kernel))
+        });
+        if let Some(message) = error {
+            return Err(fail(message));
+        }
+        let [edge_stiffness, relax_sweep, convergence] = pipelines;
+        Ok(Self {
+            max_chunk: bounds.matrix_bytes.unwrap_or(max_array).min(max_array),
+            max_workgroups: bounds.workgroups.unwrap_or(u32::MAX).min(limits.max_compute_workgroups_per_dimension),
+            edge_stiffness: edge_stiffness.map_err(fail)?,
+            relax_sweep: relax_sweep.map_err(fail)?,
+            convergence: convergence.map_err(fail)?,
+            device,
+            queue,
+            failure,
+            max_array,
+            info,
+        })
+    }
+
+    /// What went wrong.
+    pub(super) fn error(&self, message: impl Into<String>) -> BackendError {
+        BackendError::Device { adapter: self.info.name.clone(), message: message.into() }
+    }
+
+    /// Refuses an array larger than one binding.
+    pub(super) fn fits(&self, needed: u64, available: u64) -> Result<(), BackendError> {
+        if needed <= available {
+            return Ok(());
+        }
+        Err(BackendError::TooLarge { adapter: self.info.name.clone(), needed, available })
+    }
+
+    /// Refuses rows longer than a kernel's loop may be.
+    pub(super) fn rows_fit(&self, row_start: &[u32], what: &str) -> Result<(), BackendError> {
+        match row_start.windows(2).position(|ends| ends[1] - ends[0] > MAX_ROW) {
+            None => Ok(()),
+            Some(row) => Err(self.error(format!(
+                "{what} {row} has {} neighbours, a kernel takes at most {MAX_ROW}",
+                row_start[row + 1] - row_start[row]
+            ))),
+        }
+    }
+
+    /// Runs work whose errors wgpu reports on the side.
+    pub(super) fn guarded<R>(&self, work: impl FnOnce() -> Result<R, BackendError>) -> Result<R, BackendError> {
+        let (result, error) = catching(&self.device, work);
+        if let Some(message) = error {
+            return Err(self.error(message));
+        }
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*failure {
+            Some(message) => Err(self.error(message.clone())),
+            None => result,
+        }
+    }
+
+    /// A buffer of this many bytes. Never empty, as an empty one cannot be bound.
+    pub(super) fn buffer(&self, label: &str, size: u64, usage: BufferUsages) -> Buffer {
+        let size = size.max(16).next_multiple_of(4);
+        self.device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+    }
+
+    /// A storage buffer with these contents.
+    pub(super) fn filled<T: NoUninit>(&self, label: &str, data: &[T]) -> Buffer {
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let buffer = self.buffer(label, size_of_val(data) as u64, usage);
+        self.write(&buffer, data);
+        buffer
+    }
+
+    /// Replaces a buffer's contents, before the commands of the next submission.
+    pub(super) fn write<T: NoUninit>(&self, buffer: &Buffer, data: &[T]) {
+        if !data.is_empty() {
+            self.queue.write_buffer(buffer, 0, cast_slice(data));
+        }
+    }
+
+    pub(super) fn bind(&self, pipeline: &Pipeline, buffers: &[(&str, &Buffer)]) -> wgpu::BindGroup {
+        pipeline.bind(&self.device, buffers)
+    }
+
+    pub(super) fn encoder(&self) -> CommandEncoder {
+        self.device.create_command_encoder(&CommandEncoderDescriptor::default())
+    }
+
+    pub(super) fn submit(&self, encoder: CommandEncoder) {
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Number of workgroups in x and y that cover this many invocations. The last row in y may be longer than needed.
+    pub(super) fn workgroups(&self, n_invocations: usize, pipeline: &Pipeline) -> (u32, u32) {
+        let groups = (n_invocations as u32).div_ceil(pipeline.workgroup_size);
+        let x = groups.min(self.max_workgroups);
+        (x, groups.div_ceil(x.max(1)))
+    }
+
+    /// Submits, waits, and returns what then stands at the start of `source`, by way of `staging`.
+    pub(super) fn read<T: Pod>(
+        &self,
+        mut encoder: CommandEncoder,
+        source: &Buffer,
+        staging: &Buffer,
+        n: usize,
+    ) -> Result<Vec<T>, BackendError> {
+        let size = (n * size_of::<T>()) as u64;
+        encoder.copy_buffer_to_buffer(source, 0, staging, 0, size);
+        self.submit(encoder);
+        if n == 0 {
+            return Ok(Vec::new());
+        }
+        let (sender, receiver) = channel();
+        // The receiver outlives the wait below; should it not, there is nobody left to tell.
+        staging.map_async(MapMode::Read, 0..size, move |result| drop(sender.send(result)));
+        // wgpu panics where the device is lost during the wait.
+        let waited = catch_unwind(AssertUnwindSafe(|| self.device.poll(PollType::wait_indefinitely())));
+        match waited {
+            Err(_) => return Err(self.error("device lost")),
+            Ok(Err(error)) => return Err(self.error(error.to_string())),
+            Ok(Ok(_)) => {}
+        }
+        match receiver.try_recv() {
+            Ok(Ok(())) => {}
+            _ => return Err(self.error("the device did not hand back its results")),
+        }
+        let mapped = staging.get_mapped_range(0..size).map_err(|error| self.error(error.to_string()))?;
+        let data = pod_collect_to_vec(&mapped);
+        drop(mapped);
+        staging.unmap();
+        Ok(data)
+    }
+}
+
+/// Runs work and returns with its result the first error wgpu reported meanwhile.
+fn catching<R>(device: &wgpu::Device, work: impl FnOnce() -> R) -> (R, Option<String>) {
+    let filters = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal];
+    let scopes = filters.map(|filter| device.push_error_scope(filter));
+    let result = work();
+    let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
+    // All scopes must be popped, so no early end.
+    let first = errors.map(|error| error.to_string()).fold(None, |first: Option<String>, error| first.or(Some(error)));
+    (result, first)
+}

@@ -1,0 +1,250 @@
+//! Prescribed displacements: a CSV file of `x,y,z,dx,dy,dz` for the vertices of one family.
+//!
+//! Rows are matched to vertices by original position, so they may stand in any order; but each vertex must have exactly
+//! one row and each row a vertex: half a surface motion is a mistake, not a default.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use thiserror::Error;
+
+/// The rows of one file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplacementTable {
+    /// The file, for errors.
+    pub path: PathBuf,
+    /// Its rows, in order.
+    pub rows: Vec<DisplacementRow>,
+}
+
+/// One row: where a vertex is, and how far it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DisplacementRow {
+    /// Line in the file, from 1.
+    pub line: usize,
+    /// Original position, in the mesh's unit.
+    pub position: DVec3,
+    /// Displacement, in the mesh's unit.
+    pub displacement: DVec3,
+}
+
+/// Why prescribed displacements cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DisplacementError {
+    /// The file cannot be read.
+    #[error("{}: cannot read the displacements: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A line is not six finite numbers.
+    #[error("{}:{line}: {what}, expected six numbers x,y,z,dx,dy,dz", path.display())]
+    BadLine {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The file holds no row.
+    #[error("{}: no displacements, expected rows x,y,z,dx,dy,dz", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No vertex of the family is where a row says.
+    #[error(
+        "{}:{line}: no vertex of the family at ({}, {}, {}), the nearest is {distance:e} away, expected one within \
+         {tolerance:e}",
+        path.display(), position.x, position.y, position.z
+    )]
+    NoVertex {
+        /// The file.
+        path: PathBuf,
+        /// The row's line, from 1.
+        line: usize,
+        /// The row's position.
+        position: DVec3,
+        /// How far the nearest vertex is; infinite if the family has none.
+        distance: f64,
+        /// How near it would have to be.
+        tolerance: f64,
+    },
+    /// Two rows are for one vertex.
+    #[error(
+        "{}:{line}: a second row for the vertex at ({}, {}, {}), the first is on line {first_line}, expected one",
+        path.display(), position.x, position.y, position.z
+    )]
+    Doubled {
+        /// The file.
+        path: PathBuf,
+        /// The second row's line, from 1.
+        line: usize,
+        /// The first row's line.
+        first_line: usize,
+        /// The second row's position.
+        position: DVec3,
+    },
+    /// Vertices of the family have no row.
+    #[error(
+        "{}: {missing} of the family's {total} vertices have no row, the first is vertex {vertex} at ({}, {}, {})",
+        path.display(), position.x, position.y, position.z
+    )]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// How many vertices have none.
+        missing: usize,
+        /// How many vertices the family has.
+        total: usize,
+        /// The first of them, counted from 0.
+        vertex: u32,
+        /// Its position.
+        position: DVec3,
+    },
+}
+
+/// Reads a displacement file; the header line `x,y,z,dx,dy,dz` and empty lines are skipped.
+///
+/// # Errors
+/// The file cannot be read, is empty, or a line is not six finite numbers.
+pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
+    let bytes =
+        std::fs::read(path).map_err(|source| DisplacementError::Unreadable { path: path.to_path_buf(), source })?;
+    // Bytes that are no text become characters that are no number, and are reported as such with their line.
+    parse(&String::from_utf8_lossy(&bytes), path)
+}
+
+/// Reads the text of a displacement file; `path` names it in errors.
+///
+/// # Errors
+/// The text has no row, or a line is not six finite numbers.
+pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementError> {
+    let mut rows = Vec::new();
+    for (index, content) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let line = index + 1;
+        let fields: Vec<&str> = content.split(',').map(str::trim).collect();
+        let is_header =
+            line == 1 && fields.iter().map(|field| field.to_lowercase()).eq(["x", "y", "z", "dx", "dy", "dz"]);
+        if content.trim().is_empty() || is_header {
+            continue;
+        }
+        let bad = |what: String| DisplacementError::BadLine { path: path.to_path_buf(), line, what };
+        if fields.len() != 6 {
+            let noun = if fields.len() == 1 { "column" } else { "columns" };
+            return Err(bad(format!("{} {noun}", fields.len())));
+        }
+        let mut numbers = [0.0f64; 6];
+        for (number, field) in numbers.iter_mut().zip(&fields) {
+            *number = field.parse().map_err(|_| bad(format!("\"{field}\" is not a number")))?;
+            if !number.is_finite() {
+                return Err(bad(format!("\"{field}\" is not finite")));
+            }
+        }
+        let [x, y, z, dx, dy, dz] = numbers;
+        rows.push(DisplacementRow { line, position: DVec3::new(x, y, z), displacement: DVec3::new(dx, dy, dz) });
+    }
+    if rows.is_empty() {
+        return Err(DisplacementError::Empty { path: path.to_path_buf() });
+    }
+    Ok(DisplacementTable { path: path.to_path_buf(), rows })
+}
+
+/// Displacement of each vertex of a family `[family_vertices]`.
+///
+/// - `vertices` `[n_vertices]`: original positions of the whole mesh
+/// - `family_vertices`: the family's vertices, each once
+/// - `tolerance`: a row belongs to the nearest vertex not further away than this; mesh's unit, `>= 0`
+///
+/// # Errors
+/// A row without a vertex, two rows for one vertex, or a vertex without a row.
+pub fn match_displacements(
+    table: &DisplacementTable,
+    vertices: &[DVec3],
+    family_vertices: &[u32],
+    tolerance: f64,
+) -> Result<Vec<DVec3>, DisplacementError> {
+    let grid = Grid::new(vertices, family_vertices, tolerance);
+    let mut row_of: Vec<Option<usize>> = vec![None; family_vertices.len()];
+    for (index, row) in table.rows.iter().enumerate() {
+        let Some(local) = grid.nearest(row.position) else {
+            let distances = family_vertices.iter().map(|&vertex| vertices[vertex as usize].distance(row.position));
+            return Err(DisplacementError::NoVertex {
+                path: table.path.clone(),
+                line: row.line,
+                position: row.position,
+                distance: distances.min_by(f64::total_cmp).unwrap_or(f64::INFINITY),
+                tolerance,
+            });
+        };
+        if let Some(first) = row_of[local].replace(index) {
+            return Err(DisplacementError::Doubled {
+                path: table.path.clone(),
+                line: row.line,
+                first_line: table.rows[first].line,
+                position: row.position,
+            });
+        }
+    }
+    if let Some(first) = row_of.iter().position(Option::is_none) {
+        let vertex = family_vertices[first];
+        return Err(DisplacementError::Missing {
+            path: table.path.clone(),
+            missing: row_of.iter().filter(|row| row.is_none()).count(),
+            total: family_vertices.len(),
+            vertex,
+            position: vertices[vertex as usize],
+        });
+    }
+    Ok(row_of.into_iter().flatten().map(|row| table.rows[row].displacement).collect())
+}
+
+/// The family's vertices in cubes no smaller than the tolerance, so that a row's vertex is in its cube or one beside it.
+struct Grid<'a> {
+    vertices: &'a [DVec3],
+    family_vertices: &'a [u32],
+    tolerance: f64,
+    cell: f64,
+    cells: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl<'a> Grid<'a> {
+    fn new(vertices: &'a [DVec3], family_vertices: &'a [u32], tolerance: f64) -> Self {
+        let largest = family_vertices.iter().map(|&vertex| vertices[vertex as usize].abs().max_element());
+        let largest = largest.fold(0.0, f64::max);
+        // Below 1e-12 of the coordinates a cube's number would no longer be exact.
+        let cell = tolerance.max(1e-12 * largest).max(f64::MIN_POSITIVE);
+        let mut grid = Self { vertices, family_vertices, tolerance, cell, cells: HashMap::new() };
+        for (local, &vertex) in family_vertices.iter().enumerate() {
+            let key = grid.key(vertices[vertex as usize]);
+            grid.cells.entry(key).or_default().push(local as u32);
+        }
+        grid
+    }
+
+    fn key(&self, position: DVec3) -> [i64; 3] {
+        position.to_array().map(|coordinate| (coordinate / self.cell).floor() as i64)
+    }
+
+    /// Index in `family_vertices` of the nearest vertex within the tolerance; the first of equally near ones.
+    fn nearest(&self, position: DVec3) -> Option<usize> {
+        let [x, y, z] = self.key(position);
+        let around = |centre: i64| (-1..=1).map(move |step| centre.saturating_add(step));
+        around(x)
+            .flat_map(|x| around(y).flat_map(move |y| around(z).map(move |z| [x, y, z])))
+            .filter_map(|key| self.cells.get(&key))
+            .flatten()
+            .map(|&local| {
+                let vertex = self.family_vertices[local as usize];
+                (self.vertices[vertex as usize].distance(position), local as usize)
+            })
+            .filter(|&(distance, _)| distance <= self.tolerance)
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+            .map(|(_, local)| local)
+    }
+}

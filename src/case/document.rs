@@ -1,0 +1,244 @@
+//! A TOML document that remembers where everything stands.
+//!
+//! The document is walked by hand rather than deserialised: keys keep their own places, so an unknown key is reported at
+//! the key, and messages name the table the way the user wrote it.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::nearest::{did_you_mean, quoted_list};
+use super::{CaseError, Position};
+
+/// The text of a case file and its name.
+#[derive(Clone, Copy)]
+pub(super) struct Document<'d> {
+    pub path: &'d Path,
+    pub text: &'d str,
+}
+
+impl<'d> Document<'d> {
+    /// Parses the text.
+    pub fn parse(self) -> Result<Spanned<DeTable<'d>>, CaseError> {
+        DeTable::parse(self.text).map_err(|error| {
+            let message = error.message().trim().replace('\n', ", ");
+            self.error(error.span().map_or(0, |span| span.start), message)
+        })
+    }
+
+    /// An error at a byte offset.
+    pub fn error(self, offset: usize, message: impl Into<String>) -> CaseError {
+        let position = self.position(offset);
+        CaseError::Invalid { path: self.path.to_path_buf(), position, message: message.into() }
+    }
+
+    /// Line and column of a byte offset.
+    pub fn position(self, offset: usize) -> Position {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        let line_start = before.iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline + 1);
+        Position {
+            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
+            column: 1 + String::from_utf8_lossy(&before[line_start..]).chars().count(),
+        }
+    }
+}
+
+/// A table of the document whose keys are all known.
+pub(super) struct Section<'d> {
+    document: Document<'d>,
+    /// As in a header, without brackets; empty for the top of the file.
+    name: String,
+    /// Where its key stands.
+    offset: usize,
+    table: &'d DeTable<'d>,
+}
+
+impl<'d> Section<'d> {
+    /// The top of the file.
+    pub fn top(document: Document<'d>, table: &'d DeTable<'d>, known: &[&str]) -> Result<Self, CaseError> {
+        Self { document, name: String::new(), offset: 0, table }.with_known_keys(known)
+    }
+
+    fn with_known_keys(self, known: &[&str]) -> Result<Self, CaseError> {
+        // In the order of the file, so that the first mistake is the one reported.
+        let mut keys: Vec<_> = self.table.keys().collect();
+        keys.sort_by_key(|key| key.span().start);
+        for key in keys {
+            let name: &str = key.get_ref();
+            if !known.contains(&name) {
+                let place = if self.name.is_empty() { "at the top".into() } else { format!("in [{}]", self.name) };
+                let advice = match did_you_mean(name, known) {
+                    Some(advice) => advice,
+                    None => format!(", expected {}", quoted_list(known)),
+                };
+                return Err(self.document.error(key.span().start, format!("unknown key `{name}` {place}{advice}")));
+            }
+        }
+        Ok(self)
+    }
+
+    /// The value of a key.
+    pub fn get(&self, key: &str) -> Option<Value<'d>> {
+        let (found, value) = self.table.iter().find(|(name, _)| name.get_ref() == key)?;
+        let name = if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) };
+        Some(Value {
+            document: self.document,
+            name,
+            key: found.span().start,
+            offset: value.span().start,
+            value: value.get_ref(),
+        })
+    }
+
+    /// The value of a key that must be there.
+    pub fn require(&self, key: &str, expected: &str) -> Result<Value<'d>, CaseError> {
+        self.get(key).ok_or_else(|| {
+            let place = if self.name.is_empty() { String::new() } else { format!(" in [{}]", self.name) };
+            self.error(format!("missing key `{key}`{place}, expected {expected}"))
+        })
+    }
+
+    /// An error at the section's name.
+    pub fn error(&self, message: impl Into<String>) -> CaseError {
+        self.document.error(self.offset, message)
+    }
+
+    /// The file the section is in.
+    pub fn path(&self) -> &'d Path {
+        self.document.path
+    }
+
+    /// Where the section's name stands.
+    pub fn position(&self) -> Position {
+        self.document.position(self.offset)
+    }
+}
+
+/// A value of the document.
+pub(super) struct Value<'d> {
+    document: Document<'d>,
+    /// Dotted, from the top of the file.
+    name: String,
+    /// Where the key stands.
+    key: usize,
+    /// Where the value stands.
+    offset: usize,
+    value: &'d DeValue<'d>,
+}
+
+impl<'d> Value<'d> {
+    /// An error at the value.
+    pub fn error(&self, message: impl Into<String>) -> CaseError {
+        self.document.error(self.offset, message)
+    }
+
+    /// An error at the value's key.
+    pub fn key_error(&self, message: impl Into<String>) -> CaseError {
+        self.document.error(self.key, message)
+    }
+
+    fn unexpected(&self, expected: &str) -> CaseError {
+        let found = match self.value {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) | DeValue::Float(_) => "a number",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "a list",
+            DeValue::Table(_) => "a table",
+        };
+        self.error(format!("`{}` is {found}, expected {expected}", self.name))
+    }
+
+    /// A string.
+    pub fn text(&self) -> Result<&'d str, CaseError> {
+        match self.value {
+            DeValue::String(text) if !text.trim().is_empty() => Ok(text),
+            DeValue::String(_) => Err(self.error(format!("`{}` is empty, expected a name", self.name))),
+            _ => Err(self.unexpected("a string")),
+        }
+    }
+
+    /// A string or a list of strings, at least one, each with its offset.
+    pub fn texts(&self) -> Result<Vec<Value<'d>>, CaseError> {
+        let DeValue::Array(array) = self.value else {
+            self.text().map_err(|error| match self.value {
+                DeValue::String(_) => error,
+                _ => self.unexpected("a string or a list of strings"),
+            })?;
+            return Ok(vec![Value { name: self.name.clone(), ..*self }]);
+        };
+        let values: Vec<_> = array
+            .iter()
+            .map(|value| Value { name: self.name.clone(), offset: value.span().start, value: value.get_ref(), ..*self })
+            .collect();
+        if values.is_empty() {
+            return Err(self.error(format!("`{}` is an empty list, expected at least one file", self.name)));
+        }
+        for value in &values {
+            value.text()?;
+        }
+        Ok(values)
+    }
+
+    /// A number, whole or not; it may be NaN or infinite.
+    pub fn number(&self) -> Result<f64, CaseError> {
+        let text: Cow<str> = match self.value {
+            DeValue::Float(float) => float.as_str().into(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().into(),
+            _ => return Err(self.unexpected("a number")),
+        };
+        text.parse().map_err(|_| self.unexpected("a number"))
+    }
+
+    /// A whole number, at least 1.
+    pub fn count(&self) -> Result<usize, CaseError> {
+        match self.value {
+            DeValue::Integer(integer) => match usize::from_str_radix(integer.as_str(), integer.radix()) {
+                Ok(count) if count > 0 => Ok(count),
+                _ => Err(self.error(format!("`{}` is {integer}, expected a whole number from 1 on", self.name))),
+            },
+            _ => Err(self.unexpected("a whole number from 1 on")),
+        }
+    }
+
+    /// One of several names.
+    pub fn one_of(&self, names: &[&str]) -> Result<&'d str, CaseError> {
+        let text = self.text().map_err(|error| match self.value {
+            DeValue::String(_) => error,
+            _ => self.unexpected(&quoted_list(names)),
+        })?;
+        if names.contains(&text) {
+            return Ok(text);
+        }
+        let advice = did_you_mean(text, names).unwrap_or_default();
+        Err(self.error(format!("`{}` is \"{text}\", expected {}{advice}", self.name, quoted_list(names))))
+    }
+
+    /// A table with these keys.
+    pub fn section(&self, known: &[&str]) -> Result<Section<'d>, CaseError> {
+        let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
+        Section { document: self.document, name: self.name.clone(), offset: self.key, table }.with_known_keys(known)
+    }
+
+    /// A table of tables, each with these keys, by name and in the order of the file.
+    pub fn sections(&self, known: &[&str]) -> Result<Vec<(&'d str, Section<'d>)>, CaseError> {
+        let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        entries
+            .into_iter()
+            .map(|(key, value)| {
+                let child = Value {
+                    document: self.document,
+                    name: format!("{}.{}", self.name, key.get_ref()),
+                    key: key.span().start,
+                    offset: value.span().start,
+                    value: value.get_ref(),
+                };
+                Ok((key.get_ref().as_ref(), child.section(known)?))
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,224 @@
+//! From a TOML document to a checked [`Case`].
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::springs::{SPRINGS, Springs};
+use crate::stages::TipStart;
+
+use super::document::{Document, Section, Value};
+use super::nearest::{did_you_mean, quoted_list};
+use super::{
+    Case, CaseError, FamilySettings, Method, Output, ProfileSource, Role, SolverSettings, paths,
+};
+
+/// Reads the whole document.
+pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
+    let document = Document { path, text };
+    let table = document.parse()?;
+    let known = ["mesh", "profiles", "family", "volume", "quality", "solver", "output"];
+    let top = Section::top(document, table.get_ref(), &known)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+
+    let mesh = paths::file(&top.require("mesh", "the mesh to move, such as mesh = \"wing-body.msh\"")?, folder)?;
+    let families = families(&top, folder)?;
+    let profiles = profiles(&top, folder, &families)?;
+    let springs = springs(&top)?;
+    check_quality(&top)?;
+    let solver = solver(&top)?;
+    let output = output(&top, folder, &mesh)?;
+    Ok(Case { path: path.to_path_buf(), mesh, profiles, families, springs, solver, output })
+}
+
+fn families(top: &Section, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
+    let mut families = BTreeMap::new();
+    let Some(table) = top.get("family") else { return Ok(families) };
+    for (name, section) in table.sections(&["role", "coefficient", "start", "displacement"])? {
+        let role = role(&section, folder)?;
+        families.insert(name.to_owned(), FamilySettings { role, position: section.position() });
+    }
+    Ok(families)
+}
+
+fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
+    let names = ["wing", "trailing-edge", "wingtip", "carenage", "plane", "fixed", "prescribed"];
+    let name = section.require("role", &format!("one of {}", quoted_list(&names)))?.one_of(&names)?;
+
+    for (key, owner) in [("coefficient", "wingtip"), ("start", "wingtip"), ("displacement", "prescribed")] {
+        if let Some(value) = section.get(key).filter(|_| name != owner) {
+            return Err(value.key_error(format!(
+                "`{key}` does not fit role \"{name}\", expected only in a family whose role is \"{owner}\""
+            )));
+        }
+    }
+    Ok(match name {
+        "wing" => Role::Wing,
+        "trailing-edge" => Role::TrailingEdge,
+        "wingtip" => {
+            let coefficient = match section.get("coefficient") {
+                None => 0.5,
+                Some(value) => in_unit_interval(&value)?,
+            };
+            let start = match section.get("start").map(|value| value.one_of(&["rigid", "original"])).transpose()? {
+                None | Some("rigid") => TipStart::Rigid,
+                Some(_) => TipStart::Original,
+            };
+            Role::Wingtip { coefficient, start }
+        }
+        "carenage" => Role::Carenage,
+        "plane" => Role::Plane,
+        "fixed" => Role::Fixed,
+        _ => {
+            let value = section.require("displacement", "a CSV file with rows x,y,z,dx,dy,dz")?;
+            Role::Prescribed { displacement: paths::file(&value, folder)? }
+        }
+    })
+}
+
+fn in_unit_interval(value: &Value) -> Result<f64, CaseError> {
+    let number = value.number()?;
+    if (0.0..=1.0).contains(&number) {
+        return Ok(number);
+    }
+    Err(value.error(format!("`coefficient` is {number}, expected 0 (rigid) to 1 (freely deformable)")))
+}
+
+fn profiles(
+    top: &Section,
+    folder: &Path,
+    families: &BTreeMap<String, FamilySettings>,
+) -> Result<BTreeMap<String, ProfileSource>, CaseError> {
+    let mut profiles = BTreeMap::new();
+    let sections = match top.get("profiles") {
+        Some(table) => table.sections(&["new", "old"])?,
+        None => Vec::new(),
+    };
+    for (name, section) in sections {
+        match families.get(name).map(|family| &family.role) {
+            Some(Role::Wing) => {}
+            Some(role) => {
+                return Err(section.error(format!(
+                    "profiles are given for family `{name}`, whose role is \"{}\", expected a family whose role is \
+                     \"wing\"",
+                    role.name()
+                )));
+            }
+            None => {
+                let known: Vec<_> = families.keys().collect();
+                let advice = did_you_mean(name, &known).unwrap_or_default();
+                return Err(section.error(format!(
+                    "profiles are given for family `{name}`, but there is no table [family.{name}]{advice}"
+                )));
+            }
+        }
+        let new = section.require("new", "a profile file, a list of them, or a pattern such as \"new/*.dat\"")?;
+        let new = paths::files(&new, folder)?;
+        let old = section.get("old").map(|value| paths::files(&value, folder)).transpose()?;
+        profiles.insert(name.to_owned(), ProfileSource { new, old });
+    }
+    let without = families.iter().filter(|(name, family)| family.role == Role::Wing && !profiles.contains_key(*name));
+    if let Some((name, family)) = without.min_by_key(|(_, family)| family.position.line) {
+        return Err(CaseError::Invalid {
+            path: top.path().to_path_buf(),
+            position: family.position,
+            message: format!(
+                "family `{name}` is a wing, but there is no table [profiles.{name}], expected one with its new profiles"
+            ),
+        });
+    }
+    Ok(profiles)
+}
+
+fn springs(top: &Section) -> Result<&'static Springs, CaseError> {
+    let names: Vec<_> = SPRINGS.iter().map(|springs| springs.name).collect();
+    let table = top.get("volume").map(|table| table.section(&["springs"])).transpose()?;
+    let name = table.and_then(|section| section.get("springs")).map(|value| value.one_of(&names)).transpose()?;
+    let name = name.unwrap_or("torsional");
+    Ok(SPRINGS.iter().find(|springs| springs.name == name).unwrap_or(&SPRINGS[0]))
+}
+
+/// `[quality]` may only say "off": whoever asks for optimisation must not get a mesh without it.
+fn check_quality(top: &Section) -> Result<(), CaseError> {
+    let Some(table) = top.get("quality") else { return Ok(()) };
+    let Some(value) = table.section(&["target"])?.get("target") else { return Ok(()) };
+    match value.one_of(&["original", "improve", "off"])? {
+        "off" => Ok(()),
+        target => Err(value.error(format!(
+            "`quality.target` is \"{target}\", but local optimisation is not available in this version, expected \"off\""
+        ))),
+    }
+}
+
+fn solver(top: &Section) -> Result<SolverSettings, CaseError> {
+    let mut settings = SolverSettings::default();
+    let Some(table) = top.get("solver") else { return Ok(settings) };
+    let section = table.section(&["method", "tolerance", "max_sweeps"])?;
+    if let Some(value) = section.get("method") {
+        settings.method = match value.one_of(&["auto", "jacobi", "chebyshev", "multigrid"])? {
+            "auto" => Method::Auto,
+            "jacobi" => Method::Jacobi,
+            "chebyshev" => Method::Chebyshev,
+            method => {
+                return Err(value.error(format!(
+                    "`solver.method` is \"{method}\", which is not available in this version, expected `auto`, \
+                     `jacobi` or `chebyshev`"
+                )));
+            }
+        };
+    }
+    if let Some(value) = section.get("tolerance") {
+        settings.accuracy.tolerance = value.number()?;
+        if !(settings.accuracy.tolerance > 0.0 && settings.accuracy.tolerance.is_finite()) {
+            let message =
+                format!("`solver.tolerance` is {}, expected a number above 0, such as 1e-4", settings.accuracy.tolerance);
+            return Err(value.error(message));
+        }
+    }
+    if let Some(value) = section.get("max_sweeps") {
+        settings.accuracy.max_sweeps = value.count()?;
+    }
+    Ok(settings)
+}
+
+fn output(top: &Section, folder: &Path, mesh: &Path) -> Result<Output, CaseError> {
+    let section = top.get("output").map(|table| table.section(&["mesh", "histogram"])).transpose()?;
+    let mut output = Output { mesh: vec![folder.join(default_name(mesh))], histogram: None };
+    let Some(section) = section else { return Ok(output) };
+    if let Some(value) = section.get("mesh") {
+        output.mesh.clear();
+        for entry in value.texts()? {
+            let file = folder.join(entry.text()?);
+            if file == mesh {
+                return Err(
+                    entry.error(format!("the output \"{}\" is the input mesh, expected another name", entry.text()?))
+                );
+            }
+            if output.mesh.contains(&file) {
+                return Err(entry.error(format!("the output \"{}\" is listed twice", entry.text()?)));
+            }
+            output.mesh.push(file);
+        }
+    }
+    if let Some(value) = section.get("histogram") {
+        let file = paths::file(&value, folder)?;
+        if file.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg")) {
+            return Err(
+                value.error(format!("`output.histogram` is \"{}\", expected a name ending in .svg", value.text()?))
+            );
+        }
+        output.histogram = Some(file);
+    }
+    Ok(output)
+}
+
+/// `moved` with the input's extension, both parts of a compressed one: `wing.msh.gz` gives `moved.msh.gz`.
+fn default_name(mesh: &Path) -> String {
+    let name = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let parts: Vec<&str> = name.split('.').collect();
+    let kept = match parts.as_slice() {
+        [_, .., last] if last.eq_ignore_ascii_case("gz") && parts.len() > 2 => 2,
+        [_, .., _] => 1,
+        _ => 0,
+    };
+    std::iter::once("moved").chain(parts[parts.len() - kept..].iter().copied()).collect::<Vec<_>>().join(".")
+}

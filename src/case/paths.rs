@@ -1,0 +1,84 @@
+//! Paths of a case file: relative to it, and patterns in the file name.
+
+use std::path::{Path, PathBuf};
+
+use super::CaseError;
+use super::document::Value;
+
+/// The file a value names.
+pub(super) fn file(value: &Value, folder: &Path) -> Result<PathBuf, CaseError> {
+    Ok(folder.join(value.text()?))
+}
+
+/// The files a value names: one, a list, or patterns; a pattern's files are sorted by name.
+pub(super) fn files(value: &Value, folder: &Path) -> Result<Vec<PathBuf>, CaseError> {
+    let mut files = Vec::new();
+    for entry in value.texts()? {
+        let text = entry.text()?;
+        if text.contains(['*', '?']) {
+            expand(&entry, text, folder, &mut files)?
+        } else {
+            files.push(folder.join(text))
+        }
+    }
+    Ok(files)
+}
+
+fn expand(value: &Value, text: &str, folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CaseError> {
+    let whole = folder.join(text);
+    let (Some(parent), Some(pattern)) = (whole.parent(), whole.file_name().and_then(|name| name.to_str())) else {
+        return Err(value.error(format!("pattern \"{text}\" has no file name")));
+    };
+    if Path::new(text).parent().is_some_and(|parent| parent.to_string_lossy().contains(['*', '?'])) {
+        return Err(value.error(format!("pattern \"{text}\": `*` and `?` are understood in the file name only")));
+    }
+    let here = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+    let entries = std::fs::read_dir(here)
+        .map_err(|error| value.error(format!("pattern \"{text}\": cannot list {}: {error}", here.display())))?;
+    let mut names: Vec<_> = entries
+        .filter_map(Result::ok)
+        .filter(|entry| !entry.path().is_dir())
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter(|name| matches(pattern, name))
+        .collect();
+    if names.is_empty() {
+        return Err(value.error(format!("pattern \"{text}\" matches no file in {}", here.display())));
+    }
+    names.sort();
+    files.extend(names.into_iter().map(|name| parent.join(name)));
+    Ok(())
+}
+
+/// Whether a name fits a pattern: `*` is any run of characters, `?` any one. Like a shell's, `*` does not match a leading
+/// dot.
+fn matches(pattern: &str, name: &str) -> bool {
+    fn rest(pattern: &[char], name: &[char]) -> bool {
+        match pattern.split_first() {
+            None => name.is_empty(),
+            Some(('*', after)) => (0..=name.len()).any(|skipped| rest(after, &name[skipped..])),
+            Some((first, after)) => {
+                name.split_first().is_some_and(|(letter, left)| (*first == '?' || first == letter) && rest(after, left))
+            }
+        }
+    }
+    if name.starts_with('.') && !pattern.starts_with('.') {
+        return false;
+    }
+    let (pattern, name): (Vec<_>, Vec<_>) = (pattern.chars().collect(), name.chars().collect());
+    rest(&pattern, &name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::matches;
+
+    #[test]
+    fn patterns_match_whole_names() {
+        assert!(matches("*.dat", "section_1.dat"));
+        assert!(matches("s?.dat", "s1.dat"));
+        assert!(matches("*_*", "a_b_c"));
+        assert!(!matches("s?.dat", "s10.dat"));
+        assert!(!matches("*.dat", "section.data"));
+        assert!(!matches("*.dat", ".hidden.dat"));
+    }
+}

@@ -1,0 +1,55 @@
+//! The table of the stages, as in the paper's Table 1.
+
+use std::fmt::Write;
+
+use super::{Stage, StageName};
+
+/// The stages as aligned columns, a line each, header first.
+pub fn stage_table(stages: &[Stage]) -> String {
+    let mut rows =
+        vec![["stage", "beta min", "beta max", "beta mean", "inverted", "seconds"].map(str::to_owned).to_vec()];
+    for stage in stages {
+        let name = match stage.name {
+            StageName::Original => "Original",
+            StageName::Deformed => "Deformed",
+            StageName::Corrected => "Corrected",
+            StageName::Final => "Final",
+        };
+        rows.push(vec![
+            name.to_owned(),
+            beta_text(stage.beta_min, 6),
+            beta_text(stage.beta_max, 6),
+            beta_text(stage.beta_mean, 7),
+            stage.inverted.to_string(),
+            format!("{:.3}", stage.seconds),
+        ]);
+    }
+    aligned(&rows)
+}
+
+/// Beta with the paper's decimals, or in powers of ten where those would leave few digits (boundary layers).
+pub(crate) fn beta_text(beta: f64, decimals: usize) -> String {
+    if beta != 0.0 && beta.abs() < 1e-3 { format!("{beta:.3e}") } else { format!("{beta:.decimals$}") }
+}
+
+/// Rows as lines: the first column to the left, the others to the right, two spaces between.
+pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width: Vec<usize> = (0..columns)
+        .map(|column| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0))
+        .collect();
+    let mut text = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (column, (cell, width)) in row.iter().zip(&width).enumerate() {
+            // Writing to a string cannot fail.
+            let _ = match column {
+                0 => write!(line, "{cell:<width$}"),
+                _ => write!(line, "  {cell:>width$}"),
+            };
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,422 @@
+//! The case file: what a good one means, and that every mistake is reported at its line with what was expected.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use idmesh::case::displacement::{self, DisplacementError};
+use idmesh::stages::TipStart;
+use idmesh::case::{Case, CaseError, Method, Position, Role};
+
+const GOOD: &str = r#"mesh = "wing-body.msh"
+
+[profiles.wing]
+new = "new.csv"
+old = ["a.csv", "b.csv"]
+
+[family.wing]
+role = "wing"
+[family.trailing_edge]
+role = "trailing-edge"
+[family.wingtip]
+role = "wingtip"
+coefficient = 0.25
+start = "original"
+[family.carenage]
+role = "carenage"
+[family.symmetry]
+role = "plane"
+[family.farfield]
+role = "fixed"
+[family.flap]
+role = "prescribed"
+displacement = "flap.csv"
+
+[volume]
+springs = "murayama"
+
+[quality]
+target = "off"
+
+[solver]
+method = "chebyshev"
+tolerance = 1e-6
+max_sweeps = 500
+
+[output]
+mesh = ["out/moved.msh", "moved.vtu"]
+histogram = "beta.svg"
+"#;
+
+fn parse(text: &str) -> Result<Case, CaseError> {
+    Case::parse(text, Path::new("cases/a.toml"))
+}
+
+/// The message of the error that `text` gives, without its location, and the location.
+fn mistake(text: &str) -> (Position, String) {
+    match parse(text).unwrap_err() {
+        CaseError::Invalid { position, message, path } => {
+            assert_eq!(path, Path::new("cases/a.toml"));
+            (position, message)
+        }
+        other => panic!("not a mistake in the file: {other}"),
+    }
+}
+
+/// Replaces `from`, which must be in the good case, and checks where and what is reported.
+#[track_caller]
+fn assert_mistake(from: &str, to: &str, line: usize, column: usize, message: &str) {
+    assert!(GOOD.contains(from), "{from} is not in the good case");
+    let (position, found) = mistake(&GOOD.replacen(from, to, 1));
+    assert_eq!(found, message);
+    assert_eq!((position.line, position.column), (line, column), "{found}");
+}
+
+#[test]
+fn good_case_is_read_whole() {
+    let case = parse(GOOD).unwrap();
+    let here = Path::new("cases");
+    assert_eq!(case.mesh, here.join("wing-body.msh"));
+    assert_eq!(case.profiles["wing"].new, [here.join("new.csv")]);
+    assert_eq!(case.profiles["wing"].old, Some(vec![here.join("a.csv"), here.join("b.csv")]));
+    let role = |name: &str| case.families[name].role.clone();
+    assert_eq!(case.families.len(), 7);
+    assert_eq!(role("wing"), Role::Wing);
+    assert_eq!(role("trailing_edge"), Role::TrailingEdge);
+    assert_eq!(role("wingtip"), Role::Wingtip { coefficient: 0.25, start: TipStart::Original });
+    assert_eq!(role("carenage"), Role::Carenage);
+    assert_eq!(role("symmetry"), Role::Plane);
+    assert_eq!(role("farfield"), Role::Fixed);
+    assert_eq!(role("flap"), Role::Prescribed { displacement: here.join("flap.csv") });
+    assert_eq!(case.springs.name, "murayama");
+    assert_eq!((case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps), (Method::Chebyshev, 1e-6, 500));
+    assert_eq!(case.output.mesh, [here.join("out/moved.msh"), here.join("moved.vtu")]);
+    assert_eq!(case.output.histogram, Some(here.join("beta.svg")));
+}
+
+#[test]
+fn defaults() {
+    let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
+    assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Rigid });
+    assert_eq!(case.springs.name, "torsional");
+    assert_eq!((case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps), (Method::Auto, 1e-4, 200_000));
+    assert_eq!(case.output.mesh, [Path::new("cases/moved.msh.gz")]);
+    assert_eq!(case.output.histogram, None);
+    let moved = |mesh: &str| parse(&format!("mesh = \"{mesh}\"")).unwrap().output.mesh;
+    assert_eq!(moved("v1.2/wing.su2"), [Path::new("cases/moved.su2")]);
+    assert_eq!(moved("wing.v22.msh"), [Path::new("cases/moved.msh")]);
+}
+
+#[test]
+fn absolute_paths_stay() {
+    assert_eq!(parse("mesh = \"/data/wing.msh\"").unwrap().mesh, Path::new("/data/wing.msh"));
+}
+
+#[test]
+fn coefficient_ends_belong_to_the_range() {
+    for (text, value) in [("0", 0.0), ("1", 1.0), ("1.0", 1.0)] {
+        let case = parse(&GOOD.replace("0.25", text)).unwrap();
+        assert_eq!(case.families["wingtip"].role, Role::Wingtip { coefficient: value, start: TipStart::Original });
+    }
+}
+
+#[test]
+fn errors_name_file_line_and_column() {
+    let error = parse(&GOOD.replace("tolerance", "tolerence")).unwrap_err();
+    assert_eq!(error.to_string(), "cases/a.toml:33:1: unknown key `tolerence` in [solver]; did you mean `tolerance`?");
+}
+
+#[test]
+fn unknown_keys() {
+    let top = "unknown key `meshes` at the top; did you mean `mesh`?";
+    assert_mistake("mesh = ", "meshes = ", 1, 1, top);
+    let far = "unknown key `colour` in [solver], expected `method`, `tolerance` or `max_sweeps`";
+    assert_mistake("method = ", "colour = ", 32, 1, far);
+    assert_mistake(
+        "role = \"plane\"",
+        "rol = \"plane\"",
+        18,
+        1,
+        "unknown key `rol` in [family.symmetry]; did you mean `role`?",
+    );
+    assert_mistake("[volume]", "[volumes]", 25, 2, "unknown key `volumes` at the top; did you mean `volume`?");
+}
+
+#[test]
+fn syntax_errors_have_a_line() {
+    let (position, message) = mistake(&GOOD.replace("tolerance = 1e-6", "tolerance = "));
+    assert_eq!(position.line, 33, "{message}");
+    let (position, message) = mistake(&GOOD.replace("[quality]", "[quality"));
+    assert_eq!(position.line, 28, "{message}");
+    let (position, message) = mistake(&GOOD.replace("[family.farfield]", "[family.wing]"));
+    assert_eq!(position.line, 19, "{message}");
+    assert!(message.contains("duplicate"), "{message}");
+    assert!(!message.contains('\n'), "{message:?}");
+}
+
+#[test]
+fn columns_count_characters() {
+    let (position, _) = mistake("\"é\" = 1\nmesh = \"m\"");
+    assert_eq!((position.line, position.column), (1, 1));
+    let (position, _) = mistake("mesh = \"m\"\nfamily = { é\u{e9} = 1 }");
+    assert_eq!(position.line, 2);
+}
+
+#[test]
+fn missing_keys() {
+    let mesh = "missing key `mesh`, expected the mesh to move, such as mesh = \"wing-body.msh\"";
+    assert_mistake("mesh = \"wing-body.msh\"", "", 1, 1, mesh);
+    let role = "missing key `role` in [family.symmetry], expected one of `wing`, `trailing-edge`, `wingtip`, `carenage`, \
+                `plane`, `fixed` or `prescribed`";
+    assert_mistake("role = \"plane\"", "", 17, 9, role);
+    let new = "missing key `new` in [profiles.wing], expected a profile file, a list of them, or a pattern such as \
+               \"new/*.dat\"";
+    assert_mistake("new = \"new.csv\"", "", 3, 11, new);
+    let displacement = "missing key `displacement` in [family.flap], expected a CSV file with rows x,y,z,dx,dy,dz";
+    assert_mistake("displacement = \"flap.csv\"", "", 21, 9, displacement);
+}
+
+#[test]
+fn wrong_types() {
+    assert_mistake("\"wing-body.msh\"", "3", 1, 8, "`mesh` is a number, expected a string");
+    assert_mistake("\"wing-body.msh\"", "\"\"", 1, 8, "`mesh` is empty, expected a name");
+    assert_mistake("1e-6", "\"1e-6\"", 33, 13, "`solver.tolerance` is a string, expected a number");
+    assert_mistake(
+        "\"new.csv\"",
+        "true",
+        4,
+        7,
+        "`profiles.wing.new` is true or false, expected a string or a list of strings",
+    );
+    assert_mistake("\"new.csv\"", "[]", 4, 7, "`profiles.wing.new` is an empty list, expected at least one file");
+    assert_mistake("\"b.csv\"", "7", 5, 17, "`profiles.wing.old` is a number, expected a string");
+    assert_mistake("500", "0", 34, 14, "`solver.max_sweeps` is 0, expected a whole number from 1 on");
+    assert_mistake("500", "5.5", 34, 14, "`solver.max_sweeps` is a number, expected a whole number from 1 on");
+    let (position, message) = mistake("mesh = \"m\"\nfamily = 3");
+    assert_eq!((position.line, message.as_str()), (2, "`family` is a number, expected a table"));
+    let (position, message) = mistake("mesh = \"m\"\n[family]\nwing = \"wing\"");
+    assert_eq!((position.line, message.as_str()), (3, "`family.wing` is a string, expected a table"));
+}
+
+#[test]
+fn unknown_names() {
+    let role = "`family.trailing_edge.role` is \"trailing_edge\", expected `wing`, `trailing-edge`, `wingtip`, `carenage`, \
+                `plane`, `fixed` or `prescribed`; did you mean `trailing-edge`?";
+    assert_mistake("\"trailing-edge\"", "\"trailing_edge\"", 10, 8, role);
+    assert_mistake(
+        "start = \"original\"",
+        "start = \"here\"",
+        14,
+        9,
+        "`family.wingtip.start` is \"here\", expected `rigid` or `original`",
+    );
+    let springs = "`volume.springs` is \"murayamma\", expected `longitudinal`, `torsional` or `murayama`; did you mean \
+                   `murayama`?";
+    assert_mistake("\"murayama\"", "\"murayamma\"", 26, 11, springs);
+    let method = "`solver.method` is \"cg\", expected `auto`, `jacobi`, `chebyshev` or `multigrid`";
+    assert_mistake("\"chebyshev\"", "\"cg\"", 32, 10, method);
+}
+
+#[test]
+fn numbers_out_of_range() {
+    for text in ["-0.1", "1.5", "nan", "inf"] {
+        let (position, message) = mistake(&GOOD.replace("0.25", text));
+        assert_eq!((position.line, position.column), (13, 15));
+        let shown: f64 = text.parse().unwrap();
+        assert_eq!(message, format!("`coefficient` is {shown}, expected 0 (rigid) to 1 (freely deformable)"));
+    }
+    for text in ["0", "-1e-4", "nan", "inf"] {
+        let (position, message) = mistake(&GOOD.replace("1e-6", text));
+        assert_eq!(position.line, 33);
+        assert!(message.ends_with("expected a number above 0, such as 1e-4"), "{message}");
+    }
+}
+
+#[test]
+fn what_is_not_available_is_refused() {
+    let quality = |target: &str| {
+        format!(
+            "`quality.target` is \"{target}\", but local optimisation is not available in this version, expected \"off\""
+        )
+    };
+    assert_mistake("\"off\"", "\"original\"", 29, 10, &quality("original"));
+    assert_mistake("\"off\"", "\"improve\"", 29, 10, &quality("improve"));
+    let multigrid = "`solver.method` is \"multigrid\", which is not available in this version, expected `auto`, `jacobi` or \
+                     `chebyshev`";
+    assert_mistake("\"chebyshev\"", "\"multigrid\"", 32, 10, multigrid);
+}
+
+#[test]
+fn keys_must_fit_the_role() {
+    let fit = |key: &str, role: &str, owner: &str| {
+        format!("`{key}` does not fit role \"{role}\", expected only in a family whose role is \"{owner}\"")
+    };
+    assert_mistake(
+        "role = \"plane\"",
+        "role = \"plane\"\ncoefficient = 0.5",
+        19,
+        1,
+        &fit("coefficient", "plane", "wingtip"),
+    );
+    assert_mistake("role = \"fixed\"", "role = \"fixed\"\nstart = \"rigid\"", 21, 1, &fit("start", "fixed", "wingtip"));
+    assert_mistake(
+        "role = \"wing\"\n",
+        "role = \"wing\"\ndisplacement = \"d.csv\"\n",
+        9,
+        1,
+        &fit("displacement", "wing", "prescribed"),
+    );
+}
+
+#[test]
+fn profiles_and_wings_belong_together() {
+    let absent = "profiles are given for family `wings`, but there is no table [family.wings]; did you mean `wing`?";
+    assert_mistake("[profiles.wing]", "[profiles.wings]", 3, 11, absent);
+    let other =
+        "profiles are given for family `symmetry`, whose role is \"plane\", expected a family whose role is \"wing\"";
+    assert_mistake("[profiles.wing]", "[profiles.symmetry]", 3, 11, other);
+    let lonely =
+        "family `symmetry` is a wing, but there is no table [profiles.symmetry], expected one with its new profiles";
+    assert_mistake("role = \"plane\"", "role = \"wing\"", 17, 9, lonely);
+}
+
+#[test]
+fn outputs_are_checked() {
+    let input = "the output \"wing-body.msh\" is the input mesh, expected another name";
+    assert_mistake("\"out/moved.msh\"", "\"wing-body.msh\"", 37, 9, input);
+    assert_mistake("\"out/moved.msh\"", "\"moved.vtu\"", 37, 22, "the output \"moved.vtu\" is listed twice");
+    let svg = "`output.histogram` is \"beta.png\", expected a name ending in .svg";
+    assert_mistake("\"beta.svg\"", "\"beta.png\"", 38, 13, svg);
+}
+
+#[test]
+fn families_must_agree_with_the_mesh() {
+    let case = parse(GOOD).unwrap();
+    let names = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+    let all = ["wing", "trailing_edge", "wingtip", "carenage", "symmetry", "farfield", "flap"];
+    case.check_families(&names(&all)).unwrap();
+
+    let mesh = names(&["wing", "trailing_edge", "wingtip", "carenage", "symetry", "farfield", "flap", "pylon"]);
+    let error = case.check_families(&mesh).unwrap_err();
+    assert!(matches!(error, CaseError::Families { .. }));
+    assert_eq!(
+        error.to_string(),
+        "cases/a.toml: the families of the case and of the mesh differ: no [family] table for `symetry`, `pylon`; \
+         no family in the mesh for the table of `symmetry` (line 17; did you mean `symetry`?); the mesh has `wing`, \
+         `trailing_edge`, `wingtip`, `carenage`, `symetry`, `farfield`, `flap`, `pylon`; the case has `carenage`, \
+         `farfield`, `flap`, `symmetry`, `trailing_edge`, `wing`, `wingtip`"
+    );
+    let error = case.check_families(&[]).unwrap_err().to_string();
+    assert!(error.contains("the mesh has none"), "{error}");
+}
+
+#[test]
+fn patterns_expand_sorted() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("new")).unwrap();
+    for name in ["b.dat", "a.dat", "c.txt", "a1.dat"] {
+        std::fs::write(folder.path().join("new").join(name), "").unwrap();
+    }
+    let path = folder.path().join("case.toml");
+    let files = |text: &str| {
+        Case::parse(&GOOD.replace("\"new.csv\"", text), &path).map(|case| case.profiles["wing"].new.clone())
+    };
+    let in_new =
+        |names: &[&str]| names.iter().map(|name| folder.path().join("new").join(name)).collect::<Vec<PathBuf>>();
+    assert_eq!(files("\"new/*.dat\"").unwrap(), in_new(&["a.dat", "a1.dat", "b.dat"]));
+    assert_eq!(files("[\"new/c.txt\", \"new/?.dat\"]").unwrap(), in_new(&["c.txt", "a.dat", "b.dat"]));
+    let none = files("\"new/*.csv\"").unwrap_err().to_string();
+    assert!(none.contains(":4:7: pattern \"new/*.csv\" matches no file in"), "{none}");
+    let folder_pattern = files("\"n*/a.dat\"").unwrap_err().to_string();
+    assert!(folder_pattern.ends_with("`*` and `?` are understood in the file name only"), "{folder_pattern}");
+    let no_folder = files("\"old/*.dat\"").unwrap_err().to_string();
+    assert!(no_folder.contains(":4:7: pattern \"old/*.dat\": cannot list"), "{no_folder}");
+}
+
+#[test]
+fn files_that_are_no_text_or_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("case.toml");
+    assert!(matches!(Case::read(&path), Err(CaseError::Unreadable { .. })));
+    std::fs::write(&path, b"mesh = \"m\"\n\xff\n").unwrap();
+    let error = Case::read(&path).unwrap_err().to_string();
+    assert!(error.ends_with("case.toml:2:1: not a text file, expected TOML in UTF-8"), "{error}");
+}
+
+// Prescribed displacements.
+
+fn rows(text: &str) -> Result<displacement::DisplacementTable, DisplacementError> {
+    displacement::parse(text, Path::new("d.csv"))
+}
+
+#[test]
+fn displacements_with_and_without_header() {
+    let with = rows("x,y,z,dx,dy,dz\n1,2,3,0.5,0,-1e-3\n\n4,5,6,0,0,0\n").unwrap();
+    let without = rows("1, 2, 3, 0.5, 0, -1e-3\r\n4,5,6,0,0,0").unwrap();
+    assert_eq!(with.rows.len(), 2);
+    assert_eq!((with.rows[0].line, with.rows[1].line), (2, 4));
+    assert_eq!(with.rows[0].displacement, DVec3::new(0.5, 0.0, -1e-3));
+    assert_eq!(
+        without.rows.iter().map(|row| row.position).collect::<Vec<_>>(),
+        [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)]
+    );
+}
+
+#[test]
+fn bad_displacement_lines() {
+    let error = |text: &str| rows(text).unwrap_err().to_string();
+    let expected = "expected six numbers x,y,z,dx,dy,dz";
+    assert_eq!(error("x,y,z,dx,dy,dz\n1,2,3,4,5\n"), format!("d.csv:2: 5 columns, {expected}"));
+    assert_eq!(error("1,2,3,4,5,6,7\n"), format!("d.csv:1: 7 columns, {expected}"));
+    assert_eq!(error("1,2,3,4,5,6\n1,2,3,4,5,six\n"), format!("d.csv:2: \"six\" is not a number, {expected}"));
+    assert_eq!(error("1,2,3,nan,5,6\n"), format!("d.csv:1: \"nan\" is not finite, {expected}"));
+    assert_eq!(error("1,2,3,4,5,1e999\n"), format!("d.csv:1: \"1e999\" is not finite, {expected}"));
+    assert_eq!(error("a,b,c,dx,dy,dz\n"), format!("d.csv:1: \"a\" is not a number, {expected}"));
+    assert_eq!(error("x,y,z,dx,dy,dz\n"), "d.csv: no displacements, expected rows x,y,z,dx,dy,dz");
+}
+
+/// A 40 x 40 grid of vertices, the family being every second one, its rows in reverse order and a little off.
+#[test]
+fn displacements_find_their_vertices() {
+    let vertices: Vec<DVec3> = (0..1600).map(|i| DVec3::new((i % 40) as f64, (i / 40) as f64, -3.0) * 1e-3).collect();
+    let family: Vec<u32> = (0..1600).step_by(2).collect();
+    let mut text = String::new();
+    for &vertex in family.iter().rev() {
+        let place = vertices[vertex as usize] + DVec3::new(4e-10, -4e-10, 4e-10);
+        text += &format!("{},{},{},{vertex},0,0\n", place.x, place.y, place.z);
+    }
+    let matched = displacement::match_displacements(&rows(&text).unwrap(), &vertices, &family, 1e-9).unwrap();
+    let expected: Vec<DVec3> = family.iter().map(|&vertex| DVec3::new(f64::from(vertex), 0.0, 0.0)).collect();
+    assert_eq!(matched, expected);
+    // A tolerance below the offset finds none.
+    assert!(displacement::match_displacements(&rows(&text).unwrap(), &vertices, &family, 1e-10).is_err());
+}
+
+#[test]
+fn displacements_that_do_not_fit_the_family() {
+    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let error = |text: &str| {
+        displacement::match_displacements(&rows(text).unwrap(), &vertices, &[0, 1, 2], 1e-6).unwrap_err().to_string()
+    };
+    // Vertex 3 is no vertex of the family.
+    assert_eq!(
+        error("0,0,0,1,1,1\n0,0,1,1,1,1\n"),
+        "d.csv:2: no vertex of the family at (0, 0, 1), the nearest is 1e0 away, expected one within 1e-6"
+    );
+    assert_eq!(
+        error("0,0,0,1,1,1\n1,0,0,1,1,1\n0,1e-7,0,1,1,1\n"),
+        "d.csv:3: a second row for the vertex at (0, 0.0000001, 0), the first is on line 1, expected one"
+    );
+    assert_eq!(
+        error("0,0,0,1,1,1\n"),
+        "d.csv: 2 of the family's 3 vertices have no row, the first is vertex 1 at (1, 0, 0)"
+    );
+}
+
+/// Exact positions match with tolerance zero, also far from the origin.
+#[test]
+fn displacements_match_exactly() {
+    let vertices = [DVec3::splat(1e6), DVec3::new(1e6, 1e6, 1e6 + 1e-9)];
+    let text = "1e6,1e6,1000000.000000001,2,0,0\n1e6,1e6,1e6,1,0,0\n";
+    let matched = displacement::match_displacements(&rows(text).unwrap(), &vertices, &[0, 1], 0.0).unwrap();
+    assert_eq!(matched, [DVec3::X, 2.0 * DVec3::X]);
+}

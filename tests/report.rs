@@ -1,0 +1,201 @@
+//! The run report: names other programs rely on, the stage table, the histogram.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use idmesh::mesh::{FamilyId, TetMesh};
+use idmesh::quality::Statistics;
+use idmesh::report::{
+    Backend, FamilyReport, FamilySize, Mesh, ProfileReport, RunReport, Seconds, Series, Solver, Stage,
+    StageName, histogram_svg, stage_table,
+};
+
+fn stages() -> Vec<Stage> {
+    // The paper's Table 1.
+    let row = |name, beta_min, beta_max, beta_mean, inverted, seconds| Stage {
+        name,
+        beta_min,
+        beta_max,
+        beta_mean,
+        inverted,
+        seconds,
+    };
+    vec![
+        row(StageName::Original, 0.008182, 0.109553, 0.0361731, 0, 0.0),
+        row(StageName::Deformed, -0.073921, 0.107143, 0.0236085, 17160, 0.25),
+        row(StageName::Corrected, -0.073921, 0.107143, 0.0223170, 18441, 1.5),
+        row(StageName::Final, 0.004392, 0.107143, 0.0361874, 0, 12.0),
+    ]
+}
+
+fn report() -> RunReport {
+    let families = BTreeMap::from([
+        ("carenage".into(), FamilyReport { max_distance_to_original_surface: Some(1e-9), ..Default::default() }),
+        ("symmetry".into(), FamilyReport { max_distance_to_plane: Some(0.0), ..Default::default() }),
+    ]);
+    RunReport {
+        idmesh: "0.1.0".into(),
+        case: "case.toml".into(),
+        design: None,
+        backend: Backend { kind: "gpu".into(), adapter: "llvmpipe".into(), driver: "Mesa".into() },
+        mesh: Mesh {
+            vertices: 22402,
+            tets: 96693,
+            families: BTreeMap::from([("wing".into(), FamilySize { vertices: 10, triangles: 16 })]),
+        },
+        stages: stages(),
+        families,
+        profiles: BTreeMap::from([("wing".into(), ProfileReport { max_distance_to_new_profiles: 2e-3 })]),
+        solver: Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 },
+        seconds: Seconds { read: 0.5, setup: 1.0, update: 13.75, write: 0.25, total: 15.5 },
+    }
+}
+
+#[test]
+fn json_has_the_promised_names() {
+    let found: serde_json::Value = serde_json::to_value(report()).unwrap();
+    let expected = serde_json::json!({
+        "idmesh": "0.1.0", "case": "case.toml",
+        "backend": { "kind": "gpu", "adapter": "llvmpipe", "driver": "Mesa" },
+        "mesh": { "vertices": 22402, "tets": 96693, "families": { "wing": { "vertices": 10, "triangles": 16 } } },
+        "stages": [
+            { "name": "original", "beta_min": 0.008182, "beta_max": 0.109553, "beta_mean": 0.0361731, "inverted": 0, "seconds": 0.0 },
+            { "name": "deformed", "beta_min": -0.073921, "beta_max": 0.107143, "beta_mean": 0.0236085, "inverted": 17160, "seconds": 0.25 },
+            { "name": "corrected", "beta_min": -0.073921, "beta_max": 0.107143, "beta_mean": 0.022317, "inverted": 18441, "seconds": 1.5 },
+            { "name": "final", "beta_min": 0.004392, "beta_max": 0.107143, "beta_mean": 0.0361874, "inverted": 0, "seconds": 12.0 }
+        ],
+        "families": { "carenage": { "max_distance_to_original_surface": 1e-9 }, "symmetry": { "max_distance_to_plane": 0.0 } },
+        "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3 } },
+        "solver": { "method": "chebyshev", "sweeps": 700, "relative_residual": 1e-5 },
+        "seconds": { "read": 0.5, "setup": 1.0, "update": 13.75, "write": 0.25, "total": 15.5 }
+    });
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn design_is_named_only_where_there_are_several() {
+    let named = RunReport { design: Some("a/1".into()), ..report() };
+    assert_eq!(serde_json::to_value(named).unwrap()["design"], "a/1");
+    assert!(serde_json::to_value(report()).unwrap().get("design").is_none());
+}
+
+#[test]
+fn what_is_not_finite_becomes_null() {
+    let mut broken = report();
+    broken.solver.relative_residual = f64::NAN;
+    assert!(serde_json::to_value(broken).unwrap()["solver"]["relative_residual"].is_null());
+}
+
+#[test]
+fn table_is_the_papers() {
+    let expected = "\
+stage       beta min  beta max  beta mean  inverted  seconds
+Original    0.008182  0.109553  0.0361731         0    0.000
+Deformed   -0.073921  0.107143  0.0236085     17160    0.250
+Corrected  -0.073921  0.107143  0.0223170     18441    1.500
+Final       0.004392  0.107143  0.0361874         0   12.000
+";
+    assert_eq!(stage_table(&stages()), expected);
+}
+
+/// A boundary layer's betas would all read 0.000007 with the paper's six decimals.
+#[test]
+fn table_keeps_digits_of_small_values() {
+    let stage = Stage { beta_min: 6.604e-6, ..stages()[0] };
+    assert!(stage_table(&[stage]).contains("6.604e-6"));
+}
+
+#[test]
+fn statistics_of_known_values() {
+    let statistics = Statistics::new(&[0.1, -0.05, 0.0, 0.05]);
+    assert_eq!((statistics.min, statistics.max, statistics.inverted), (-0.05, 0.1, 2));
+    assert!((statistics.mean - 0.025).abs() < 1e-17);
+}
+
+/// A NaN must show, wherever it stands.
+#[test]
+fn statistics_do_not_hide_nan() {
+    for place in 0..3 {
+        let mut beta = [0.1, 0.2, 0.3];
+        beta[place] = f64::NAN;
+        let statistics = Statistics::new(&beta);
+        assert!(statistics.min.is_nan() && statistics.max.is_nan() && statistics.mean.is_nan());
+        assert_eq!(statistics.inverted, 1);
+    }
+}
+
+#[test]
+fn mesh_counts_vertices_once_a_family() {
+    let mesh = TetMesh {
+        vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
+        tets: vec![[0, 1, 2, 3]],
+        triangles: vec![[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]],
+        triangle_family: [0, 1, 0, 1].map(FamilyId).to_vec(),
+        families: vec!["wing".into(), "farfield".into(), "empty".into()],
+    };
+    let counted = Mesh::of(&mesh);
+    assert_eq!((counted.vertices, counted.tets), (4, 1));
+    assert_eq!(counted.families["wing"], FamilySize { vertices: 4, triangles: 2 });
+    assert_eq!(counted.families["farfield"], FamilySize { vertices: 4, triangles: 2 });
+    assert_eq!(counted.families["empty"], FamilySize::default());
+}
+
+/// Every opened element is closed, in order, and every attribute is quoted.
+fn assert_well_formed(svg: &str) {
+    let mut open = Vec::new();
+    for piece in svg.split('<').skip(1) {
+        let (tag, _) = piece.split_once('>').expect("a tag without end");
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name), "{tag}");
+        } else if !tag.ends_with('/') {
+            open.push(tag.split_whitespace().next().unwrap());
+        }
+    }
+    assert!(open.is_empty(), "{open:?} never closed");
+}
+
+#[test]
+fn histogram_is_svg_with_title_axes_and_legend() {
+    let original: Vec<f64> = (0..1000).map(|i| 0.01 + 1e-4 * f64::from(i)).collect();
+    let last: Vec<f64> = original.iter().map(|beta| beta - 0.03).collect();
+    let series = [Series { name: "original", beta: &original }, Series { name: "final <1>", beta: &last }];
+    let svg = histogram_svg("wing & body", &series);
+    assert_well_formed(&svg);
+    for text in
+        ["wing &amp; body", "original (1000 tets, mean 0.05995)", "final &lt;1&gt; (1000", "beta = V", "inverted"]
+    {
+        assert!(svg.contains(text), "{text} is missing");
+    }
+    assert_eq!(svg.matches("<path").count(), 2);
+    assert_eq!(svg, histogram_svg("wing & body", &series), "the same numbers give the same bytes");
+}
+
+/// The outline's highest point is where its largest bin is: bins of 10, 30 and 20 tets, axis to 30 in steps of 5.
+#[test]
+fn histogram_heights_are_counts() {
+    let mut beta = vec![0.011; 10];
+    beta.extend([0.0135; 30]);
+    beta.extend([0.016; 20]);
+    let svg = histogram_svg("t", &[Series { name: "a", beta: &beta }]);
+    let path = svg.lines().find(|line| line.starts_with("<path")).unwrap();
+    let heights: Vec<f64> = path
+        .split(['M', 'V'])
+        .skip(2)
+        .map(|piece| piece.split([' ', '"']).next().unwrap().parse::<f64>().unwrap())
+        .collect();
+    let base = heights[0];
+    let above: Vec<f64> = heights.iter().map(|height| base - height).filter(|&height| height > 0.0).collect();
+    // Written to a tenth, so a difference of two is known to 0.1 and three times one to 0.3.
+    assert_eq!(above.len(), 3, "{above:?}");
+    assert!((above[0] * 3.0 - above[1]).abs() <= 0.4, "{above:?}");
+    assert!((above[0] * 2.0 - above[2]).abs() <= 0.4, "{above:?}");
+}
+
+#[test]
+fn histogram_survives_odd_input() {
+    assert_well_formed(&histogram_svg("empty", &[]));
+    assert_well_formed(&histogram_svg("none", &[Series { name: "a", beta: &[] }]));
+    let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.11785];
+    assert_well_formed(&histogram_svg("wild", &[Series { name: "a", beta: &wild }]));
+}
