@@ -60,8 +60,10 @@ struct Array<'a> {
     kind: &'static str,
     components: usize,
     n_bytes: usize,
-    write: Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>,
+    write: Box<WriteArray<'a>>,
 }
+
+type WriteArray<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 
 /// Describes an array of `len` entries; `values` is run when it is written.
 fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
