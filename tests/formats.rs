@@ -295,6 +295,11 @@ fn wrong_lengths_and_bad_vertices_are_refused() {
         vertices[7].z = 0.0;
         assert!(!path.exists());
     }
+    let mut broken = file.mesh.clone();
+    broken.triangles[5][1] = broken.vertices.len() as u32;
+    let broken = MeshFile::from_mesh(broken);
+    let error = broken.write(&folder.path().join("a.vtu"), &vertices, &Fields::default()).unwrap_err();
+    assert!(matches!(error, WriteError::VertexOutOfRange { entity: "triangle", index: 5, .. }));
     let fields = Fields { beta: Some(&[1.0]), displacement: None };
     let error = file.write(&folder.path().join("a.vtu"), &vertices, &fields).unwrap_err();
     assert!(matches!(error, WriteError::Length { what: "beta", found: 1, .. }));
