@@ -16,10 +16,12 @@ struct Wing {
     around: usize,
     /// Rows of vertices along the span.
     rows: usize,
+    /// Twist at the root and its change to the tip, degrees. With taper it makes the wing leave its loft between planes.
+    twist: [f64; 2],
 }
 
-const BLUNT: Wing = Wing { te: 0.015, thickness: 0.12, around: 81, rows: 21 };
-const SHARP: Wing = Wing { te: 0.0, thickness: 0.12, around: 81, rows: 21 };
+const BLUNT: Wing = Wing { te: 0.015, thickness: 0.12, around: 81, rows: 21, twist: [2.0, -3.0] };
+const SHARP: Wing = Wing { te: 0.0, thickness: 0.12, around: 81, rows: 21, twist: [2.0, -3.0] };
 const SPAN: f64 = 4.0;
 const CHORD: f64 = 2.0;
 
@@ -44,7 +46,7 @@ impl Wing {
         // At t = -1 and 1 the polynomial is zero only to rounding, and a sharp edge is one vertex.
         let half = if self.te == 0.0 && t.abs() == 1.0 { 0.0 } else { half };
         let z = 0.06 * x * (1.0 - x) + half * t.signum();
-        let (sin, cos) = (2.0 - 3.0 * f).to_radians().sin_cos();
+        let (sin, cos) = (self.twist[0] + self.twist[1] * f).to_radians().sin_cos();
         let (dx, dz) = ((x - 0.25) * chord, z * chord);
         DVec3::new(0.45 * y + 0.25 * chord + dx * cos + dz * sin, y, 0.07 * y - dx * sin + dz * cos)
     }
@@ -115,11 +117,7 @@ fn worst(surface: &Surface, displacement: &[DVec3], map: impl Fn(DVec3) -> DVec3
 
 /// A moderate affine map with shear, stretch, rotation and shift, no axis left alone.
 fn affine(p: DVec3) -> DVec3 {
-    let m = DMat3::from_cols(
-        DVec3::new(1.07, 0.02, -0.03),
-        DVec3::new(0.11, 0.98, 0.09),
-        DVec3::new(0.04, -0.05, 1.4),
-    );
+    let m = DMat3::from_cols(DVec3::new(1.07, 0.02, -0.03), DVec3::new(0.11, 0.98, 0.09), DVec3::new(0.04, -0.05, 1.4));
     m * p + DVec3::new(0.3, -0.1, 0.2)
 }
 
@@ -132,8 +130,8 @@ fn a_blunt_section_is_open_and_runs_lower_te_le_upper_te() {
     for y in [0.31, 1.0, 2.0, 3.77] {
         let curve = &BLUNT.surface().cut(&[y])[0].points;
         let (lower, upper) = (BLUNT.point(-1.0, y), BLUNT.point(1.0, y));
-        // The trailing edges are straight lines along the span, so their cut is exact.
-        assert!(curve[0].distance(lower) < 1e-12 && curve[curve.len() - 1].distance(upper) < 1e-12);
+        // Between rows the twisted trailing edge is a chord: second derivative 0.006 times (row distance 0.2)^2 / 8.
+        assert!(curve[0].distance(lower) < 1e-4 && curve[curve.len() - 1].distance(upper) < 1e-4);
         assert!(curve.iter().all(|p| p.y == y), "points lie exactly in the plane");
         let le = (0..curve.len()).min_by(|&a, &b| curve[a].x.total_cmp(&curve[b].x)).unwrap();
         assert!(curve[..le].windows(2).all(|p| p[1].x < p[0].x) && curve[le..].windows(2).all(|p| p[1].x > p[0].x));
@@ -146,7 +144,7 @@ fn a_sharp_section_is_closed_at_its_trailing_edge() {
     for y in [0.31, 1.0, 2.0, 3.77] {
         let curve = &SHARP.surface().cut(&[y])[0].points;
         assert_eq!(curve.first(), curve.last());
-        assert!(curve[0].distance(SHARP.point(1.0, y)) < 1e-12);
+        assert!(curve[0].distance(SHARP.point(1.0, y)) < 1e-4);
         assert!(curve[curve.len() / 4].z < curve[3 * curve.len() / 4].z, "lower side first");
     }
 }
@@ -303,8 +301,9 @@ fn resampled(wing: &Wing, y: f64, n: usize) -> Vec<DVec3> {
     (0..n).map(|i| wing.point(t(i).clamp(-1.0, 1.0), y)).collect()
 }
 
-/// New points are another sampling of the affinely mapped section: old points must find their images. Error is the
-/// chord of the sampling, (1/81)^2 of the section at the nose.
+/// New points are another sampling of the section mapped by a strong affine change (40 % thicker, sheared, rotated): old
+/// points must find their images. Fit and match leave 1e-3 of the chord along the curve; across it only the sampling
+/// errs, by (1/160)^2 of the section at the nose.
 #[test]
 fn matching_survives_other_counts_directions_and_starts() {
     for wing in [BLUNT, SHARP] {
@@ -326,7 +325,9 @@ fn matching_survives_other_counts_directions_and_starts() {
         for points in variants {
             let found = matching::match_points(&old, &Profile { number: 0, points }).unwrap();
             let error = found.iter().zip(&image).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
-            assert!(error < 2e-4 * CHORD, "{error:e} of a profile with trailing edge {}", wing.te);
+            let across = distance::max_distance(&found, &same);
+            assert!(across < 2e-4 * CHORD, "{across:e} across the profile with trailing edge {}", wing.te);
+            assert!(error < 1.5e-3 * CHORD, "{error:e} of a profile with trailing edge {}", wing.te);
         }
     }
 }
@@ -418,7 +419,7 @@ fn unchanged_profiles_move_nothing_at_all() {
 /// 0.5 % thick at the trailing edge, 1 % in all: upper side goes up, lower side down, and no vertex follows the other.
 #[test]
 fn the_sides_of_a_thin_wing_do_not_mix() {
-    let wing = Wing { te: 0.005, thickness: 0.01, ..BLUNT };
+    let wing = Wing { te: 0.005, thickness: 0.01, twist: [0.0; 2], ..BLUNT };
     let surface = wing.surface();
     let old = surface.cut(&[1.03, 2.71]);
     let new: Vec<Profile> = old
@@ -444,7 +445,7 @@ fn the_moved_wing_passes_through_its_new_profiles() {
     let surface = Wing { around: 161, rows: 41, ..BLUNT }.surface();
     let stations = [1.03, 2.71];
     let old = surface.cut(&stations);
-    let thick = Wing { te: 0.02, thickness: 0.17, around: 0, rows: 0 };
+    let thick = Wing { te: 0.02, thickness: 0.17, ..BLUNT };
     let lift = |p: DVec3| p + DVec3::Z * (0.05 * p.y - 0.03 * (p.x - 0.45 * p.y).powi(2));
     let profile = |(i, &y): (usize, &f64)| Profile {
         number: i as i64,
@@ -469,8 +470,8 @@ fn generators_follow_the_moved_loft() {
     let columns = BLUNT.around;
     for v in 0..surface.vertices.len() - columns {
         let line = affine(surface.vertices[v + columns]) - affine(surface.vertices[v]);
-        // The sections' own parameter is not quite the chord fraction: half a degree.
-        assert!(motion.generator[v].distance(line.normalize()) < 1e-2, "{v}");
+        // Chord times twist is quadratic along the span, the loft of two planes linear: 0.006 times 2 in slope.
+        assert!(motion.generator[v].distance(line.normalize()) < 2.5e-2, "{v}");
         assert!((motion.generator[v].length() - 1.0).abs() < 1e-12);
     }
 }
@@ -502,7 +503,7 @@ fn distance_is_to_the_segments() {
     assert_eq!(distance::max_distance(&[DVec3::new(3.0, 1.0, 0.0)], &curve), 2.0);
     assert_eq!(distance::max_distance(&[], &curve), 0.0);
     assert!(distance::max_distance(&[DVec3::ZERO], &[]).is_nan());
-    assert!(distance::max_distance(&[DVec3::NAN, DVec3::ZERO], &curve).is_nan());
+    assert!(!distance::max_distance(&[DVec3::NAN, DVec3::ZERO], &curve).is_finite());
 }
 
 /// Rubbish in: an error or numbers out, never a panic.
