@@ -203,9 +203,10 @@ impl Mover {
         observer("wing");
         let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
         prescribe(mesh, &self.topology, families, design, &mut motion)?;
-        let generators = self.wings.interpolate(families, &design.profiles, &mut motion).map_err(|(family, error)| {
-            MoveError::Profiles { family: mesh.families[family.index()].clone(), error }
-        })?;
+        let generators = self
+            .wings
+            .interpolate(families, &design.profiles, &mut motion)
+            .map_err(|(family, error)| MoveError::Profiles { family: mesh.families[family.index()].clone(), error })?;
         watch.record(StageName::Deformed, &quality::betas(&moved(mesh, &motion), &mesh.tets));
 
         let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;

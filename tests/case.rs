@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use idmesh::case::displacement::{self, DisplacementError};
-use idmesh::stages::TipStart;
 use idmesh::case::{Case, CaseError, Method, Position, Role};
+use idmesh::stages::TipStart;
 
 const GOOD: &str = r#"mesh = "wing-body.msh"
 
@@ -88,7 +88,10 @@ fn good_case_is_read_whole() {
     assert_eq!(role("farfield"), Role::Fixed);
     assert_eq!(role("flap"), Role::Prescribed { displacement: here.join("flap.csv") });
     assert_eq!(case.springs.name, "murayama");
-    assert_eq!((case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps), (Method::Chebyshev, 1e-6, 500));
+    assert_eq!(
+        (case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps),
+        (Method::Chebyshev, 1e-6, 500)
+    );
     assert_eq!(case.output.mesh, [here.join("out/moved.msh"), here.join("moved.vtu")]);
     assert_eq!(case.output.histogram, Some(here.join("beta.svg")));
 }
@@ -98,7 +101,10 @@ fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
     assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Rigid });
     assert_eq!(case.springs.name, "torsional");
-    assert_eq!((case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps), (Method::Auto, 1e-4, 200_000));
+    assert_eq!(
+        (case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps),
+        (Method::Auto, 1e-4, 200_000)
+    );
     assert_eq!(case.output.mesh, [Path::new("cases/moved.msh.gz")]);
     assert_eq!(case.output.histogram, None);
     let moved = |mesh: &str| parse(&format!("mesh = \"{mesh}\"")).unwrap().output.mesh;

@@ -6,8 +6,8 @@ use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::quality::Statistics;
 use idmesh::report::{
-    Backend, FamilyReport, FamilySize, Mesh, ProfileReport, RunReport, Seconds, Series, Solver, Stage,
-    StageName, histogram_svg, stage_table,
+    Backend, FamilyReport, FamilySize, Mesh, ProfileReport, RunReport, Seconds, Series, Solver, Stage, StageName,
+    histogram_svg, stage_table,
 };
 
 fn stages() -> Vec<Stage> {

@@ -8,9 +8,7 @@ use crate::stages::TipStart;
 
 use super::document::{Document, Section, Value};
 use super::nearest::{did_you_mean, quoted_list};
-use super::{
-    Case, CaseError, FamilySettings, Method, Output, ProfileSource, Role, SolverSettings, paths,
-};
+use super::{Case, CaseError, FamilySettings, Method, Output, ProfileSource, Role, SolverSettings, paths};
 
 /// Reads the whole document.
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
@@ -169,8 +167,10 @@ fn solver(top: &Section) -> Result<SolverSettings, CaseError> {
     if let Some(value) = section.get("tolerance") {
         settings.accuracy.tolerance = value.number()?;
         if !(settings.accuracy.tolerance > 0.0 && settings.accuracy.tolerance.is_finite()) {
-            let message =
-                format!("`solver.tolerance` is {}, expected a number above 0, such as 1e-4", settings.accuracy.tolerance);
+            let message = format!(
+                "`solver.tolerance` is {}, expected a number above 0, such as 1e-4",
+                settings.accuracy.tolerance
+            );
             return Err(value.error(message));
         }
     }
