@@ -61,6 +61,13 @@ impl Backend for CpuBackend {
         }
     }
 
+    fn epsilon(&self) -> f64 {
+        match self.precision {
+            Precision::F64 => f64::EPSILON,
+            Precision::F32 => f64::from(f32::EPSILON),
+        }
+    }
+
     fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
         Ok(match self.precision {
             Precision::F64 => stiffness_of_edges::<f64>(input),

@@ -27,7 +27,7 @@ impl Method {
 pub(super) struct Schedule {
     method: Method,
     spectrum: Spectrum,
-    /// Relaxation and residual momentum of the last Chebyshev sweep.
+    /// Relaxation factor of the last Chebyshev sweep.
     last: Option<f64>,
 }
 
@@ -40,7 +40,8 @@ impl Schedule {
     pub(super) fn sweeps_per_digit(&self) -> usize {
         let Spectrum { low, high } = self.spectrum;
         let rate = match self.method {
-            Method::Jacobi => (1.0 - low).max(high - 1.0),
+            // The iteration matrix has no negative entry, so its largest eigenvalue is its spectral radius (Perron).
+            Method::Jacobi => 1.0 - low,
             Method::Chebyshev => {
                 let root = (high / low).sqrt();
                 (root - 1.0) / (root + 1.0)

@@ -1,0 +1,240 @@
+//! A section as a smooth curve with its two sides told apart.
+//!
+//! The points of a profile lie on a smooth section, or on the facets of a mesh near one. Straight lines between them
+//! would put the facets' corners into the displacement, so the curve is a cubic through its knots (Hermite, tangents of
+//! the parabola through three neighbours, never longer than the chord allows) and is then followed in small steps.
+//! Knots are the points less those that stand very close to a neighbour, as a plane that passes near a vertex makes
+//! them: the direction of such a short piece is noise.
+
+use glam::DVec3;
+
+use super::cut::twice_area;
+use super::edges::trailing_edge;
+use super::{Plane, Profile, ProfileError, extent};
+
+/// A point this close to a kept neighbour, as share of the spacing round it, is no knot. Below 0.05 the cubic wiggles on
+/// the sections of unstructured wings; above 0.5 detail is lost.
+const CLOSE: f64 = 0.2;
+
+/// Steps a whole curve is followed in, at least: the chord of a step at a leading edge of 1 % radius is then off by 1e-5
+/// of the chord.
+const STEPS: f64 = 1024.0;
+/// Steps between two knots, at least and at most.
+const STEPS_PER_PIECE: (f64, f64) = (4.0, 64.0);
+
+/// The first point counts as repeated at the end when it is nearer than this share of the size.
+const CLOSED: f64 = 1e-9;
+
+/// Beyond this turn, in degrees, a knot is a corner and the curve is not smooth there. The leading edge of a coarse
+/// section turns up to 90 degrees at one point.
+const CORNER: f64 = 100.0;
+
+/// The points of a profile in one direction, taken apart at the trailing edge.
+#[derive(Clone, Debug)]
+pub(super) struct Outline {
+    /// From one side of the trailing edge round the leading edge to the other, counter-clockwise about the normal.
+    pub sides: Vec<DVec3>,
+    /// The base of a blunt trailing edge that belongs to the curve, from the end of `sides` to its start; or empty.
+    pub base: Vec<DVec3>,
+    /// Sharp trailing edge: `sides` ends where it starts.
+    pub joined: bool,
+}
+
+impl Outline {
+    /// Takes a profile apart.
+    ///
+    /// - `plane`: the profile's; the curve shall run counter-clockwise about its normal
+    pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
+        let mut points = profile.distinct_points()?;
+        let size = extent(&points);
+        let closed = points.len() > 3 && points[0].distance(points[points.len() - 1]) <= CLOSED * size;
+        let clockwise = twice_area(&points).dot(plane.normal) < 0.0;
+        let mut outline = if closed {
+            points.pop();
+            let n = points.len();
+            let te = trailing_edge(&points);
+            points.rotate_left(te.start);
+            points.push(points[0]);
+            if te.end == te.start {
+                Self { sides: points, base: Vec::new(), joined: true }
+            } else {
+                let base = points.split_off((te.end + n - te.start) % n);
+                points.push(base[0]);
+                Self { sides: points, base, joined: false }
+            }
+        } else {
+            Self { sides: points, base: Vec::new(), joined: false }
+        };
+        if clockwise {
+            outline.sides.reverse();
+            outline.base.reverse();
+        }
+        Ok(outline)
+    }
+}
+
+/// A smooth curve through knots, followed in small steps.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    /// Which of the given points are knots, ascending, the first and the last among them.
+    pub knots: Vec<usize>,
+    /// Where each knot stands in `path`.
+    pub knot_step: Vec<usize>,
+    /// The curve in small steps.
+    pub path: Vec<DVec3>,
+}
+
+impl Curve {
+    /// The curve through at least two points.
+    pub fn new(points: &[DVec3]) -> Self {
+        let knots = choose_knots(points);
+        let at: Vec<DVec3> = knots.iter().map(|&i| points[i]).collect();
+        let lengths: Vec<f64> = at.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+        let total: f64 = lengths.iter().sum();
+        let chords: Vec<DVec3> = at.windows(2).map(|pair| (pair[1] - pair[0]).normalize_or_zero()).collect();
+        let mut path = Vec::new();
+        let mut knot_step = vec![0];
+        for (i, &length) in lengths.iter().enumerate() {
+            let start = tangent(&chords, &lengths, i, i) * length;
+            let end = tangent(&chords, &lengths, i + 1, i) * length;
+            let steps = (STEPS * length / total).ceil().clamp(STEPS_PER_PIECE.0, STEPS_PER_PIECE.1);
+            for step in 0..steps as usize {
+                let t = step as f64 / steps;
+                let (u, v) = (t * t, 1.0 - t);
+                path.push(at[i] + (at[i + 1] - at[i]) * (u * (3.0 - 2.0 * t)) + start * (t * v * v) - end * (u * v));
+            }
+            knot_step.push(path.len());
+        }
+        path.extend(at.last());
+        Self { knots, knot_step, path }
+    }
+}
+
+/// Tangent at knot `i` as seen from piece `piece`, at most of length 1 (that of a curve followed at unit speed).
+fn tangent(chords: &[DVec3], lengths: &[f64], i: usize, piece: usize) -> DVec3 {
+    let smooth = |i: usize| {
+        if i == 0 || i == chords.len() {
+            return None;
+        }
+        let (before, after) = (chords[i - 1], chords[i]);
+        let corner = before.dot(after) < CORNER.to_radians().cos();
+        let (l, r) = (lengths[i - 1], lengths[i]);
+        (!corner).then(|| ((before * r + after * l) / (l + r)).clamp_length_max(1.0))
+    };
+    smooth(i).unwrap_or_else(|| {
+        // At an end or a corner: the parabola that has the other knot's tangent, if that one is smooth.
+        let other = if i == piece { piece + 1 } else { piece };
+        smooth(other).map_or(chords[piece], |m| (chords[piece] * 2.0 - m).clamp_length_max(1.0))
+    })
+}
+
+/// Indices of the points that become knots.
+fn choose_knots(points: &[DVec3]) -> Vec<usize> {
+    let n = points.len();
+    let lengths: Vec<f64> = points.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+    let spacing = |i: usize| lengths[i.saturating_sub(2)..(i + 2).min(n - 1)].iter().copied().fold(0.0, f64::max);
+    let mut knots = vec![0];
+    let mut last = 0;
+    for i in 1..n {
+        if points[i].distance(points[last]) >= CLOSE * spacing(i) {
+            knots.push(i);
+            last = i;
+        }
+    }
+    if last != n - 1 {
+        if knots.len() > 2 {
+            knots.pop();
+        }
+        knots.push(n - 1);
+    }
+    knots
+}
+
+/// A curve with arc length and the common parameter at each of its steps.
+#[derive(Clone, Debug)]
+pub(super) struct Measured {
+    /// Steps of the curve `[n_steps]`.
+    pub path: Vec<DVec3>,
+    /// Arc length from the start `[n_steps]`.
+    pub s: Vec<f64>,
+    /// Common parameter `[n_steps]`, ascending.
+    pub tau: Vec<f64>,
+}
+
+impl Measured {
+    /// The two sides: tau 0 at the start, 1 at the leading edge, 2 at the end.
+    ///
+    /// The leading edge is the point farthest from the middle of the trailing edge. Along a side tau is half arc length
+    /// and half decrease of the distance from the trailing edge: arc length alone slips when the thickness changes,
+    /// the distance alone stands still at the leading edge.
+    pub fn sides(path: Vec<DVec3>) -> Self {
+        let s = arc_length(&path);
+        let n = path.len();
+        let te = (path[0] + path[n - 1]) / 2.0;
+        let d: Vec<f64> = path.iter().map(|p| p.distance(te)).collect();
+        let i = (0..n).max_by(|&a, &b| d[a].total_cmp(&d[b])).unwrap_or(0).clamp(1, n.saturating_sub(2).max(1));
+        let (mut le_s, mut le_d) = (s[i], d[i]);
+        if n >= 3 {
+            // Vertex of the parabola through the farthest step and its neighbours.
+            let (left, right) = (s[i] - s[i - 1], s[i + 1] - s[i]);
+            let (before, after) = ((d[i] - d[i - 1]) / left, (d[i + 1] - d[i]) / right);
+            let curvature = (after - before) / (left + right);
+            let slope = (before * right + after * left) / (left + right);
+            let shift = (-slope / (2.0 * curvature)).clamp(-0.5 * left, 0.5 * right);
+            if shift.is_finite() {
+                le_s += shift;
+                le_d += slope * shift + curvature * shift * shift;
+            }
+        }
+        let mut tau = vec![1.0; n];
+        let mut measure = |steps: &mut dyn Iterator<Item = usize>, te_s: f64, te_d: f64, sign: f64| {
+            let mut nearest: f64 = 0.0;
+            for j in steps {
+                let arc = ((s[j] - le_s) / (te_s - le_s)).clamp(0.0, 1.0);
+                let chord = (le_d - d[j]) / (le_d - te_d);
+                nearest = nearest.max(if chord.is_finite() { chord.clamp(0.0, 1.0) } else { arc });
+                tau[j] = 1.0 + sign * (0.5 * arc + 0.5 * nearest);
+            }
+        };
+        let middle = s.partition_point(|&x| x < le_s);
+        measure(&mut (0..middle).rev(), s[0], d[0], -1.0);
+        measure(&mut (middle..n), s[n - 1], d[n - 1], 1.0);
+        Self { path, s, tau }
+    }
+
+    /// A base: tau from 2 to 3 by arc length.
+    pub fn base(path: Vec<DVec3>) -> Self {
+        let s = arc_length(&path);
+        let total = s.last().copied().unwrap_or(0.0);
+        let tau = s.iter().map(|x| if total > 0.0 { 2.0 + x / total } else { 2.0 }).collect();
+        Self { path, s, tau }
+    }
+
+    /// Point at a parameter.
+    pub fn point(&self, tau: f64) -> DVec3 {
+        let (i, t) = bracket(&self.tau, tau);
+        self.path[i].lerp(self.path[i + 1], t)
+    }
+
+    /// Arc length at a parameter.
+    pub fn arc(&self, tau: f64) -> f64 {
+        let (i, t) = bracket(&self.tau, tau);
+        self.s[i] + (self.s[i + 1] - self.s[i]) * t
+    }
+}
+
+fn arc_length(path: &[DVec3]) -> Vec<f64> {
+    let mut s = vec![0.0];
+    s.extend(path.windows(2).scan(0.0, |sum, pair| {
+        *sum += pair[0].distance(pair[1]);
+        Some(*sum)
+    }));
+    s
+}
+
+/// The interval of ascending `values` (at least two) that holds `x`, and where in it, 0 to 1.
+pub(super) fn bracket(values: &[f64], x: f64) -> (usize, f64) {
+    let i = values.partition_point(|&v| v <= x).clamp(1, values.len() - 1) - 1;
+    let gap = values[i + 1] - values[i];
+    (i, if gap > 0.0 { ((x - values[i]) / gap).clamp(0.0, 1.0) } else { 0.0 })
+}

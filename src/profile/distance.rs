@@ -1,0 +1,31 @@
+//! How far points lie from a profile: the check that the moved wing passes through its new profiles.
+
+use glam::DVec3;
+
+/// Greatest distance of `points` from the polyline through `curve`, in the unit of the mesh; NaN if `curve` is empty and
+/// `points` is not.
+///
+/// For the report: `points` is the section of the moved wing, `curve` the new profile. No point is left out.
+pub fn max_distance(points: &[DVec3], curve: &[DVec3]) -> f64 {
+    points.iter().map(|&p| distance(p, curve)).fold(0.0, |worst, d| if d > worst || d.is_nan() { d } else { worst })
+}
+
+/// Distance of a point from the polyline through `curve`; NaN if that is empty.
+pub fn distance(point: DVec3, curve: &[DVec3]) -> f64 {
+    match curve {
+        [] => f64::NAN,
+        [only] => point.distance(*only),
+        _ => {
+            let squared = |pair: &[DVec3]| point.distance_squared(nearest_on_segment(point, pair[0], pair[1]).0);
+            curve.windows(2).map(squared).fold(f64::INFINITY, f64::min).sqrt()
+        }
+    }
+}
+
+/// The point of the segment from `a` to `b` nearest to `point`, and where it stands between them, 0 to 1.
+pub(super) fn nearest_on_segment(point: DVec3, a: DVec3, b: DVec3) -> (DVec3, f64) {
+    let along = b - a;
+    let square = along.length_squared();
+    let t = if square > 0.0 { ((point - a).dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (a + along * t, t)
+}

@@ -1,0 +1,102 @@
+//! Where the trailing edge of a closed section is.
+//!
+//! A section is longest from leading to trailing edge, and of the two ends the trailing edge is the thinner. Near that
+//! end the corners decide: one sharp corner is a sharp trailing edge, two corners are a blunt one whose base lies between
+//! them, none is a rounded one that starts at the farthest point.
+
+use glam::DVec3;
+
+/// A closed section taken apart: `loop[start]` is one trailing-edge corner; walking forward round the leading edge one
+/// arrives at `loop[end]`, the other. For a sharp trailing edge both are the same vertex; otherwise the base runs
+/// forward from `end` to `start`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TrailingEdge {
+    pub start: usize,
+    pub end: usize,
+}
+
+/// Corners are looked for within this share of the section's length from its end. Blunt trailing edges are up to about
+/// 3 % thick and may be cut obliquely; at 10 % a flap's kink would come into view.
+const REACH: f64 = 0.06;
+
+/// Where the thickness of the two ends is compared, as share of the length. A NACA section is there 4 to 6 times thicker
+/// at the leading edge.
+const PROBE: f64 = 0.04;
+
+/// Ends whose thicknesses differ by less than this factor count as alike (a diamond): the end nearer to the curve's first
+/// point is then the trailing edge, as profile files begin there.
+const ALIKE: f64 = 1.3;
+
+/// A turn of at least 125 degrees is a sharp trailing edge of at most 55 degrees; a square base turns twice by 90.
+const SHARP: f64 = 125.0;
+/// The least turn of a corner of a blunt trailing edge, degrees.
+const CORNER: f64 = 40.0;
+
+/// Finds the trailing edge of a closed curve of at least three different points, the first not repeated.
+pub(super) fn trailing_edge(points: &[DVec3]) -> TrailingEdge {
+    let n = points.len();
+    let centre = points.iter().sum::<DVec3>() / n.max(1) as f64;
+    let far = farthest(points, points[farthest(points, centre)]);
+    let (p, q) = (farthest(points, points[far]), far);
+    let first_is_nearer = points[0].distance_squared(points[p]) <= points[0].distance_squared(points[q]);
+    let (near, other) = if first_is_nearer { (p, q) } else { (q, p) };
+    let (near_width, other_width) = (width(points, near, other), width(points, other, near));
+    let (te, le) = if near_width <= ALIKE * other_width { (near, other) } else { (other, near) };
+
+    let axis = points[le] - points[te];
+    let length = axis.length();
+    let within = |i: usize| (points[i] - points[te]).dot(axis) <= REACH * length * length;
+    let mut region = vec![te];
+    for step in [1, n - 1] {
+        let mut i = (te + step) % n;
+        while i != te && within(i) {
+            region.push(i);
+            i = (i + step) % n;
+        }
+    }
+    region.sort_unstable();
+    region.dedup();
+    let mut corners: Vec<(f64, usize)> = region.into_iter().map(|i| (turn(points, i), i)).collect();
+    corners.sort_by(|a, b| b.0.total_cmp(&a.0));
+    match corners[..] {
+        [(first, a), (second, b), ..] if first < SHARP && second >= CORNER && first + second >= SHARP => {
+            // Of the two ways between the corners the base is the one that stays away from the leading edge.
+            let le_after_a = (le + n - a) % n < (b + n - a) % n;
+            if le_after_a { TrailingEdge { start: a, end: b } } else { TrailingEdge { start: b, end: a } }
+        }
+        [(first, a), ..] if first >= CORNER => TrailingEdge { start: a, end: a },
+        _ => TrailingEdge { start: te, end: te },
+    }
+}
+
+fn farthest(points: &[DVec3], from: DVec3) -> usize {
+    let key = |i: &usize| points[*i].distance_squared(from);
+    (0..points.len()).max_by(|a, b| key(a).total_cmp(&key(b))).unwrap_or(0)
+}
+
+/// Thickness of a closed curve a little inside its end `end`, towards `other`.
+fn width(points: &[DVec3], end: usize, other: usize) -> f64 {
+    let n = points.len();
+    let axis = points[other] - points[end];
+    let along = |i: usize| (points[i] - points[end]).dot(axis) / axis.length_squared();
+    let crossing = |step: usize| {
+        let mut i = end;
+        for _ in 0..n {
+            let next = (i + step) % n;
+            let (a, b) = (along(i), along(next));
+            if b > PROBE {
+                return points[i].lerp(points[next], ((PROBE - a) / (b - a)).clamp(0.0, 1.0));
+            }
+            i = next;
+        }
+        points[other]
+    };
+    crossing(1).distance(crossing(n - 1))
+}
+
+/// By how many degrees a closed curve turns at a point.
+fn turn(points: &[DVec3], i: usize) -> f64 {
+    let n = points.len();
+    let (before, after) = (points[i] - points[(i + n - 1) % n], points[(i + 1) % n] - points[i]);
+    before.angle_between(after).to_degrees()
+}

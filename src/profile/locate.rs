@@ -1,0 +1,73 @@
+//! Which point of the section a wing vertex stands at.
+//!
+//! At the vertex's span coordinate a virtual section is made of the old profiles; the vertex takes the parameter of the
+//! nearest point among those whose outward normal looks the vertex's way. Without that condition vertices of a thin
+//! trailing edge would find the other side nearer.
+
+use glam::DVec3;
+
+use super::distance::nearest_on_segment;
+use super::matching::OldSection;
+use super::span::SpanWeights;
+
+/// Steps of the virtual section on each side. A step is 0.25 % of a side, so its chord is off by 1e-5 of the section at a
+/// leading edge of 1 % radius.
+const STEPS: usize = 256;
+/// Steps of a blunt trailing edge's base.
+const BASE_STEPS: usize = 16;
+
+/// The old profiles at the same parameters.
+#[derive(Debug)]
+pub(super) struct SectionGrid {
+    tau: Vec<f64>,
+    /// Points of each profile at `tau` `[n_profiles][n_tau]`.
+    points: Vec<Vec<DVec3>>,
+    /// Direction the sections run counter-clockwise about.
+    normal: DVec3,
+}
+
+impl SectionGrid {
+    pub fn new(sections: &[OldSection], normal: DVec3) -> Self {
+        let mut tau: Vec<f64> = (0..=2 * STEPS).map(|i| i as f64 / STEPS as f64).collect();
+        let with_base = sections.iter().any(|section| section.measured_base.is_some());
+        if with_base {
+            tau.extend((1..=BASE_STEPS).map(|i| 2.0 + i as f64 / BASE_STEPS as f64));
+        }
+        let sample = |section: &OldSection| tau.iter().map(|&t| point(section, t)).collect();
+        let points = sections.iter().map(sample).collect();
+        Self { tau, points, normal }
+    }
+
+    /// Parameter of the point nearest to `position` on the section that `weights` makes of the profiles.
+    ///
+    /// - `outward`: the surface's outward normal there; without a direction every point is a candidate
+    pub fn parameter(&self, position: DVec3, outward: DVec3, weights: &SpanWeights) -> f64 {
+        let section = |j: usize| {
+            let share = |i: usize| self.points[weights.first + i][j] * weights.weight[i];
+            (0..weights.count).map(share).sum::<DVec3>()
+        };
+        let mut best = [(f64::INFINITY, 0.0); 2];
+        let mut start = section(0);
+        for j in 1..self.tau.len() {
+            let end = section(j);
+            let (nearest, t) = nearest_on_segment(position, start, end);
+            let candidate = (nearest.distance_squared(position), self.tau[j - 1] + (self.tau[j] - self.tau[j - 1]) * t);
+            let looks_out = (end - start).cross(self.normal).dot(outward) > 0.0;
+            for (place, allowed) in [looks_out, true].into_iter().enumerate() {
+                if allowed && candidate.0 < best[place].0 {
+                    best[place] = candidate;
+                }
+            }
+            start = end;
+        }
+        if best[0].0.is_finite() { best[0].1 } else { best[1].1 }
+    }
+}
+
+fn point(section: &OldSection, tau: f64) -> DVec3 {
+    match &section.measured_base {
+        Some(base) if tau > 2.0 => base.point(tau),
+        None if tau > 2.0 => section.measured.point(2.0).lerp(section.measured.point(0.0), tau - 2.0),
+        _ => section.measured.point(tau),
+    }
+}

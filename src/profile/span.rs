@@ -1,0 +1,143 @@
+//! Where a point stands along the span, and how much each plane counts there.
+//!
+//! Between two neighbouring planes a point at signed distances `d_k` and `d_{k+1}` stands at `s = d_k / (d_k - d_{k+1})`:
+//! exactly 0 on the one and 1 on the other, also for planes that are not parallel. The span coordinate
+//! `eta = eta_k + s (eta_{k+1} - eta_k)` goes on beyond the outermost planes.
+//!
+//! Weights: one plane counts alone; two count linearly; of three and more, the parabolas through neighbouring triples are
+//! blended linearly between the two planes they share (Overhauser), and the first and the last parabola go on to the
+//! ends and beyond. Each plane is met exactly, and what is quadratic along the span is reproduced.
+
+use glam::DVec3;
+
+use super::plane::main_direction;
+use super::{Plane, Profile, ProfileError};
+
+/// Planes nearer to each other than this share of the wing's extent along the span, or of its chord, are the same plane.
+const SAME_PLANE: f64 = 1e-6;
+
+/// Planes in order along the span.
+#[derive(Clone, Debug)]
+pub(super) struct Span {
+    /// Planes with normals on one side, ascending along the mean normal.
+    pub planes: Vec<Plane>,
+    /// Span coordinate of each plane, in the unit of the mesh.
+    pub eta: Vec<f64>,
+    /// Mean unit normal.
+    pub normal: DVec3,
+}
+
+/// How much the planes count at one span coordinate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SpanWeights {
+    /// The first of at most four neighbouring planes.
+    pub first: usize,
+    /// How many planes count.
+    pub count: usize,
+    /// Weight of each, dimensionless; they add up to 1.
+    pub weight: [f64; 4],
+    /// Derivative of each weight along the span coordinate, one over length; they add up to 0.
+    pub slope: [f64; 4],
+}
+
+impl Span {
+    /// Orders the profiles' planes; returns the order too, as indices into `profiles`.
+    ///
+    /// - `size`: a chord, the length below which a share of planes' distance is nothing
+    pub fn new(profiles: &[Profile], size: f64) -> Result<(Self, Vec<usize>), ProfileError> {
+        let mut planes = profiles.iter().map(Plane::of_profile).collect::<Result<Vec<_>, _>>()?;
+        let Some(&first) = planes.first() else { return Err(ProfileError::NoProfiles) };
+        for plane in &mut planes {
+            if plane.normal.dot(first.normal) < 0.0 {
+                plane.normal = -plane.normal;
+            }
+        }
+        let mean = main_direction(planes.iter().map(|plane| plane.normal).sum::<DVec3>().normalize_or(first.normal));
+        if mean.dot(first.normal) < 0.0 {
+            planes.iter_mut().for_each(|plane| plane.normal = -plane.normal);
+        }
+        let eta: Vec<f64> = planes.iter().map(|plane| plane.point.dot(mean)).collect();
+        let mut order: Vec<usize> = (0..planes.len()).collect();
+        order.sort_by(|&a, &b| eta[a].total_cmp(&eta[b]));
+        for pair in order.windows(2) {
+            let gap = eta[pair[1]] - eta[pair[0]];
+            if !gap.is_finite() || gap <= SAME_PLANE * size {
+                return Err(ProfileError::SamePlane {
+                    first: profiles[pair[0]].number,
+                    second: profiles[pair[1]].number,
+                    gap,
+                });
+            }
+        }
+        let (planes, eta) = (order.iter().map(|&i| planes[i]).collect(), order.iter().map(|&i| eta[i]).collect());
+        Ok((Self { planes, eta, normal: mean }, order))
+    }
+
+    /// Span coordinate of a point and the interval (index of its lower plane) it stands in.
+    pub fn coordinate(&self, point: DVec3) -> (f64, usize) {
+        let n = self.planes.len();
+        if n == 1 {
+            return (self.eta[0], 0);
+        }
+        let distances = |k: usize| self.planes[k].distance(point);
+        let k = (1..n - 1).find(|&k| distances(k) < 0.0).unwrap_or(n - 1) - 1;
+        let (below, above) = (distances(k), distances(k + 1));
+        let gap = self.eta[k + 1] - self.eta[k];
+        // Planes that are not parallel meet somewhere outside the wing; near there only the mean normal makes sense.
+        let s = if below - above > 0.1 * gap {
+            below / (below - above)
+        } else {
+            (point - self.planes[k].point).dot(self.normal) / gap
+        };
+        (self.eta[k] + s * gap, k)
+    }
+
+    /// Weights of the planes at a span coordinate of interval `k`.
+    pub fn weights(&self, eta: f64, k: usize) -> SpanWeights {
+        let n = self.planes.len();
+        let mut weights = SpanWeights { first: 0, count: n.min(2), weight: [0.0; 4], slope: [0.0; 4] };
+        match n {
+            0 | 1 => weights.weight[0] = 1.0,
+            2 => {
+                let gap = self.eta[1] - self.eta[0];
+                let s = (eta - self.eta[0]) / gap;
+                weights.weight[..2].copy_from_slice(&[1.0 - s, s]);
+                weights.slope[..2].copy_from_slice(&[-1.0 / gap, 1.0 / gap]);
+            }
+            _ if k == 0 || k + 2 >= n => {
+                weights.first = if k == 0 { 0 } else { n - 3 };
+                weights.count = 3;
+                let (weight, slope) = parabola(&self.eta[weights.first..weights.first + 3], eta);
+                weights.weight[..3].copy_from_slice(&weight);
+                weights.slope[..3].copy_from_slice(&slope);
+            }
+            _ => {
+                weights.first = k - 1;
+                weights.count = 4;
+                let gap = self.eta[k + 1] - self.eta[k];
+                let s = (eta - self.eta[k]) / gap;
+                let (low, low_slope) = parabola(&self.eta[k - 1..k + 2], eta);
+                let (high, high_slope) = parabola(&self.eta[k..k + 3], eta);
+                for i in 0..3 {
+                    weights.weight[i] += (1.0 - s) * low[i];
+                    weights.weight[i + 1] += s * high[i];
+                    weights.slope[i] += (1.0 - s) * low_slope[i] - low[i] / gap;
+                    weights.slope[i + 1] += s * high_slope[i] + high[i] / gap;
+                }
+            }
+        }
+        weights
+    }
+}
+
+/// Values and derivatives at `x` of the three parabolas that are 1 at one of the nodes and 0 at the others.
+fn parabola(nodes: &[f64], x: f64) -> ([f64; 3], [f64; 3]) {
+    let (mut value, mut slope) = ([0.0; 3], [0.0; 3]);
+    for i in 0..3 {
+        let (a, b) = (nodes[(i + 1) % 3], nodes[(i + 2) % 3]);
+        let scale = (nodes[i] - a) * (nodes[i] - b);
+        value[i] = (x - a) * (x - b) / scale;
+        slope[i] = (2.0 * x - a - b) / scale;
+    }
+    (value, slope)
+}
