@@ -1,1 +1,122 @@
-//! cli
+//! The command line: one file a subcommand.
+//!
+//! Data goes to standard output, everything else to standard error through [`console::Console`]; a command that fails
+//! returns a [`failure::Failure`], which is printed here, once, and decides the exit code. Nothing below this module
+//! prints.
+
+mod adapters;
+mod compare;
+mod console;
+mod cut;
+mod failure;
+mod job;
+mod outputs;
+mod quality;
+mod run;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{ArgAction, Parser, Subcommand, ValueEnum};
+
+use crate::backend::Selection;
+use console::Console;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  good
+  1  compare: out of tolerance
+  2  wrong usage
+  3  bad input, nothing was written
+  4  not converged
+  5  inverted tets remain, the mesh is written as NAME.invalid.EXT
+  6  no usable GPU";
+
+/// Moves an aircraft's tetrahedral CFD mesh when its wing profiles change, without remeshing.
+#[derive(Debug, Parser)]
+#[command(name = "idmesh", version, after_help = EXIT_CODES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    /// Say nothing but errors and data.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say more; twice for even more.
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    verbose: u8,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Move a mesh to one design.
+    Run(run::Arguments),
+    /// Compare CPU and GPU on a case, or two meshes vertex by vertex.
+    Compare(compare::Arguments),
+    /// Measure a mesh.
+    Quality(quality::Arguments),
+    /// Cut profiles from a wing's surface.
+    Cut(cut::Arguments),
+    /// List the GPUs and say which one would be taken.
+    Adapters(adapters::Arguments),
+}
+
+/// Where to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BackendChoice {
+    /// A hardware GPU if there is one, else the CPU.
+    Auto,
+    /// A GPU, or an error.
+    Gpu,
+    /// The CPU, in double precision.
+    Cpu,
+}
+
+impl From<BackendChoice> for Selection {
+    fn from(choice: BackendChoice) -> Self {
+        match choice {
+            BackendChoice::Auto => Selection::Auto,
+            BackendChoice::Gpu => Selection::Gpu,
+            BackendChoice::Cpu => Selection::Cpu,
+        }
+    }
+}
+
+/// Where a command's JSON goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum JsonTarget {
+    /// `-`.
+    StandardOutput,
+    /// A file.
+    File(PathBuf),
+}
+
+impl From<PathBuf> for JsonTarget {
+    fn from(path: PathBuf) -> Self {
+        if path.as_os_str() == "-" { Self::StandardOutput } else { Self::File(path) }
+    }
+}
+
+fn json_target(text: &str) -> Result<JsonTarget, std::convert::Infallible> {
+    Ok(PathBuf::from(text).into())
+}
+
+/// Parses the command line, runs the command and reports its failure.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let console = Console::new(arguments.quiet, arguments.verbose);
+    let result = match arguments.command {
+        Command::Run(arguments) => run::run(&arguments, &console),
+        Command::Compare(arguments) => compare::run(&arguments, &console),
+        Command::Quality(arguments) => quality::run(&arguments, &console),
+        Command::Cut(arguments) => cut::run(&arguments, &console),
+        Command::Adapters(arguments) => adapters::run(&arguments, &console),
+    };
+    console.finish();
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            console.fail(&failure);
+            ExitCode::from(failure.exit as u8)
+        }
+    }
+}

@@ -15,6 +15,7 @@ use crate::quality::Statistics;
 
 pub use histogram::{Series, histogram_svg};
 pub use table::stage_table;
+pub(crate) use table::{aligned, beta_text};
 
 /// The report of one design.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,0 +1,67 @@
+//! `idmesh adapters`: the GPUs, and which one `--backend auto` takes.
+
+use serde::Serialize;
+
+use super::console::Console;
+use super::failure::Failure;
+use super::{JsonTarget, json_target, outputs};
+use crate::backend::{self, AdapterSummary};
+use crate::report::aligned;
+
+/// Arguments of `idmesh adapters`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Write the list as JSON; `-` is standard output.
+    #[arg(long, value_name = "FILE", value_parser = json_target)]
+    json: Option<JsonTarget>,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry<'a> {
+    name: &'a str,
+    kind: &'a str,
+    driver: &'a str,
+    api: &'a str,
+    max_array_bytes: u64,
+    auto: bool,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    outputs::check_json(arguments.json.as_ref())?;
+    let adapters = backend::adapters();
+    if let Some(target) = &arguments.json {
+        let entries: Vec<_> = adapters
+            .iter()
+            .map(|AdapterSummary { name, kind, driver, api, max_array_bytes, auto }| Entry {
+                name,
+                kind,
+                driver,
+                api,
+                max_array_bytes: *max_array_bytes,
+                auto: *auto,
+            })
+            .collect();
+        outputs::write_json(target, &entries, console)?;
+    }
+    if arguments.json != Some(JsonTarget::StandardOutput) {
+        console.data(&text(&adapters))?;
+    }
+    Ok(())
+}
+
+fn text(adapters: &[AdapterSummary]) -> String {
+    if adapters.is_empty() {
+        return "no adapters; auto computes on the CPU\n".into();
+    }
+    let mut rows = vec![["adapter", "kind", "api", "driver", "auto"].map(str::to_owned).to_vec()];
+    for adapter in adapters {
+        let auto = if adapter.auto { "yes" } else { "" };
+        rows.push([&adapter.name, adapter.kind, &adapter.api, &adapter.driver, auto].map(str::to_owned).to_vec());
+    }
+    let mut text = aligned(&rows);
+    if !adapters.iter().any(|adapter| adapter.auto) {
+        text += "auto computes on the CPU: none of these is hardware\n";
+    }
+    text
+}

@@ -1,0 +1,218 @@
+//! `idmesh compare`: the CPU against the GPU on one case, or one mesh file against another.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::console::Console;
+use super::failure::{Exit, Failure};
+use super::job::Job;
+use super::outputs;
+use super::run::{choose_backend, on_mesh};
+use super::{BackendChoice, JsonTarget, json_target};
+use crate::backend::Backend;
+use crate::formats;
+use crate::mover::{Mover, Outcome};
+
+/// Arguments of `idmesh compare`.
+#[derive(Debug, clap::Args)]
+#[command(long_about = "Compare CPU and GPU on a case, or two meshes vertex by vertex.
+
+With one file, a case: runs it on the CPU and on the GPU and compares the moved vertices; the relative difference is the \
+largest distance between the two positions of a vertex divided by the largest displacement on the CPU.
+
+With two files, meshes: the relative difference is the largest distance between vertices of the same number divided by \
+the diagonal of the first mesh's bounding box.
+
+Ends with exit code 1 if the relative difference exceeds the tolerance. A coordinate that is not a number is out of \
+tolerance.")]
+pub(super) struct Arguments {
+    /// A case file, or two mesh files.
+    #[arg(required = true, num_args = 1..=2, value_name = "CASE.toml | A B")]
+    files: Vec<PathBuf>,
+    /// Largest relative difference accepted.
+    #[arg(long, value_name = "X", default_value = "1e-5", value_parser = tolerance)]
+    tolerance: f64,
+    /// Write the result as JSON; `-` is standard output.
+    #[arg(long, value_name = "FILE", value_parser = json_target)]
+    json: Option<JsonTarget>,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= 0.0 => Ok(value),
+        _ => Err("expected a number from 0 on, such as 1e-5".into()),
+    }
+}
+
+/// What a comparison found.
+#[derive(Debug, Serialize)]
+struct Comparison {
+    vertices: usize,
+    /// Largest distance between the two positions of a vertex, in the mesh's unit.
+    max_difference: f64,
+    /// The same over `reference`.
+    relative_difference: f64,
+    /// Largest displacement, or the diagonal of the bounding box, in the mesh's unit.
+    reference: f64,
+    worst_vertex: usize,
+    /// The worst vertex's position in the first of the two.
+    worst_position: [f64; 3],
+    tolerance: f64,
+    within_tolerance: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<Timings>,
+}
+
+/// Time of an update (all stages, no files) on both, s.
+#[derive(Debug, Serialize)]
+struct Timings {
+    cpu: f64,
+    gpu: f64,
+}
+
+impl Comparison {
+    /// Compares positions `a`, `b` `[n_vertices]`, not empty.
+    fn of(a: &[DVec3], b: &[DVec3], reference: f64, tolerance: f64) -> Self {
+        // total_cmp ranks NaN above every number, so that a dead vertex is the worst one.
+        let differences = a.iter().zip(b).map(|(a, b)| a.distance(*b).abs()).enumerate();
+        let (worst_vertex, max_difference) = differences.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
+        let relative_difference = if max_difference == 0.0 { 0.0 } else { max_difference / reference };
+        Self {
+            vertices: a.len(),
+            max_difference,
+            relative_difference,
+            reference,
+            worst_vertex,
+            worst_position: a.get(worst_vertex).copied().unwrap_or(DVec3::NAN).to_array(),
+            tolerance,
+            within_tolerance: relative_difference <= tolerance,
+            seconds: None,
+        }
+    }
+
+    fn text(&self) -> String {
+        let [x, y, z] = self.worst_position;
+        let mut text = format!(
+            "max difference       {:e}\nrelative difference  {:e}\nworst vertex         {} at ({x}, {y}, {z})\n",
+            self.max_difference, self.relative_difference, self.worst_vertex
+        );
+        if let Some(Timings { cpu, gpu }) = self.seconds {
+            text += &format!("update on the CPU    {cpu:.3} s\nupdate on the GPU    {gpu:.3} s\n");
+        }
+        text
+    }
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    outputs::check_json(arguments.json.as_ref())?;
+    let comparison = match arguments.files.as_slice() {
+        [a, b] => meshes(a, b, arguments.tolerance, console)?,
+        [case, ..] => backends(case, arguments.tolerance, console)?,
+        [] => return Err(Failure::bad_input("nothing to compare")),
+    };
+    if let Some(target) = &arguments.json {
+        outputs::write_json(target, &comparison, console)?;
+    }
+    if arguments.json != Some(JsonTarget::StandardOutput) {
+        console.data(&comparison.text())?;
+    }
+    if comparison.within_tolerance {
+        return Ok(());
+    }
+    Err(Failure::new(
+        Exit::OutOfTolerance,
+        format!(
+            "out of tolerance: the relative difference is {:e}, expected at most {:e}",
+            comparison.relative_difference, comparison.tolerance
+        ),
+    ))
+}
+
+fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Comparison, Failure> {
+    let mut read = Vec::new();
+    for path in [a, b] {
+        console.step(&format!("reading {}", path.display()));
+        read.push(formats::read(path)?.mesh.vertices);
+    }
+    if read[0].len() != read[1].len() {
+        let message = format!(
+            "{} has {} vertices and {} has {}: there is nothing to compare vertex by vertex",
+            a.display(),
+            read[0].len(),
+            b.display(),
+            read[1].len()
+        );
+        return Err(Failure::new(Exit::OutOfTolerance, message));
+    }
+    let first = read[0].first().copied().unwrap_or_default();
+    let (low, high) = read[0].iter().fold((first, first), |(low, high), &at| (low.min(at), high.max(at)));
+    Ok(Comparison::of(&read[0], &read[1], low.distance(high), tolerance))
+}
+
+fn backends(case: &Path, tolerance: f64, console: &Console) -> Result<Comparison, Failure> {
+    let job = Job::read(case, console)?;
+    // The GPU first: without one there is no reason to wait for the CPU.
+    let (gpu, gpu_seconds) = update(&job, BackendChoice::Gpu, console)?;
+    let (cpu, cpu_seconds) = update(&job, BackendChoice::Cpu, console)?;
+    let largest = cpu.displacement.iter().map(|displacement| displacement.length()).max_by(f64::total_cmp);
+    let comparison = Comparison::of(&cpu.vertices, &gpu.vertices, largest.unwrap_or(0.0), tolerance);
+    Ok(Comparison { seconds: Some(Timings { cpu: cpu_seconds, gpu: gpu_seconds }), ..comparison })
+}
+
+fn update(job: &Job, choice: BackendChoice, console: &Console) -> Result<(Outcome, f64), Failure> {
+    let backend: Arc<dyn Backend> = choose_backend(choice, console)?.into();
+    let info = backend.info();
+    let observer = |stage: &str| console.step(&format!("{}: {stage}", info.kind));
+    let mut mover = Mover::new(job.file.mesh.clone(), job.settings.clone(), backend, &observer)
+        .map_err(|error| on_mesh(error, job))?;
+    let start = Instant::now();
+    let outcome = mover.update(&job.design, &observer).map_err(|error| on_mesh(error, job))?;
+    let seconds = start.elapsed().as_secs_f64();
+    console.detail(format_args!("{} ({}): {seconds:.3} s", info.kind, info.adapter));
+    if !outcome.converged {
+        console.warn(format_args!("the {} did not converge within max_sweeps", info.kind));
+    }
+    Ok((outcome, seconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_vertex_is_found() {
+        let a = vec![DVec3::ZERO; 30];
+        let mut b = a.clone();
+        assert!(Comparison::of(&a, &b, 1.0, 0.0).within_tolerance);
+        b[17].z = 1e-4;
+        let found = Comparison::of(&a, &b, 2.0, 1e-5);
+        assert_eq!((found.worst_vertex, found.max_difference, found.relative_difference), (17, 1e-4, 5e-5));
+        assert!(!found.within_tolerance);
+        assert!(Comparison::of(&a, &b, 2.0, 1e-4).within_tolerance);
+    }
+
+    /// NaN compares false with everything, and must not pass for that.
+    #[test]
+    fn nan_is_out_of_tolerance() {
+        let a = vec![DVec3::ZERO; 3];
+        for sign in [1.0, -1.0] {
+            let b = vec![DVec3::ZERO, DVec3::new(0.0, sign * f64::NAN, 0.0), DVec3::splat(1e300)];
+            let found = Comparison::of(&a, &b, 1.0, f64::MAX);
+            assert_eq!(found.worst_vertex, 1);
+            assert!(!found.within_tolerance);
+        }
+    }
+
+    /// A design that moves nothing on the CPU allows no motion on the GPU.
+    #[test]
+    fn nothing_to_divide_by() {
+        let a = vec![DVec3::ZERO; 2];
+        assert!(Comparison::of(&a, &a, 0.0, 1e-5).within_tolerance);
+        assert!(!Comparison::of(&a, &[DVec3::ZERO, DVec3::X], 0.0, 1e-5).within_tolerance);
+    }
+}

@@ -1,0 +1,108 @@
+//! What the user sees: data on standard output, progress, notes and errors on standard error.
+
+use std::cell::Cell;
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::failure::{Exit, Failure};
+
+/// The two streams, and how much the user wants to hear.
+pub(super) struct Console {
+    level: i8,
+    /// Drawn only when standard error is a terminal.
+    spinner: Option<ProgressBar>,
+    since: Cell<Instant>,
+}
+
+impl Console {
+    pub(super) fn new(quiet: bool, verbose: u8) -> Self {
+        let level = if quiet { -1 } else { verbose.min(2) as i8 };
+        let spinner = (level == 0 && io::stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::new_spinner();
+            // No colours, so there is nothing for NO_COLOR to take away.
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+                bar.set_style(style);
+            }
+            bar
+        });
+        Self { level, spinner, since: Cell::new(Instant::now()) }
+    }
+
+    /// Says what is being done now.
+    pub(super) fn step(&self, what: &str) {
+        if let Some(spinner) = &self.spinner {
+            spinner.set_message(what.to_owned());
+            spinner.enable_steady_tick(Duration::from_millis(120));
+        } else if self.level >= 1 {
+            self.to_stderr(format_args!("[{:8.3} s] {what}", self.since.get().elapsed().as_secs_f64()));
+        }
+    }
+
+    /// Something worth knowing.
+    pub(super) fn note(&self, what: impl Display) {
+        if self.level >= 0 {
+            self.to_stderr(what);
+        }
+    }
+
+    /// Something that may be wrong with the result.
+    pub(super) fn warn(&self, what: impl Display) {
+        self.note(format_args!("warning: {what}"));
+    }
+
+    /// Something only the curious want to know (`-v`).
+    pub(super) fn detail(&self, what: impl Display) {
+        if self.level >= 1 {
+            self.to_stderr(what);
+        }
+    }
+
+    /// The failure that ends the command.
+    pub(super) fn fail(&self, failure: &Failure) {
+        self.to_stderr(format_args!("error: {}", failure.message));
+        if let Some(hint) = &failure.hint {
+            self.to_stderr(format_args!("hint: {hint}"));
+        }
+    }
+
+    /// Ends the progress display.
+    pub(super) fn finish(&self) {
+        if let Some(spinner) = &self.spinner {
+            spinner.finish_and_clear();
+        }
+    }
+
+    /// Writes data to standard output. A reader that has gone away (`idmesh ... | head -1`) has seen enough.
+    ///
+    /// # Errors
+    /// Standard output cannot be written for another reason, such as a full disk.
+    pub(super) fn data(&self, text: &str) -> Result<(), Failure> {
+        let write = || {
+            let mut out = io::stdout().lock();
+            out.write_all(text.as_bytes())?;
+            out.flush()
+        };
+        let result = match &self.spinner {
+            Some(spinner) => spinner.suspend(write),
+            None => write(),
+        };
+        match result {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                Err(Failure::new(Exit::BadInput, format!("cannot write to standard output: {error}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Standard error that cannot be written leaves nobody to tell.
+    fn to_stderr(&self, what: impl Display) {
+        let write = || drop(writeln!(io::stderr().lock(), "{what}"));
+        match &self.spinner {
+            Some(spinner) => spinner.suspend(write),
+            None => write(),
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! `idmesh cut`: the old profiles, cut from the mesh's surface.
+
+use std::path::PathBuf;
+
+use super::console::Console;
+use super::failure::Failure;
+use super::job::family_triangles;
+use super::outputs;
+use crate::case::did_you_mean;
+use crate::formats::{self, write_atomically};
+use crate::profile::{Plane, csv, cut, stations};
+
+/// Arguments of `idmesh cut`.
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("where").required(true).args(["planes", "at"]))]
+pub(super) struct Arguments {
+    /// The mesh file.
+    mesh: PathBuf,
+    /// The family to cut.
+    #[arg(long, value_name = "NAME")]
+    family: String,
+    /// Cut at this many planes, evenly along the span.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    planes: Option<u16>,
+    /// Cut at these planes, such as y=1.0,y=2.4.
+    #[arg(long, value_name = "PLANES", value_delimiter = ',', value_parser = plane)]
+    at: Vec<Plane>,
+    /// Write the profiles to this file.
+    #[arg(long, value_name = "FILE.csv")]
+    out: PathBuf,
+}
+
+fn plane(text: &str) -> Result<Plane, String> {
+    stations::parse(text).map_err(|error| error.to_string())
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    outputs::check_writable(&arguments.out)?;
+    outputs::check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
+    console.step(&format!("reading {}", arguments.mesh.display()));
+    let mesh = formats::read(&arguments.mesh)?.mesh;
+    let Some(family) = mesh.family(&arguments.family) else {
+        let advice = did_you_mean(&arguments.family, &mesh.families).unwrap_or_default();
+        let message = format!(
+            "{}: no family `{}`, the mesh has `{}`{advice}",
+            arguments.mesh.display(),
+            arguments.family,
+            mesh.families.join("`, `")
+        );
+        return Err(Failure::bad_input(message));
+    };
+    console.step("cutting");
+    let triangles = family_triangles(&mesh, family);
+    let planes = match arguments.planes {
+        Some(count) => stations::evenly(&mesh.vertices, &triangles, count.into()),
+        None => Ok(arguments.at.clone()),
+    };
+    let profiles = planes
+        .and_then(|planes| {
+            let numbered: Vec<_> = (0..).zip(planes).collect();
+            cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)
+        })
+        .map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
+    write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
+        .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
+    let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
+    console.note(format_args!("wrote {} profiles, {points} points, to {}", profiles.len(), arguments.out.display()));
+    Ok(())
+}

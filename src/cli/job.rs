@@ -1,0 +1,151 @@
+//! A case with everything it names read in: the part of a run that is the same for every command.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::console::Console;
+use super::failure::Failure;
+use crate::case::{Case, Method, Role, displacement};
+use crate::formats::{self, MeshFile};
+use crate::mesh::{FamilyId, TetMesh};
+use crate::mover::{Design, Settings};
+use crate::profile::{self, Plane, Profile};
+use crate::{relaxation, stages};
+
+/// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
+/// shortest edge: text files with seven digits still match, neighbours are never mixed up.
+const MATCH: f64 = 1e-3;
+
+/// A case, its mesh, what a mover needs and the design.
+pub(super) struct Job {
+    pub(super) case: Case,
+    pub(super) file: MeshFile,
+    pub(super) settings: Settings,
+    pub(super) design: Design,
+    /// Every file that was read.
+    pub(super) inputs: Vec<PathBuf>,
+    /// Time for reading, s.
+    pub(super) read_seconds: f64,
+}
+
+impl Job {
+    /// Reads a case and all its files.
+    ///
+    /// # Errors
+    /// A file cannot be read or is wrong, or the files do not go together.
+    pub(super) fn read(path: &Path, console: &Console) -> Result<Self, Failure> {
+        let start = Instant::now();
+        console.step("reading the case");
+        let case = Case::read(path)?;
+        console.step(&format!("reading {}", case.mesh.display()));
+        let file = formats::read(&case.mesh)?;
+        let mesh = &file.mesh;
+        case.check_families(&mesh.families)?;
+
+        let mut inputs = vec![path.to_path_buf(), case.mesh.clone()];
+        let mut design = Design::default();
+        let mut old_profiles = BTreeMap::new();
+        let mut roles = Vec::new();
+        for (index, name) in mesh.families.iter().enumerate() {
+            let family = FamilyId(index as u16);
+            let role = case.families.get(name).map_or(&Role::Fixed, |settings| &settings.role);
+            roles.push(stage_role(role));
+            if let Role::Prescribed { displacement } = role {
+                design.prescribed.insert(family, prescribed(mesh, family, displacement)?);
+                inputs.push(displacement.clone());
+            }
+        }
+        for (name, source) in &case.profiles {
+            let Some(family) = mesh.family(name) else { continue };
+            let new = read_profiles(&source.new)?;
+            inputs.extend(source.new.iter().cloned());
+            let old = match &source.old {
+                Some(paths) => {
+                    inputs.extend(paths.iter().cloned());
+                    read_profiles(paths)?
+                }
+                None => {
+                    console.step(&format!("cutting the old profiles of {name}"));
+                    cut_like(mesh, family, &new).map_err(|failure| about_profiles(failure, name, &source.new))?
+                }
+            };
+            console.detail(format_args!("{name}: {} new profiles, {} old ones", new.len(), old.len()));
+            design.profiles.insert(family, new);
+            old_profiles.insert(family, old);
+        }
+        let method = match case.solver.method {
+            Method::Auto | Method::Chebyshev => relaxation::Method::Chebyshev,
+            Method::Jacobi => relaxation::Method::Jacobi,
+        };
+        let settings = Settings { roles, old_profiles, springs: case.springs, method, accuracy: case.solver.accuracy };
+        Ok(Self { case, file, settings, design, inputs, read_seconds: start.elapsed().as_secs_f64() })
+    }
+}
+
+fn stage_role(role: &Role) -> stages::Role {
+    match *role {
+        Role::Wing => stages::Role::Wing,
+        Role::TrailingEdge => stages::Role::TrailingEdge,
+        Role::Wingtip { coefficient, start } => stages::Role::Wingtip { coefficient, start },
+        Role::Carenage => stages::Role::Carenage,
+        Role::Plane => stages::Role::Plane,
+        Role::Fixed => stages::Role::Fixed,
+        Role::Prescribed { .. } => stages::Role::Prescribed,
+    }
+}
+
+/// The triangles of a family.
+pub(super) fn family_triangles(mesh: &TetMesh, family: FamilyId) -> Vec<[u32; 3]> {
+    let members = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|&(_, &other)| other == family);
+    members.map(|(&triangle, _)| triangle).collect()
+}
+
+fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam::DVec3>, Failure> {
+    let triangles = family_triangles(mesh, family);
+    let vertices: Vec<u32> = triangles.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
+    let lengths = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| {
+        let (a, b) = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
+        a.distance(b)
+    });
+    let shortest = lengths.fold(f64::INFINITY, f64::min);
+    let tolerance = if shortest.is_finite() { MATCH * shortest } else { 0.0 };
+    let table = displacement::read(path)?;
+    Ok(displacement::match_displacements(&table, &mesh.vertices, &vertices, tolerance)?)
+}
+
+/// Reads the profiles of some files.
+fn read_profiles(paths: &[PathBuf]) -> Result<Vec<Profile>, Failure> {
+    let mut texts = Vec::new();
+    for path in paths {
+        let bytes = fs::read(path)
+            .map_err(|error| Failure::bad_input(format!("{}: cannot read the profiles: {error}", path.display())))?;
+        // Bytes that are no text become characters that are no number, and are reported as such with their line.
+        texts.push(String::from_utf8_lossy(&bytes).into_owned());
+    }
+    let sources: Vec<_> = paths.iter().map(PathBuf::as_path).zip(texts.iter().map(String::as_str)).collect();
+    profile::csv::parse(&sources).map_err(|error| match error {
+        error @ profile::ProfileError::Line { .. } => Failure::bad_input(error.to_string()),
+        error => Failure::bad_input(format!("{}: {error}", list(paths))),
+    })
+}
+
+/// The old profiles, cut from the mesh at the new ones' planes.
+fn cut_like(mesh: &TetMesh, family: FamilyId, new: &[Profile]) -> Result<Vec<Profile>, Failure> {
+    let bad = |error: profile::ProfileError| Failure::bad_input(error.to_string());
+    let planes = new
+        .iter()
+        .map(|profile| Ok((profile.number, Plane::of_profile(profile).map_err(bad)?)))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    profile::cut::cut_at_planes(&mesh.vertices, &family_triangles(mesh, family), &planes).map_err(bad)
+}
+
+fn about_profiles(mut failure: Failure, family: &str, paths: &[PathBuf]) -> Failure {
+    failure.message = format!("{}: profiles of family `{family}`: {}", list(paths), failure.message);
+    failure
+}
+
+fn list(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,168 @@
+//! The files a command writes: checked before anything is computed, written whole or not at all.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::JsonTarget;
+use super::console::Console;
+use super::failure::Failure;
+use crate::formats::write_atomically;
+
+/// A folder for outputs that is there when it is needed, and gone again if nothing was written into it.
+#[derive(Debug, Default)]
+pub(super) struct Folder {
+    /// The folders that were made, outermost first.
+    made: Vec<PathBuf>,
+}
+
+impl Folder {
+    /// Makes the folder and those around it, where they are missing.
+    ///
+    /// # Errors
+    /// One of them cannot be made, or is a file.
+    pub(super) fn make(path: &Path) -> Result<Self, Failure> {
+        let missing: Vec<_> =
+            path.ancestors().take_while(|path| !path.as_os_str().is_empty() && !path.exists()).collect();
+        let mut folder = Self::default();
+        for ancestor in missing.into_iter().rev() {
+            fs::create_dir(ancestor).map_err(|error| cannot_write(path, &error))?;
+            folder.made.push(ancestor.to_path_buf());
+        }
+        if !path.is_dir() {
+            return Err(cannot_write(path, &io::ErrorKind::NotADirectory.into()));
+        }
+        Ok(folder)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // A folder that holds something cannot be removed this way, and that is the point.
+        for path in self.made.iter().rev() {
+            let _ = fs::remove_dir(path);
+        }
+    }
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    Failure::bad_input(format!("cannot write {}: {error}", path.display()))
+}
+
+/// Checks that a file can be written, by making and removing a temporary one beside it.
+///
+/// # Errors
+/// The path is a folder, or its folder is missing or takes no files.
+pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => return Err(cannot_write(path, &io::ErrorKind::IsADirectory.into())),
+        // A device or a pipe is written in place.
+        Ok(metadata) if !metadata.is_file() => return Ok(()),
+        _ => {}
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let probe = tempfile::Builder::new().prefix(".idmesh-").tempfile_in(folder);
+    // The temporary file's own name would only confuse.
+    probe.map(drop).map_err(|error| cannot_write(path, &error.kind().into()))
+}
+
+/// Refuses outputs that would overwrite an input or each other.
+///
+/// # Errors
+/// The first such output.
+pub(super) fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), Failure> {
+    let same = |a: &Path, b: &Path| {
+        a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b && a.is_file())
+    };
+    for (index, output) in outputs.iter().enumerate() {
+        if let Some(input) = inputs.iter().find(|input| same(input, output)) {
+            return Err(Failure::bad_input(format!(
+                "the output {} would overwrite the input {}, expected another name",
+                output.display(),
+                input.display()
+            )));
+        }
+        if outputs[..index].iter().any(|other| same(other, output)) {
+            return Err(Failure::bad_input(format!("{} is the name of two outputs", output.display())));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that JSON can be written where the user wants it.
+///
+/// # Errors
+/// The file cannot be written.
+pub(super) fn check_json(target: Option<&JsonTarget>) -> Result<(), Failure> {
+    match target {
+        Some(JsonTarget::File(path)) => check_writable(path),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a value as JSON to a file or standard output.
+///
+/// # Errors
+/// It cannot be written.
+pub(super) fn write_json(target: &JsonTarget, value: &impl Serialize, console: &Console) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|error| Failure::bad_input(format!("cannot write the report: {error}")))?;
+    text.push('\n');
+    match target {
+        JsonTarget::StandardOutput => console.data(&text),
+        JsonTarget::File(path) => write_text(path, &text),
+    }
+}
+
+/// Writes a text file.
+///
+/// # Errors
+/// It cannot be written.
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, &error))
+}
+
+/// `moved.msh.gz` becomes `moved.invalid.msh.gz`.
+pub(super) fn invalid_name(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let (stem, gz) = match name.len().checked_sub(3).and_then(|at| name.split_at_checked(at)) {
+        Some((stem, gz)) if gz.eq_ignore_ascii_case(".gz") => (stem, gz),
+        _ => (&*name, ""),
+    };
+    let (stem, extension) = match stem.rsplit_once('.') {
+        Some((stem, extension)) => (stem, format!(".{extension}")),
+        None => (stem, String::new()),
+    };
+    path.with_file_name(format!("{stem}.invalid{extension}{gz}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn invalid_names_keep_their_extensions() {
+        let name = |path: &str| invalid_name(Path::new(path));
+        assert_eq!(name("a/moved.msh"), Path::new("a/moved.invalid.msh"));
+        assert_eq!(name("moved.v2.msh.gz"), Path::new("moved.v2.invalid.msh.gz"));
+        assert_eq!(name("moved"), Path::new("moved.invalid"));
+        assert_eq!(name("gz"), Path::new("gz.invalid"));
+    }
+
+    #[test]
+    fn an_unused_folder_goes_away() {
+        let here = tempfile::tempdir().unwrap();
+        let (outer, inner) = (here.path().join("a"), here.path().join("a/b"));
+        drop(Folder::make(&inner).unwrap());
+        assert!(!outer.exists());
+        let folder = Folder::make(&inner).unwrap();
+        fs::write(inner.join("result"), "").unwrap();
+        drop(folder);
+        assert!(inner.join("result").exists());
+    }
+}

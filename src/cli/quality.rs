@@ -1,0 +1,98 @@
+//! `idmesh quality`: counts, beta and families of a mesh.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::console::Console;
+use super::failure::Failure;
+use super::{JsonTarget, json_target, outputs};
+use crate::formats;
+use crate::quality::{Statistics, betas};
+use crate::report::{self, Series, aligned, beta_text, histogram_svg};
+
+/// Arguments of `idmesh quality`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The mesh file.
+    mesh: PathBuf,
+    /// Write the figures as JSON; `-` is standard output.
+    #[arg(long, value_name = "FILE", value_parser = json_target)]
+    json: Option<JsonTarget>,
+    /// Write the distribution of beta as a picture.
+    #[arg(long, value_name = "FILE.svg")]
+    histogram: Option<PathBuf>,
+}
+
+/// The figures; names as in a run report.
+#[derive(Debug, Serialize)]
+struct Figures {
+    idmesh: String,
+    file: String,
+    mesh: report::Mesh,
+    beta_min: f64,
+    beta_max: f64,
+    beta_mean: f64,
+    inverted: usize,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    outputs::check_json(arguments.json.as_ref())?;
+    let mut written = Vec::new();
+    if let Some(path) = &arguments.histogram {
+        outputs::check_writable(path)?;
+        written.push(path.as_path());
+    }
+    if let Some(JsonTarget::File(path)) = &arguments.json {
+        written.push(path);
+    }
+    outputs::check_distinct(std::slice::from_ref(&arguments.mesh), &written)?;
+
+    console.step(&format!("reading {}", arguments.mesh.display()));
+    let mesh = formats::read(&arguments.mesh)?.mesh;
+    console.step("measuring");
+    let beta = betas(&mesh.vertices, &mesh.tets);
+    let Statistics { min, max, mean, inverted } = Statistics::new(&beta);
+    let figures = Figures {
+        idmesh: env!("CARGO_PKG_VERSION").to_owned(),
+        file: arguments.mesh.display().to_string(),
+        mesh: report::Mesh::of(&mesh),
+        beta_min: min,
+        beta_max: max,
+        beta_mean: mean,
+        inverted,
+    };
+    if let Some(path) = &arguments.histogram {
+        let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy();
+        let svg = histogram_svg(&format!("Quality of {name}"), &[Series { name: &name, beta: &beta }]);
+        outputs::write_text(path, &svg)?;
+    }
+    if let Some(target) = &arguments.json {
+        outputs::write_json(target, &figures, console)?;
+    }
+    if arguments.json != Some(JsonTarget::StandardOutput) {
+        console.data(&text(&figures, &mesh.families))?;
+    }
+    Ok(())
+}
+
+/// The figures as text, families in the order of the file.
+fn text(figures: &Figures, families: &[String]) -> String {
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let mut text = aligned(&[
+        row("vertices", figures.mesh.vertices.to_string()),
+        row("tets", figures.mesh.tets.to_string()),
+        row("inverted", figures.inverted.to_string()),
+        row("beta min", beta_text(figures.beta_min, 6)),
+        row("beta max", beta_text(figures.beta_max, 6)),
+        row("beta mean", beta_text(figures.beta_mean, 7)),
+    ]);
+    let mut rows = vec![["family", "vertices", "triangles"].map(str::to_owned).to_vec()];
+    for name in families {
+        let size = figures.mesh.families.get(name).copied().unwrap_or_default();
+        rows.push(vec![name.clone(), size.vertices.to_string(), size.triangles.to_string()]);
+    }
+    text.push('\n');
+    text + &aligned(&rows)
+}
