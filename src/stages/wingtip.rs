@@ -63,8 +63,8 @@ impl Wingtips {
                 if free { families.plane_constraint(vertex) } else { Constraint::Held }
             };
             let edges = triangle_edges(triangles);
-            let network =
-                Patch::new(&mesh.vertices, &edges, constraint, 1.0 - coefficient.max(1e-12), backend, method)?;
+            let reach = mean_width(mesh, surface, family) * (coefficient / (1.0 - coefficient)).sqrt();
+            let network = Patch::new(&mesh.vertices, &edges, constraint, reach, backend, method)?;
             Ok(Wingtip { start, placed, inside, network })
         });
         Ok(Self { tips: tips.collect::<Result<_, BackendError>>()? })
