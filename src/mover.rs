@@ -13,7 +13,7 @@ use thiserror::Error;
 use crate::{
     backend::{Backend, BackendError},
     mesh::{self, FamilyId, MeshError, TetMesh, Topology},
-    profile::{self, Profile, ProfileError},
+    profile::{Plane, Profile, ProfileError, cut, distance},
     quality::{self, Statistics},
     relaxation::{Accuracy, Convergence, Method},
     report::{FamilyReport, ProfileReport, Solver, Stage, StageName},
@@ -288,8 +288,11 @@ impl Mover {
                 .profiles
                 .get(&family)?
                 .iter()
-                .map(|new| profile::section_distance(vertices, &triangles, new))
-                .try_fold(0.0, |furthest, distance| distance.map(|distance| f64::max(furthest, distance)));
+                .map(|new| {
+                    let section = cut::cut(vertices, &triangles, &Plane::of_profile(new)?)?;
+                    Ok(distance::max_distance(&section, &new.points))
+                })
+                .try_fold(0.0, |furthest, distance: Result<f64, ProfileError>| distance.map(|d| f64::max(furthest, d)));
             let report = ProfileReport { max_distance_to_new_profiles: furthest.ok()? };
             Some((self.mesh.families[family.index()].clone(), report))
         });

@@ -99,7 +99,7 @@ fn good_case_is_read_whole() {
 #[test]
 fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
-    assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Rigid });
+    assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Affine });
     assert_eq!(case.springs.name, "torsional");
     assert_eq!(
         (case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps),
@@ -213,7 +213,7 @@ fn unknown_names() {
         "start = \"here\"",
         14,
         9,
-        "`family.wingtip.start` is \"here\", expected `rigid` or `original`",
+        "`family.wingtip.start` is \"here\", expected `affine`, `rigid` or `original`",
     );
     let springs = "`volume.springs` is \"murayamma\", expected `longitudinal`, `torsional` or `murayama`; did you mean \
                    `murayama`?";

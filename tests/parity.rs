@@ -51,12 +51,12 @@ fn awkward(n: usize) -> Network {
     let mesh = Brick::new(n, n / 3);
     let stiffness = F64.edge_stiffness(&mesh.stiffness_input(Length::Inverse, Torsion::Product)).unwrap();
     let mut springs: Vec<_> = mesh.edges.iter().zip(&stiffness).map(|(&[a, b], &k)| (a, b, k)).collect();
-    // A hub with hundreds of neighbours.
     let n_vertices = mesh.points.len() as u32;
-    springs
-        .extend((0..n_vertices - 2).step_by(3).map(|vertex| (vertex, n_vertices, 0.01 + noise(vertex as usize).abs())));
-    let lonely = n_vertices + 1;
+    let lonely = n_vertices;
     springs.push((lonely, 0, 0.0));
+    // A hub with hundreds of neighbours; last, so that a kernel that stops short is seen.
+    let hub = n_vertices + 1;
+    springs.extend((0..n_vertices).step_by(3).map(|vertex| (vertex, hub, 0.01 + noise(vertex as usize).abs())));
     let mut network = Network::new(n_vertices as usize + 2, &springs);
     for vertex in 0..network.n_vertices() {
         let unit = noise_vector(vertex).normalize();
@@ -71,6 +71,7 @@ fn awkward(n: usize) -> Network {
         }
         network.inverse_length[vertex] = 10f64.powf(2.0 * noise(vertex + 7));
     }
+    network.constraint[hub as usize] = Constraint::Free;
     network
 }
 

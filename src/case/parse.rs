@@ -57,10 +57,12 @@ fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
                 None => 0.5,
                 Some(value) => in_unit_interval(&value)?,
             };
-            let start = match section.get("start").map(|value| value.one_of(&["rigid", "original"])).transpose()? {
-                None | Some("rigid") => TipStart::Rigid,
-                Some(_) => TipStart::Original,
-            };
+            let start =
+                match section.get("start").map(|value| value.one_of(&["affine", "rigid", "original"])).transpose()? {
+                    None | Some("affine") => TipStart::Affine,
+                    Some("rigid") => TipStart::Rigid,
+                    Some(_) => TipStart::Original,
+                };
             Role::Wingtip { coefficient, start }
         }
         "carenage" => Role::Carenage,

@@ -15,8 +15,7 @@ pub(super) struct Document {
     pub bytes: Vec<u8>,
     /// How coordinates are written in it.
     pub encoding: Encoding,
-    /// Offset of each vertex's x `[n_vertices]`, increasing; y and z follow it. In a text file, white space may stand
-    /// before each of them.
+    /// Offset of each vertex's x `[n_vertices]`, increasing; y and z follow it, in a text file after white space.
     pub slots: Vec<usize>,
 }
 

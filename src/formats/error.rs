@@ -156,7 +156,7 @@ pub enum ReadError {
     /// Some triangles belong to no family.
     #[error(
         "{}: {count} of {n_triangles} triangles belong to no physical group ({detail}); give every boundary surface \
-         one (Gmsh: Physical Surface(\"wing\") = {{...}}) and save again",
+         one (Gmsh: Physical Surface(\"wing\") = {{...}}) and save again, without 'Save all elements'",
         path.display()
     )]
     WithoutFamily {
@@ -249,5 +249,17 @@ pub enum WriteError {
         vertex: usize,
         /// Where it is said to be.
         position: DVec3,
+    },
+    /// A cell names a vertex that is not there.
+    #[error("{entity} {index} names vertex {vertex}, but there are {n_vertices} vertices")]
+    VertexOutOfRange {
+        /// `tet` or `triangle`.
+        entity: &'static str,
+        /// Which of them.
+        index: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// How many there are.
+        n_vertices: usize,
     },
 }

@@ -167,6 +167,7 @@ impl MeshFile {
     /// - [`WriteError::UnknownFormat`], [`WriteError::NeedsSource`]: as [`MeshFile::check_output`].
     /// - [`WriteError::Length`]: `vertices` or a field has another length than the mesh.
     /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
+    /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
         let format = self.output_format(path)?;
@@ -217,6 +218,8 @@ fn write_generated(
 ) -> Result<(), WriteError> {
     check_finite(vertices)?;
     check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
+    check_vertices("tet", cells.tets, vertices.len())?;
+    check_vertices("triangle", cells.triangles, vertices.len())?;
     if let Some(displacement) = fields.displacement {
         check_length("displacement", displacement.len(), vertices.len())?;
     }
@@ -241,6 +244,18 @@ fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>)
 
 fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), WriteError> {
     if found == expected { Ok(()) } else { Err(WriteError::Length { what, found, expected }) }
+}
+
+fn check_vertices<const N: usize>(
+    entity: &'static str,
+    cells: &[[u32; N]],
+    n_vertices: usize,
+) -> Result<(), WriteError> {
+    let broken = |cell: &[u32; N]| cell.iter().copied().find(|&vertex| vertex as usize >= n_vertices);
+    match cells.iter().enumerate().find_map(|(index, cell)| Some((index, broken(cell)?))) {
+        Some((index, vertex)) => Err(WriteError::VertexOutOfRange { entity, index, vertex, n_vertices }),
+        None => Ok(()),
+    }
 }
 
 fn check_finite(vertices: &[DVec3]) -> Result<(), WriteError> {

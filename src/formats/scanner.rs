@@ -60,7 +60,8 @@ fn parse_unsigned(digits: &[u8]) -> Option<u64> {
 /// Bytes as a message shows them: quoted, printable, not too long.
 pub(super) fn shown(bytes: &[u8]) -> String {
     let dots = if bytes.len() > 40 { "..." } else { "" };
-    format!("'{}{dots}'", bytes[..bytes.len().min(40)].escape_ascii())
+    let printable = bytes[..bytes.len().min(40)].escape_ascii().to_string();
+    format!("'{}{dots}'", printable.replace("\\\"", "\""))
 }
 
 /// A position in a file's bytes. Each `what` names the thing expected, for messages.
@@ -82,8 +83,14 @@ impl<'a> Scanner<'a> {
         self.path
     }
 
-    /// Where the next thing is read. In a text file, white space may stand before it.
-    pub fn at(&self) -> usize {
+    /// Where the next number begins: in a text file, behind the white space.
+    #[inline]
+    pub fn next_number(&mut self) -> usize {
+        if self.encoding == Encoding::Text {
+            while self.bytes.get(self.at).is_some_and(|&byte| byte <= b' ') {
+                self.at += 1;
+            }
+        }
         self.at
     }
 

@@ -47,6 +47,7 @@ impl<'a> Cells<'a> {
 /// # Errors
 ///
 /// - [`WriteError::Length`]: a field or the families do not fit the vertices or cells.
+/// - [`WriteError::VertexOutOfRange`]: a cell names a vertex that is not there.
 /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
 /// - [`WriteError::Io`]: the file could not be written.
 pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<(), WriteError> {
@@ -60,8 +61,10 @@ struct Array<'a> {
     kind: &'static str,
     components: usize,
     n_bytes: usize,
-    write: Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>,
+    write: Box<WriteArray<'a>>,
 }
+
+type WriteArray<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 
 /// Describes an array of `len` entries; `values` is run when it is written.
 fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
@@ -151,7 +154,11 @@ pub(super) fn generate(out: &mut dyn Write, vertices: &[DVec3], cells: &Cells, f
     for (part, arrays) in &parts {
         writeln!(out, "<{part}>")?;
         for Array { name, kind, components, n_bytes, .. } in arrays {
-            write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" ")?;
+            write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\" ")?;
+            // Told of one component, meshio makes an array of two dimensions.
+            if *components > 1 {
+                write!(out, "NumberOfComponents=\"{components}\" ")?;
+            }
             writeln!(out, "format=\"appended\" offset=\"{offset}\"/>")?;
             offset += size_of::<u64>() + n_bytes;
         }

@@ -10,7 +10,7 @@ pub fn max_distance(points: &[DVec3], curve: &[DVec3]) -> f64 {
     points.iter().map(|&p| distance(p, curve)).fold(0.0, |worst, d| if d > worst || d.is_nan() { d } else { worst })
 }
 
-/// Distance of a point from the polyline through `curve`; NaN if that is empty.
+/// Distance of a point from the polyline through `curve`; NaN if that is empty, infinite if the point is NaN.
 pub fn distance(point: DVec3, curve: &[DVec3]) -> f64 {
     match curve {
         [] => f64::NAN,

@@ -35,7 +35,7 @@ impl Plane {
     pub fn of_profile(profile: &Profile) -> Result<Self, ProfileError> {
         let points = profile.distinct_points()?;
         let size = extent(&points);
-        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        let mut centre = points.iter().sum::<DVec3>() / points.len() as f64;
         let mut covariance = Matrix3::<f64>::zeros();
         for &p in &points {
             let q = ((p - centre) / size).to_array();
@@ -58,6 +58,10 @@ impl Plane {
             if points.iter().all(|p| (*p - centre).dot(axis).abs() <= AXIS * size) {
                 normal = axis;
             }
+        }
+        if normal.abs().max_element() == 1.0 {
+            // A mean of equal numbers is not quite that number; a point of the profile is exact.
+            centre = DVec3::select(normal.abs().cmpeq(DVec3::ONE), points[0], centre);
         }
         let plane = Self { point: centre, normal: main_direction(normal) };
         let worst = points.iter().map(|&p| plane.distance(p).abs()).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));

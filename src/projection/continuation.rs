@@ -42,7 +42,7 @@ pub struct Patch {
 }
 
 /// The most samples the spline interpolates: its dense system grows with the third power.
-const MOST_SAMPLES: usize = 800;
+const MOST_SAMPLES: usize = 400;
 
 /// Closes the hole bounded by `rim`, a loop of vertices in order, in the surface of `triangles`.
 ///
@@ -135,7 +135,7 @@ fn samples(
         - polygon.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     let longest =
         (0..polygon.len()).map(|at| polygon[at].distance(polygon[(at + 1) % polygon.len()])).fold(0.0, f64::max);
-    let reach = (0.75 * narrow).max(3.0 * longest).min(1.0);
+    let reach = narrow.max(3.0 * longest).min(1.0);
     let mut around = std::collections::BTreeSet::new();
     for triangle in triangles {
         let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);

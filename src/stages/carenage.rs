@@ -47,7 +47,7 @@ impl Carenages {
                 if free { Constraint::Free } else { Constraint::Held }
             };
             let edges = triangle_edges(triangles);
-            Ok((family, Patch::new(&mesh.vertices, &edges, constraint, 0.0, backend, method)?))
+            Ok((family, Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method)?))
         });
         Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })
     }

@@ -16,9 +16,11 @@ use crate::{
 /// What the conservative springs of a wingtip pull back to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TipStart {
-    /// The start, carried along by the best rigid motion of the tip's boundary: a wing that is bent up takes its tip
-    /// with it.
+    /// The start, carried along by the best affine motion of the tip's boundary: a wing that is bent up and gets a
+    /// longer tip chord takes its tip with it.
     #[default]
+    Affine,
+    /// The start, carried along by the best rigid motion of the tip's boundary.
     Rigid,
     /// The start where it was: the paper's words.
     Original,

@@ -13,6 +13,7 @@
 //! first of them in the order fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it
 //! touches still limit it.
 
+pub mod best_motion;
 pub mod carenage;
 pub mod families;
 pub mod patch;

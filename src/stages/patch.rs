@@ -18,9 +18,9 @@ pub struct Patch {
 impl Patch {
     /// A network along these edges (pairs of mesh vertices).
     ///
-    /// `constraint` says what a vertex may do. `hold_back` in `[0, 1)` is the share by which a conservative spring holds
-    /// a vertex that may move back to displacement zero: equilibrium is `(1 - hold_back)` times the mean of the
-    /// neighbours.
+    /// `constraint` says what a vertex may do. `reach` is the length over which a displacement of the held vertices dies
+    /// away in the others, because conservative springs pull them back to zero: `(l / reach)^2` of each vertex's total
+    /// stiffness, `l` its root-mean-square edge. Infinity is no such spring.
     ///
     /// # Errors
     /// The backend failed.
@@ -28,7 +28,7 @@ impl Patch {
         positions: &[DVec3],
         edges: &[[u32; 2]],
         constraint: impl Fn(u32) -> Constraint,
-        hold_back: f64,
+        reach: f64,
         backend: &dyn Backend,
         method: Method,
     ) -> Result<Self, BackendError> {
@@ -44,9 +44,10 @@ impl Patch {
         let constraint: Vec<Constraint> = vertices.iter().map(|&vertex| constraint(vertex)).collect();
         let anchor = (0..vertices.len())
             .map(|row| {
-                let total: f64 =
-                    graph.entry_edge[graph.neighbours.range(row)].iter().map(|&edge| stiffness[edge as usize]).sum();
-                if constraint[row] == Constraint::Held { 0.0 } else { total * hold_back / (1.0 - hold_back) }
+                let own = &graph.entry_edge[graph.neighbours.range(row)];
+                let total: f64 = own.iter().map(|&edge| stiffness[edge as usize]).sum();
+                let square = own.iter().map(|&edge| length[edge as usize].powi(2)).sum::<f64>() / own.len() as f64;
+                if constraint[row] == Constraint::Held { 0.0 } else { total * square / (reach * reach) }
             })
             .collect();
         let network = Network::new(&graph, &stiffness, &length, constraint, anchor);

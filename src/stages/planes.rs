@@ -39,7 +39,7 @@ impl Planes {
             Owner::Plane => families.plane_constraint(vertex),
             _ => Constraint::Held,
         };
-        Ok(Self { network: Some(Patch::new(&mesh.vertices, &edges, constraint, 0.0, backend, method)?) })
+        Ok(Self { network: Some(Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method)?) })
     }
 
     /// Slides the plane families after what borders them.

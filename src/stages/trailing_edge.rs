@@ -48,11 +48,11 @@ impl TrailingEdges {
             let on_curve: std::collections::HashSet<u32> = boundary.iter().flatten().copied().collect();
             let limit =
                 |vertex: u32, free: bool| if free { families.plane_constraint(vertex) } else { Constraint::Held };
-            let curve = Patch::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), 0.0, backend, method)?;
+            let curve = Patch::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), f64::INFINITY, backend, method)?;
             let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
             let inner = triangle_edges(triangles);
             let inside = |v: u32| limit(v, own(v) && !on_curve.contains(&v));
-            let surface = Patch::new(&mesh.vertices, &inner, inside, 0.0, backend, method)?;
+            let surface = Patch::new(&mesh.vertices, &inner, inside, f64::INFINITY, backend, method)?;
             Ok(TrailingEdge { curve, surface })
         });
         Ok(Self { edges: edges.collect::<Result<_, BackendError>>()? })

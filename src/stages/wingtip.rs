@@ -1,17 +1,25 @@
 //! Stage wingtip (paper 3.3): longitudinal springs along the edges and a conservative spring on every inner vertex.
 //!
-//! The paper gives a stiffness coefficient `c` in `[0, 1]`, "the greater, the more deformable", and no formula. Here
-//! `u_i = c * sum_j k_ij u_j / sum_j k_ij`: at 1 the conservative springs are gone, at 0 the inside does not leave its
-//! start. That start follows the best rigid motion of what is already moved around the tip, or stays where it was, as the
-//! paper has it ([`TipStart`]).
+//! The paper gives a stiffness coefficient `c` in `[0, 1]`, "the greater, the more deformable", and no formula. Literally
+//! (`u_i = c` times the neighbours' mean) the boundary's motion would die away over so many *rings of triangles*: on a fine
+//! mesh with `c = 0.5` the first ring takes most of it and folds. Here it dies away over a length,
+//! `w sqrt(c / (1 - c))` with `w` the tip's mean width (twice its area over its perimeter): at 1 the conservative springs
+//! are gone, at 0 the inside does not leave its start, and the mesh does not matter.
+//!
+//! The paper's start is where the vertex was: a wing that is bent up would be pulled back down at its tip. Here the start is
+//! carried along by the best affine (or rigid) motion of the tip's boundary; the paper's own form can be chosen
+//! ([`TipStart`]).
 
 use glam::DVec3;
-use nalgebra::{Matrix3, SymmetricEigen};
 
-use super::{Families, Motion, Owner, Role, TipStart, patch::Patch};
+use super::{Families, Motion, Owner, Role, TipStart, best_motion::BestMotion, patch::Patch};
 use crate::{
     backend::{Backend, BackendError, Constraint},
-    mesh::{TetMesh, edges::triangle_edges, half_edge::Surface},
+    mesh::{
+        FamilyId, TetMesh,
+        edges::triangle_edges,
+        half_edge::{Surface, next},
+    },
     relaxation::{Accuracy, Convergence, Method},
 };
 
@@ -86,8 +94,9 @@ impl Wingtips {
                 })
                 .collect();
             let start = match tip.start {
-                TipStart::Rigid => RigidMotion::fit(&pairs),
-                TipStart::Original => RigidMotion::identity(),
+                TipStart::Affine => BestMotion::affine(&pairs),
+                TipStart::Rigid => BestMotion::rigid(&pairs),
+                TipStart::Original => BestMotion::identity(),
             };
             // Relative to that start the conservative springs pull to zero.
             let carried = |vertex: u32| start.displacement(mesh.vertices[vertex as usize]);
@@ -108,62 +117,22 @@ impl Wingtips {
     }
 }
 
-/// A rotation about a centre and a translation.
-#[derive(Clone, Copy, Debug)]
-struct RigidMotion {
-    from: DVec3,
-    to: DVec3,
-    rotation: Matrix3<f64>,
-}
-
-impl RigidMotion {
-    fn identity() -> Self {
-        Self { from: DVec3::ZERO, to: DVec3::ZERO, rotation: Matrix3::identity() }
-    }
-
-    /// The motion that brings the first points closest to the second, in the least-squares sense: the quaternion of the
-    /// largest eigenvalue of Horn's matrix (J. Opt. Soc. Am. A 4(4), 1987), which never reflects.
-    fn fit(pairs: &[(DVec3, DVec3)]) -> Self {
-        let n = pairs.len() as f64;
-        let from = pairs.iter().map(|pair| pair.0).sum::<DVec3>() / n;
-        let to = pairs.iter().map(|pair| pair.1).sum::<DVec3>() / n;
-        let mut s = Matrix3::<f64>::zeros();
-        for pair in pairs {
-            let (a, b) = ((pair.0 - from).to_array(), (pair.1 - to).to_array());
-            s += nalgebra::Vector3::from(a) * nalgebra::Vector3::from(b).transpose();
-        }
-        #[rustfmt::skip]
-        let horn = nalgebra::Matrix4::new(
-            s[(0, 0)] + s[(1, 1)] + s[(2, 2)], s[(1, 2)] - s[(2, 1)], s[(2, 0)] - s[(0, 2)], s[(0, 1)] - s[(1, 0)],
-            s[(1, 2)] - s[(2, 1)], s[(0, 0)] - s[(1, 1)] - s[(2, 2)], s[(0, 1)] + s[(1, 0)], s[(2, 0)] + s[(0, 2)],
-            s[(2, 0)] - s[(0, 2)], s[(0, 1)] + s[(1, 0)], s[(1, 1)] - s[(0, 0)] - s[(2, 2)], s[(1, 2)] + s[(2, 1)],
-            s[(0, 1)] - s[(1, 0)], s[(2, 0)] + s[(0, 2)], s[(1, 2)] + s[(2, 1)], s[(2, 2)] - s[(0, 0)] - s[(1, 1)],
-        );
-        let eigen = SymmetricEigen::new(horn);
-        let q = eigen.eigenvectors.column(eigen.eigenvalues.imax());
-        let rotation = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]))
-            .to_rotation_matrix();
-        Self { from, to, rotation: rotation.into_inner() }
-    }
-
-    fn displacement(&self, at: DVec3) -> DVec3 {
-        let turned = self.rotation * nalgebra::Vector3::from((at - self.from).to_array());
-        self.to + DVec3::new(turned.x, turned.y, turned.z) - at
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_rigid_motion_is_found_again() {
-        let turn = glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
-        let moved = |p: DVec3| turn * p + DVec3::new(3.0, -1.0, 0.25);
-        let points: Vec<DVec3> = (0..7).map(|i| DVec3::new((i * i) as f64, (i % 3) as f64, 0.5 * i as f64)).collect();
-        let motion = RigidMotion::fit(&points.iter().map(|&p| (p, moved(p))).collect::<Vec<_>>());
-        for p in points {
-            assert!((p + motion.displacement(p) - moved(p)).length() < 1e-13 * 40.0);
-        }
-    }
+/// Twice a family's area over the length of its boundary: the width of a strip.
+fn mean_width(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> f64 {
+    let at = |vertex: u32| mesh.vertices[vertex as usize];
+    let area: f64 = surface
+        .triangles_of(family)
+        .iter()
+        .map(|&triangle| {
+            let [a, b, c] = surface.triangles[triangle as usize].map(at);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    let perimeter: f64 = surface
+        .boundary_loops(family)
+        .iter()
+        .flatten()
+        .map(|&half_edge| at(surface.origin(half_edge)).distance(at(surface.origin(next(half_edge)))))
+        .sum();
+    2.0 * area / perimeter
 }

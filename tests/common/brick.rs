@@ -43,13 +43,13 @@ impl Brick {
         let mut points = Vec::new();
         let mut on_boundary = Vec::new();
         let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
-        for k in 0..side {
+        for (k, &height) in heights.iter().enumerate() {
             for j in 0..side {
                 for i in 0..side {
                     let boundary = [i, j, k].iter().any(|&at| at == 0 || at == n);
                     let gap = if k <= layers { 1e-5 } else { 1.0 };
                     let jitter = noise_vector(points.len()) * DVec3::new(0.2, 0.2, 0.2 * gap);
-                    let at = DVec3::new(i as f64, j as f64, heights[k]);
+                    let at = DVec3::new(i as f64, j as f64, height);
                     points.push(turn * (at + if boundary { DVec3::ZERO } else { jitter }));
                     on_boundary.push(boundary);
                 }

@@ -28,9 +28,12 @@ pub fn compare_by(expected: &[DVec3], found: &[DVec3], tolerance: impl Fn(usize)
         let worst_vertex = expected.len().min(found.len());
         return Err(Mismatch { worst_vertex, expected: expected.len() as f64, found: found.len() as f64 });
     }
+    // Above zero: beyond the tolerance. NaN counts as infinitely far.
     let excess = |vertex: usize, a: f64, b: f64| {
         let allowed = tolerance(vertex);
-        if a.to_bits() == b.to_bits() && !a.is_nan() {
+        if a.is_nan() || b.is_nan() {
+            f64::INFINITY
+        } else if a.to_bits() == b.to_bits() {
             f64::NEG_INFINITY
         } else if allowed == 0.0 {
             // Equal numbers of different bits (0 and -0) differ too.
@@ -41,25 +44,13 @@ pub fn compare_by(expected: &[DVec3], found: &[DVec3], tolerance: impl Fn(usize)
     };
     let components = expected.iter().zip(found).enumerate().flat_map(|(vertex, (a, b))| {
         let (a, b) = (a.to_array(), b.to_array());
-        (0..3).map(move |axis| (vertex, a[axis], b[axis]))
+        (0..3).map(move |axis| (excess(vertex, a[axis], b[axis]), vertex, a[axis], b[axis]))
     });
-    // NaN as +NaN: total_cmp ranks it above all numbers.
-    let worst = components.max_by(|x, y| excess(x.0, x.1, x.2).abs_nan().total_cmp(&excess(y.0, y.1, y.2).abs_nan()));
-    match worst {
-        Some((worst_vertex, expected, found)) if !(excess(worst_vertex, expected, found) <= 0.0) => {
+    match components.max_by(|x, y| x.0.total_cmp(&y.0)) {
+        Some((excess, worst_vertex, expected, found)) if excess > 0.0 => {
             Err(Mismatch { worst_vertex, expected, found })
         }
         _ => Ok(()),
-    }
-}
-
-trait AbsNan {
-    fn abs_nan(self) -> Self;
-}
-
-impl AbsNan for f64 {
-    fn abs_nan(self) -> Self {
-        if self.is_nan() { self.abs() } else { self }
     }
 }
 

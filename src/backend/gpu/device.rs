@@ -205,3 +205,52 @@ fn catching<R>(device: &wgpu::Device, work: impl FnOnce() -> R) -> (R, Option<St
     let first = errors.map(|error| error.to_string()).fold(None, |first: Option<String>, error| first.or(Some(error)));
     (result, first)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec3;
+
+    use super::super::adapter::choose;
+    use super::super::network::GpuNetwork;
+    use super::super::{Bounds, Choice};
+    use super::Device;
+    use crate::backend::{BackendError, Constraint, DeviceNetwork, NetworkData};
+    use crate::mesh::csr::Csr;
+
+    /// wgpu answers an invalid operation and a lost device with a panic unless told otherwise.
+    #[test]
+    fn failures_are_errors() {
+        if std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off") {
+            eprintln!("SKIPPED by IDMESH_TEST_GPU=off: failures_are_errors");
+            return;
+        }
+        let device = Arc::new(Device::open(&choose(Choice::Any).unwrap(), Bounds::default()).unwrap());
+        let graph = Csr::from_pairs(2, [(0, 1), (1, 0)].into_iter());
+        let network = NetworkData {
+            graph: &graph,
+            stiffness: &[1.0, 1.0],
+            anchor: &[0.0, 0.0],
+            inverse_length: &[1.0, 1.0],
+            constraint: &[Constraint::Held, Constraint::Free],
+        };
+        let mut network = GpuNetwork::new(Arc::clone(&device), &network).unwrap();
+
+        // A copy longer than its buffer is refused, and only that.
+        let small = device.filled("small", &[0u32; 4]);
+        let refused = device.guarded(|| {
+            device.write(&small, &[0u32; 8]);
+            Ok(())
+        });
+        assert!(matches!(refused, Err(BackendError::Device { .. })), "{refused:?}");
+        network.start(&[DVec3::ONE; 2]).unwrap();
+        network.sweep(&[]).unwrap();
+
+        device.device.destroy();
+        // Nothing is waited for here, so the loss may show only at the next result.
+        drop(network.start(&[DVec3::ONE; 2]));
+        assert!(matches!(network.sweep(&[]), Err(BackendError::Device { .. })));
+        assert!(matches!(network.correction(), Err(BackendError::Device { .. })));
+    }
+}

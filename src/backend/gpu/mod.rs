@@ -61,6 +61,10 @@ impl Backend for GpuBackend {
         BackendInfo { kind: "gpu", adapter: self.device.info.name.clone(), driver: adapter::driver(&self.device.info) }
     }
 
+    fn epsilon(&self) -> f64 {
+        f64::from(f32::EPSILON)
+    }
+
     fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
         edges::stiffness(&self.device, input)
     }

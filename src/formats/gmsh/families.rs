@@ -24,27 +24,25 @@ pub(super) struct Groups {
 impl Groups {
     /// Reads `$PhysicalNames`, which is text in binary files too: a count, then `dimension tag "name"` a line.
     pub fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), ReadError> {
-        let line = scanner.line();
-        let parse = |bytes: &[u8]| std::str::from_utf8(bytes).ok()?.trim().parse::<i32>().ok();
-        let count = parse(line).filter(|&count| count >= 0);
-        let count = count.ok_or_else(|| scanner.malformed("the number of physical names", shown(line)))?;
-        for _ in 0..count {
-            if scanner.remaining() == 0 {
-                return Err(scanner.truncated("a physical name"));
-            }
-            let line = scanner.line();
-            let mut words = line.splitn(3, u8::is_ascii_whitespace);
-            let numbers = (words.next().and_then(parse), words.next().and_then(parse));
-            let ((Some(dimension), Some(tag)), Some(name)) = (numbers, words.next()) else {
-                return Err(scanner.malformed("dimension, tag and name of a physical group", shown(line)));
-            };
-            let name = name.trim_ascii();
+        let int = |scanner: &mut Scanner, what: &str| {
+            let token = scanner.token();
+            let number = std::str::from_utf8(token).ok().and_then(|token| token.parse::<i32>().ok());
+            number.ok_or_else(|| match token {
+                b"" => scanner.truncated(what),
+                _ => scanner.malformed(what, shown(token)),
+            })
+        };
+        for _ in 0..int(scanner, "the number of physical names")? {
+            let dimension = int(scanner, "the dimension of a physical group")?;
+            let group = int(scanner, "the tag of a physical group")?.unsigned_abs();
+            let name = scanner.line();
             let name = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\"")).unwrap_or(name);
-            if dimension == SURFACE && !name.is_empty() {
-                if let Entry::Vacant(entry) = self.names.entry(tag.unsigned_abs()) {
-                    entry.insert(String::from_utf8_lossy(name).into_owned());
-                    self.named.push(tag.unsigned_abs());
-                }
+            if dimension != SURFACE || name.is_empty() {
+                continue;
+            }
+            if let Entry::Vacant(entry) = self.names.entry(group) {
+                entry.insert(String::from_utf8_lossy(name).into_owned());
+                self.named.push(group);
             }
         }
         Ok(())

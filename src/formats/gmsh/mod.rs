@@ -4,6 +4,9 @@
 //! passed over, as are all sections that do not define the mesh: they survive because the file is written back as it
 //! was, see [`super::document`].
 //!
+//! Vertices may therefore move away from what the file says about their geometry: the parameters of parametric nodes
+//! and the bounding boxes of entities stay those of the mesh before it moved.
+//!
 //! Source: the Gmsh reference manual, "MSH file format" (4.1) and "MSH file format version 2 (Legacy)".
 
 mod elements;

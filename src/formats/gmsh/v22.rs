@@ -7,6 +7,9 @@ use crate::formats::scanner::{Encoding, Scanner, shown};
 
 /// A count, which is text in binary files too and ends its line.
 fn read_count(scanner: &mut Scanner, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
+    if scanner.encoding == Encoding::Text {
+        return scanner.count(what, text, binary);
+    }
     let line = scanner.line();
     let count = std::str::from_utf8(line).ok().and_then(|line| line.parse().ok());
     let count = count.ok_or_else(|| scanner.malformed(what, shown(line)))?;
@@ -53,7 +56,7 @@ pub(super) fn read_elements(scanner: &mut Scanner, vertices: &Vertices) -> Resul
         let numbers = 1 + n_tags + kind.n_vertices as u64;
         if scanner.encoding != Encoding::Text {
             let count = scanner.checked("the number of elements in a run", count, 0, 4 * numbers)?;
-            elements.begin(&kind, count);
+            elements.begin(kind, count);
         } else {
             scanner.checked("the number of tags", n_tags, 2, 4)?;
         }
@@ -72,7 +75,7 @@ pub(super) fn read_elements(scanner: &mut Scanner, vertices: &Vertices) -> Resul
                 }
             }
             let node = |scanner: &mut Scanner| scanner.unsigned_int("a node tag");
-            elements.read(scanner, &kind, vertices, element, group, node)?;
+            elements.read(scanner, kind, vertices, element, group, node)?;
         }
         n_read += count as usize;
     }

@@ -122,10 +122,10 @@ pub(super) fn read_elements(scanner: &mut Scanner, vertices: &Vertices) -> Resul
         let kind = Kind::read(scanner)?;
         let numbers = 1 + kind.n_vertices as u64;
         let count = scanner.count("the number of elements in a block", 2 * numbers, 8 * numbers)?;
-        elements.begin(&kind, count);
+        elements.begin(kind, count);
         for _ in 0..count {
             let element = scanner.size("an element tag")?;
-            elements.read(scanner, &kind, vertices, element, entity, |scanner| scanner.size("a node tag"))?;
+            elements.read(scanner, kind, vertices, element, entity, |scanner| scanner.size("a node tag"))?;
         }
         n_read += count;
     }

@@ -55,7 +55,7 @@ impl Builder {
     /// Reads the coordinates of the vertex with that tag.
     #[inline]
     pub fn read(&mut self, scanner: &mut Scanner, tag: u64) -> Result<(), ReadError> {
-        self.slots.push(scanner.at());
+        self.slots.push(scanner.next_number());
         self.positions.push(scanner.coordinates(tag)?.into());
         self.tags.push(tag);
         Ok(())

@@ -1,0 +1,133 @@
+//! The rigid or affine motion that best explains where a set of points went.
+
+use glam::DVec3;
+use nalgebra::{Matrix3, Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
+
+/// A linear map about a centre and a translation.
+#[derive(Clone, Copy, Debug)]
+pub struct BestMotion {
+    from: DVec3,
+    to: DVec3,
+    linear: Matrix3<f64>,
+}
+
+/// A direction in which the points extend less than a third as far as in the next one counts as flat: what happens
+/// across it is taken from the rotation.
+const FLAT: f64 = 0.1;
+
+impl BestMotion {
+    /// No motion.
+    pub fn identity() -> Self {
+        Self { from: DVec3::ZERO, to: DVec3::ZERO, linear: Matrix3::identity() }
+    }
+
+    /// The rotation and translation that bring the first points closest to the second, in the least-squares sense: the
+    /// quaternion of the largest eigenvalue of Horn's matrix (J. Opt. Soc. Am. A 4(4), 1987), which never reflects.
+    pub fn rigid(pairs: &[(DVec3, DVec3)]) -> Self {
+        let (from, to) = centres(pairs);
+        let s: Matrix3<f64> = pairs.iter().map(|pair| column(pair.0 - from) * column(pair.1 - to).transpose()).sum();
+        #[rustfmt::skip]
+        let horn = Matrix4::new(
+            s[(0, 0)] + s[(1, 1)] + s[(2, 2)], s[(1, 2)] - s[(2, 1)], s[(2, 0)] - s[(0, 2)], s[(0, 1)] - s[(1, 0)],
+            s[(1, 2)] - s[(2, 1)], s[(0, 0)] - s[(1, 1)] - s[(2, 2)], s[(0, 1)] + s[(1, 0)], s[(2, 0)] + s[(0, 2)],
+            s[(2, 0)] - s[(0, 2)], s[(0, 1)] + s[(1, 0)], s[(1, 1)] - s[(0, 0)] - s[(2, 2)], s[(1, 2)] + s[(2, 1)],
+            s[(0, 1)] - s[(1, 0)], s[(2, 0)] + s[(0, 2)], s[(1, 2)] + s[(2, 1)], s[(2, 2)] - s[(0, 0)] - s[(1, 1)],
+        );
+        let eigen = SymmetricEigen::new(horn);
+        let q = eigen.eigenvectors.column(eigen.eigenvalues.imax());
+        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])).to_rotation_matrix();
+        Self { from, to, linear: rotation.into_inner() }
+    }
+
+    /// The affine motion that brings the first points closest to the second. Directions in which the points hardly
+    /// extend, such as the normal of a flat wingtip, move with the best rigid motion.
+    pub fn affine(pairs: &[(DVec3, DVec3)]) -> Self {
+        let rigid = Self::rigid(pairs);
+        let back = rigid.linear.transpose();
+        let mut spread = Matrix3::zeros();
+        let mut mapped = Matrix3::zeros();
+        for pair in pairs {
+            let (p, q) = (column(pair.0 - rigid.from), back * column(pair.1 - rigid.to));
+            spread += p * p.transpose();
+            mapped += (q - p) * p.transpose();
+        }
+        let eigen = SymmetricEigen::new(spread);
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let mut stretch = Matrix3::identity();
+        let mut wider = f64::INFINITY;
+        for (rank, axis) in order.into_iter().enumerate() {
+            let extent = eigen.eigenvalues[axis];
+            // The two widest directions span the tip; they count unless the points lie on a line or in one place.
+            let least = if rank < 2 { 1e-6 * eigen.eigenvalues[order[0]] } else { FLAT * wider };
+            if extent.is_nan() || extent <= least {
+                break;
+            }
+            let direction = eigen.eigenvectors.column(axis);
+            stretch += mapped * direction * direction.transpose() / extent;
+            wider = extent;
+        }
+        Self { linear: rigid.linear * stretch, ..rigid }
+    }
+
+    /// Where the motion takes a point, less the point.
+    pub fn displacement(&self, at: DVec3) -> DVec3 {
+        let turned = self.linear * column(at - self.from);
+        self.to + DVec3::new(turned.x, turned.y, turned.z) - at
+    }
+}
+
+fn centres(pairs: &[(DVec3, DVec3)]) -> (DVec3, DVec3) {
+    let n = pairs.len().max(1) as f64;
+    (pairs.iter().map(|pair| pair.0).sum::<DVec3>() / n, pairs.iter().map(|pair| pair.1).sum::<DVec3>() / n)
+}
+
+fn column(v: DVec3) -> Vector3<f64> {
+    Vector3::new(v.x, v.y, v.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(fit: fn(&[(DVec3, DVec3)]) -> BestMotion, points: &[DVec3], moved: impl Fn(DVec3) -> DVec3) {
+        let motion = fit(&points.iter().map(|&p| (p, moved(p))).collect::<Vec<_>>());
+        for &p in points {
+            assert!((p + motion.displacement(p) - moved(p)).length() < 1e-12, "{p}");
+        }
+    }
+
+    fn cloud() -> Vec<DVec3> {
+        (0..9).map(|i| DVec3::new((i % 3) as f64, (i / 3) as f64, (i * i % 5) as f64)).collect()
+    }
+
+    #[test]
+    fn a_rigid_motion_is_found_again() {
+        let turn = glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
+        let moved = |p: DVec3| turn * p + DVec3::new(3.0, -1.0, 0.25);
+        check(BestMotion::rigid, &cloud(), moved);
+        check(BestMotion::affine, &cloud(), moved);
+    }
+
+    #[test]
+    fn an_affine_motion_is_found_again() {
+        let moved = |p: DVec3| DVec3::new(1.1 * p.x + 0.2 * p.z, 0.9 * p.y, p.z - 0.3 * p.x + 7.0);
+        check(BestMotion::affine, &cloud(), moved);
+    }
+
+    /// Off its plane a flat set moves rigidly: a stretch in the plane does not change its thickness.
+    #[test]
+    fn a_flat_set_stretches_in_its_plane_only() {
+        let flat: Vec<DVec3> = (0..12).map(|i| DVec3::new((i % 4) as f64, 2.0, (i / 4) as f64)).collect();
+        let stretch = |p: DVec3| DVec3::new(1.5 * p.x, p.y, 0.8 * p.z);
+        check(BestMotion::affine, &flat, stretch);
+        let motion = BestMotion::affine(&flat.iter().map(|&p| (p, stretch(p))).collect::<Vec<_>>());
+        let above = DVec3::new(1.0, 2.5, 1.0);
+        assert!((above + motion.displacement(above) - stretch(above)).length() < 1e-12);
+    }
+
+    #[test]
+    fn one_point_is_translated() {
+        check(BestMotion::affine, &[DVec3::X], |p| p + DVec3::Z);
+    }
+}
