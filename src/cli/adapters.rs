@@ -6,7 +6,6 @@ use super::console::Console;
 use super::failure::Failure;
 use super::{JsonTarget, json_target, outputs};
 use crate::backend::{self, AdapterSummary};
-use crate::report::aligned;
 
 /// Arguments of `idmesh adapters`.
 #[derive(Debug, clap::Args)]
@@ -54,12 +53,13 @@ fn text(adapters: &[AdapterSummary]) -> String {
     if adapters.is_empty() {
         return "no adapters; auto computes on the CPU\n".into();
     }
-    let mut rows = vec![["adapter", "kind", "api", "driver", "auto"].map(str::to_owned).to_vec()];
+    let mut text = String::new();
     for adapter in adapters {
-        let auto = if adapter.auto { "yes" } else { "" };
-        rows.push([&adapter.name, adapter.kind, &adapter.api, &adapter.driver, auto].map(str::to_owned).to_vec());
+        let AdapterSummary { name, kind, driver, api, max_array_bytes, auto } = adapter;
+        let marker = if *auto { "  <- auto takes this one" } else { "" };
+        let mebibytes = max_array_bytes >> 20;
+        text += &format!("{name}: {kind}, {api}, {driver}, arrays up to {mebibytes} MiB{marker}\n");
     }
-    let mut text = aligned(&rows);
     if !adapters.iter().any(|adapter| adapter.auto) {
         text += "auto computes on the CPU: none of these is hardware\n";
     }

@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     };
     if let Some(path) = &arguments.histogram {
         let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy();
-        let svg = histogram_svg(&format!("Quality of {name}"), &[Series { name: &name, beta: &beta }]);
+        let svg = histogram_svg(&format!("Quality of {name}"), &[Series { name: "mesh", beta: &beta }]);
         outputs::write_text(path, &svg)?;
     }
     if let Some(target) = &arguments.json {

@@ -1,0 +1,50 @@
+//! With and without a GPU.
+
+use crate::fixture::*;
+
+#[test]
+fn no_gpu_is_an_error_only_where_one_is_asked_for() {
+    let fixture = Fixture::new();
+    let run = |backend: &str| {
+        let mut command = command(fixture.folder.path(), &["run", "case.toml", "--backend", backend]);
+        without_gpu(&mut command).output().unwrap()
+    };
+    let before = fixture.files();
+    let output = run("gpu");
+    assert_eq!(output.status.code(), Some(6), "{}", stderr(&output));
+    assert!(stderr(&output).contains("error: no usable GPU"), "{}", stderr(&output));
+    assert_eq!(fixture.files(), before);
+    let output = run("auto");
+    assert_good(&output);
+    assert!(stderr(&output).contains("computing on the CPU"), "{}", stderr(&output));
+
+    let mut adapters = command(fixture.folder.path(), &["adapters"]);
+    let output = without_gpu(&mut adapters).output().unwrap();
+    assert_good(&output);
+    assert_eq!(stdout(&output), "no adapters; auto computes on the CPU\n");
+}
+
+fn gpu_tests_are_off() -> bool {
+    let off = !cfg!(feature = "gpu") || std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off");
+    if off {
+        eprintln!("skipped: no GPU tests are wanted (IDMESH_TEST_GPU=off, or built without the gpu feature)");
+    }
+    off
+}
+
+#[test]
+fn cpu_and_gpu_agree() {
+    if gpu_tests_are_off() {
+        return;
+    }
+    let fixture = Fixture::new();
+    let output = fixture.idmesh(&["compare", "case.toml", "--tolerance", "1e-3", "--json", "-"]);
+    assert_good(&output);
+    let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(found["within_tolerance"], true);
+    assert!(found["seconds"]["gpu"].as_f64().unwrap() > 0.0);
+    // In single precision the two are never the same: a difference of zero would mean that one was compared with itself.
+    assert!(found["max_difference"].as_f64().unwrap() > 0.0);
+    let output = fixture.idmesh(&["adapters"]);
+    assert!(stdout(&output).contains("arrays up to"), "{}", stdout(&output));
+}

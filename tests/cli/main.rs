@@ -1,0 +1,8 @@
+//! The command line: what works, what bad input is told, which exit code it gets, and that it leaves no file behind.
+
+mod commands;
+mod fixture;
+mod gpu;
+mod refusals;
+mod results;
+mod wing_box;

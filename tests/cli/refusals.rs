@@ -1,0 +1,137 @@
+//! `idmesh run` on bad input: exit code, message, and no file left.
+
+use std::fs;
+
+use crate::fixture::*;
+use crate::wing_box::*;
+
+#[test]
+fn meshes_that_cannot_be_read() {
+    let fixture = Fixture::new();
+    let whole = fixture.read("box.msh");
+    fixture.write("box.msh", &whole[..whole.len() / 2]);
+    fixture.refuses(3, &["box.msh:"]);
+    fixture.write("box.msh", "");
+    fixture.refuses(3, &["box.msh", "empty"]);
+    fs::remove_file(fixture.path("box.msh")).unwrap();
+    fixture.refuses(3, &["box.msh"]);
+}
+
+#[test]
+fn coordinates_that_are_no_numbers() {
+    let fixture = Fixture::new();
+    fixture.mesh(|mesh| mesh.vertices[40][1] = f64::NAN);
+    fixture.refuses(3, &["box.msh:", "vertex 41", "finite"]);
+}
+
+#[test]
+fn tets_that_name_no_vertex() {
+    let fixture = Fixture::new();
+    fixture.mesh(|mesh| mesh.tets[7][2] = mesh.vertices.len() + 10);
+    fixture.refuses(3, &["box.msh:", "tet", "names vertex"]);
+}
+
+#[test]
+fn inverted_tets_in_the_input() {
+    let fixture = Fixture::new();
+    fixture.mesh(|mesh| mesh.tets[7].swap(0, 1));
+    fixture.refuses(3, &["box.msh: 1 of", "inverted", "tet 7"]);
+}
+
+#[test]
+fn doubled_tets() {
+    let fixture = Fixture::new();
+    fixture.mesh(|mesh| mesh.tets.push(mesh.tets[7]));
+    fixture.refuses(3, &["box.msh", "tets"]);
+}
+
+#[test]
+fn unknown_keys_name_the_nearest() {
+    let fixture = Fixture::new();
+    fixture.case("tolerance", "tolerence");
+    fixture.refuses(3, &["case.toml:19:1: unknown key `tolerence` in [solver]; did you mean `tolerance`?"]);
+}
+
+#[test]
+fn families_and_tables_must_agree() {
+    let fixture = Fixture::new();
+    fixture.case("[family.symmetry]\nrole = \"plane\"\n", "");
+    fixture.refuses(3, &["case.toml", "no [family] table for `symmetry`"]);
+    fixture.case("[family.symmetry]", "[family.pylon]\nrole = \"fixed\"\n[family.symmetry]");
+    fixture.refuses(3, &["no family in the mesh for the table of `pylon`", "the mesh has `wing`, `trailing_edge`"]);
+}
+
+#[test]
+fn coefficients_outside_their_range() {
+    let fixture = Fixture::new();
+    for text in ["1.5", "-0.1", "nan"] {
+        fixture.case("0.5", text);
+        fixture.refuses(3, &["case.toml:12:15: `coefficient` is", "expected 0 (rigid) to 1"]);
+    }
+}
+
+#[test]
+fn profiles_that_cannot_be_used() {
+    let fixture = Fixture::new();
+    fixture.write("new.csv", "profile,x,y,z\n0,1,0.3,0\n0,1.75,0.3,0\n");
+    fixture.refuses(3, &["new.csv", "expected at least 3"]);
+    let one_off = section(0, 0.3, 0.0, 0.0).replacen("0,1,0.3,0\n", "0,1,0.4,0\n", 1);
+    fixture.write("new.csv", &format!("profile,x,y,z\n{one_off}"));
+    fixture.refuses(3, &["new.csv", "profile 0 is not plane"]);
+    fixture.write("new.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.7, 0.0)]));
+    fixture.refuses(3, &["new.csv", "misses the wing"]);
+    fixture.write("new.csv", "profile,x,y,z\n0,1,0.3,zero\n");
+    fixture.refuses(3, &["new.csv:2:"]);
+    fs::remove_file(fixture.path("new.csv")).unwrap();
+    fixture.refuses(3, &["new.csv"]);
+}
+
+#[test]
+fn old_and_new_profiles_must_pair() {
+    let fixture = Fixture::new();
+    fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
+    fixture.write("old.csv", &profiles(&[(0, 0.3, 0.0), (2, 1.2, 0.0)]));
+    fixture.refuses(3, &["same numbers", "[0, 2]", "[0, 1]"]);
+}
+
+#[test]
+fn outputs_are_checked_before_anything_is_computed() {
+    let fixture = Fixture::new();
+    fixture.write("file", "");
+    fixture.refuses_command(&["run", "case.toml", "--backend", "cpu", "--out", "file"], 3, &["cannot write file"]);
+    fixture.refuses_command(&["run", "case.toml", "--backend", "cpu", "--out", "file/a"], 3, &["cannot write file"]);
+    fixture.refuses_command(&["run", "case.toml", "--json", "no/report.json"], 3, &["cannot write no/report.json"]);
+    fixture.case("\"moved.msh\"", "\"file/moved.msh\"");
+    fixture.refuses(3, &["cannot write file"]);
+    fixture.case("\"moved.msh\"", "\"moved.stl\"");
+    fixture.refuses(3, &["moved.stl", "unknown mesh format"]);
+    fixture.case("\"moved.msh\"", "\"new.csv\"");
+    fixture.refuses(3, &["new.csv would overwrite the input"]);
+}
+
+/// Bad input is found after the folder is made; then the folder goes away again.
+#[test]
+fn a_refused_run_leaves_no_folder() {
+    let fixture = Fixture::new();
+    fixture.mesh(|mesh| mesh.tets[7].swap(0, 1));
+    fixture.refuses_command(&["run", "case.toml", "--backend", "cpu", "--out", "a/b"], 3, &["inverted"]);
+}
+
+#[test]
+fn wrong_usage() {
+    let fixture = Fixture::new();
+    for arguments in [
+        &[][..],
+        &["run"],
+        &["run", "case.toml", "--backend", "cuda"],
+        &["run", "case.toml", "-q", "-v"],
+        &["compare", "a", "b", "c"],
+        &["compare", "a", "b", "--tolerance", "nan"],
+        &["cut", "box.msh", "--family", "wing", "--out", "o.csv"],
+        &["cut", "box.msh", "--family", "wing", "--out", "o.csv", "--planes", "2", "--at", "y=1"],
+        &["cut", "box.msh", "--family", "wing", "--out", "o.csv", "--at", "1.0"],
+    ] {
+        let output = fixture.idmesh(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+    }
+}
