@@ -345,6 +345,31 @@ fn matching_survives_other_counts_directions_and_starts() {
     }
 }
 
+/// Profiles of a coarse mesh (26 and 31 points) and new ones made from a spline through their moved points: 161 and 121
+/// points, and the moved points themselves for comparison. The bounds are the distance of two points of the coarse
+/// section, 5 % of the chord, times the design's strength: 1 % for the one, 15 % thickness and droop for the other.
+#[test]
+fn matching_finds_the_moved_points_of_a_real_section() {
+    let read = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/profiles").join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        csv::parse(&[(path.as_path(), &text)]).unwrap()
+    };
+    let old = read("old_2.csv");
+    for (set, along) in [("small_2", 1e-3), ("planform_2", 7.5e-3)] {
+        let (new, moved) = (read(&format!("{set}.csv")), read(&format!("{set}_matched.csv")));
+        for ((old, new), moved) in old.iter().zip(&new).zip(&moved) {
+            let chord = old.points.iter().map(|p| p.distance(old.points[0])).fold(0.0, f64::max);
+            let found = matching::match_points(old, new).unwrap();
+            let error = found.iter().zip(&moved.points).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max) / chord;
+            assert!(error < along, "{set} {}: {error:e}", old.number);
+            assert!(distance::max_distance(&found, &new.points) < 5e-4 * chord);
+            // Given point by point, they are taken point by point.
+            assert_eq!(matching::match_points(old, moved).unwrap(), moved.points);
+        }
+    }
+}
+
 #[test]
 fn an_affine_change_is_exact_at_every_vertex() {
     for wing in [BLUNT, SHARP, Wing { base: true, te: 0.02, ..BLUNT }] {
