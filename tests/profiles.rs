@@ -346,8 +346,8 @@ fn matching_survives_other_counts_directions_and_starts() {
 }
 
 /// Profiles of a coarse mesh (26 and 31 points) and new ones made from a spline through their moved points: 161 and 121
-/// points, and the moved points themselves for comparison. The bounds are the distance of two points of the coarse
-/// section, 5 % of the chord, times the design's strength: 1 % for the one, 15 % thickness and droop for the other.
+/// points, and the moved points themselves for comparison. Along the curve a match is a matter of judgement where the
+/// change is not affine; the bounds hold what was measured (7e-4 and 5e-3 of the chord). Across it, the new curve is hit.
 #[test]
 fn matching_finds_the_moved_points_of_a_real_section() {
     let read = |name: &str| {

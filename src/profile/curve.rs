@@ -16,8 +16,8 @@ use super::{Plane, Profile, ProfileError, extent};
 /// the nose of a section of 26 points is lost and matched 1 % of the chord wrong; below 0.02 nothing changes any more.
 const CLOSE: f64 = 0.03;
 
-/// Steps a whole curve is followed in, at least: the chord of a step at a leading edge of 1 % radius is then off by 1e-5
-/// of the chord.
+/// Steps a whole curve is followed in, at least: with a leading edge of 1 % radius a step's
+/// chord is then off the curve by at most h^2 / 8r = 5e-5 of the section's chord.
 const STEPS: f64 = 1024.0;
 /// Steps between two knots, at least and at most.
 const STEPS_PER_PIECE: (f64, f64) = (4.0, 64.0);
