@@ -16,8 +16,8 @@ use super::{Plane, Profile, ProfileError, extent};
 /// the nose of a section of 26 points is lost and matched 1 % of the chord wrong; below 0.02 nothing changes any more.
 const CLOSE: f64 = 0.03;
 
-/// Steps a whole curve is followed in, at least: the chord of a step at a leading edge of 1 % radius is then off by 1e-5
-/// of the chord.
+/// Steps a whole curve is followed in, at least: with a leading edge of 1 % radius a step's
+/// chord is then off the curve by at most h^2 / 8r = 5e-5 of the section's chord.
 const STEPS: f64 = 1024.0;
 /// Steps between two knots, at least and at most.
 const STEPS_PER_PIECE: (f64, f64) = (4.0, 64.0);
@@ -101,7 +101,8 @@ impl Curve {
         let mut knot_step = vec![0];
         for (i, &length) in lengths.iter().enumerate() {
             let [start, end] = tangents[i].map(|tangent| tangent * length);
-            let steps = (STEPS * length / total).ceil().clamp(STEPS_PER_PIECE.0, STEPS_PER_PIECE.1);
+            // `max` first: a curve shrunk to a point has no share, and still gets its steps.
+            let steps = (STEPS * length / total).ceil().max(STEPS_PER_PIECE.0).min(STEPS_PER_PIECE.1);
             for step in 0..steps as usize {
                 let t = step as f64 / steps;
                 let (u, v) = (t * t, 1.0 - t);
@@ -163,13 +164,18 @@ fn choose_knots(points: &[DVec3]) -> Vec<usize> {
     let mut knots = vec![0];
     let mut last = 0;
     for i in 1..n {
-        if points[i].distance(points[last]) >= CLOSE * spacing(i) {
+        let gap = points[i].distance(points[last]);
+        // Lengths below 1e-154 square to zero.
+        if gap > 0.0 && gap >= CLOSE * spacing(i) {
             knots.push(i);
             last = i;
         }
     }
     if last != n - 1 {
         if knots.len() > 2 {
+            knots.pop();
+        }
+        while knots.len() > 1 && points[knots[knots.len() - 1]].distance(points[n - 1]) == 0.0 {
             knots.pop();
         }
         knots.push(n - 1);
@@ -207,8 +213,9 @@ impl Measured {
             let (before, after) = ((d[i] - d[i - 1]) / left, (d[i + 1] - d[i]) / right);
             let curvature = (after - before) / (left + right);
             let slope = (before * right + after * left) / (left + right);
-            let shift = (-slope / (2.0 * curvature)).clamp(-0.5 * left, 0.5 * right);
+            let shift = -slope / (2.0 * curvature);
             if shift.is_finite() {
+                let shift = shift.max(-0.5 * left).min(0.5 * right);
                 le_s += shift;
                 le_d += slope * shift + curvature * shift * shift;
             }

@@ -10,8 +10,8 @@ use super::distance::nearest_on_segment;
 use super::matching::OldSection;
 use super::span::SpanWeights;
 
-/// Steps of the virtual section on each side. A step is 0.25 % of a side, so its chord is off by 1e-5 of the section at a
-/// leading edge of 1 % radius.
+/// Steps of the virtual section on each side. A step is 0.4 % of a side; only the parameter depends on it, not the shape
+/// that the vertex is moved to.
 const STEPS: usize = 256;
 /// Steps of a blunt trailing edge's base.
 const BASE_STEPS: usize = 16;

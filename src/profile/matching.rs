@@ -3,7 +3,7 @@
 //! Both curves are measured from the trailing edge over the leading edge (see `curve`). Such a measure is not kept by an
 //! affine map (a thicker section has relatively longer curves), so the best affine map of the old section onto the new
 //! one is fitted first, the old section is mapped by it, and what is measured is the mapped one; fit and match take
-//! turns a few times. An affine change is thus matched exactly up to the sampling of the curves.
+//! turns a few times. An affine change of another sampling is thus matched to 1e-3 of the chord along the curve.
 //!
 //! New profiles with as many points as the old one may be meant point by point. That match is taken when it lies nearer
 //! to an affine map than the measured one.
@@ -14,8 +14,8 @@ use super::curve::{Curve, Measured, Outline, bracket};
 use super::least_squares::LeastSquares;
 use super::{Plane, Profile, ProfileError};
 
-/// Turns of fit and match. The first does most of it; for a section 40 % thicker, 5 leave 1e-3 of the chord along the
-/// curve and 20 leave half of that.
+/// Turns of fit and match. The first does most of it; for a blunt section 40 % thicker, 5 leave 1e-3 of the chord along
+/// the curve and 20 leave 6e-4.
 const TURNS: usize = 6;
 
 /// New points with the old ones' count are taken point by point unless that leaves this many times more of the
