@@ -1,7 +1,7 @@
 //! Relaxing a spring network to equilibrium: the one solver every stage uses.
 //!
 //! Equilibrium of vertex `i` is `sum_j k_ij (u_j - u_i) - anchor_i u_i = 0` (the segment springs of Batina, the
-//! paper's [1]), a linear system with a symmetric M-matrix in which x, y and z decouple. [`Relaxer`] computes its
+//! paper's first reference), a linear system with a symmetric M-matrix in which x, y and z decouple. [`Relaxer`] computes its
 //! residual in f64, lets a [`crate::backend::DeviceNetwork`] sweep a correction, adds it, and repeats while the
 //! backend's precision is coarser than what was asked. Differences from the paper: Chebyshev-accelerated sweeps beside
 //! its plain Jacobi, and a stopping rule instead of a fixed number of sweeps.

@@ -47,7 +47,7 @@ impl Schedule {
                 (root - 1.0) / (root + 1.0)
             }
         };
-        let sweeps = 10f64.ln() / -rate.min(1.0 - 1e-9).max(0.1).ln();
+        let sweeps = 10f64.ln() / -rate.clamp(0.1, 1.0 - 1e-9).ln();
         (sweeps.ceil() as usize).clamp(4, 1 << 20)
     }
 
