@@ -2,13 +2,15 @@
 //!
 //! A wing of facets moves by its vertices. Even if every vertex moves exactly right, the section between two of them is the
 //! straight line between their displacements and misses the new profile: on a coarse mesh by half a percent of the
-//! chord. The ends of the edges that cross a plane are therefore corrected until the crossings go where the profile says
-//! (Cimmino's simultaneous projections: the smallest correction, in the least-squares sense, that does it).
+//! chord. The ends of the edges that cross a plane are therefore corrected until the crossings go where the profile says:
+//! the smallest correction that does it, by conjugate gradients on the least-squares problem (CGLS).
 
 use glam::DVec3;
 
-/// Rounds of correction. Neighbouring crossings share vertices; ten rounds leave less than a tenth of what they found.
-const ROUNDS: usize = 40;
+/// Most rounds; what is missing falls tenfold in about six.
+const ROUNDS: usize = 60;
+/// Share of the largest missing displacement at which to stop.
+const ENOUGH: f64 = 1e-6;
 
 /// One edge that crosses one plane.
 #[derive(Clone, Copy, Debug)]
@@ -34,31 +36,51 @@ pub(super) fn find(distances: &[Vec<f64>], edges: &[[u32; 2]]) -> Vec<Crossing> 
 
 /// Corrects displacements `[n_vertices]` so that the crossings move by `target` `[n_crossings]`.
 pub(super) fn correct(crossings: &[Crossing], target: &[DVec3], displacement: &mut [DVec3]) {
-    let mut share = vec![0.0; displacement.len()];
-    for crossing in crossings {
-        for (end, weight) in crossing.weighted_ends() {
-            share[end] += weight;
-        }
-    }
-    let mut change = vec![DVec3::ZERO; displacement.len()];
+    let mut missing: Vec<DVec3> =
+        crossings.iter().zip(target).map(|(crossing, &target)| target - crossing.between(displacement)).collect();
+    let at_first = square(&missing);
+    let mut direction = vec![DVec3::ZERO; displacement.len()];
+    let mut last_slope = f64::INFINITY;
     for _ in 0..ROUNDS {
-        for (crossing, &target) in crossings.iter().zip(target) {
-            let [(a, weight_a), (b, weight_b)] = crossing.weighted_ends();
-            let missing = target - displacement[a] * weight_a - displacement[b] * weight_b;
-            let missing = missing / (weight_a * weight_a + weight_b * weight_b);
-            change[a] += missing * (weight_a * weight_a);
-            change[b] += missing * (weight_b * weight_b);
-        }
-        for ((displacement, change), &share) in displacement.iter_mut().zip(&mut change).zip(&share) {
-            if share > 0.0 {
-                *displacement += std::mem::take(change) / share;
+        let mut gradient = vec![DVec3::ZERO; displacement.len()];
+        for (crossing, &missing) in crossings.iter().zip(&missing) {
+            for (end, weight) in crossing.weighted_ends() {
+                gradient[end] += missing * weight;
             }
         }
+        let slope = square(&gradient);
+        if slope == 0.0 || square(&missing) <= ENOUGH * ENOUGH * at_first {
+            return;
+        }
+        for (direction, gradient) in direction.iter_mut().zip(gradient) {
+            *direction = gradient + *direction * (slope / last_slope);
+        }
+        last_slope = slope;
+        let change: Vec<DVec3> = crossings.iter().map(|crossing| crossing.between(&direction)).collect();
+        let step = slope / square(&change);
+        if !step.is_finite() {
+            return;
+        }
+        displacement
+            .iter_mut()
+            .zip(&direction)
+            .for_each(|(displacement, direction)| *displacement += *direction * step);
+        missing.iter_mut().zip(&change).for_each(|(missing, change)| *missing -= *change * step);
     }
+}
+
+fn square(vectors: &[DVec3]) -> f64 {
+    vectors.iter().map(|v| v.length_squared()).sum()
 }
 
 impl Crossing {
     fn weighted_ends(&self) -> [(usize, f64); 2] {
         [(self.ends[0] as usize, 1.0 - self.at), (self.ends[1] as usize, self.at)]
+    }
+
+    /// The value at the crossing of what is linear between the vertices.
+    fn between(&self, values: &[DVec3]) -> DVec3 {
+        let [(a, weight_a), (b, weight_b)] = self.weighted_ends();
+        values[a] * weight_a + values[b] * weight_b
     }
 }
