@@ -49,8 +49,8 @@ fn a_chain_between_held_ends_stretches_by_its_compliance() {
             let (moved, convergence) = relax(&network, &start, method, precision, TIGHT);
             assert!(convergence.converged, "{method:?} {precision:?} {convergence:?}");
             let mut along = 0.0;
-            for i in 0..5 {
-                assert!((moved[i] - start[4] * (along / total)).length() < 1e-11, "{method:?} {precision:?} {i}");
+            for (i, moved) in moved.iter().enumerate() {
+                assert!((*moved - start[4] * (along / total)).length() < 1e-11, "{method:?} {precision:?} {i}");
                 along += stiffness.get(i).map_or(0.0, |k| 1.0 / k);
             }
         }

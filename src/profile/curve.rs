@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::cut::twice_area;
 use super::edges::trailing_edge;
+use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
 
 /// A point this close to a kept neighbour, as share of the spacing round it, is no knot. From 0.1 on
@@ -48,6 +49,9 @@ impl Outline {
     /// Takes a profile apart.
     ///
     /// - `plane`: the profile's; the curve shall run counter-clockwise about its normal
+    ///
+    /// # Errors
+    /// [`ProfileError::CrossesItself`], and those of points that are no profile.
     pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
         let mut points = profile.distinct_points()?;
         let size = extent(&points);
@@ -73,7 +77,10 @@ impl Outline {
             outline.sides.reverse();
             outline.base.reverse();
         }
-        Ok(outline)
+        match crossing(&outline.sides, plane) {
+            Some(at) => Err(ProfileError::CrossesItself { profile: profile.number, at }),
+            None => Ok(outline),
+        }
     }
 }
 

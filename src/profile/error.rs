@@ -57,6 +57,14 @@ pub enum ProfileError {
         /// The greatest distance accepted.
         allowed: f64,
     },
+    /// The two sides of a section cross each other.
+    #[error("profile {profile} crosses itself near {at:.6}, expected a curve round a wing section")]
+    CrossesItself {
+        /// Number of the profile.
+        profile: i64,
+        /// Where.
+        at: DVec3,
+    },
     /// There is no profile at all.
     #[error("no profiles given, expected at least one")]
     NoProfiles,

@@ -12,6 +12,9 @@
 //!   exactly one plane's on that plane.
 //! - `tau`, `c_kj`: the point of the section X stands at, see `locate`, and the cubic through the four knots round it.
 //!
+//! The ends of the edges that cross a profile's plane are corrected so that the facets between them have the profile's
+//! remainder there too (see `crossings`); the trend stays exact at the vertices.
+//!
 //! The paper's step 3 is one least-squares polynomial of degree up to two in x, y, z. It smooths: the wing would miss its
 //! new profiles by as much as the displacement differs from a quadratic. And a wing swept by more than its chord ties x
 //! to y in the data, so that the x² term is fitted on the sections and then acts between the planes, as a dihedral.
@@ -26,6 +29,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::crossings::{self, Crossing};
 use super::curve::bracket;
 use super::least_squares::LeastSquares;
 use super::locate::SectionGrid;
@@ -43,9 +47,11 @@ pub struct WingLoft {
     /// Knots of all sections, back to back.
     knots: Vec<DVec3>,
     trend: Trend,
-    vertices: Vec<WingVertex>,
-    /// Rows of the vertices, back to back.
+    /// The wing's vertices and after them the crossings.
+    places: Vec<Place>,
+    /// Rows of the places, back to back.
     terms: Vec<Term>,
+    crossings: Vec<Crossing>,
 }
 
 /// What new profiles do to the wing.
@@ -58,15 +64,16 @@ pub struct WingMotion {
     pub generator: Vec<DVec3>,
 }
 
+/// A point of the wing's surface between the profiles.
 #[derive(Clone, Copy, Debug)]
-struct WingVertex {
+struct Place {
     position: DVec3,
     eta: f64,
     /// Where its row in the terms ends; it begins where the last one's ended.
     end: usize,
 }
 
-/// How much one knot counts at a vertex.
+/// How much one knot counts at a place.
 #[derive(Clone, Copy, Debug)]
 struct Term {
     knot: u32,
@@ -81,11 +88,18 @@ impl WingLoft {
     /// - `old`: the old profiles, at least one, in any order and direction
     /// - `positions` `[n]`: the wing's vertices, in the unit of the profiles
     /// - `normals` `[n]`: unit outward normals of the wing's surface there; a zero normal matches either side
+    /// - `edges`: the edges of the wing's surface as pairs of places in `positions`: where they cross a profile's plane
+    ///   the moved facets meet the new profile. Without them the vertices alone are moved.
     ///
     /// # Errors
     /// [`ProfileError::NoProfiles`], [`ProfileError::Doubled`], [`ProfileError::SamePlane`],
     /// [`ProfileError::Lengths`], and those of profiles that are no plane curves (see [`super::Plane::of_profile`]).
-    pub fn new(old: &[Profile], positions: &[DVec3], normals: &[DVec3]) -> Result<Self, ProfileError> {
+    pub fn new(
+        old: &[Profile],
+        positions: &[DVec3],
+        normals: &[DVec3],
+        edges: &[[u32; 2]],
+    ) -> Result<Self, ProfileError> {
         if positions.len() != normals.len() {
             return Err(ProfileError::Lengths { positions: positions.len(), normals: normals.len() });
         }
@@ -108,10 +122,20 @@ impl WingLoft {
         }
         let trend = Trend::new(&knots, &knot_eta, span.planes.len() >= 3);
 
-        let rows: Vec<(f64, Vec<Term>)> = positions
+        let distances: Vec<Vec<f64>> =
+            span.planes.iter().map(|plane| positions.iter().map(|&p| plane.distance(p)).collect()).collect();
+        let crossings = crossings::find(&distances, edges);
+        let crossing = |values: &[DVec3], crossing: &Crossing| {
+            let [a, b] = crossing.ends.map(|end| values[end as usize]);
+            a.lerp(b, crossing.at)
+        };
+        let at_crossings = crossings.iter().map(|c| (crossing(positions, c), crossing(normals, c)));
+        let points: Vec<(DVec3, DVec3)> =
+            positions.iter().copied().zip(normals.iter().copied()).chain(at_crossings).collect();
+
+        let rows: Vec<(f64, Vec<Term>)> = points
             .par_iter()
-            .zip(normals)
-            .map(|(&position, &outward)| {
+            .map(|&(position, outward)| {
                 let (eta, interval) = span.coordinate(position);
                 let planes = span.weights(eta, interval);
                 let tau = grid.parameter(position, outward, &planes);
@@ -131,14 +155,14 @@ impl WingLoft {
                 (eta, row)
             })
             .collect();
-        let mut vertices = Vec::with_capacity(positions.len());
+        let mut places = Vec::with_capacity(points.len());
         let mut terms = Vec::new();
-        for (&position, (eta, row)) in positions.iter().zip(rows) {
+        for (&(position, _), (eta, row)) in points.iter().zip(rows) {
             terms.extend(row);
-            vertices.push(WingVertex { position, eta, end: terms.len() });
+            places.push(Place { position, eta, end: terms.len() });
         }
         let numbers = order.iter().map(|&i| old[i].number).collect();
-        Ok(Self { span, sections, numbers, knots, trend, vertices, terms })
+        Ok(Self { span, sections, numbers, knots, trend, places, terms, crossings })
     }
 
     /// Displacement of every wing vertex for one design. Cheap: no search, a few multiplications a vertex.
@@ -168,18 +192,25 @@ impl WingLoft {
             matched.iter().enumerate().map(|(i, &d)| d - self.trend.at_knot(&trend, i)).collect();
         let moved: Vec<DVec3> = self.knots.iter().zip(&matched).map(|(&p, &d)| p + d).collect();
 
-        let vertex = |i: usize| {
-            let vertex = &self.vertices[i];
-            let begin = if i == 0 { 0 } else { self.vertices[i - 1].end };
-            let mut displacement = self.trend.evaluate(&trend, vertex.position, vertex.eta);
-            let mut along = DVec3::ZERO;
-            for term in &self.terms[begin..vertex.end] {
+        let at_place = |i: usize| {
+            let place = &self.places[i];
+            let begin = if i == 0 { 0 } else { self.places[i - 1].end };
+            let (mut displacement, mut along) = (DVec3::ZERO, DVec3::ZERO);
+            for term in &self.terms[begin..place.end] {
                 displacement += remainder[term.knot as usize] * term.weight;
                 along += moved[term.knot as usize] * term.slope;
             }
             (displacement, along.normalize_or(normal))
         };
-        let (displacement, generator) = (0..self.vertices.len()).into_par_iter().map(vertex).unzip();
+        let (mut displacement, mut generator): (Vec<DVec3>, Vec<DVec3>) =
+            (0..self.places.len()).into_par_iter().map(at_place).unzip();
+        let vertices = self.places.len() - self.crossings.len();
+        let at_crossings = displacement.split_off(vertices);
+        generator.truncate(vertices);
+        crossings::correct(&self.crossings, &at_crossings, &mut displacement);
+        for (displacement, place) in displacement.iter_mut().zip(&self.places) {
+            *displacement += self.trend.evaluate(&trend, place.position, place.eta);
+        }
         Ok(WingMotion { displacement, generator })
     }
 

@@ -18,6 +18,7 @@
 //! Use: [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`WingLoft::new`] once per mesh,
 //! [`WingLoft::displacements`] once per design, [`distance::max_distance`] to check the result.
 
+mod crossings;
 pub mod csv;
 mod curve;
 pub mod cut;
@@ -29,6 +30,7 @@ mod least_squares;
 mod locate;
 pub mod matching;
 mod plane;
+mod simple;
 mod span;
 pub mod stations;
 

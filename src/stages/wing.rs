@@ -54,7 +54,10 @@ impl Wings {
             let vertices = surface.vertices_of(family);
             let positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
             let normals = surface.normals_of(family, &mesh.vertices);
-            let loft = WingLoft::new(old, &positions, &normals)
+            let place = |vertex: u32| vertices.binary_search(&vertex).expect("an edge's ends are vertices") as u32;
+            let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
+            let edges: Vec<[u32; 2]> = triangle_edges(triangles).into_iter().map(|edge| edge.map(place)).collect();
+            let loft = WingLoft::new(old, &positions, &normals, &edges)
                 .map_err(|error| SetupError::Profiles { family: name(), error })?;
             let junction: Vec<usize> = (0..vertices.len())
                 .filter(|&place| {
