@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_rigid_motion_is_found_again() {
-        let turn = glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
         let moved = |p: DVec3| turn * p + DVec3::new(3.0, -1.0, 0.25);
         check(BestMotion::rigid, &cloud(), moved);
         check(BestMotion::affine, &cloud(), moved);
