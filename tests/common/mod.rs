@@ -1,7 +1,9 @@
 //! What several test files share.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+pub mod aircraft;
 pub mod brick;
+pub mod faults;
 
 use glam::DVec3;
 use idmesh::backend::{Constraint, NetworkData};
