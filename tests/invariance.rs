@@ -138,6 +138,17 @@ fn motion_turns_and_scales_with_a_large_aircraft() {
     assert_moves_along(ROUND, &Stance::odd(-0.5), "planform_2");
 }
 
+/// Known fault, to be taken out of `should_panic` when it is mended: sections are followed about the span's direction, whose
+/// sign is that of its largest coordinate, and which of two points close together becomes a knot depends on the direction
+/// in which the section is followed. An aircraft on its back, or one whose wing points to the other side, moves
+/// otherwise by up to 6e-4 of the largest displacement.
+#[test]
+#[should_panic(expected = "not the same motion")]
+fn motion_turns_with_an_aircraft_on_its_back() {
+    let on_its_back = DQuat::from_rotation_x(std::f64::consts::PI);
+    assert_moves_along(WING_BODY, &Stance { turn: on_its_back, scale: 1.0, shift: DVec3::ZERO }, "big_2");
+}
+
 #[test]
 fn equivariance_rejects_one_wrong_vertex_and_a_wrong_unit() {
     let expected = update(&mut SMALL.mover(2), SMALL.profiles("big_2")).displacement;
