@@ -1,6 +1,8 @@
 //! What several test files share.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+#[cfg(feature = "gpu")]
+pub mod adapter;
 pub mod aircraft;
 pub mod brick;
 pub mod faults;
