@@ -12,7 +12,6 @@ use idmesh::profile::Profile;
 use idmesh::relaxation::Accuracy;
 use idmesh::stages::{Role, TipStart};
 
-const STARTS: [TipStart; 3] = [TipStart::Affine, TipStart::Rigid, TipStart::Original];
 /// Relaxed this far, what is left of the springs' forces is rounding.
 const EXACT: Accuracy = Accuracy { tolerance: 1e-11, max_sweeps: 1_000_000 };
 

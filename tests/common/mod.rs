@@ -5,6 +5,7 @@
 pub mod adapter;
 pub mod aircraft;
 pub mod brick;
+pub mod carved;
 pub mod faults;
 
 use glam::DVec3;
