@@ -137,3 +137,21 @@ fn too_few_sweeps_are_reported() {
     assert!(outcome.unconverged.iter().all(|(_, error)| *error > 1e-4), "{:?}", outcome.unconverged);
     assert!(outcome.vertices.iter().all(|at| at.is_finite()));
 }
+
+/// Known fault, to be taken out of `should_panic` when it is mended: the carenage stage goes by how far its vertices moved
+/// in the last round, whether or not that round's relaxation ran out of sweeps. Here three sweeps a round move little, and
+/// the stage is called converged where its vertices are half an edge from where they belong.
+#[test]
+#[should_panic(expected = "the carenage is not named")]
+fn a_carenage_out_of_sweeps_is_reported() {
+    let accuracy = Accuracy { tolerance: 1e-4, max_sweeps: 3 };
+    let outcome = relaxed(WING_BODY, Method::Jacobi, accuracy, "big_2");
+    let exact = exact(WING_BODY, "big_2");
+    let mesh = WING_BODY.mesh();
+    let edges = shortest_edges(&mesh);
+    let off = |vertex: usize| outcome.displacement[vertex].distance(exact.displacement[vertex]) / edges[vertex];
+    if vertices_of(&mesh, "carenage").into_iter().any(|vertex| off(vertex) > 0.5) {
+        let named = outcome.unconverged.iter().any(|&(stage, _)| stage == "carenage");
+        assert!(named, "the carenage is not named: {:?}", outcome.unconverged);
+    }
+}
