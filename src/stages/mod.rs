@@ -7,7 +7,7 @@
 //! | [`wingtip`] | the tip's inside, pulled back by conservative springs | its boundary | 3.3 |
 //! | [`carenage`] | carenage vertices, sliding on the original surface | its boundary | 3.4 |
 //! | [`planes`] | vertices of plane families, in their plane | their boundary | - |
-//! | [`volume`] | everything else | all surfaces | 3.4, last paragraph |
+//! | [`volume`] | everything else; plane families slide on | the other surfaces | 3.4, last paragraph |
 //!
 //! A stage is set up once per mesh and run once per design on a [`Motion`]. A vertex on several families belongs to the
 //! first of them in the order fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it

@@ -1,0 +1,125 @@
+//! What the benchmarks share: the example, the machine, medians and tables.
+#![allow(dead_code, reason = "each benchmark uses a part of it")]
+
+use std::{collections::BTreeMap, error::Error, fs, path::Path, process::ExitCode};
+
+use idmesh::{
+    backend::BackendInfo,
+    formats::{self, MeshFile},
+    mesh::FamilyId,
+    mover::{Design, Settings},
+    profile::{Profile, csv},
+    relaxation::{Accuracy, Method},
+    springs::Springs,
+    stages::{Role, TipStart},
+};
+
+/// What goes wrong in a benchmark.
+pub type Failure = Box<dyn Error>;
+
+/// The example `wing-body`, as its case file describes it.
+pub struct Example {
+    /// The mesh and its file.
+    pub file: MeshFile,
+    /// What a mover needs.
+    pub settings: Settings,
+    /// The new profiles.
+    pub design: Design,
+}
+
+impl Example {
+    /// Reads the mesh and the profiles.
+    ///
+    /// # Errors
+    /// A file is missing or broken.
+    pub fn read() -> Result<Self, Failure> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/wing-body");
+        let file = formats::read(&folder.join("wing-body.msh.gz"))?;
+        let wing = file.mesh.family("wing").ok_or("the example has no wing")?;
+        let profiles = |name: &str| -> Result<BTreeMap<FamilyId, Vec<Profile>>, Failure> {
+            let path = folder.join(name);
+            Ok(BTreeMap::from([(wing, csv::parse(&[(&path, &fs::read_to_string(&path)?)])?)]))
+        };
+        let role = |family: &String| match family.as_str() {
+            "wing" => Role::Wing,
+            "trailing_edge" => Role::TrailingEdge,
+            "wingtip" => Role::Wingtip { coefficient: 0.5, start: TipStart::Affine },
+            "carenage" => Role::Carenage,
+            "symmetry" => Role::Plane,
+            _ => Role::Fixed,
+        };
+        let settings = Settings {
+            roles: file.mesh.families.iter().map(role).collect(),
+            old_profiles: profiles("old.csv")?,
+            springs: Springs::named("torsional").ok_or("the springs have another name")?,
+            method: Method::Chebyshev,
+            accuracy: Accuracy::default(),
+        };
+        let design = Design { profiles: profiles("new.csv")?, ..Design::default() };
+        Ok(Self { file, settings, design })
+    }
+}
+
+/// The whole numbers among the arguments, `defaults` if there are none. Cargo's own `--bench` is passed over.
+///
+/// # Errors
+/// An argument that is neither.
+pub fn numbers(defaults: &[usize]) -> Result<Vec<usize>, Failure> {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    if arguments.is_empty() {
+        return Ok(defaults.to_vec());
+    }
+    let number = |text: &String| text.parse().ok().filter(|&number: &usize| number > 0);
+    arguments
+        .iter()
+        .map(|text| number(text).ok_or_else(|| format!("`{text}` is no whole number from 1 on").into()))
+        .collect()
+}
+
+/// What the figures were measured on and with.
+pub fn print_machine(backends: &[BackendInfo]) {
+    let profile = if cfg!(debug_assertions) { "debug: these times mean nothing" } else { "release" };
+    println!("idmesh {}, {profile}, {}-{}", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH, std::env::consts::OS);
+    for BackendInfo { kind, adapter, driver } in backends {
+        println!("{kind}: {adapter} {driver}");
+    }
+    println!();
+}
+
+/// The middle one of some times; the upper of the two middle ones if their number is even.
+pub fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Prints rows as columns: the first to the left, the others to the right.
+pub fn print_table(rows: &[Vec<String>]) {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    for row in rows {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| match column {
+            0 => format!("{cell:<width$}"),
+            _ => format!("{cell:>width$}"),
+        });
+        println!("{}", cells.collect::<Vec<_>>().join("  ").trim_end());
+    }
+}
+
+/// A row of texts.
+pub fn row(cells: &[&str]) -> Vec<String> {
+    cells.iter().map(|&cell| cell.to_owned()).collect()
+}
+
+/// Ends a benchmark.
+pub fn end(result: Result<(), Failure>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
