@@ -151,7 +151,7 @@ impl Mover {
         let carenages = Carenages::new(&mesh, surface, &families, on, method)?;
         let planes = Planes::new(&mesh, surface, &families, on, method)?;
         observer("springs");
-        let volume = Volume::new(&mesh, &families, springs, on, method)?;
+        let volume = Volume::new(&mesh, surface, &families, springs, on, method)?;
         let original_beta = quality::betas(&mesh.vertices, &mesh.tets);
         Ok(Self {
             mesh,
@@ -221,7 +221,7 @@ impl Mover {
         watch.record(StageName::Corrected, &quality::betas(&moved(mesh, &motion), &mesh.tets));
 
         observer("volume");
-        let volume = self.volume.run(&mut motion, accuracy)?;
+        let volume = self.volume.run(mesh, &mut motion, accuracy)?;
         let vertices = moved(mesh, &motion);
         let beta = quality::betas(&vertices, &mesh.tets);
         let inverted = watch.record(StageName::Final, &beta).inverted;

@@ -133,8 +133,7 @@ fn springs(top: &Section) -> Result<&'static Springs, CaseError> {
     let names: Vec<_> = SPRINGS.iter().map(|springs| springs.name).collect();
     let table = top.get("volume").map(|table| table.section(&["springs"])).transpose()?;
     let name = table.and_then(|section| section.get("springs")).map(|value| value.one_of(&names)).transpose()?;
-    let name = name.unwrap_or("torsional");
-    Ok(SPRINGS.iter().find(|springs| springs.name == name).unwrap_or(&SPRINGS[0]))
+    Ok(name.and_then(Springs::named).unwrap_or_default())
 }
 
 /// `[quality]` may only say "off": whoever asks for optimisation must not get a mesh without it.

@@ -163,29 +163,23 @@ fn spline(chords: &[DVec3], lengths: &[f64]) -> Vec<DVec3> {
     m.into_iter().map(|m| m.clamp_length_max(LONGEST_TANGENT)).collect()
 }
 
-/// Indices of the points that become knots.
+/// Indices of the points that become knots: of two points too close together the one with the nearer other neighbour goes,
+/// the closest two first. A curve followed the other way has the same knots.
 fn choose_knots(points: &[DVec3]) -> Vec<usize> {
     let n = points.len();
     let lengths: Vec<f64> = points.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
     let spacing = |i: usize| lengths[i.saturating_sub(2)..(i + 2).min(n - 1)].iter().copied().fold(0.0, f64::max);
-    let mut knots = vec![0];
-    let mut last = 0;
-    for i in 1..n {
-        let gap = points[i].distance(points[last]);
-        // Lengths below 1e-154 square to zero.
-        if gap > 0.0 && gap >= CLOSE * spacing(i) {
-            knots.push(i);
-            last = i;
-        }
-    }
-    if last != n - 1 {
-        if knots.len() > 2 {
-            knots.pop();
-        }
-        while knots.len() > 1 && points[knots[knots.len() - 1]].distance(points[n - 1]) == 0.0 {
-            knots.pop();
-        }
-        knots.push(n - 1);
+    let spacings: Vec<f64> = (0..n).map(spacing).collect();
+    let mut knots: Vec<usize> = (0..n).collect();
+    let gap = |a: usize, b: usize| points[a].distance(points[b]);
+    // Lengths below 1e-154 square to zero.
+    let share = |a: usize, b: usize| if gap(a, b) > 0.0 { gap(a, b) / spacings[a].max(spacings[b]) } else { 0.0 };
+    while knots.len() > 2 {
+        let closest = (1..knots.len()).map(|k| (share(knots[k - 1], knots[k]), k)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, k)) = closest.filter(|&(share, _)| share < CLOSE) else { break };
+        let before = if k >= 2 { gap(knots[k - 2], knots[k - 1]) } else { f64::INFINITY };
+        let after = if k + 1 < knots.len() { gap(knots[k], knots[k + 1]) } else { f64::INFINITY };
+        knots.remove(if before < after { k - 1 } else { k });
     }
     knots
 }

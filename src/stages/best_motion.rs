@@ -1,7 +1,7 @@
 //! The rigid or affine motion that best explains where a set of points went.
 
-use glam::DVec3;
-use nalgebra::{Matrix3, Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
+use glam::{DMat3, DQuat, DVec3};
+use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
 /// A linear map about a centre and a translation.
 #[derive(Clone, Copy, Debug)]
@@ -21,22 +21,24 @@ impl BestMotion {
         Self { from: DVec3::ZERO, to: DVec3::ZERO, linear: Matrix3::identity() }
     }
 
-    /// The rotation and translation that bring the first points closest to the second, in the least-squares sense: the
-    /// quaternion of the largest eigenvalue of Horn's matrix (J. Opt. Soc. Am. A 4(4), 1987), which never reflects.
+    /// The rotation that turns the first of each pair of vectors closest to the second.
+    pub fn rotation_of(pairs: &[(DVec3, DVec3)]) -> DQuat {
+        let s: Matrix3<f64> = pairs.iter().map(|pair| column(pair.0) * column(pair.1).transpose()).sum();
+        horn(&s)
+    }
+
+    /// The rotation part of a rigid motion.
+    pub fn rotation(&self) -> DQuat {
+        let l = self.linear;
+        DQuat::from_mat3(&DMat3::from_cols_array_2d(&l.data.0))
+    }
+
+    /// The rotation and translation that bring the first points closest to the second, in the least-squares sense.
     pub fn rigid(pairs: &[(DVec3, DVec3)]) -> Self {
         let (from, to) = centres(pairs);
         let s: Matrix3<f64> = pairs.iter().map(|pair| column(pair.0 - from) * column(pair.1 - to).transpose()).sum();
-        #[rustfmt::skip]
-        let horn = Matrix4::new(
-            s[(0, 0)] + s[(1, 1)] + s[(2, 2)], s[(1, 2)] - s[(2, 1)], s[(2, 0)] - s[(0, 2)], s[(0, 1)] - s[(1, 0)],
-            s[(1, 2)] - s[(2, 1)], s[(0, 0)] - s[(1, 1)] - s[(2, 2)], s[(0, 1)] + s[(1, 0)], s[(2, 0)] + s[(0, 2)],
-            s[(2, 0)] - s[(0, 2)], s[(0, 1)] + s[(1, 0)], s[(1, 1)] - s[(0, 0)] - s[(2, 2)], s[(1, 2)] + s[(2, 1)],
-            s[(0, 1)] - s[(1, 0)], s[(2, 0)] + s[(0, 2)], s[(1, 2)] + s[(2, 1)], s[(2, 2)] - s[(0, 0)] - s[(1, 1)],
-        );
-        let eigen = SymmetricEigen::new(horn);
-        let q = eigen.eigenvectors.column(eigen.eigenvalues.imax());
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])).to_rotation_matrix();
-        Self { from, to, linear: rotation.into_inner() }
+        let rotation = DMat3::from_quat(horn(&s)).to_cols_array_2d();
+        Self { from, to, linear: Matrix3::from_columns(&rotation.map(Vector3::from)) }
     }
 
     /// The affine motion that brings the first points closest to the second. Directions in which the points hardly
@@ -77,6 +79,21 @@ impl BestMotion {
     }
 }
 
+/// The rotation that best maps the first factors of `s = sum p q^T` to the second: the quaternion of the largest eigenvalue
+/// of Horn's matrix (J. Opt. Soc. Am. A 4(4), 1987), which never reflects.
+fn horn(s: &Matrix3<f64>) -> DQuat {
+    #[rustfmt::skip]
+    let matrix = Matrix4::new(
+        s[(0, 0)] + s[(1, 1)] + s[(2, 2)], s[(1, 2)] - s[(2, 1)], s[(2, 0)] - s[(0, 2)], s[(0, 1)] - s[(1, 0)],
+        s[(1, 2)] - s[(2, 1)], s[(0, 0)] - s[(1, 1)] - s[(2, 2)], s[(0, 1)] + s[(1, 0)], s[(2, 0)] + s[(0, 2)],
+        s[(2, 0)] - s[(0, 2)], s[(0, 1)] + s[(1, 0)], s[(1, 1)] - s[(0, 0)] - s[(2, 2)], s[(1, 2)] + s[(2, 1)],
+        s[(0, 1)] - s[(1, 0)], s[(2, 0)] + s[(0, 2)], s[(1, 2)] + s[(2, 1)], s[(2, 2)] - s[(0, 0)] - s[(1, 1)],
+    );
+    let eigen = SymmetricEigen::new(matrix);
+    let q = eigen.eigenvectors.column(eigen.eigenvalues.imax());
+    DQuat::from_xyzw(q[1], q[2], q[3], q[0]).normalize()
+}
+
 fn centres(pairs: &[(DVec3, DVec3)]) -> (DVec3, DVec3) {
     let n = pairs.len().max(1) as f64;
     (pairs.iter().map(|pair| pair.0).sum::<DVec3>() / n, pairs.iter().map(|pair| pair.1).sum::<DVec3>() / n)
@@ -103,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_rigid_motion_is_found_again() {
-        let turn = glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
         let moved = |p: DVec3| turn * p + DVec3::new(3.0, -1.0, 0.25);
         check(BestMotion::rigid, &cloud(), moved);
         check(BestMotion::affine, &cloud(), moved);

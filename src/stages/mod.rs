@@ -18,6 +18,7 @@ pub mod carenage;
 pub mod families;
 pub mod patch;
 pub mod planes;
+pub mod rotation;
 pub mod trailing_edge;
 pub mod volume;
 pub mod wing;

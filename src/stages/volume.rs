@@ -3,12 +3,16 @@
 //! The stiffness is that of the undeformed mesh, so the result depends on the design alone and not on the way to it.
 //! Vertices of plane families slide on in their planes; all other surface vertices are held.
 
-use super::{Families, Motion, Owner};
+use super::{
+    Families, Motion, Owner,
+    rotation::{Rotation, rest_force},
+};
 use crate::{
-    backend::{Backend, BackendError, Constraint, EdgeStiffness},
+    backend::{Backend, BackendError, Constraint, EdgeStiffness, Length, Torsion},
     mesh::{
         TetMesh,
         edges::{TetEdges, VertexGraph},
+        half_edge::Surface,
     },
     relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
     springs::Springs,
@@ -17,6 +21,8 @@ use crate::{
 /// The network of all tets.
 pub struct Volume {
     relaxer: Relaxer,
+    /// For springs whose rest edges turn.
+    rotation: Option<Rotation>,
 }
 
 impl Volume {
@@ -26,6 +32,7 @@ impl Volume {
     /// The backend failed or the mesh does not fit.
     pub fn new(
         mesh: &TetMesh,
+        surface: &Surface,
         families: &Families,
         springs: &Springs,
         backend: &dyn Backend,
@@ -34,13 +41,15 @@ impl Volume {
         let TetEdges { edges, edge_tets, tet_edges } = TetEdges::new(mesh.vertices.len(), &mesh.tets);
         let edge_vector: Vec<glam::DVec3> =
             edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
-        let stiffness = backend.edge_stiffness(&EdgeStiffness {
-            edge_vector: &edge_vector,
-            edge_tets: &edge_tets,
-            tet_edges: &tet_edges,
-            length: springs.length,
-            torsion: springs.torsion,
-        })?;
+        let stiffness = |length: Length, torsion: Torsion| {
+            backend.edge_stiffness(&EdgeStiffness {
+                edge_vector: &edge_vector,
+                edge_tets: &edge_tets,
+                tet_edges: &tet_edges,
+                length,
+                torsion,
+            })
+        };
         let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
         let graph = VertexGraph::new(mesh.vertices.len(), &edges);
         let constraint: Vec<Constraint> = (0..mesh.vertices.len() as u32)
@@ -50,15 +59,33 @@ impl Volume {
                 _ => Constraint::Held,
             })
             .collect();
+        let rotation = if springs.turns {
+            let stiffness = stiffness(Length::InverseSquare, Torsion::None)?;
+            Some(Rotation::new(mesh, surface, families, &graph, &stiffness, backend, method)?)
+        } else {
+            None
+        };
+        let stiffness = stiffness(springs.length, springs.torsion)?;
         let network = Network::new(&graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
-        Ok(Self { relaxer: Relaxer::new(network, backend, method)? })
+        Ok(Self { relaxer: Relaxer::new(network, backend, method)?, rotation })
     }
 
     /// Moves the inside after the surfaces.
     ///
     /// # Errors
     /// The backend failed.
-    pub fn run(&mut self, motion: &mut Motion, accuracy: &Accuracy) -> Result<Convergence, BackendError> {
-        self.relaxer.relax(motion, None, accuracy)
+    pub fn run(
+        &mut self,
+        mesh: &TetMesh,
+        motion: &mut Motion,
+        accuracy: &Accuracy,
+    ) -> Result<Convergence, BackendError> {
+        if motion.iter().all(|displacement| *displacement == glam::DVec3::ZERO) {
+            return Ok(Convergence::nothing_to_do());
+        }
+        let Some(rotation) = &mut self.rotation else { return self.relaxer.relax(motion, None, accuracy) };
+        let (turned, spread) = rotation.spread(mesh, motion, accuracy)?;
+        let force = rest_force(self.relaxer.network(), &mesh.vertices, &turned);
+        Ok(self.relaxer.relax(motion, Some(&force), accuracy)?.and(spread))
     }
 }

@@ -1,7 +1,12 @@
 //! What several test files share.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+#[cfg(feature = "gpu")]
+pub mod adapter;
+pub mod aircraft;
 pub mod brick;
+pub mod carved;
+pub mod faults;
 
 use glam::DVec3;
 use idmesh::backend::{Constraint, NetworkData};

@@ -1,0 +1,179 @@
+//! Rotations of the moved surfaces, spread through the volume: what rotation-aware springs keep their shape by.
+//!
+//! Springs that hold the *difference* of two displacements small resist a rotation as if it were a strain, and x, y and z
+//! do not know of each other: that is why spring meshes fail at a few degrees. Here every surface vertex has a rotation
+//! fitted to its ring of edges and its normal; their rotation vectors are spread by one relaxation (stiffness `1 / l^2`).
+//! In the second one each spring pulls towards its own rest edge, rotated by the mean of its ends:
+//! `sum_j k_ij (x_i - x_j) = sum_j k_ij (R_i + R_j) / 2 (X_i - X_j)`. Both matrices are the undeformed mesh's, so the result
+//! depends on the design alone. The paper's springs have no such term.
+
+use glam::{DMat3, DQuat, DVec3};
+use rayon::prelude::*;
+
+use super::{Families, Motion, Owner, best_motion::BestMotion};
+use crate::{
+    backend::{Backend, BackendError, Constraint},
+    mesh::{FamilyId, TetMesh, csr::Csr, edges::VertexGraph, edges::triangle_edges, half_edge::Surface},
+    relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
+};
+
+/// Weight of the normal in a surface vertex's fit, against one for each edge: a ring of edges alone hardly feels a
+/// rotation about an axis in its plane.
+const NORMAL: f64 = 3.0;
+
+/// The rotations of all vertices.
+pub struct Rotation {
+    relaxer: Relaxer,
+    /// Neighbours of each surface vertex along the surface.
+    ring: Csr,
+    /// Surface vertices whose rotation is fitted, by family of their owner.
+    fitted: Vec<Vec<u32>>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Rotation {
+    /// Sets the network up: `graph` and `edge_stiffness` (`1 / l^2`) of the tets' edges.
+    ///
+    /// # Errors
+    /// The backend failed or the mesh does not fit.
+    pub fn new(
+        mesh: &TetMesh,
+        surface: &Surface,
+        families: &Families,
+        graph: &VertexGraph,
+        edge_stiffness: &[f64],
+        backend: &dyn Backend,
+        method: Method,
+    ) -> Result<Self, BackendError> {
+        let n = mesh.vertices.len();
+        let constraint = (0..n as u32)
+            .map(|vertex| match families.owner[vertex as usize] {
+                Owner::Volume => Constraint::Free,
+                // A rotation about the normal keeps a plane; no rotation keeps two.
+                Owner::Plane => match families.plane_constraint(vertex) {
+                    Constraint::InPlane(normal) => Constraint::OnLine(normal),
+                    _ => Constraint::Held,
+                },
+                _ => Constraint::Held,
+            })
+            .collect();
+        // An angle has no length: errors are in radians.
+        let lengths = vec![1.0; edge_stiffness.len()];
+        let network = Network::new(graph, edge_stiffness, &lengths, constraint, vec![0.0; n]);
+        let edges = triangle_edges(surface.triangles.iter().copied());
+        let ring = VertexGraph::new(n, &edges).neighbours;
+        let mut taken = vec![false; n];
+        let fitted = (0..families.roles.len())
+            .map(|index| {
+                let own = |vertex: &u32| {
+                    let owner = families.owner[*vertex as usize];
+                    !matches!(owner, Owner::Plane | Owner::Fixed)
+                        && !std::mem::replace(&mut taken[*vertex as usize], true)
+                };
+                surface.vertices_of(FamilyId(index as u16)).into_iter().filter(own).collect()
+            })
+            .collect();
+        let relaxer = Relaxer::new(network, backend, method)?;
+        Ok(Self { relaxer, ring, fitted, triangles: surface.triangles.clone() })
+    }
+
+    /// The rotation of every vertex `[n_vertices]`, less the identity, for surfaces moved by `motion`.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn spread(
+        &mut self,
+        mesh: &TetMesh,
+        motion: &Motion,
+        accuracy: &Accuracy,
+    ) -> Result<(Vec<DMat3>, Convergence), BackendError> {
+        let mut vectors = vec![DVec3::ZERO; mesh.vertices.len()];
+        let moved: Vec<DVec3> = mesh.vertices.iter().zip(motion).map(|(at, by)| *at + *by).collect();
+        let normals = [&mesh.vertices, &moved].map(|points| self.normals(points));
+        for vertices in &self.fitted {
+            if vertices.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
+                continue;
+            }
+            let pairs: Vec<(DVec3, DVec3)> =
+                vertices.iter().map(|&v| (mesh.vertices[v as usize], moved[v as usize])).collect();
+            let body = rotation_vector(BestMotion::rigid(&pairs).rotation());
+            let found: Vec<DVec3> = vertices
+                .par_iter()
+                .map(|&vertex| {
+                    let at = vertex as usize;
+                    if self.ring.row(at).iter().chain([&vertex]).all(|&v| motion[v as usize] == DVec3::ZERO) {
+                        return DVec3::ZERO;
+                    }
+                    let mut arms: Vec<(DVec3, DVec3)> = self
+                        .ring
+                        .row(at)
+                        .iter()
+                        .map(|&v| {
+                            let before = mesh.vertices[v as usize] - mesh.vertices[at];
+                            let scale = 1.0 / before.length();
+                            (before * scale, (moved[v as usize] - moved[at]) * scale)
+                        })
+                        .collect();
+                    arms.push((normals[0][at] * NORMAL.sqrt(), normals[1][at] * NORMAL.sqrt()));
+                    nearest_turn(rotation_vector(BestMotion::rotation_of(&arms)), body)
+                })
+                .collect();
+            vertices.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
+        }
+        let convergence = self.relaxer.relax(&mut vectors, None, accuracy)?;
+        let turned = |vector: &DVec3| {
+            if *vector == DVec3::ZERO {
+                DMat3::ZERO
+            } else {
+                DMat3::from_quat(DQuat::from_scaled_axis(*vector)) - DMat3::IDENTITY
+            }
+        };
+        Ok((vectors.par_iter().map(turned).collect(), convergence))
+    }
+
+    fn normals(&self, points: &[DVec3]) -> Vec<DVec3> {
+        let mut normals = vec![DVec3::ZERO; points.len()];
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+            let area = (b - a).cross(c - a);
+            triangle.iter().for_each(|&vertex| normals[vertex as usize] += area);
+        }
+        normals.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
+        normals
+    }
+}
+
+/// The pull of springs whose rest edges turn with their ends `[n_vertices]`: `sum_j k_ij ((R_i + R_j) / 2 - 1) (X_i - X_j)`.
+///
+/// - `network`: the springs
+/// - `turned` `[n_vertices]`: rotations less the identity
+pub fn rest_force(network: &Network, positions: &[DVec3], turned: &[DMat3]) -> Vec<DVec3> {
+    (0..network.len())
+        .into_par_iter()
+        .map(|row| {
+            if network.constraint[row] == Constraint::Held {
+                return DVec3::ZERO;
+            }
+            network.graph.range(row).zip(network.graph.row(row)).fold(DVec3::ZERO, |sum, (entry, &neighbour)| {
+                let rest = positions[row] - positions[neighbour as usize];
+                sum + network.stiffness[entry] * 0.5 * ((turned[row] + turned[neighbour as usize]) * rest)
+            })
+        })
+        .collect()
+}
+
+/// Axis times angle, `0..=pi`.
+fn rotation_vector(rotation: DQuat) -> DVec3 {
+    (if rotation.w < 0.0 { -rotation } else { rotation }).to_scaled_axis()
+}
+
+/// The rotation vector of the same rotation that is nearest to another one: beyond half a turn the shorter way round
+/// would be the wrong way for a vertex of a body that turns the longer one.
+fn nearest_turn(vector: DVec3, body: DVec3) -> DVec3 {
+    let angle = vector.length();
+    if angle == 0.0 {
+        return vector;
+    }
+    let other = vector * (1.0 - std::f64::consts::TAU / angle);
+    if other.distance_squared(body) < vector.distance_squared(body) { other } else { vector }
+}

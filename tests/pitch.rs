@@ -1,0 +1,117 @@
+//! A wing in a cube that pitches by 10 degrees and bends up at its tips, its surface displaced as prescribed.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::aircraft::{cpu, file, vertices_of};
+use common::faults::{bits_changed, inverted};
+use glam::DVec3;
+use idmesh::formats;
+use idmesh::mesh::TetMesh;
+use idmesh::mover::{Design, MoveError, Mover, Settings};
+use idmesh::relaxation::{Accuracy, Method};
+use idmesh::springs::{SPRINGS, Springs};
+use idmesh::stages::Role;
+
+fn mesh() -> TetMesh {
+    formats::read(&file("tests/data/pitch-wing.msh.gz")).unwrap().mesh
+}
+
+/// Nose up about the quarter chord, and a parabola along the span that lifts the tips (|y| = 2) by 0.2 chords.
+fn displacement(at: DVec3, degrees: f64) -> DVec3 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (x, z) = (at.x - 0.25, at.z);
+    DVec3::new(x * cos + z * sin - x, 0.0, -x * sin + z * cos - z + 0.2 * (at.y / 2.0).powi(2))
+}
+
+fn set_up(springs: &'static Springs) -> Mover {
+    let mesh = mesh();
+    let role = |name: &String| match name.as_str() {
+        "wing" => Role::Prescribed,
+        "farfield" => Role::Fixed,
+        other => panic!("family `{other}`"),
+    };
+    let settings = Settings {
+        roles: mesh.families.iter().map(role).collect(),
+        old_profiles: BTreeMap::new(),
+        springs,
+        method: Method::Chebyshev,
+        accuracy: Accuracy::default(),
+    };
+    Mover::new(mesh, settings, cpu(), &|_| {}).unwrap()
+}
+
+fn pitched(mover: &Mover, degrees: f64) -> Design {
+    let wing = mover.mesh().family("wing").unwrap();
+    let vertices = mover.family_vertices(wing);
+    let moved = vertices.iter().map(|&vertex| displacement(mover.mesh().vertices[vertex as usize], degrees)).collect();
+    Design { prescribed: BTreeMap::from([(wing, moved)]), ..Design::default() }
+}
+
+fn check(springs: &'static Springs) {
+    let mut mover = set_up(springs);
+    let design = pitched(&mover, 10.0);
+    let outcome = mover.update(&design, &|_| {}).unwrap();
+    let (name, mesh) = (springs.name, mover.mesh());
+    assert!(outcome.converged, "{name}: {:?}", outcome.unconverged);
+    let wing = vertices_of(mesh, "wing");
+    assert_eq!(wing.len(), 4207);
+    for &vertex in &wing {
+        let at = mesh.vertices[vertex];
+        assert_eq!(outcome.displacement[vertex], displacement(at, 10.0), "{name}");
+        assert!((outcome.vertices[vertex] - at - displacement(at, 10.0)).abs().max_element() <= 4.0 * f64::EPSILON);
+    }
+    let farfield = vertices_of(mesh, "farfield");
+    assert!(bits_changed(&mesh.vertices, &outcome.vertices, &farfield, &[0, 1, 2]).is_empty(), "{name}");
+    assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
+    assert_eq!(outcome.inverted, 0, "{name}");
+    // The wing alone does not do: its motion is larger than the cells around it.
+    assert!(outcome.stages[1].inverted > 1000, "{name}");
+}
+
+#[test]
+fn every_spring_pitches_the_wing_without_inverting_a_tet() {
+    for springs in SPRINGS {
+        check(springs);
+    }
+}
+
+/// Every spring is in equilibrium under a translation of all held vertices: then all vertices are translated.
+#[test]
+fn every_spring_translates_the_mesh_with_its_boundary() {
+    for springs in SPRINGS {
+        let mesh = mesh();
+        let roles = vec![Role::Prescribed; mesh.families.len()];
+        let settings = Settings {
+            roles,
+            old_profiles: BTreeMap::new(),
+            springs,
+            method: Method::Chebyshev,
+            accuracy: Accuracy { tolerance: 1e-8, ..Accuracy::default() },
+        };
+        let mut mover = Mover::new(mesh, settings, cpu(), &|_| {}).unwrap();
+        let by = DVec3::new(0.3, -0.2, 0.1);
+        let families = ["wing", "farfield"].map(|name| mover.mesh().family(name).unwrap());
+        let all = families.map(|family| (family, vec![by; mover.family_vertices(family).len()]));
+        let design = Design { prescribed: BTreeMap::from(all), ..Design::default() };
+        let outcome = mover.update(&design, &|_| {}).unwrap();
+        let off = outcome.displacement.iter().map(|d| d.distance(by)).fold(0.0, f64::max);
+        assert!(off < 1e-8, "{}: {off:e}", springs.name);
+    }
+}
+
+#[test]
+fn prescribed_displacements_must_be_as_many_as_the_vertices() {
+    let mut mover = set_up(&SPRINGS[0]);
+    let mut short = pitched(&mover, 10.0);
+    short.prescribed.values_mut().for_each(|moved| moved.truncate(4206));
+    for (design, count) in [(short, 4206), (Design::default(), 0)] {
+        match mover.update(&design, &|_| {}) {
+            Err(MoveError::Prescribed { family, expected: 4207, found }) => {
+                assert_eq!((&*family, found), ("wing", count))
+            }
+            other => panic!("{:?}", other.map(|outcome| outcome.inverted)),
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Whole runs on the GPU against the CPU in f64.
+//!
+//! Needs an adapter. `IDMESH_TEST_GPU=off` skips what does, and says so.
+#![cfg(feature = "gpu")]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::adapter::gpu;
+use common::aircraft::*;
+use common::faults::faults;
+use common::{Mismatch, compare};
+use glam::DVec3;
+use idmesh::backend::gpu::Bounds;
+use idmesh::mover::{Mover, Outcome};
+
+/// What a vertex may differ by, as a share of the largest displacement. Both relax until each vertex is within 1e-4 of
+/// its shortest edge, and the shortest edges are a few hundredths of the largest displacement.
+const TOLERANCE: f64 = 1e-5;
+
+fn on_gpu(aircraft: Aircraft) -> Option<Mover> {
+    let backend = Arc::new(gpu(Bounds::default())?);
+    let mesh = aircraft.mesh();
+    let settings = settings(&mesh, aircraft.profiles("old_2"));
+    Some(Mover::new(mesh, settings, backend, &|_| {}).unwrap())
+}
+
+fn compare_runs(cpu: &Outcome, gpu: &[DVec3]) -> Result<(), Mismatch> {
+    let largest = cpu.displacement.iter().map(|d| d.length()).fold(0.0, f64::max);
+    compare(&cpu.displacement, gpu, TOLERANCE * largest)
+}
+
+fn check(aircraft: Aircraft, sets: &[&str]) {
+    let Some(mut on_gpu) = on_gpu(aircraft) else { return };
+    let mut on_cpu = aircraft.mover(2);
+    assert_eq!((on_gpu.backend().info().kind, on_cpu.backend().info().kind), ("gpu", "cpu"));
+    for set in sets {
+        let cpu = update(&mut on_cpu, aircraft.profiles(set));
+        let gpu = update(&mut on_gpu, aircraft.profiles(set));
+        assert!(gpu.converged, "{set}: {:?}", gpu.unconverged);
+        assert_eq!(faults(on_gpu.mesh(), &gpu.vertices), [], "{set}");
+        compare_runs(&cpu, &gpu.displacement).unwrap_or_else(|mismatch| panic!("{set}: {mismatch:?}"));
+        // In f32 the two are never the same: no difference at all would mean that one was compared with itself.
+        assert!(compare(&cpu.displacement, &gpu.displacement, 0.0).is_err(), "{set}");
+    }
+}
+
+#[test]
+fn gpu_moves_a_small_aircraft_as_the_cpu_does() {
+    check(SMALL, &["small_2", "big_2", "planform_2"]);
+}
+
+#[test]
+fn gpu_moves_a_large_aircraft_as_the_cpu_does() {
+    check(WING_BODY, &["big_2"]);
+}
+
+#[test]
+fn gpu_repeats_itself_to_the_bit() {
+    let Some(mut mover) = on_gpu(SMALL) else { return };
+    let first = update(&mut mover, SMALL.profiles("big_2"));
+    update(&mut mover, SMALL.profiles("planform_2"));
+    let again = update(&mut mover, SMALL.profiles("big_2"));
+    compare(&first.vertices, &again.vertices, 0.0).unwrap();
+    let fresh = update(&mut on_gpu(SMALL).unwrap(), SMALL.profiles("big_2"));
+    compare(&first.vertices, &fresh.vertices, 0.0).unwrap();
+    assert_eq!(first.solver, fresh.solver);
+}
+
+#[test]
+fn gpu_leaves_the_mesh_alone_where_nothing_changes() {
+    let Some(mut mover) = on_gpu(SMALL) else { return };
+    let outcome = update(&mut mover, SMALL.profiles("old_2"));
+    compare(&mover.mesh().vertices, &outcome.vertices, 0.0).unwrap();
+}
+
+#[test]
+fn comparison_of_runs_rejects_one_wrong_vertex() {
+    let cpu = update(&mut SMALL.mover(2), SMALL.profiles("big_2"));
+    let largest = cpu.displacement.iter().map(|d| d.length()).fold(0.0, f64::max);
+    compare_runs(&cpu, &cpu.displacement).unwrap();
+    for (vertex, by) in [(17, 2.0 * TOLERANCE * largest), (1000, f64::NAN)] {
+        let mut wrong = cpu.displacement.clone();
+        wrong[vertex].z += by;
+        assert_eq!(compare_runs(&cpu, &wrong).unwrap_err().worst_vertex, vertex);
+    }
+    // A dead kernel leaves zeros.
+    assert!(compare_runs(&cpu, &vec![DVec3::ZERO; cpu.displacement.len()]).is_err());
+}
