@@ -56,7 +56,11 @@ impl Spectrum {
                 vector[row] = product[row] / beta;
             }
         }
-        Some(Self { low: (0.8 * bounds.0).clamp(1e-12, 1.0), high: (1.08 * bounds.1).clamp(1.0, 2.0) })
+        // Ritz values carry the rounding of their steps. On a grid they are the same for a mesh that is turned or in
+        // another unit, and so is everything that follows from them.
+        let low = (8.0 * (0.8 * bounds.0).clamp(1e-12, 1.0).log2()).floor() / 8.0;
+        let high = (64.0 * 1.08 * bounds.1).ceil() / 64.0;
+        Some(Self { low: low.exp2(), high: high.clamp(1.0, 2.0) })
     }
 }
 

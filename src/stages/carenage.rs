@@ -72,21 +72,22 @@ impl Carenages {
             network.constrain(|_| Constraint::Free)?;
             let mut convergence = network.relax(motion, accuracy)?;
             let mut normals = project(mesh, target, network, motion);
-            convergence.converged = false;
             for _ in 0..MOST_ROUNDS {
                 network.constrain(|vertex| Constraint::InPlane(normals[&vertex]))?;
                 let before: Vec<DVec3> = network.moving().map(|(vertex, _)| motion[vertex as usize]).collect();
-                convergence.sweeps += network.relax(motion, accuracy)?.sweeps;
+                let tangential = network.relax(motion, accuracy)?;
                 normals = project(mesh, target, network, motion);
-                convergence.error = network
+                let moved = network
                     .moving()
                     .zip(before)
-                    .map(|((vertex, inverse_length), before)| {
-                        (motion[vertex as usize] - before).length() * inverse_length
-                    })
+                    .map(|((vertex, inverse_length), before)| (motion[vertex as usize] - before).length() * inverse_length)
                     .fold(0.0, f64::max);
-                convergence.converged = convergence.error <= 10.0 * accuracy.tolerance;
-                if convergence.converged {
+                convergence = Convergence { sweeps: convergence.sweeps + tangential.sweeps, ..tangential };
+                // Each round ends near the last one's place by what the surface's curvature leaves: what the round still
+                // moved bounds what is left.
+                convergence.error = tangential.error.max(moved);
+                convergence.converged = tangential.converged && moved <= accuracy.tolerance;
+                if convergence.converged || !tangential.converged {
                     break;
                 }
             }

@@ -10,7 +10,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::{Families, Motion, Owner, best_motion::BestMotion};
+use super::{Families, Motion, Owner, Role, best_motion::BestMotion};
 use crate::{
     backend::{Backend, BackendError, Constraint},
     mesh::{FamilyId, TetMesh, csr::Csr, edges::VertexGraph, edges::triangle_edges, half_edge::Surface},
@@ -21,12 +21,20 @@ use crate::{
 /// rotation about an axis in its plane.
 const NORMAL: f64 = 3.0;
 
+/// Tolerance of the rotations in radians, for one of the displacements in shortest edges: an error of the rotation moves
+/// a vertex by itself times the way from the surfaces, some tens of edges.
+const ANGLE: f64 = 1.0 / 32.0;
+
+/// Weight of the body's own rotation in the fit. It decides only what the ring leaves open: at a sharp edge the normals
+/// cancel, and about the edge itself any rotation would fit.
+const BODY: f64 = 0.1;
+
 /// The rotations of all vertices.
 pub struct Rotation {
     relaxer: Relaxer,
     /// Neighbours of each surface vertex along the surface.
     ring: Csr,
-    /// Surface vertices whose rotation is fitted, by family of their owner.
+    /// Surface vertices whose rotation is fitted, by the family that places them.
     fitted: Vec<Vec<u32>>,
     triangles: Vec<[u32; 3]>,
 }
@@ -63,11 +71,12 @@ impl Rotation {
         let edges = triangle_edges(surface.triangles.iter().copied());
         let ring = VertexGraph::new(n, &edges).neighbours;
         let mut taken = vec![false; n];
-        let fitted = (0..families.roles.len())
+        let moved =
+            (0..families.roles.len()).filter(|&index| !matches!(families.roles[index], Role::Plane | Role::Fixed));
+        let fitted = moved
             .map(|index| {
                 let own = |vertex: &u32| {
-                    let owner = families.owner[*vertex as usize];
-                    !matches!(owner, Owner::Plane | Owner::Fixed)
+                    families.owner[*vertex as usize] == families.roles[index].owner()
                         && !std::mem::replace(&mut taken[*vertex as usize], true)
                 };
                 surface.vertices_of(FamilyId(index as u16)).into_iter().filter(own).collect()
@@ -96,7 +105,9 @@ impl Rotation {
             }
             let pairs: Vec<(DVec3, DVec3)> =
                 vertices.iter().map(|&v| (mesh.vertices[v as usize], moved[v as usize])).collect();
-            let body = rotation_vector(BestMotion::rigid(&pairs).rotation());
+            let body_rotation = BestMotion::rigid(&pairs).rotation();
+            let body = rotation_vector(body_rotation);
+            let prior = DVec3::AXES.map(|axis| (axis * BODY.sqrt(), body_rotation * axis * BODY.sqrt()));
             let found: Vec<DVec3> = vertices
                 .par_iter()
                 .map(|&vertex| {
@@ -114,13 +125,15 @@ impl Rotation {
                             (before * scale, (moved[v as usize] - moved[at]) * scale)
                         })
                         .collect();
+                    arms.extend(prior);
                     arms.push((normals[0][at] * NORMAL.sqrt(), normals[1][at] * NORMAL.sqrt()));
                     nearest_turn(rotation_vector(BestMotion::rotation_of(&arms)), body)
                 })
                 .collect();
             vertices.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
         }
-        let convergence = self.relaxer.relax(&mut vectors, None, accuracy)?;
+        let accuracy = Accuracy { tolerance: ANGLE * accuracy.tolerance, ..*accuracy };
+        let convergence = self.relaxer.relax(&mut vectors, None, &accuracy)?;
         let turned = |vector: &DVec3| {
             if *vector == DVec3::ZERO {
                 DMat3::ZERO
