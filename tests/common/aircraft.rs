@@ -28,8 +28,7 @@ pub struct Aircraft {
 pub const SMALL: Aircraft = Aircraft {
     mesh: "tests/data/small.msh.gz",
     profiles: "tests/data/profiles",
-    // Not yet 2e-3 as below: vertices of so coarse a wing are displaced by up to this much too little.
-    section_tolerance: 6e-3,
+    section_tolerance: 2e-3,
     facet_tolerance: 2.8e-2,
 };
 /// 97 694 tets, flat wingtip.
