@@ -53,7 +53,7 @@
 //! let settings = Settings {
 //!     roles: file.mesh.families.iter().map(role).collect(),
 //!     old_profiles: BTreeMap::from([(wing, profiles("old.csv")?)]),
-//!     springs: Springs::named("torsional").ok_or("no such springs")?,
+//!     springs: <&Springs>::default(),
 //!     method: Method::Chebyshev,
 //!     accuracy: Accuracy::default(),
 //! };
