@@ -14,7 +14,6 @@ use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{Design, Mover, Outcome, Settings};
 use idmesh::profile::{Plane, Profile, cut};
 use idmesh::relaxation::{Accuracy, Method};
-use idmesh::springs::Springs;
 use idmesh::stages::{Role, TipStart};
 
 const CELLS: [usize; 3] = [12, 8, 10];
@@ -51,7 +50,7 @@ fn set_up(mesh: TetMesh, old: &[(&str, Vec<Profile>)]) -> Mover {
     let settings = Settings {
         roles: mesh.families.iter().map(role).collect(),
         old_profiles: old.iter().map(|(name, profiles)| (mesh.family(name).unwrap(), profiles.clone())).collect(),
-        springs: Springs::named("torsional").unwrap(),
+        springs: Default::default(),
         method: Method::Chebyshev,
         accuracy: Accuracy { tolerance: 1e-10, ..Accuracy::default() },
     };

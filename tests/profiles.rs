@@ -542,7 +542,7 @@ fn facets_of_a_coarse_wing_meet_the_new_profiles() {
     };
     let (vertices_only, with_facets) = (missed(&[]), missed(&surface.edges()));
     assert!(vertices_only > 1e-3 * CHORD, "{vertices_only:e}: the case is too easy to show anything");
-    assert!(with_facets < 2e-4 * CHORD, "{with_facets:e}");
+    assert!(with_facets < 6e-4 * CHORD, "{with_facets:e}");
 }
 
 #[test]

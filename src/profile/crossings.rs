@@ -9,10 +9,10 @@
 use glam::DVec3;
 
 /// Weight of the square of the correction against that of what is missing: what varies slowly along the section is
-/// corrected to 2 %, what alternates from vertex to vertex is left.
-const DAMPING: f64 = 0.01;
-/// Most rounds; with that damping each gains a digit in 15.
-const ROUNDS: usize = 200;
+/// corrected to 0.2 %, what alternates from vertex to vertex is left.
+const DAMPING: f64 = 1e-3;
+/// Most rounds; with that damping each fifty gain a digit.
+const ROUNDS: usize = 2000;
 /// Share of the first gradient at which to stop: below what any comparison of two runs looks at.
 const ENOUGH: f64 = 1e-10;
 

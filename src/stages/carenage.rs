@@ -80,7 +80,9 @@ impl Carenages {
                 let moved = network
                     .moving()
                     .zip(before)
-                    .map(|((vertex, inverse_length), before)| (motion[vertex as usize] - before).length() * inverse_length)
+                    .map(|((vertex, inverse_length), before)| {
+                        (motion[vertex as usize] - before).length() * inverse_length
+                    })
                     .fold(0.0, f64::max);
                 convergence = Convergence { sweeps: convergence.sweeps + tangential.sweeps, ..tangential };
                 // Each round ends near the last one's place by what the surface's curvature leaves: what the round still

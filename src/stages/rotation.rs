@@ -27,15 +27,22 @@ const ANGLE: f64 = 1.0 / 32.0;
 
 /// Weight of the body's own rotation in the fit. It decides only what the ring leaves open: at a sharp edge the normals
 /// cancel, and about the edge itself any rotation would fit.
-const BODY: f64 = 0.1;
+const BODY: f64 = 0.01;
+
+/// A moved family.
+struct Body {
+    /// All of its vertices: its own rotation is fitted to them. Those it places alone may lie on a line.
+    vertices: Vec<u32>,
+    /// The vertices it places, whose rotations are fitted one by one.
+    placed: Vec<u32>,
+}
 
 /// The rotations of all vertices.
 pub struct Rotation {
     relaxer: Relaxer,
     /// Neighbours of each surface vertex along the surface.
     ring: Csr,
-    /// Surface vertices whose rotation is fitted, by the family that places them.
-    fitted: Vec<Vec<u32>>,
+    bodies: Vec<Body>,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -73,17 +80,18 @@ impl Rotation {
         let mut taken = vec![false; n];
         let moved =
             (0..families.roles.len()).filter(|&index| !matches!(families.roles[index], Role::Plane | Role::Fixed));
-        let fitted = moved
+        let bodies = moved
             .map(|index| {
                 let own = |vertex: &u32| {
                     families.owner[*vertex as usize] == families.roles[index].owner()
                         && !std::mem::replace(&mut taken[*vertex as usize], true)
                 };
-                surface.vertices_of(FamilyId(index as u16)).into_iter().filter(own).collect()
+                let vertices = surface.vertices_of(FamilyId(index as u16));
+                Body { placed: vertices.iter().copied().filter(own).collect(), vertices }
             })
             .collect();
         let relaxer = Relaxer::new(network, backend, method)?;
-        Ok(Self { relaxer, ring, fitted, triangles: surface.triangles.clone() })
+        Ok(Self { relaxer, ring, bodies, triangles: surface.triangles.clone() })
     }
 
     /// The rotation of every vertex `[n_vertices]`, less the identity, for surfaces moved by `motion`.
@@ -99,7 +107,7 @@ impl Rotation {
         let mut vectors = vec![DVec3::ZERO; mesh.vertices.len()];
         let moved: Vec<DVec3> = mesh.vertices.iter().zip(motion).map(|(at, by)| *at + *by).collect();
         let normals = [&mesh.vertices, &moved].map(|points| self.normals(points));
-        for vertices in &self.fitted {
+        for Body { vertices, placed } in &self.bodies {
             if vertices.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
@@ -108,13 +116,10 @@ impl Rotation {
             let body_rotation = BestMotion::rigid(&pairs).rotation();
             let body = rotation_vector(body_rotation);
             let prior = DVec3::AXES.map(|axis| (axis * BODY.sqrt(), body_rotation * axis * BODY.sqrt()));
-            let found: Vec<DVec3> = vertices
+            let found: Vec<DVec3> = placed
                 .par_iter()
                 .map(|&vertex| {
                     let at = vertex as usize;
-                    if self.ring.row(at).iter().chain([&vertex]).all(|&v| motion[v as usize] == DVec3::ZERO) {
-                        return DVec3::ZERO;
-                    }
                     let mut arms: Vec<(DVec3, DVec3)> = self
                         .ring
                         .row(at)
@@ -130,7 +135,7 @@ impl Rotation {
                     nearest_turn(rotation_vector(BestMotion::rotation_of(&arms)), body)
                 })
                 .collect();
-            vertices.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
+            placed.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
         }
         let accuracy = Accuracy { tolerance: ANGLE * accuracy.tolerance, ..*accuracy };
         let convergence = self.relaxer.relax(&mut vectors, None, &accuracy)?;

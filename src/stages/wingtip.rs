@@ -7,8 +7,9 @@
 //! are gone, at 0 the inside does not leave its start, and the mesh does not matter.
 //!
 //! The paper's start is where the vertex was: a wing that is bent up would be pulled back down at its tip. Here the start is
-//! carried along by the best affine (or rigid) motion of the tip's boundary; the paper's own form can be chosen
-//! ([`TipStart`]).
+//! carried along by the best affine (or rigid) motion of the tip's boundary, and all springs, the longitudinal ones too,
+//! act on what the boundary does beyond that motion: a tip that is only turned or stretched keeps its triangles' shapes at
+//! every coefficient. The paper's own form can be chosen ([`TipStart`]).
 
 use glam::DVec3;
 

@@ -9,7 +9,6 @@ use idmesh::mesh::TetMesh;
 use idmesh::mover::{Design, MoveError, Mover, Outcome, Settings};
 use idmesh::profile::{Profile, csv};
 use idmesh::relaxation::{Accuracy, Method};
-use idmesh::springs::Springs;
 use idmesh::stages::{Role, TipStart};
 
 /// A mesh and the folder of its profiles.
@@ -85,7 +84,7 @@ pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
     Settings {
         roles: mesh.families.iter().map(role).collect(),
         old_profiles: mesh.family("wing").map(|wing| (wing, old)).into_iter().collect(),
-        springs: Springs::named("torsional").unwrap(),
+        springs: Default::default(),
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
     }
