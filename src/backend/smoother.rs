@@ -142,12 +142,18 @@ pub(super) struct CpuSmoother<T> {
     tolerance: T,
 }
 
+/// A vertex stays where its step would lower the objective by less than this fraction: the rounding of a sum over its
+/// tets, seen to be a few units.
+pub(super) fn tolerance(epsilon: f64) -> f64 {
+    8.0 * epsilon
+}
+
 impl<T: Real> CpuSmoother<T> {
     /// `epsilon`: unit roundoff of `T`.
     pub(super) fn new(data: &SmoothingData, epsilon: f64) -> Self {
         let packed = PackedTets::new(data);
         let correction = vec![[T::ZERO; 4]; packed.n_vertices()];
-        Self { packed, correction, moved: Vec::new(), tolerance: T::from_f64(epsilon) }
+        Self { packed, correction, moved: Vec::new(), tolerance: T::from_f64(tolerance(epsilon)) }
     }
 }
 

@@ -7,7 +7,7 @@ use wgpu::{BindGroup, Buffer, BufferUsages, ComputePassDescriptor};
 
 use super::device::Device;
 use super::network::{SLOT, slots};
-use crate::backend::smoother::PackedTets;
+use crate::backend::smoother::{PackedTets, tolerance};
 use crate::backend::{BackendError, DeviceSmoother, SmoothingData, SmoothingSweeps};
 use crate::kernels::smooth_vertices::{PASSES, Params};
 
@@ -105,7 +105,7 @@ impl DeviceSmoother for GpuSmoother {
                 n_vertices: colour.len() as u32,
                 power: sweeps.power,
                 delta_squared: sweeps.delta_squared as f32,
-                tolerance: f32::EPSILON,
+                tolerance: tolerance(f64::from(f32::EPSILON)) as f32,
             };
             first += params.n_vertices;
             params
