@@ -87,6 +87,7 @@ pub mod projection;
 pub mod quality;
 pub mod relaxation;
 pub mod report;
+pub mod smoothing;
 pub mod springs;
 pub mod stages;
 

@@ -14,7 +14,7 @@ use idmesh::backend::{
     Backend, Constraint, CpuBackend, DeviceNetwork, EdgeStiffness, Length, Precision, Sweep, Torsion,
 };
 use idmesh::kernels::row::Entry;
-use idmesh::kernels::{KERNELS, PARTS, convergence, edge_stiffness, relax_sweep};
+use idmesh::kernels::{KERNELS, PARTS, convergence, edge_stiffness, relax_sweep, smooth_vertices};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, TypeInner};
 
@@ -102,6 +102,16 @@ fn structs_are_laid_out_as_in_wgsl() {
     assert_layout!("relax_sweep", "Entry", Entry, column, stiffness);
     assert_layout!("convergence", "Params", convergence::Params, first_row, n_rows);
     assert_layout!("convergence", "Entry", Entry, column, stiffness);
+    assert_layout!(
+        "smooth_vertices",
+        "Params",
+        smooth_vertices::Params,
+        first,
+        n_vertices,
+        power,
+        delta_squared,
+        tolerance
+    );
 }
 
 #[test]

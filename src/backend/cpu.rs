@@ -9,8 +9,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::packed::{Packed, PackedEdges};
+use super::smoother::CpuSmoother;
 use super::{
-    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, EdgeStiffness, Measure, NetworkData, Sweep,
+    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, Measure, NetworkData,
+    SmoothingData, Sweep,
 };
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
@@ -79,6 +81,13 @@ impl Backend for CpuBackend {
         Ok(match self.precision {
             Precision::F64 => Box::new(CpuNetwork::<f64>::new(network)),
             Precision::F32 => Box::new(CpuNetwork::<f32>::new(network)),
+        })
+    }
+
+    fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError> {
+        Ok(match self.precision {
+            Precision::F64 => Box::new(CpuSmoother::<f64>::new(data, self.epsilon())),
+            Precision::F32 => Box::new(CpuSmoother::<f32>::new(data, self.epsilon())),
         })
     }
 }

@@ -8,9 +8,11 @@ pub mod cpu;
 pub mod gpu;
 mod packed;
 mod select;
+mod smoother;
 
 pub use cpu::{CpuBackend, Precision};
 pub use select::{AdapterSummary, Selection, adapters, select};
+pub use smoother::{DeviceSmoother, SmoothingData, SmoothingSweeps};
 
 use glam::DVec3;
 use thiserror::Error;
@@ -158,6 +160,12 @@ pub trait Backend: Send + Sync {
     /// # Errors
     /// The device failed or the network does not fit.
     fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError>;
+
+    /// Takes a mesh to the device, ready for [`DeviceSmoother::start`].
+    ///
+    /// # Errors
+    /// The device failed or the mesh does not fit.
+    fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError>;
 }
 
 /// A network on its device. It relaxes a *correction* `e` to the displacement: zero at held vertices, driven by a load.

@@ -70,15 +70,7 @@ impl<T: Real> Packed<T> {
     pub(super) fn constrain(&mut self, constraint: &[Constraint]) {
         assert_eq!(constraint.len(), self.n_vertices(), "one constraint per vertex");
         self.constraint.clear();
-        self.constraint.extend(constraint.iter().map(|constraint| {
-            let (v, kind) = match *constraint {
-                Constraint::Free => (DVec3::ZERO, kind::FREE),
-                Constraint::Held => (DVec3::ZERO, kind::HELD),
-                Constraint::InPlane(normal) => (normal, kind::IN_PLANE),
-                Constraint::OnLine(direction) => (direction, kind::ON_LINE),
-            };
-            [v.x, v.y, v.z, kind].map(T::from_f64)
-        }));
+        self.constraint.extend(constraint.iter().map(pack_constraint));
     }
 
     /// Takes the load of a pass.
@@ -176,8 +168,19 @@ impl<T: Real> PackedEdges<T> {
     }
 }
 
+/// A constraint as the kernels read it.
+pub(super) fn pack_constraint<T: Real>(constraint: &Constraint) -> [T; 4] {
+    let (v, kind) = match *constraint {
+        Constraint::Free => (DVec3::ZERO, kind::FREE),
+        Constraint::Held => (DVec3::ZERO, kind::HELD),
+        Constraint::InPlane(normal) => (normal, kind::IN_PLANE),
+        Constraint::OnLine(direction) => (direction, kind::ON_LINE),
+    };
+    [v.x, v.y, v.z, kind].map(T::from_f64)
+}
+
 /// The power of two at or below a positive number; 1 where there is none.
-fn power_of_two(value: f64) -> f64 {
+pub(super) fn power_of_two(value: f64) -> f64 {
     if value.is_normal() && value > 0.0 { f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000) } else { 1.0 }
 }
 

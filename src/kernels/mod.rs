@@ -12,6 +12,7 @@ pub mod edge_stiffness;
 mod real;
 pub mod relax_sweep;
 pub mod row;
+pub mod smooth_vertices;
 
 pub use real::Real;
 
@@ -27,7 +28,7 @@ pub struct Kernel {
 }
 
 /// Every kernel, one file each.
-pub const KERNELS: [Kernel; 3] = [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE];
+pub const KERNELS: [Kernel; 4] = [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, SMOOTH_VERTICES];
 
 /// Stems of the files several kernels share.
 pub const PARTS: [&str; 1] = ["row"];
@@ -49,3 +50,7 @@ pub const CONVERGENCE: Kernel = Kernel {
     parts: &["row"],
     source: concat!(include_str!("../../kernels/row.wgsl"), include_str!("../../kernels/convergence.wgsl")),
 };
+
+/// See [`smooth_vertices`].
+pub const SMOOTH_VERTICES: Kernel =
+    Kernel { name: "smooth_vertices", parts: &[], source: include_str!("../../kernels/smooth_vertices.wgsl") };

@@ -13,7 +13,7 @@ use wgpu::{
 use super::adapter::{max_binding, required_limits};
 use super::pipeline::Pipeline;
 use super::{BackendError, Bounds};
-use crate::kernels::{CONVERGENCE, EDGE_STIFFNESS, RELAX_SWEEP};
+use crate::kernels::{CONVERGENCE, EDGE_STIFFNESS, RELAX_SWEEP, SMOOTH_VERTICES};
 
 /// Most neighbours or tets a loop of one invocation runs over. Mesa's software adapter ends an invocation silently after
 /// 65 535 iterations of all its loops together; the reduction of a workgroup takes a few of them.
@@ -36,6 +36,7 @@ pub(super) struct Device {
     pub(super) edge_stiffness: Pipeline,
     pub(super) relax_sweep: Pipeline,
     pub(super) convergence: Pipeline,
+    pub(super) smooth_vertices: Pipeline,
 }
 
 impl Device {
@@ -62,18 +63,19 @@ impl Device {
         let limits = device.limits();
         let max_array = max_binding(&limits);
         let (pipelines, error) = catching(&device, || {
-            [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE].map(|kernel| Pipeline::new(&device, &kernel))
+            [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, SMOOTH_VERTICES].map(|kernel| Pipeline::new(&device, &kernel))
         });
         if let Some(message) = error {
             return Err(fail(message));
         }
-        let [edge_stiffness, relax_sweep, convergence] = pipelines;
+        let [edge_stiffness, relax_sweep, convergence, smooth_vertices] = pipelines;
         Ok(Self {
             max_chunk: bounds.matrix_bytes.unwrap_or(max_array).min(max_array),
             max_workgroups: bounds.workgroups.unwrap_or(u32::MAX).min(limits.max_compute_workgroups_per_dimension),
             edge_stiffness: edge_stiffness.map_err(fail)?,
             relax_sweep: relax_sweep.map_err(fail)?,
             convergence: convergence.map_err(fail)?,
+            smooth_vertices: smooth_vertices.map_err(fail)?,
             device,
             queue,
             failure,
@@ -96,11 +98,14 @@ impl Device {
     }
 
     /// Refuses rows longer than a kernel's loop may be.
-    pub(super) fn rows_fit(&self, row_start: &[u32], what: &str) -> Result<(), BackendError> {
-        match row_start.windows(2).position(|ends| ends[1] - ends[0] > MAX_ROW) {
+    ///
+    /// - `passes`: how often an invocation may run over its row
+    pub(super) fn rows_fit(&self, row_start: &[u32], passes: u32, what: &str) -> Result<(), BackendError> {
+        let most = MAX_ROW / passes;
+        match row_start.windows(2).position(|ends| ends[1] - ends[0] > most) {
             None => Ok(()),
             Some(row) => Err(self.error(format!(
-                "{what} {row} has {} neighbours, a kernel takes at most {MAX_ROW}",
+                "{what} {row} has {} neighbours, a kernel takes at most {most}",
                 row_start[row + 1] - row_start[row]
             ))),
         }

@@ -13,7 +13,7 @@ use crate::kernels::edge_stiffness::Params;
 /// Stiffness of each edge. A mesh larger than one binding is computed in chunks of edges, each with the tets around
 /// them.
 pub(super) fn stiffness(device: &Device, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
-    device.rows_fit(&input.edge_tets.row_start, "edge")?;
+    device.rows_fit(&input.edge_tets.row_start, 1, "edge")?;
     let packed = PackedEdges::<f32>::new(input);
     let whole = 0..input.edge_vector.len();
     let mut stiffness = Vec::with_capacity(whole.len());

@@ -8,13 +8,16 @@ mod device;
 mod edges;
 mod network;
 mod pipeline;
+mod smoother;
 
 use std::sync::Arc;
 
 pub use adapter::{Choice, adapters};
 use device::Device;
 
-use super::{Backend, BackendError, BackendInfo, DeviceNetwork, EdgeStiffness, NetworkData};
+use super::{
+    Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, NetworkData, SmoothingData,
+};
 
 /// Bounds tighter than the adapter's own, so that tests reach what otherwise only the largest meshes do.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,5 +74,9 @@ impl Backend for GpuBackend {
 
     fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError> {
         Ok(Box::new(network::GpuNetwork::new(Arc::clone(&self.device), network)?))
+    }
+
+    fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError> {
+        Ok(Box::new(smoother::GpuSmoother::new(Arc::clone(&self.device), data)?))
     }
 }

@@ -18,7 +18,7 @@ use crate::kernels::row::{Entry, Rows};
 const BATCH: usize = 64;
 
 /// Bytes from one dispatch's parameters to the next's: the largest alignment WebGPU lets a device ask for.
-const SLOT: usize = 256;
+pub(super) const SLOT: usize = 256;
 
 /// A network in the GPU's memory. Buffers and bindings are made once.
 pub(super) struct GpuNetwork {
@@ -50,7 +50,7 @@ impl GpuNetwork {
     pub(super) fn new(device: Arc<Device>, network: &NetworkData) -> Result<Self, BackendError> {
         let packed = Packed::new(network);
         device.fits(16 * packed.n_vertices() as u64, device.max_array)?;
-        device.rows_fit(packed.rows().row_start, "vertex")?;
+        device.rows_fit(packed.rows().row_start, 1, "vertex")?;
         let plan = plan(&packed.rows(), device.max_chunk, &device)?;
         let of_device = Arc::clone(&device);
         of_device.guarded(|| Ok(Self::allocate(device, packed, &plan)))
@@ -234,7 +234,7 @@ fn measure_params_of(range: &std::ops::Range<usize>) -> convergence::Params {
 }
 
 /// Parameters of dispatches, one slot each.
-fn slots<P: bytemuck::NoUninit>(params: impl Iterator<Item = P>) -> Vec<u8> {
+pub(super) fn slots<P: bytemuck::NoUninit>(params: impl Iterator<Item = P>) -> Vec<u8> {
     let mut bytes = Vec::new();
     for params in params {
         let end = bytes.len() + SLOT;

@@ -1,0 +1,334 @@
+// One step of the local quality optimisation: a vertex moves by a Newton step to lower E = sum over its tets of
+// (27 q)^power, q = f^3 / (27 h^2), all others fixed. One invocation per vertex of a list; vertices of one dispatch share
+// no tet, so `correction` is updated in place.
+//
+// Of a tet with edge vectors A (columns) and target W: S = A W^-1, f = |S|_F^2, sigma = det S,
+// r = sqrt(sigma^2 + 4 delta^2), h = (sigma + r) / 2.
+
+struct Params {
+    first: u32,
+    n_vertices: u32,
+    // 1 to 15.
+    power: u32,
+    // Zero: tets are valid and must stay so.
+    delta_squared: f32,
+    // A vertex stays where its step would lower E by less than this fraction.
+    tolerance: f32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+// The vertices to move, colour by colour.
+@group(0) @binding(1) var<storage, read> vertices: array<u32>;
+// Where each vertex's tets start in `vertex_tets` [n_vertices + 1].
+@group(0) @binding(2) var<storage, read> row_start: array<u32>;
+// Tets around each vertex, each entry tet * 4 + local vertex.
+@group(0) @binding(3) var<storage, read> vertex_tets: array<u32>;
+// Vertices of each tet [n_tets].
+@group(0) @binding(4) var<storage, read> tets: array<vec4<u32>>;
+// S of each tet at zero correction [n_tets * 9], its columns one after another.
+@group(0) @binding(5) var<storage, read> base: array<f32>;
+// W^-1 of each tet [n_tets * 9], its rows one after another.
+@group(0) @binding(6) var<storage, read> inverse_target: array<f32>;
+// Per vertex [n_vertices]: xyz = unit normal or direction, w = one of the kinds below.
+@group(0) @binding(7) var<storage, read> constraint: array<vec4<f32>>;
+// Per vertex [n_vertices]: how far it has moved since `base` was taken; w = 0.
+@group(0) @binding(8) var<storage, read_write> correction: array<vec4<f32>>;
+
+const FREE = 0.0;
+const IN_PLANE = 2.0;
+const ON_LINE = 3.0;
+
+const HALVINGS = 8u;
+const SHIFTS = 6u;
+
+struct Shape {
+    // Columns of S.
+    s0: vec3<f32>,
+    s1: vec3<f32>,
+    s2: vec3<f32>,
+    // Gradient of each column with respect to the vertex: the same in every component.
+    g: vec3<f32>,
+    // s0 x s1.
+    normal: vec3<f32>,
+    f: f32,
+    sigma: f32,
+}
+
+struct Local {
+    energy: f32,
+    gradient: vec3<f32>,
+    // xx, yy, zz of the Hessian.
+    diagonal: vec3<f32>,
+    // xy, xz, yz of the Hessian.
+    off_diagonal: vec3<f32>,
+    // Mean height of the target tets over the face opposite the vertex.
+    size: f32,
+}
+
+fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+fn power(x: f32) -> f32 {
+    let squared = x * x;
+    let fourth = squared * squared;
+    var result = 1.0;
+    if ((params.power & 1u) != 0u) {
+        result = x;
+    }
+    if ((params.power & 2u) != 0u) {
+        result *= squared;
+    }
+    if ((params.power & 4u) != 0u) {
+        result *= fourth;
+    }
+    if ((params.power & 8u) != 0u) {
+        result *= fourth * fourth;
+    }
+    return result;
+}
+
+fn row_of(tet: u32, row: u32) -> vec3<f32> {
+    let first = 9u * tet + 3u * row;
+    return vec3<f32>(inverse_target[first], inverse_target[first + 1u], inverse_target[first + 2u]);
+}
+
+fn column_of(tet: u32, column: u32) -> vec3<f32> {
+    let first = 9u * tet + 3u * column;
+    return vec3<f32>(base[first], base[first + 1u], base[first + 2u]);
+}
+
+// A tet with one of its vertices at `at`.
+fn shape_of(entry: u32, at: vec3<f32>) -> Shape {
+    let tet = entry / 4u;
+    let local = entry % 4u;
+    let corners = tets[tet];
+    let c0 = select(correction[corners.x].xyz, at, local == 0u);
+    let d1 = select(correction[corners.y].xyz, at, local == 1u) - c0;
+    let d2 = select(correction[corners.z].xyz, at, local == 2u) - c0;
+    let d3 = select(correction[corners.w].xyz, at, local == 3u) - c0;
+    let w0 = row_of(tet, 0u);
+    let w1 = row_of(tet, 1u);
+    let w2 = row_of(tet, 2u);
+    var shape: Shape;
+    shape.s0 = column_of(tet, 0u) + d1 * w0.x + d2 * w1.x + d3 * w2.x;
+    shape.s1 = column_of(tet, 1u) + d1 * w0.y + d2 * w1.y + d3 * w2.y;
+    shape.s2 = column_of(tet, 2u) + d1 * w0.z + d2 * w1.z + d3 * w2.z;
+    if (local == 0u) {
+        shape.g = -(w0 + w1 + w2);
+    } else if (local == 1u) {
+        shape.g = w0;
+    } else if (local == 2u) {
+        shape.g = w1;
+    } else {
+        shape.g = w2;
+    }
+    shape.normal = cross3(shape.s0, shape.s1);
+    shape.f = dot3(shape.s0, shape.s0) + dot3(shape.s1, shape.s1) + dot3(shape.s2, shape.s2);
+    shape.sigma = dot3(shape.normal, shape.s2);
+    return shape;
+}
+
+// r and h, the latter without cancellation.
+fn regularised(sigma: f32) -> vec2<f32> {
+    let r = sqrt(sigma * sigma + 4.0 * params.delta_squared);
+    if (sigma > 0.0) {
+        return vec2<f32>(r, 0.5 * (sigma + r));
+    }
+    return vec2<f32>(r, 2.0 * params.delta_squared / (r - sigma));
+}
+
+// 27 q; -1 where it is infinite.
+fn quality_of(entry: u32, at: vec3<f32>) -> f32 {
+    let shape = shape_of(entry, at);
+    if (params.delta_squared == 0.0 && shape.sigma <= 0.0) {
+        return -1.0;
+    }
+    let to_h = shape.f / regularised(shape.sigma).y;
+    return to_h * to_h * shape.f;
+}
+
+// Greatest 27 q around a vertex: E is computed of q over it, so that its powers stay inside f32. -1 where it is
+// infinite.
+fn greatest_quality(first: u32, end: u32, at: vec3<f32>) -> f32 {
+    var greatest = 0.0;
+    for (var i = first; i < end; i++) {
+        let q = quality_of(vertex_tets[i], at);
+        if (q < 0.0) {
+            return -1.0;
+        }
+        greatest = max(greatest, q);
+    }
+    return greatest;
+}
+
+// E around a vertex; -1 where it is infinite.
+fn energy(first: u32, end: u32, at: vec3<f32>, scale: f32) -> f32 {
+    var sum = 0.0;
+    for (var i = first; i < end; i++) {
+        let q = quality_of(vertex_tets[i], at);
+        if (q < 0.0) {
+            return -1.0;
+        }
+        sum += power(q * scale);
+    }
+    return sum;
+}
+
+fn derivatives(first: u32, end: u32, at: vec3<f32>, scale: f32) -> Local {
+    let m = f32(params.power);
+    var local: Local;
+    var count = 0.0;
+    for (var i = first; i < end; i++) {
+        let shape = shape_of(vertex_tets[i], at);
+        let g = shape.g;
+        let r_h = regularised(shape.sigma);
+        let f = shape.f;
+        let to_h = f / r_h.y;
+        let weight = power(to_h * to_h * f * scale);
+        let of_f = 2.0 * (shape.s0 * g.x + shape.s1 * g.y + shape.s2 * g.z);
+        let cofactor0 = cross3(shape.s1, shape.s2);
+        let cofactor1 = cross3(shape.s2, shape.s0);
+        let of_sigma = cofactor0 * g.x + cofactor1 * g.y + shape.normal * g.z;
+        let to_f = 1.0 / f;
+        let to_r = 1.0 / r_h.x;
+        // Gradient of ln q, and the factors of its Hessian's parts.
+        let a = 3.0 * to_f * of_f - 2.0 * to_r * of_sigma;
+        let g_squared = dot3(g, g);
+        let by_unit = 6.0 * g_squared * to_f;
+        let by_f = 3.0 * to_f * to_f;
+        let by_sigma = 2.0 * (shape.sigma * to_r) * to_r * to_r;
+        local.energy += weight;
+        let by_weight = weight * m;
+        local.gradient += by_weight * a;
+        let of_log = by_unit + by_sigma * (of_sigma * of_sigma) - by_f * (of_f * of_f);
+        local.diagonal += by_weight * (m * (a * a) + of_log);
+        let mixed = by_sigma * (of_sigma.xxy * of_sigma.yzz) - by_f * (of_f.xxy * of_f.yzz);
+        local.off_diagonal += by_weight * (m * (a.xxy * a.yzz) + mixed);
+        local.size += 1.0 / sqrt(g_squared);
+        count += 1.0;
+    }
+    local.size /= count;
+    return local;
+}
+
+// The part of a vector its vertex may follow.
+fn project(c: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
+    let along = c.x * v.x + c.y * v.y + c.z * v.z;
+    if (c.w == FREE) {
+        return v;
+    }
+    if (c.w == IN_PLANE) {
+        return v - along * c.xyz;
+    }
+    if (c.w == ON_LINE) {
+        return along * c.xyz;
+    }
+    return vec3<f32>(0.0);
+}
+
+// The Newton step in the subspace of the constraint, by Cholesky's factors of the Hessian with the least shift tried
+// that makes them exist; zero where none does.
+fn newton(c: vec4<f32>, local: Local) -> vec3<f32> {
+    var d = local.diagonal;
+    var o = local.off_diagonal;
+    let gradient = project(c, local.gradient);
+    let of_diagonal = abs(d.x) + abs(d.y) + abs(d.z);
+    let size = of_diagonal + 2.0 * (abs(o.x) + abs(o.y) + abs(o.z));
+    let n = c.xyz;
+    // P H P, and the Hessian's size in the directions that P takes away.
+    let v = vec3<f32>(
+        d.x * n.x + o.x * n.y + o.y * n.z,
+        o.x * n.x + d.y * n.y + o.z * n.z,
+        o.y * n.x + o.z * n.y + d.z * n.z,
+    );
+    let along = n.x * v.x + n.y * v.y + n.z * v.z;
+    if (c.w == IN_PLANE) {
+        let k = along + size;
+        d = d - 2.0 * (n * v) + k * (n * n);
+        o = o - (n.xxy * v.yzz + n.yzz * v.xxy) + k * (n.xxy * n.yzz);
+    }
+    if (c.w == ON_LINE) {
+        let k = along - size;
+        d = size + k * (n * n);
+        o = k * (n.xxy * n.yzz);
+    }
+    var shift = 0.0;
+    for (var attempt = 0u; attempt < SHIFTS; attempt++) {
+        let a = d.x + shift;
+        if (a > 0.0) {
+            let l11 = sqrt(a);
+            let l21 = o.x / l11;
+            let l31 = o.y / l11;
+            let b = d.y + shift - l21 * l21;
+            if (b > 0.0) {
+                let l22 = sqrt(b);
+                let l32 = (o.z - l31 * l21) / l22;
+                let e = d.z + shift - l31 * l31 - l32 * l32;
+                if (e > 0.0) {
+                    let l33 = sqrt(e);
+                    let p = -gradient.x / l11;
+                    let q = (-gradient.y - l21 * p) / l22;
+                    let r = (-gradient.z - l31 * p - l32 * q) / l33;
+                    let z = r / l33;
+                    let y = (q - l32 * z) / l22;
+                    let x = (p - l21 * y - l31 * z) / l11;
+                    return vec3<f32>(x, y, z);
+                }
+            }
+        }
+        if (attempt == 0u) {
+            shift = 1e-3 * size;
+        } else {
+            shift = 10.0 * shift;
+        }
+    }
+    return vec3<f32>(0.0);
+}
+
+@compute @workgroup_size(64)
+fn smooth_vertices(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = (group.y * groups.x + group.x) * 64u + lane;
+    if (place >= params.n_vertices) {
+        return;
+    }
+    let vertex = vertices[params.first + place];
+    let first = row_start[vertex];
+    let end = row_start[vertex + 1u];
+    let at = correction[vertex].xyz;
+    let greatest = greatest_quality(first, end, at);
+    if (!(greatest > 0.0)) {
+        return;
+    }
+    let scale = 1.0 / greatest;
+    let local = derivatives(first, end, at, scale);
+    let c = constraint[vertex];
+    var step = project(c, newton(c, local));
+    let falls = -dot3(local.gradient, step) * 0.5;
+    // Not `<`: a NaN stays too.
+    if (!(falls > params.tolerance * local.energy)) {
+        return;
+    }
+    let length = sqrt(dot3(step, step));
+    let longest = 0.5 * local.size;
+    if (length > longest) {
+        step *= longest / length;
+    }
+    for (var i = 0u; i < HALVINGS; i++) {
+        let trial = at + step;
+        let lower = energy(first, end, trial, scale);
+        if (lower >= 0.0 && lower < local.energy) {
+            correction[vertex] = vec4<f32>(trial, 0.0);
+            return;
+        }
+        step *= 0.5;
+    }
+}

@@ -1,0 +1,380 @@
+//! One step of the local quality optimisation at some vertices; twin of `kernels/smooth_vertices.wgsl`.
+//!
+//! A vertex moves to lower `E = sum over its tets of q^power`, all others fixed. Of a tet with edge vectors `A`
+//! (columns) and target `W`: `S = A W^-1`, `f = |S|_F^2`, `sigma = det S`, `r = sqrt(sigma^2 + 4 delta^2)`,
+//! `h = (sigma + r) / 2`, `q = f^3 / (27 h^2)`. It is 1 where the tet has its target's shape in any size, and greater
+//! elsewhere; `delta > 0` keeps it finite in an inverted tet.
+//!
+//! Source: regularised inverse mean ratio, Escobar et al. 2003 (CMAME 192, 2775-2787). Theirs is `|S|^2 / (3 h^(2/3))`;
+//! `q` is its third power, which needs no cube root.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::Real;
+use super::row::{kind, project};
+
+/// Parameters of one dispatch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Params {
+    /// Place of the dispatch's first vertex in the list of vertices.
+    pub first: u32,
+    /// Number of its vertices.
+    pub n_vertices: u32,
+    /// Power of `q`, 1 to 15.
+    pub power: u32,
+    /// Square of the regularisation `delta`, dimensionless.
+    pub delta_squared: f32,
+    /// A vertex stays where its step would lower `E` by less than this fraction.
+    pub tolerance: f32,
+}
+
+/// Most tets around a vertex times this many is what the loops of one invocation run over.
+pub const PASSES: u32 = 2 + HALVINGS;
+
+/// Steps tried before a vertex stays, each half the one before.
+const HALVINGS: u32 = 8;
+
+/// Shifts of the Hessian tried: none, then from 1e-3 of its size up by tens, until it is positive definite.
+const SHIFTS: u32 = 6;
+
+/// Tets and their vertices as the twin reads them.
+#[derive(Clone, Copy, Debug)]
+pub struct Tets<'a, T> {
+    /// Where each vertex's tets start in `vertex_tets` `[n_vertices + 1]`.
+    pub row_start: &'a [u32],
+    /// Tets around each vertex `[4 n_tets]`, each entry `tet * 4 + local vertex`.
+    pub vertex_tets: &'a [u32],
+    /// Vertices of each tet `[n_tets]`.
+    pub tets: &'a [[u32; 4]],
+    /// `S` of each tet at zero correction `[n_tets]`, its three columns one after another, dimensionless.
+    pub base: &'a [[T; 9]],
+    /// `W^-1` of each tet `[n_tets]`, its three rows one after another, one over the unit of a correction.
+    pub inverse_target: &'a [[T; 9]],
+    /// Unit normal or direction, and a [`kind`] `[n_vertices]`.
+    pub constraint: &'a [[T; 4]],
+}
+
+/// What is minimised.
+#[derive(Clone, Copy, Debug)]
+pub struct Objective<T> {
+    /// Power of `q`, 1 to 15.
+    pub power: u32,
+    /// Square of the regularisation; zero asks for valid tets and keeps them so.
+    pub delta_squared: T,
+    /// A vertex stays where its step would lower `E` by less than this fraction.
+    pub tolerance: T,
+}
+
+/// Moves some vertices that share no tet, each by a Newton step as its constraint allows, at most half the size of its
+/// tets, and only if `E` falls.
+///
+/// - `vertices` `[n]`: the vertices; none of them may be in a tet with another
+/// - `correction` `[n_vertices]`: where all vertices are, counted from where `base` was taken; the fourth component is
+///   not used
+/// - `moved` `[n]`: the new correction of each of `vertices`
+pub fn run<T: Real>(
+    vertices: &[u32],
+    tets: &Tets<T>,
+    objective: &Objective<T>,
+    correction: &[[T; 4]],
+    moved: &mut [[T; 4]],
+) {
+    for (&vertex, moved) in vertices.iter().zip(moved) {
+        let at = correction[vertex as usize];
+        let new = step(vertex as usize, tets, objective, correction, [at[0], at[1], at[2]]);
+        *moved = [new[0], new[1], new[2], T::ZERO];
+    }
+}
+
+fn step<T: Real>(vertex: usize, tets: &Tets<T>, objective: &Objective<T>, correction: &[[T; 4]], at: [T; 3]) -> [T; 3] {
+    let Some(greatest) = greatest(vertex, tets, objective, correction, at) else { return at };
+    let scale = T::ONE / greatest;
+    let local = derivatives(vertex, tets, objective, correction, at, scale);
+    let constraint = &tets.constraint[vertex];
+    let Some(step) = newton(constraint, &local) else { return at };
+    let mut step = project(constraint, step);
+    let half = T::from_f64(0.5);
+    let falls = -dot(local.gradient, step) * half;
+    // Not `<`: a NaN stays too.
+    if !(falls > objective.tolerance * local.energy) {
+        return at;
+    }
+    let length = dot(step, step).sqrt();
+    let longest = half * local.size;
+    if length > longest {
+        step = scaled(step, longest / length);
+    }
+    for _ in 0..HALVINGS {
+        let trial = [at[0] + step[0], at[1] + step[1], at[2] + step[2]];
+        if let Some(energy) = energy(vertex, tets, objective, correction, trial, scale)
+            && energy < local.energy
+        {
+            return trial;
+        }
+        step = scaled(step, half);
+    }
+    at
+}
+
+/// `E` around a vertex, its gradient and Hessian with respect to that vertex, and the size of its tets.
+#[derive(Clone, Copy, Debug)]
+pub struct Local<T> {
+    /// `E`, times the scale's power.
+    pub energy: T,
+    /// Gradient.
+    pub gradient: [T; 3],
+    /// Hessian, its entries xx, yy, zz.
+    pub diagonal: [T; 3],
+    /// Hessian, its entries xy, xz, yz.
+    pub off_diagonal: [T; 3],
+    /// Mean height of the target tets over the face opposite the vertex.
+    pub size: T,
+}
+
+/// `E` around a vertex at `at`, of `27 q` times `scale`; none where a tet would have to be valid and is not.
+pub fn energy<T: Real>(
+    vertex: usize,
+    tets: &Tets<T>,
+    objective: &Objective<T>,
+    correction: &[[T; 4]],
+    at: [T; 3],
+    scale: T,
+) -> Option<T> {
+    let mut sum = T::ZERO;
+    for &entry in around(vertex, tets) {
+        let q = Shape::new(tets, correction, entry, at).quality(objective.delta_squared)?;
+        sum = sum + power(q * scale, objective.power);
+    }
+    Some(sum)
+}
+
+/// [`energy`] with its derivatives. All tets must be valid where they have to be.
+pub fn derivatives<T: Real>(
+    vertex: usize,
+    tets: &Tets<T>,
+    objective: &Objective<T>,
+    correction: &[[T; 4]],
+    at: [T; 3],
+    scale: T,
+) -> Local<T> {
+    let m = T::from_f64(f64::from(objective.power));
+    let (two, three, six) = (T::from_f64(2.0), T::from_f64(3.0), T::from_f64(6.0));
+    let mut local = Local {
+        energy: T::ZERO,
+        gradient: [T::ZERO; 3],
+        diagonal: [T::ZERO; 3],
+        off_diagonal: [T::ZERO; 3],
+        size: T::ZERO,
+    };
+    let mut count = T::ZERO;
+    for &entry in around(vertex, tets) {
+        let shape = Shape::new(tets, correction, entry, at);
+        let (s, g) = (shape.s, shape.g);
+        let (r, h) = regularised(shape.sigma, objective.delta_squared);
+        let f = shape.f;
+        let to_h = f / h;
+        let weight = power(to_h * to_h * f * scale, objective.power);
+        let of_f = [0, 1, 2].map(|axis| two * (s[0][axis] * g[0] + s[1][axis] * g[1] + s[2][axis] * g[2]));
+        let cofactor = [cross(s[1], s[2]), cross(s[2], s[0]), shape.normal];
+        let of_sigma =
+            [0, 1, 2].map(|axis| cofactor[0][axis] * g[0] + cofactor[1][axis] * g[1] + cofactor[2][axis] * g[2]);
+        let (to_f, to_r) = (T::ONE / f, T::ONE / r);
+        // Gradient of ln q, and the factors of its Hessian's parts.
+        let a = [0, 1, 2].map(|axis| three * to_f * of_f[axis] - two * to_r * of_sigma[axis]);
+        let g_squared = dot(g, g);
+        let by_unit = six * g_squared * to_f;
+        let by_f = three * to_f * to_f;
+        let by_sigma = two * (shape.sigma * to_r) * to_r * to_r;
+        local.energy = local.energy + weight;
+        let first = weight * m;
+        for axis in 0..3 {
+            local.gradient[axis] = local.gradient[axis] + first * a[axis];
+            let of_log = by_unit + by_sigma * (of_sigma[axis] * of_sigma[axis]) - by_f * (of_f[axis] * of_f[axis]);
+            local.diagonal[axis] = local.diagonal[axis] + first * (m * (a[axis] * a[axis]) + of_log);
+        }
+        for (place, (i, j)) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
+            let of_log = by_sigma * (of_sigma[i] * of_sigma[j]) - by_f * (of_f[i] * of_f[j]);
+            local.off_diagonal[place] = local.off_diagonal[place] + first * (m * (a[i] * a[j]) + of_log);
+        }
+        local.size = local.size + T::ONE / g_squared.sqrt();
+        count = count + T::ONE;
+    }
+    local.size = local.size / count;
+    local
+}
+
+/// Greatest `27 q` around a vertex: `E` is computed of `q` over it, so that its powers stay inside f32.
+fn greatest<T: Real>(
+    vertex: usize,
+    tets: &Tets<T>,
+    objective: &Objective<T>,
+    correction: &[[T; 4]],
+    at: [T; 3],
+) -> Option<T> {
+    let mut greatest = T::ZERO;
+    for &entry in around(vertex, tets) {
+        greatest = greatest.max(Shape::new(tets, correction, entry, at).quality(objective.delta_squared)?);
+    }
+    (greatest > T::ZERO).then_some(greatest)
+}
+
+/// A tet with one vertex somewhere.
+struct Shape<T> {
+    /// Columns of `S`.
+    s: [[T; 3]; 3],
+    /// Gradient of each of `S`'s columns with respect to the vertex: the same in every component.
+    g: [T; 3],
+    /// Cross product of the first two columns.
+    normal: [T; 3],
+    f: T,
+    sigma: T,
+}
+
+impl<T: Real> Shape<T> {
+    #[inline(always)]
+    fn new(tets: &Tets<T>, correction: &[[T; 4]], entry: u32, at: [T; 3]) -> Self {
+        let (tet, local) = (entry as usize / 4, entry as usize % 4);
+        let mut corner = tets.tets[tet].map(|vertex| {
+            let c = &correction[vertex as usize];
+            [c[0], c[1], c[2]]
+        });
+        corner[local] = at;
+        let d = [1, 2, 3].map(|k: usize| [0, 1, 2].map(|axis| corner[k][axis] - corner[0][axis]));
+        let (base, w) = (&tets.base[tet], &tets.inverse_target[tet]);
+        let s = [0, 1, 2].map(|column: usize| {
+            [0, 1, 2].map(|axis: usize| {
+                base[3 * column + axis]
+                    + d[0][axis] * w[column]
+                    + d[1][axis] * w[3 + column]
+                    + d[2][axis] * w[6 + column]
+            })
+        });
+        let g = if local == 0 {
+            [0, 1, 2].map(|column| -(w[column] + w[3 + column] + w[6 + column]))
+        } else {
+            [0, 1, 2].map(|column| w[3 * local - 3 + column])
+        };
+        let normal = cross(s[0], s[1]);
+        Self { s, g, normal, f: dot(s[0], s[0]) + dot(s[1], s[1]) + dot(s[2], s[2]), sigma: dot(normal, s[2]) }
+    }
+
+    /// `27 q`; none where it is infinite.
+    #[inline(always)]
+    fn quality(&self, delta_squared: T) -> Option<T> {
+        if delta_squared == T::ZERO && self.sigma <= T::ZERO {
+            return None;
+        }
+        let (_, h) = regularised(self.sigma, delta_squared);
+        let to_h = self.f / h;
+        Some(to_h * to_h * self.f)
+    }
+}
+
+/// `r = sqrt(sigma^2 + 4 delta^2)` and `h = (sigma + r) / 2`, the latter without cancellation.
+#[inline(always)]
+fn regularised<T: Real>(sigma: T, delta_squared: T) -> (T, T) {
+    let r = (sigma * sigma + T::from_f64(4.0) * delta_squared).sqrt();
+    let h =
+        if sigma > T::ZERO { T::from_f64(0.5) * (sigma + r) } else { T::from_f64(2.0) * delta_squared / (r - sigma) };
+    (r, h)
+}
+
+/// The Newton step in the subspace of the constraint: `-(H + shift)^-1 gradient` by Cholesky's factors, with the least
+/// shift tried that makes them exist.
+fn newton<T: Real>(constraint: &[T; 4], local: &Local<T>) -> Option<[T; 3]> {
+    let [mut xx, mut yy, mut zz] = local.diagonal;
+    let [mut xy, mut xz, mut yz] = local.off_diagonal;
+    let gradient = project(constraint, local.gradient);
+    let magnitude = |x: T| x.max(-x);
+    let of_diagonal = magnitude(xx) + magnitude(yy) + magnitude(zz);
+    let size = of_diagonal + T::from_f64(2.0) * (magnitude(xy) + magnitude(xz) + magnitude(yz));
+    let [x, y, z, of_kind] = *constraint;
+    // P H P, and the Hessian's size in the directions that P takes away.
+    let v = [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z];
+    let along = x * v[0] + y * v[1] + z * v[2];
+    if of_kind == T::from_f64(kind::IN_PLANE) {
+        let k = along + size;
+        let two = T::from_f64(2.0);
+        xx = xx - two * (x * v[0]) + k * (x * x);
+        yy = yy - two * (y * v[1]) + k * (y * y);
+        zz = zz - two * (z * v[2]) + k * (z * z);
+        xy = xy - (x * v[1] + y * v[0]) + k * (x * y);
+        xz = xz - (x * v[2] + z * v[0]) + k * (x * z);
+        yz = yz - (y * v[2] + z * v[1]) + k * (y * z);
+    }
+    if of_kind == T::from_f64(kind::ON_LINE) {
+        let k = along - size;
+        xx = size + k * (x * x);
+        yy = size + k * (y * y);
+        zz = size + k * (z * z);
+        xy = k * (x * y);
+        xz = k * (x * z);
+        yz = k * (y * z);
+    }
+    let mut shift = T::ZERO;
+    for attempt in 0..SHIFTS {
+        let a = xx + shift;
+        if a > T::ZERO {
+            let l11 = a.sqrt();
+            let l21 = xy / l11;
+            let l31 = xz / l11;
+            let b = yy + shift - l21 * l21;
+            if b > T::ZERO {
+                let l22 = b.sqrt();
+                let l32 = (yz - l31 * l21) / l22;
+                let c = zz + shift - l31 * l31 - l32 * l32;
+                if c > T::ZERO {
+                    let l33 = c.sqrt();
+                    let u = -gradient[0] / l11;
+                    let v = (-gradient[1] - l21 * u) / l22;
+                    let w = (-gradient[2] - l31 * u - l32 * v) / l33;
+                    let z = w / l33;
+                    let y = (v - l32 * z) / l22;
+                    let x = (u - l21 * y - l31 * z) / l11;
+                    return Some([x, y, z]);
+                }
+            }
+        }
+        shift = if attempt == 0 { T::from_f64(1e-3) * size } else { T::from_f64(10.0) * shift };
+    }
+    None
+}
+
+/// `x^n` for `n` from 1 to 15.
+#[inline(always)]
+fn power<T: Real>(x: T, n: u32) -> T {
+    let squared = x * x;
+    let fourth = squared * squared;
+    let mut result = if n & 1 != 0 { x } else { T::ONE };
+    if n & 2 != 0 {
+        result = result * squared;
+    }
+    if n & 4 != 0 {
+        result = result * fourth;
+    }
+    if n & 8 != 0 {
+        result = result * (fourth * fourth);
+    }
+    result
+}
+
+#[inline(always)]
+fn around<'a, T>(vertex: usize, tets: &Tets<'a, T>) -> &'a [u32] {
+    &tets.vertex_tets[tets.row_start[vertex] as usize..tets.row_start[vertex + 1] as usize]
+}
+
+#[inline(always)]
+fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn scaled<T: Real>(v: [T; 3], factor: T) -> [T; 3] {
+    [v[0] * factor, v[1] * factor, v[2] * factor]
+}

@@ -1,0 +1,37 @@
+//! What a tet is to look like.
+
+use glam::{DMat3, DVec3};
+
+use crate::quality;
+
+/// The shape tets are moved towards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// Each tet's own shape in the undeformed mesh: an unmoved mesh is at its optimum.
+    Original,
+    /// The regular tet: raises the smallest beta also above that of the undeformed mesh.
+    Improve,
+}
+
+/// The inverse of each tet's target `[n_tets]`: the matrix `W` has the target's edges from its first vertex as columns,
+/// and `det W` is six times the volume of the original tet.
+///
+/// - `tets` `[n_tets]`, `original` `[n_vertices]`: the undeformed mesh, whose tets have positive volume
+pub fn inverse_targets(target: Target, tets: &[[u32; 4]], original: &[DVec3]) -> Vec<DMat3> {
+    // Edges of the regular tet of edge length 1; its det is 1 / sqrt 2.
+    let regular = DMat3::from_cols(
+        DVec3::X,
+        DVec3::new(0.5, 0.75f64.sqrt(), 0.0),
+        DVec3::new(0.5, (1.0 / 12.0f64).sqrt(), (2.0 / 3.0f64).sqrt()),
+    );
+    let inverse_regular = regular.inverse();
+    let of_tet = |tet: &[u32; 4]| {
+        let corners = tet.map(|vertex| original[vertex as usize]);
+        let [a, b, c, d] = corners;
+        match target {
+            Target::Original => DMat3::from_cols(b - a, c - a, d - a).inverse(),
+            Target::Improve => inverse_regular * (6.0 * 2f64.sqrt() * quality::volume(corners)).cbrt().recip(),
+        }
+    };
+    tets.iter().map(of_tet).collect()
+}

@@ -1,0 +1,470 @@
+//! Local quality optimisation: derivatives, colours, and what a run may and may not do to a mesh.
+
+#[path = "common/meshes.rs"]
+mod meshes;
+
+use glam::{DMat3, DVec3};
+use idmesh::{
+    backend::{Backend, Constraint, CpuBackend, DeviceSmoother, Precision, SmoothingData, SmoothingSweeps},
+    kernels::smooth_vertices::{Objective, Tets, derivatives, energy},
+    mesh::{TetMesh, csr::Csr},
+    quality,
+    smoothing::{Goal, NONE, Smoothed, Smoother, Target, colour, inverse_targets},
+};
+use meshes::brick;
+
+const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
+const F32: CpuBackend = CpuBackend { precision: Precision::F32 };
+/// Above the beta of any tet: all tets are to be improved. Those of the brick have 1 / (6 sqrt 27) = 0.032.
+const ALL: Goal = Goal { beta: 1.0, max_sweeps: 200 };
+
+/// Numbers in -1..1 that depend on their argument alone.
+fn noise(n: usize) -> DVec3 {
+    let one = |n: u64| {
+        let x = (n + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (x ^ (x >> 27)) as f64 / u64::MAX as f64 * 2.0 - 1.0
+    };
+    DVec3::new(one(3 * n as u64), one(3 * n as u64 + 1), one(3 * n as u64 + 2))
+}
+
+fn on_boundary(at: DVec3) -> bool {
+    at.min_element() == 0.0 || at.max_element() == 1.0
+}
+
+/// Boundary held, the rest free.
+fn hold_boundary(mesh: &TetMesh) -> Vec<Constraint> {
+    mesh.vertices.iter().map(|&at| if on_boundary(at) { Constraint::Held } else { Constraint::Free }).collect()
+}
+
+/// Vertices inside a face of the unit cube slide in it, those inside an edge slide on it, corners stay.
+fn slide_on_boundary(mesh: &TetMesh) -> Vec<Constraint> {
+    let of_vertex = |&at: &DVec3| {
+        let fixed: Vec<usize> = (0..3).filter(|&axis| at[axis] == 0.0 || at[axis] == 1.0).collect();
+        match fixed[..] {
+            [] => Constraint::Free,
+            [axis] => Constraint::InPlane(DVec3::AXES[axis]),
+            [a, b] => Constraint::OnLine(DVec3::AXES[3 - a - b]),
+            _ => Constraint::Held,
+        }
+    };
+    mesh.vertices.iter().map(of_vertex).collect()
+}
+
+/// The mesh with its free vertices displaced by up to `amount` in each direction, as their constraints allow.
+fn shaken(mesh: &TetMesh, constraint: &[Constraint], amount: f64) -> Vec<DVec3> {
+    let place = |(vertex, &at): (usize, &DVec3)| at + constraint[vertex].limit(noise(vertex) * amount);
+    mesh.vertices.iter().enumerate().map(place).collect()
+}
+
+fn vertex_tets(mesh: &TetMesh) -> Csr {
+    let corner = |slot: usize| (mesh.tets[slot / 4][slot % 4], slot as u32);
+    Csr::from_pairs(mesh.vertices.len(), (0..4 * mesh.tets.len()).map(corner))
+}
+
+fn run(
+    backend: &dyn Backend,
+    mesh: &TetMesh,
+    constraint: &[Constraint],
+    target: Target,
+    positions: &[DVec3],
+    goal: &Goal,
+) -> (Vec<DVec3>, Smoothed) {
+    let mut positions = positions.to_vec();
+    let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, target).unwrap();
+    let smoothed = smoother.run(&mut positions, goal).unwrap();
+    (positions, smoothed)
+}
+
+fn worst(mesh: &TetMesh, positions: &[DVec3]) -> (usize, f64) {
+    let statistics = quality::Statistics::new(&quality::betas(positions, &mesh.tets));
+    (statistics.inverted, statistics.min)
+}
+
+fn bits(positions: &[DVec3]) -> Vec<[u64; 3]> {
+    positions.iter().map(|at| at.to_array().map(f64::to_bits)).collect()
+}
+
+fn middle(mesh: &TetMesh) -> usize {
+    mesh.vertices.iter().position(|&at| at == DVec3::splat(0.5)).unwrap()
+}
+
+// ---- the objective ----
+
+/// Packed by hand, not by the backend: base `S = A W^-1` with its columns, `W^-1` with its rows one after another.
+fn pack(mesh: &TetMesh, inverse: &[DMat3], positions: &[DVec3]) -> (Vec<[f64; 9]>, Vec<[f64; 9]>) {
+    let base = mesh.tets.iter().zip(inverse).map(|(tet, inverse)| {
+        let [a, b, c, d] = tet.map(|vertex| positions[vertex as usize]);
+        (DMat3::from_cols(b - a, c - a, d - a) * *inverse).to_cols_array()
+    });
+    (base.collect(), inverse.iter().map(|inverse| inverse.transpose().to_cols_array()).collect())
+}
+
+/// `E` of the docs, from the edges and determinants of whole matrices, times `27^power`.
+fn energy_by_hand(mesh: &TetMesh, inverse: &[DMat3], positions: &[DVec3], row: &[u32], power: i32, delta: f64) -> f64 {
+    let of_tet = |&entry: &u32| {
+        let tet = entry as usize / 4;
+        let [a, b, c, d] = mesh.tets[tet].map(|vertex| positions[vertex as usize]);
+        let s = DMat3::from_cols(b - a, c - a, d - a) * inverse[tet];
+        let f: f64 = s.to_cols_array().iter().map(|entry| entry * entry).sum();
+        let sigma = s.determinant();
+        let h = 0.5 * (sigma + (sigma * sigma + 4.0 * delta * delta).sqrt());
+        (f.powi(3) / (h * h)).powi(power)
+    };
+    row.iter().map(of_tet).sum()
+}
+
+#[test]
+fn derivatives_against_finite_differences() {
+    let mesh = brick(2);
+    let constraint = hold_boundary(&mesh);
+    let vertex = middle(&mesh);
+    let rows = vertex_tets(&mesh);
+    for (target, power, delta, shift) in [
+        (Target::Original, 1, 0.0, DVec3::new(0.1, -0.05, 0.12)),
+        (Target::Improve, 3, 0.0, DVec3::new(0.02, 0.15, -0.1)),
+        // Tangled: the vertex is outside its star.
+        (Target::Original, 1, 0.3, DVec3::new(0.4, 0.6, -0.3)),
+        (Target::Improve, 2, 0.3, DVec3::new(0.7, 0.1, 0.2)),
+    ] {
+        let inverse = inverse_targets(target, &mesh.tets, &mesh.vertices);
+        let (base, inverse_target) = pack(&mesh, &inverse, &mesh.vertices);
+        let free = vec![[0.0; 4]; mesh.vertices.len()];
+        let tets = Tets {
+            row_start: &rows.row_start,
+            vertex_tets: &rows.entries,
+            tets: &mesh.tets,
+            base: &base,
+            inverse_target: &inverse_target,
+            constraint: &free,
+        };
+        let objective = Objective { power, delta_squared: delta * delta, tolerance: 0.0 };
+        // The others have moved too since the base was taken.
+        let moved = shaken(&mesh, &constraint, 0.05);
+        let mut correction: Vec<[f64; 4]> = Vec::new();
+        correction.extend(moved.iter().zip(&mesh.vertices).map(|(a, b)| (*a - *b).extend(0.0).to_array()));
+        let e = |at: DVec3| {
+            let mut positions = moved.clone();
+            positions[vertex] = mesh.vertices[vertex] + at;
+            let by_hand = energy_by_hand(&mesh, &inverse, &positions, rows.row(vertex), power as i32, delta);
+            let found = energy(vertex, &tets, &objective, &correction, at.to_array(), 1.0).unwrap();
+            assert!((found / by_hand - 1.0).abs() < 1e-9, "{found} {by_hand}");
+            by_hand
+        };
+        let local = derivatives(vertex, &tets, &objective, &correction, shift.to_array(), 1.0);
+        assert!((local.energy / e(shift) - 1.0).abs() < 1e-9);
+        // Central differences: error h^2 times a higher derivative, and rounding over h or h^2.
+        let (step, [xx, yy, zz], [xy, xz, yz]) = (1e-4, local.diagonal, local.off_diagonal);
+        let hessian = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let size = xx.abs() + yy.abs() + zz.abs();
+        for (i, &u) in DVec3::AXES.iter().enumerate() {
+            let u = u * step;
+            let slope = (e(shift + u) - e(shift - u)) / (2.0 * step);
+            let gradient = DVec3::from(local.gradient);
+            assert!((local.gradient[i] - slope).abs() < 1e-4 * gradient.length(), "{target:?} {i} {slope} {gradient}");
+            for (j, &v) in DVec3::AXES.iter().enumerate() {
+                let v = v * step;
+                let curvature =
+                    (e(shift + u + v) - e(shift + u - v) - e(shift - u + v) + e(shift - u - v)) / (4.0 * step * step);
+                assert!((hessian[i][j] - curvature).abs() < 1e-4 * size, "{target:?} {i} {j} {curvature} {hessian:?}");
+            }
+        }
+    }
+}
+
+/// At its target a tet has `q = 1`, and `E` is flat there.
+#[test]
+fn the_target_is_the_optimum() {
+    let mesh = brick(3);
+    let rows = vertex_tets(&mesh);
+    let inverse = inverse_targets(Target::Original, &mesh.tets, &mesh.vertices);
+    let (base, inverse_target) = pack(&mesh, &inverse, &mesh.vertices);
+    let zero = vec![[0.0; 4]; mesh.vertices.len()];
+    let tets = Tets {
+        row_start: &rows.row_start,
+        vertex_tets: &rows.entries,
+        tets: &mesh.tets,
+        base: &base,
+        inverse_target: &inverse_target,
+        constraint: &zero,
+    };
+    for vertex in 0..mesh.vertices.len() {
+        let objective = Objective { power: 1, delta_squared: 0.0, tolerance: 0.0 };
+        let local = derivatives(vertex, &tets, &objective, &zero, [0.0; 3], 1.0 / 27.0);
+        let n_tets = rows.row(vertex).len() as f64;
+        assert!((local.energy - n_tets).abs() < 1e-11 * n_tets);
+        assert!(DVec3::from(local.gradient).length() * local.size < 1e-11 * n_tets, "{local:?}");
+    }
+}
+
+/// Edges of all lengths equal, six times the volume kept.
+#[test]
+fn the_regular_target_is_regular() {
+    let mesh = brick(2);
+    let inverse = inverse_targets(Target::Improve, &mesh.tets, &mesh.vertices);
+    for (tet, inverse) in mesh.tets.iter().zip(&inverse) {
+        let w = inverse.inverse();
+        let corners = [DVec3::ZERO, w.x_axis, w.y_axis, w.z_axis];
+        let volume = quality::volume(tet.map(|vertex| mesh.vertices[vertex as usize]));
+        assert!((quality::volume(corners) / volume - 1.0).abs() < 1e-12);
+        assert!((quality::beta(corners) - 0.5f64.sqrt() / 6.0).abs() < 1e-12);
+    }
+}
+
+// ---- colours ----
+
+#[test]
+fn vertices_of_one_colour_share_no_tet() {
+    let mesh = brick(5);
+    let moves: Vec<bool> = mesh.vertices.iter().map(|&at| !on_boundary(at) || at.x == 0.0).collect();
+    let colours = colour(&mesh.tets, &vertex_tets(&mesh), &moves);
+    for (vertex, &moves) in moves.iter().enumerate() {
+        assert_eq!(colours[vertex] != NONE, moves);
+    }
+    for tet in &mesh.tets {
+        let mut of_tet: Vec<u32> =
+            tet.iter().map(|&vertex| colours[vertex as usize]).filter(|&colour| colour != NONE).collect();
+        let n = of_tet.len();
+        of_tet.sort_unstable();
+        of_tet.dedup();
+        assert_eq!(of_tet.len(), n, "{tet:?}");
+    }
+    // Greedy takes at most one more than a vertex has neighbours: 14 in this brick.
+    assert!(colours.iter().filter(|&&colour| colour != NONE).all(|&colour| colour <= 14));
+}
+
+// ---- runs ----
+
+#[test]
+fn an_unmoved_mesh_keeps_its_bits() {
+    let mesh = brick(4);
+    let constraint = hold_boundary(&mesh);
+    for (target, goal) in [(Target::Improve, 0.03), (Target::Original, 0.03), (Target::Original, 1.0)] {
+        let goal = Goal { beta: goal, max_sweeps: 40 };
+        let (positions, smoothed) = run(&F64, &mesh, &constraint, target, &mesh.vertices, &goal);
+        assert_eq!(bits(&positions), bits(&mesh.vertices), "{target:?} {goal:?}");
+        assert_eq!((smoothed.moved, smoothed.inverted), (0, 0));
+        assert_eq!(smoothed.sweeps == 0, goal.beta < 1.0);
+    }
+}
+
+/// One vertex displaced, the rest in place: the original shape is the optimum, and it is found.
+#[test]
+fn a_displaced_vertex_returns() {
+    let mesh = brick(4);
+    let constraint = hold_boundary(&mesh);
+    let mut positions = mesh.vertices.clone();
+    positions[middle(&mesh)] += DVec3::new(0.08, -0.06, 0.05);
+    // Below the beta of the brick's tets, so that the run ends when they are all as they were, but for rounding.
+    let goal = Goal { beta: worst(&mesh, &mesh.vertices).1 * (1.0 - 1e-9), max_sweeps: 400 };
+    for (backend, tolerance) in [(F64, 1e-6), (F32, 1e-3)] {
+        let (moved, smoothed) = run(&backend, &mesh, &constraint, Target::Original, &positions, &goal);
+        let furthest = moved.iter().zip(&mesh.vertices).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(furthest < tolerance, "{furthest} {smoothed:?}");
+    }
+}
+
+/// A vertex pushed out of its star, and a brick shaken until a third of its tets are inverted.
+#[test]
+fn inverted_tets_are_untangled() {
+    let mesh = brick(4);
+    let constraint = hold_boundary(&mesh);
+    let mut pushed = mesh.vertices.clone();
+    pushed[middle(&mesh)] += DVec3::new(0.4, -0.3, 0.1);
+    for positions in [pushed, shaken(&mesh, &constraint, 0.3)] {
+        let before = worst(&mesh, &positions);
+        assert!(before.0 > 4, "{before:?}");
+        for backend in [F64, F32] {
+            for target in [Target::Original, Target::Improve] {
+                let goal = Goal { beta: 0.025, max_sweeps: 200 };
+                let (moved, smoothed) = run(&backend, &mesh, &constraint, target, &positions, &goal);
+                assert_eq!(worst(&mesh, &moved), (smoothed.inverted, smoothed.beta_min));
+                assert_eq!(smoothed.inverted, 0, "{target:?} {before:?} {smoothed:?}");
+                assert!(smoothed.beta_min >= 0.025, "{target:?} {smoothed:?}");
+            }
+        }
+    }
+}
+
+/// Constraints hold to the bit in coordinate planes, on their lines and at held vertices.
+#[test]
+fn constrained_vertices_stay_where_they_may() {
+    let mesh = brick(4);
+    let constraint = slide_on_boundary(&mesh);
+    let positions = shaken(&mesh, &constraint, 0.06);
+    for backend in [F64, F32] {
+        let (moved, smoothed) = run(&backend, &mesh, &constraint, Target::Improve, &positions, &ALL);
+        assert!(smoothed.beta_min > worst(&mesh, &positions).1 * 1.2, "{smoothed:?}");
+        let mut slid = 0;
+        for (vertex, constraint) in constraint.iter().enumerate() {
+            let (was, is) = (positions[vertex], moved[vertex]);
+            let same = |axis: usize| is[axis].to_bits() == was[axis].to_bits();
+            slid += usize::from(was != is && *constraint != Constraint::Free);
+            match constraint {
+                Constraint::Free => {}
+                Constraint::Held => assert!((0..3).all(same)),
+                Constraint::InPlane(normal) => assert!((0..3).all(|axis| normal[axis] == 0.0 || same(axis))),
+                Constraint::OnLine(line) => assert!((0..3).all(|axis| line[axis] == 1.0 || same(axis))),
+            }
+        }
+        assert!(slid > 20, "{slid}");
+    }
+}
+
+/// Planes and lines askew: vertices leave them by rounding only.
+#[test]
+fn askew_constraints_hold() {
+    let mesh = brick(3);
+    let normal = DVec3::new(1.0, 2.0, -2.0) / 3.0;
+    let line = DVec3::new(2.0, -3.0, 6.0) / 7.0;
+    let mut constraint = hold_boundary(&mesh);
+    let inner: Vec<usize> = (0..constraint.len()).filter(|&v| constraint[v] == Constraint::Free).collect();
+    for (place, &vertex) in inner.iter().enumerate() {
+        constraint[vertex] = if place % 2 == 0 { Constraint::InPlane(normal) } else { Constraint::OnLine(line) };
+    }
+    let positions = shaken(&mesh, &constraint, 0.1);
+    let (moved, smoothed) = run(&F64, &mesh, &constraint, Target::Original, &positions, &ALL);
+    assert!(smoothed.moved >= inner.len() / 2);
+    for &vertex in &inner {
+        let by = moved[vertex] - positions[vertex];
+        let off = match constraint[vertex] {
+            Constraint::InPlane(normal) => by.dot(normal).abs(),
+            _ => by.cross(line).length(),
+        };
+        assert!(off < 1e-14, "{off}");
+    }
+}
+
+#[test]
+fn a_run_never_makes_a_mesh_worse() {
+    let mesh = brick(3);
+    let constraint = hold_boundary(&mesh);
+    for amount in [0.0, 0.05, 0.2, 0.5, 2.0] {
+        for max_sweeps in [0, 1, 7, 60] {
+            for (backend, target) in [(F64, Target::Improve), (F64, Target::Original), (F32, Target::Improve)] {
+                let positions = shaken(&mesh, &constraint, amount);
+                let goal = Goal { beta: 1.0, max_sweeps };
+                let (moved, smoothed) = run(&backend, &mesh, &constraint, target, &positions, &goal);
+                let (before, after) = (worst(&mesh, &positions), worst(&mesh, &moved));
+                assert_eq!(after, (smoothed.inverted, smoothed.beta_min));
+                assert!(smoothed.sweeps <= max_sweeps);
+                assert!(after.0 < before.0 || (after.0 == before.0 && after.1 >= before.1), "{before:?} {after:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let mesh = brick(6);
+    let constraint = hold_boundary(&mesh);
+    let positions = shaken(&mesh, &constraint, 0.12);
+    let goal = Goal { beta: 0.05, max_sweeps: 24 };
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&F64, &mesh, &constraint, Target::Improve, &positions, &goal))
+    };
+    let (one, three) = (on(1), on(3));
+    assert_eq!(bits(&one.0), bits(&three.0));
+    assert_eq!(one.1, three.1);
+    assert!(one.1.moved > 0);
+}
+
+/// Only vertices of tets below the goal and of their neighbours move.
+#[test]
+fn what_is_good_stays() {
+    let mesh = brick(8);
+    let constraint = hold_boundary(&mesh);
+    let mut positions = mesh.vertices.clone();
+    let centre = middle(&mesh);
+    positions[centre] += DVec3::new(0.1, 0.02, 0.0);
+    let goal = Goal { beta: 0.02, max_sweeps: 40 };
+    let (moved, smoothed) = run(&F64, &mesh, &constraint, Target::Original, &positions, &goal);
+    assert!(smoothed.moved > 0 && smoothed.beta_min >= 0.02, "{smoothed:?}");
+    for (vertex, (was, is)) in positions.iter().zip(&moved).enumerate() {
+        // Two rings and the round's growth; cells are of side 1/8.
+        let near = mesh.vertices[vertex].distance(mesh.vertices[centre]) < 0.5;
+        assert!(near || was == is, "{vertex}");
+    }
+}
+
+// ---- sweeps on a device ----
+
+/// One device with all inner vertices active.
+struct Device {
+    smoother: Box<dyn DeviceSmoother>,
+    colours: Vec<Vec<u32>>,
+}
+
+impl Device {
+    fn new(backend: &dyn Backend, mesh: &TetMesh, target: Target, constraint: &[Constraint]) -> Self {
+        let rows = vertex_tets(mesh);
+        let inverse_target = inverse_targets(target, &mesh.tets, &mesh.vertices);
+        let data = SmoothingData { tets: &mesh.tets, vertex_tets: &rows, inverse_target: &inverse_target, constraint };
+        let moves: Vec<bool> = constraint.iter().map(|constraint| *constraint != Constraint::Held).collect();
+        let mut colours = vec![Vec::new(); 16];
+        for (vertex, &colour) in colour(&mesh.tets, &rows, &moves).iter().enumerate() {
+            if colour != NONE {
+                colours[colour as usize].push(vertex as u32);
+            }
+        }
+        Self { smoother: backend.smoother(&data).unwrap(), colours }
+    }
+
+    fn sweep(&mut self, power: u32, delta_squared: f64, count: usize) -> Vec<DVec3> {
+        let sweeps = SmoothingSweeps { colours: &self.colours, power, delta_squared, count };
+        self.smoother.sweep(&sweeps).unwrap();
+        self.smoother.correction().unwrap()
+    }
+}
+
+#[test]
+fn energy_falls_with_every_sweep_and_tets_stay_valid() {
+    let mesh = brick(4);
+    let constraint = hold_boundary(&mesh);
+    let positions = shaken(&mesh, &constraint, 0.06);
+    assert_eq!(worst(&mesh, &positions).0, 0);
+    let entries: Vec<u32> = (0..mesh.tets.len() as u32).map(|tet| 4 * tet).collect();
+    for (backend, rounding) in [(F64, 1e-13), (F32, 1e-5)] {
+        for target in [Target::Original, Target::Improve] {
+            for power in [1, 2, 4, 7] {
+                let inverse = inverse_targets(target, &mesh.tets, &mesh.vertices);
+                let total =
+                    |positions: &[DVec3]| energy_by_hand(&mesh, &inverse, positions, &entries, power as i32, 0.0);
+                let mut device = Device::new(&backend, &mesh, target, &constraint);
+                device.smoother.start(&positions).unwrap();
+                let first = total(&positions);
+                let mut last = first;
+                for _ in 0..12 {
+                    let correction = device.sweep(power, 0.0, 1);
+                    let at: Vec<DVec3> = positions.iter().zip(&correction).map(|(x, c)| *x + *c).collect();
+                    let now = total(&at);
+                    assert!(now <= last * (1.0 + rounding), "{target:?} {power}: {last} to {now}");
+                    assert_eq!(worst(&mesh, &at).0, 0);
+                    last = now;
+                }
+                assert!(last < 0.9 * first, "{target:?} {power}: {first} to {last}");
+            }
+        }
+    }
+}
+
+/// f32 against f64, in meshes of any unit: a few sweeps part by rounding only.
+#[test]
+fn f32_follows_f64() {
+    for unit in [1e-6, 1.0, 1e6] {
+        let mut mesh = brick(4);
+        let constraint = hold_boundary(&mesh);
+        let positions: Vec<DVec3> = shaken(&mesh, &constraint, 0.05).iter().map(|at| *at * unit).collect();
+        mesh.vertices.iter_mut().for_each(|at| *at *= unit);
+        let sweep = |backend: CpuBackend| {
+            let mut device = Device::new(&backend, &mesh, Target::Improve, &constraint);
+            device.smoother.start(&positions).unwrap();
+            device.sweep(2, 0.0, 3)
+        };
+        for (a, b) in sweep(F64).iter().zip(&sweep(F32)) {
+            // A vertex is placed where E is flat to f32's rounding: to its square root of the cell's side 1/4.
+            assert!(a.distance(*b) < 0.25 * 1e-3 * unit, "{a} {b}");
+        }
+    }
+}
