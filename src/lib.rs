@@ -56,6 +56,7 @@
 //!     springs: <&Springs>::default(),
 //!     method: Method::Chebyshev,
 //!     accuracy: Accuracy::default(),
+//!     quality: Some(idmesh::smoothing::Target::Original),
 //! };
 //! let backend = backend::select(Selection::Cpu)?;
 //! let mut mover = Mover::new(file.mesh.clone(), settings, backend.into(), &|_| {})?;

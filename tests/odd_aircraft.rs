@@ -53,6 +53,7 @@ fn set_up(mesh: TetMesh, old: &[(&str, Vec<Profile>)]) -> Mover {
         springs: Default::default(),
         method: Method::Chebyshev,
         accuracy: Accuracy { tolerance: 1e-10, ..Accuracy::default() },
+        quality: Some(idmesh::smoothing::Target::Original),
     };
     Mover::new(mesh, settings, cpu(), &|_| {}).unwrap()
 }

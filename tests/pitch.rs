@@ -38,6 +38,7 @@ fn set_up(springs: &'static Springs) -> Mover {
         springs,
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
+        quality: Some(idmesh::smoothing::Target::Original),
     };
     Mover::new(mesh, settings, cpu(), &|_| {}).unwrap()
 }
@@ -89,6 +90,7 @@ fn every_spring_translates_the_mesh_with_its_boundary() {
             springs,
             method: Method::Chebyshev,
             accuracy: Accuracy { tolerance: 1e-8, ..Accuracy::default() },
+            quality: Some(idmesh::smoothing::Target::Original),
         };
         let mut mover = Mover::new(mesh, settings, cpu(), &|_| {}).unwrap();
         let by = DVec3::new(0.3, -0.2, 0.1);

@@ -54,6 +54,7 @@ impl Example {
             springs: <&Springs>::default(),
             method: Method::Chebyshev,
             accuracy: Accuracy::default(),
+            quality: Some(idmesh::smoothing::Target::Original),
         };
         let design = Design { profiles: profiles("new.csv")?, ..Design::default() };
         Ok(Self { file, settings, design })

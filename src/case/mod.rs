@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::relaxation::Accuracy;
+use crate::smoothing::Target;
 use crate::springs::Springs;
 use crate::stages::TipStart;
 
@@ -36,6 +37,8 @@ pub struct Case {
     pub families: BTreeMap<String, FamilySettings>,
     /// Springs of the volume.
     pub springs: &'static Springs,
+    /// What local optimisation aims at; `None` is off.
+    pub quality: Option<Target>,
     /// How the spring networks are relaxed.
     pub solver: SolverSettings,
     /// Where the results go.

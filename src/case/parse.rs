@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::smoothing::Target;
 use crate::springs::{SPRINGS, Springs};
 use crate::stages::TipStart;
 
@@ -22,10 +23,10 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let families = families(&top, folder)?;
     let profiles = profiles(&top, folder, &families)?;
     let springs = springs(&top)?;
-    check_quality(&top)?;
+    let quality = quality(&top)?;
     let solver = solver(&top)?;
     let output = output(&top, folder, &mesh)?;
-    Ok(Case { path: path.to_path_buf(), mesh, profiles, families, springs, solver, output })
+    Ok(Case { path: path.to_path_buf(), mesh, profiles, families, springs, quality, solver, output })
 }
 
 fn families(top: &Section, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
@@ -136,16 +137,15 @@ fn springs(top: &Section) -> Result<&'static Springs, CaseError> {
     Ok(name.and_then(Springs::named).unwrap_or_default())
 }
 
-/// `[quality]` may only say "off": whoever asks for optimisation must not get a mesh without it.
-fn check_quality(top: &Section) -> Result<(), CaseError> {
-    let Some(table) = top.get("quality") else { return Ok(()) };
-    let Some(value) = table.section(&["target"])?.get("target") else { return Ok(()) };
-    match value.one_of(&["original", "improve", "off"])? {
-        "off" => Ok(()),
-        target => Err(value.error(format!(
-            "`quality.target` is \"{target}\", but local optimisation is not available in this version, expected \"off\""
-        ))),
-    }
+/// What local optimisation aims at: `None` for "off".
+fn quality(top: &Section) -> Result<Option<Target>, CaseError> {
+    let table = top.get("quality").map(|table| table.section(&["target"])).transpose()?;
+    let target = table.and_then(|section| section.get("target"));
+    Ok(match target.map(|value| value.one_of(&["original", "improve", "off"])).transpose()? {
+        None | Some("original") => Some(Target::Original),
+        Some("improve") => Some(Target::Improve),
+        Some(_) => None,
+    })
 }
 
 fn solver(top: &Section) -> Result<SolverSettings, CaseError> {

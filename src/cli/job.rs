@@ -79,7 +79,14 @@ impl Job {
             Method::Auto | Method::Chebyshev => relaxation::Method::Chebyshev,
             Method::Jacobi => relaxation::Method::Jacobi,
         };
-        let settings = Settings { roles, old_profiles, springs: case.springs, method, accuracy: case.solver.accuracy };
+        let settings = Settings {
+            roles,
+            old_profiles,
+            springs: case.springs,
+            method,
+            accuracy: case.solver.accuracy,
+            quality: case.quality,
+        };
         Ok(Self { case, file, settings, design, inputs, read_seconds: start.elapsed().as_secs_f64() })
     }
 }

@@ -1,4 +1,5 @@
-//! Stage volume: longitudinal and torsional springs on the edges of the tets carry the surfaces' motion inside.
+//! Stage volume: longitudinal and torsional springs on the edges of the tets carry the surfaces' motion inside; rest edges
+//! turn with the surfaces where the springs say so (see `rotation`).
 //!
 //! The stiffness is that of the undeformed mesh, so the result depends on the design alone and not on the way to it.
 //! Vertices of plane families slide on in their planes; all other surface vertices are held.
@@ -68,6 +69,11 @@ impl Volume {
         let stiffness = stiffness(springs.length, springs.torsion)?;
         let network = Network::new(&graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
         Ok(Self { relaxer: Relaxer::new(network, backend, method)?, rotation })
+    }
+
+    /// What each vertex of the mesh may do once its surfaces are moved `[n_vertices]`.
+    pub fn constraint(&self) -> &[Constraint] {
+        &self.relaxer.network().constraint
     }
 
     /// Moves the inside after the surfaces.

@@ -87,6 +87,7 @@ pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
         springs: Default::default(),
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
+        quality: Some(idmesh::smoothing::Target::Original),
     }
 }
 
