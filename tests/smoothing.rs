@@ -370,6 +370,20 @@ fn the_number_of_threads_changes_no_bit() {
     assert!(one.1.moved > 0);
 }
 
+/// Towards the original shape a run climbs to the original's worst beta and no further. The original is at the optimum
+/// of the sum of powers, but a shaken one comes to rest below it.
+#[test]
+fn a_run_ends_with_a_climb_on_beta() {
+    let mesh = brick(4);
+    let constraint = slide_on_boundary(&mesh);
+    let positions = shaken(&mesh, &constraint, 0.06);
+    let original = worst(&mesh, &mesh.vertices).1;
+    let end = |target| run(&F64, &mesh, &constraint, target, &positions, &ALL).1.beta_min;
+    let (of_original, of_improve) = (end(Target::Original), end(Target::Improve));
+    assert!(of_original > 0.999 * original && of_original < 1.001 * original, "{of_original} of {original}");
+    assert!(of_improve > 1.01 * original, "{of_improve} of {original}");
+}
+
 /// Only vertices of tets below the goal and of their neighbours move.
 #[test]
 fn what_is_good_stays() {

@@ -104,8 +104,8 @@ fn sweeps_agree_with_the_twin() {
                 }
                 // Whether a step is accepted may hang on the last bit: where the twin goes on, the GPU may have stopped
                 // on flat ground, a square root of rounding away. Few vertices, and never by as much as a cell.
-                let apart = expected.iter().zip(&found).filter(|(a, b)| !(a.distance(**b) < 1e-2)).count();
-                assert!(apart <= expected.len() / 100, "{apart} of {}", expected.len());
+                let near = expected.iter().zip(&found).filter(|(a, b)| a.distance(**b) < 1e-2).count();
+                assert!(near >= expected.len() - expected.len() / 100, "{near} of {}", expected.len());
             }
         }
     }

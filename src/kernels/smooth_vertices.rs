@@ -96,8 +96,9 @@ fn step<T: Real>(vertex: usize, tets: &Tets<T>, objective: &Objective<T>, correc
     let mut step = project(constraint, step);
     let half = T::from_f64(0.5);
     let falls = -dot(local.gradient, step) * half;
-    // Not `<`: a NaN stays too.
-    if !(falls > objective.tolerance * local.energy) {
+    // False of a NaN too.
+    let worthwhile = falls > objective.tolerance * local.energy;
+    if !worthwhile {
         return at;
     }
     let length = dot(step, step).sqrt();
