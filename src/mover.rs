@@ -267,9 +267,14 @@ impl Mover {
             && Statistics::new(&beta).min < *enough
         {
             observer("smoothing");
+            let before = vertices.clone();
             smoothed = Some(smoother.run(&mut vertices, &Goal { beta: *goal, max_sweeps: MOST_SWEEPS })?);
             beta = quality::betas(&vertices, &mesh.tets);
-            motion = vertices.iter().zip(&mesh.vertices).map(|(to, from)| *to - *from).collect();
+            for (vertex, displacement) in motion.iter_mut().enumerate() {
+                if vertices[vertex] != before[vertex] {
+                    *displacement = vertices[vertex] - mesh.vertices[vertex];
+                }
+            }
         }
         let inverted = watch.record(StageName::Final, &beta).inverted;
 

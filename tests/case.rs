@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use idmesh::case::displacement::{self, DisplacementError};
 use idmesh::case::{Case, CaseError, Method, Position, Role};
+use idmesh::smoothing::Target;
 use idmesh::stages::TipStart;
 
 const GOOD: &str = r#"mesh = "wing-body.msh"
@@ -101,6 +102,7 @@ fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
     assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Affine });
     assert_eq!(case.springs.name, "rotation-aware");
+    assert_eq!(case.quality, Some(Target::Original));
     assert_eq!(
         (case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps),
         (Method::Auto, 1e-4, 200_000)
@@ -238,14 +240,17 @@ fn numbers_out_of_range() {
 }
 
 #[test]
+fn quality_has_three_targets() {
+    let target = |word: &str| parse(&GOOD.replace("\"off\"", word)).unwrap().quality;
+    assert_eq!(target("\"off\""), None);
+    assert_eq!(target("\"original\""), Some(Target::Original));
+    assert_eq!(target("\"improve\""), Some(Target::Improve));
+    let message = "`quality.target` is \"best\", expected `original`, `improve` or `off`";
+    assert_mistake("\"off\"", "\"best\"", 29, 10, message);
+}
+
+#[test]
 fn what_is_not_available_is_refused() {
-    let quality = |target: &str| {
-        format!(
-            "`quality.target` is \"{target}\", but local optimisation is not available in this version, expected \"off\""
-        )
-    };
-    assert_mistake("\"off\"", "\"original\"", 29, 10, &quality("original"));
-    assert_mistake("\"off\"", "\"improve\"", 29, 10, &quality("improve"));
     let multigrid = "`solver.method` is \"multigrid\", which is not available in this version, expected `auto`, `jacobi` or \
                      `chebyshev`";
     assert_mistake("\"chebyshev\"", "\"multigrid\"", 32, 10, multigrid);

@@ -87,7 +87,8 @@ pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
         springs: Default::default(),
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
-        quality: Some(idmesh::smoothing::Target::Original),
+        // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
+        quality: None,
     }
 }
 
