@@ -51,10 +51,14 @@ impl Surface {
         self.of_family.row(family.index())
     }
 
+    /// The vertices of each of a family's triangles, in the order of [`Self::triangles_of`].
+    pub fn corners_of(&self, family: FamilyId) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.triangles_of(family).iter().map(|&triangle| self.triangles[triangle as usize])
+    }
+
     /// The vertices of a family, ascending, each once.
     pub fn vertices_of(&self, family: FamilyId) -> Vec<u32> {
-        let mut vertices: Vec<u32> =
-            self.triangles_of(family).iter().flat_map(|&triangle| self.triangles[triangle as usize]).collect();
+        let mut vertices: Vec<u32> = self.corners_of(family).flatten().collect();
         vertices.sort_unstable();
         vertices.dedup();
         vertices
@@ -130,8 +134,7 @@ impl Surface {
     pub fn normals_of(&self, family: FamilyId, vertices: &[DVec3]) -> Vec<DVec3> {
         let own = self.vertices_of(family);
         let mut normals = vec![DVec3::ZERO; own.len()];
-        for &triangle in self.triangles_of(family) {
-            let corners = self.triangles[triangle as usize];
+        for corners in self.corners_of(family) {
             let [a, b, c] = corners.map(|vertex| vertices[vertex as usize]);
             let area = (b - a).cross(c - a);
             for vertex in corners {

@@ -40,13 +40,12 @@ impl Carenages {
         method: Method,
     ) -> Result<Self, BackendError> {
         let carenages = families.placed_by(Owner::Carenage).map(|family| {
-            let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
             let constraint = |vertex: u32| {
                 let free =
                     families.owner[vertex as usize] == Owner::Carenage && families.shapes_at(vertex).count() == 1;
                 if free { Constraint::Free } else { Constraint::Held }
             };
-            let edges = triangle_edges(triangles);
+            let edges = triangle_edges(surface.corners_of(family));
             Ok((family, Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method)?))
         });
         Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })

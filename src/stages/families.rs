@@ -256,10 +256,9 @@ fn fit_plane(mesh: &TetMesh, surface: &Surface, family: FamilyId, vertices: &[u3
     let at = |vertex: u32| mesh.vertices[vertex as usize];
     let centre = vertices.iter().map(|&vertex| at(vertex)).sum::<DVec3>() / vertices.len().max(1) as f64;
     let area: DVec3 = surface
-        .triangles_of(family)
-        .iter()
-        .map(|&triangle| {
-            let [a, b, c] = surface.triangles[triangle as usize].map(at);
+        .corners_of(family)
+        .map(|corners| {
+            let [a, b, c] = corners.map(at);
             (b - a).cross(c - a)
         })
         .sum();
@@ -279,8 +278,7 @@ fn fit_plane(mesh: &TetMesh, surface: &Surface, family: FamilyId, vertices: &[u3
 
 /// A carenage's triangles and a patch over every hole that wings leave in it.
 fn continued(mesh: &TetMesh, surface: &Surface, roles: &[Role], family: FamilyId) -> Result<Shape, SetupError> {
-    let mut triangles: Vec<[u32; 3]> =
-        surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]).collect();
+    let mut triangles: Vec<[u32; 3]> = surface.corners_of(family).collect();
     let own = triangles.clone();
     let mut points = mesh.vertices.clone();
     for rim in surface.boundary_loops(family) {

@@ -27,10 +27,7 @@ impl Planes {
         backend: &dyn Backend,
         method: Method,
     ) -> Result<Self, BackendError> {
-        let triangles = families
-            .placed_by(Owner::Plane)
-            .flat_map(|family| surface.triangles_of(family))
-            .map(|&triangle| surface.triangles[triangle as usize]);
+        let triangles = families.placed_by(Owner::Plane).flat_map(|family| surface.corners_of(family));
         let edges = triangle_edges(triangles);
         if edges.is_empty() {
             return Ok(Self { network: None });

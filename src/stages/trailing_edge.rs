@@ -49,8 +49,7 @@ impl TrailingEdges {
             let limit =
                 |vertex: u32, free: bool| if free { families.plane_constraint(vertex) } else { Constraint::Held };
             let curve = Patch::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), f64::INFINITY, backend, method)?;
-            let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
-            let inner = triangle_edges(triangles);
+            let inner = triangle_edges(surface.corners_of(family));
             let inside = |v: u32| limit(v, own(v) && !on_curve.contains(&v));
             let surface = Patch::new(&mesh.vertices, &inner, inside, f64::INFINITY, backend, method)?;
             Ok(TrailingEdge { curve, surface })

@@ -55,8 +55,8 @@ impl Wings {
             let positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
             let normals = surface.normals_of(family, &mesh.vertices);
             let place = |vertex: u32| vertices.binary_search(&vertex).expect("an edge's ends are vertices") as u32;
-            let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
-            let edges: Vec<[u32; 2]> = triangle_edges(triangles).into_iter().map(|edge| edge.map(place)).collect();
+            let edges: Vec<[u32; 2]> =
+                triangle_edges(surface.corners_of(family)).into_iter().map(|edge| edge.map(place)).collect();
             let loft = WingLoft::new(old, &positions, &normals, &edges)
                 .map_err(|error| SetupError::Profiles { family: name(), error })?;
             let junction: Vec<usize> = (0..vertices.len())
@@ -152,8 +152,7 @@ fn strip(
         let at = mesh.vertices[vertex as usize];
         points.iter().any(|point| point.distance_squared(at) < width * width)
     };
-    let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
-    let edges = triangle_edges(triangles);
+    let edges = triangle_edges(surface.corners_of(family));
     let constraint = |vertex: u32| {
         let free = families.owner[vertex as usize] == Owner::Wing && !on_junction.contains(&vertex) && beside(vertex);
         if free { Constraint::Free } else { Constraint::Held }

@@ -57,13 +57,12 @@ impl Wingtips {
                 .vertices_of(family)
                 .into_iter()
                 .partition(|&vertex| families.owner[vertex as usize] == Owner::Wingtip);
-            let triangles = surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]);
             let constraint = |vertex: u32| {
                 // A coefficient of 0 would take infinitely stiff springs: the vertex is held at its start instead.
                 let free = families.owner[vertex as usize] == Owner::Wingtip && coefficient > 0.0;
                 if free { families.plane_constraint(vertex) } else { Constraint::Held }
             };
-            let edges = triangle_edges(triangles);
+            let edges = triangle_edges(surface.corners_of(family));
             let reach = mean_width(mesh, surface, family) * (coefficient / (1.0 - coefficient)).sqrt();
             let network = Patch::new(&mesh.vertices, &edges, constraint, reach, backend, method)?;
             Ok(Wingtip { start, placed, inside, network })
@@ -122,10 +121,9 @@ impl Wingtips {
 fn mean_width(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> f64 {
     let at = |vertex: u32| mesh.vertices[vertex as usize];
     let area: f64 = surface
-        .triangles_of(family)
-        .iter()
-        .map(|&triangle| {
-            let [a, b, c] = surface.triangles[triangle as usize].map(at);
+        .corners_of(family)
+        .map(|corners| {
+            let [a, b, c] = corners.map(at);
             0.5 * (b - a).cross(c - a).length()
         })
         .sum();
