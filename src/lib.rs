@@ -13,8 +13,10 @@
 //! [`mover::Mover::new`] does what depends on the mesh alone. [`mover::Mover::update`] then moves the undeformed mesh to one
 //! [`mover::Design`] after another, stage by stage ([`stages`]). The wing's displacement is interpolated from its profiles;
 //! everything else is a spring network ([`relaxation::Network`]), relaxed on a [`backend::Backend`]: the CPU in f64, or a GPU
-//! in f32 with residuals in f64. The [`mover::Outcome`] holds the vertices and what the report says of them: the quality of
-//! the tets at four stages ([`quality`]), how true the surfaces stayed to their shapes, and how the volume converged.
+//! in f32 with residuals in f64. Where that leaves bad or inverted tets, local optimisation ([`smoothing`]) repairs them, if
+//! [`mover::Settings::quality`] asks for it. The [`mover::Outcome`] holds the vertices and what the report says of them: the quality of
+//! the tets at four stages ([`quality`]), how true the surfaces stayed to their shapes, how the volume converged, and what
+//! local optimisation did.
 //!
 //! Bad input and a failed device are errors. A relaxation that did not converge and tets that stay inverted are results:
 //! look at [`mover::Outcome::converged`] and [`mover::Outcome::inverted`] before using the vertices.
