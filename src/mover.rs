@@ -14,7 +14,7 @@ use crate::{
     backend::{Backend, BackendError},
     mesh::{self, FamilyId, MeshError, TetMesh, Topology},
     profile::{Plane, Profile, ProfileError, cut, distance},
-    quality::{self, Statistics},
+    quality::{self, Statistics, faults},
     relaxation::{Accuracy, Convergence, Method},
     report::{FamilyReport, ProfileReport, Solver, Stage, StageName},
     smoothing::{Goal, Smoothed, Smoother, Target},
@@ -78,6 +78,9 @@ pub struct Outcome {
     pub unconverged: Vec<(&'static str, f64)>,
     /// Tets without positive volume.
     pub inverted: usize,
+    /// Surface triangles that are turned over against those around them, by family name; families without any are left
+    /// out. See [`faults::folded`].
+    pub folded: BTreeMap<String, usize>,
 }
 
 /// Why a mesh could not be moved.
@@ -288,8 +291,9 @@ impl Mover {
         ];
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
+        let folded = self.folded(&vertices);
         Ok(Outcome {
-            families: self.family_reports(&vertices),
+            families: self.family_reports(&vertices, &folded),
             profiles: self.profile_reports(&vertices, design),
             solver: self.solver_report(&volume),
             stages: watch.stages,
@@ -298,6 +302,7 @@ impl Mover {
             converged: unconverged.is_empty(),
             unconverged,
             inverted,
+            folded,
             smoothed,
             displacement: motion,
             vertices,
@@ -312,7 +317,17 @@ impl Mover {
         }
     }
 
-    fn family_reports(&self, vertices: &[DVec3]) -> BTreeMap<String, FamilyReport> {
+    fn folded(&self, vertices: &[DVec3]) -> BTreeMap<String, usize> {
+        let surface = &self.topology.surface;
+        let mut folded = BTreeMap::new();
+        for triangle in faults::folded(&self.mesh.vertices, vertices, &surface.triangles, &surface.opposite) {
+            let family = surface.family[triangle as usize];
+            *folded.entry(self.mesh.families[family.index()].clone()).or_default() += 1;
+        }
+        folded
+    }
+
+    fn family_reports(&self, vertices: &[DVec3], folded: &BTreeMap<String, usize>) -> BTreeMap<String, FamilyReport> {
         let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
             let shape = shape.as_ref()?;
             let distance = self
@@ -328,7 +343,11 @@ impl Mover {
             };
             Some((self.mesh.families[index].clone(), report))
         });
-        reports.collect()
+        let mut reports: BTreeMap<_, _> = reports.collect();
+        for (family, &count) in folded {
+            reports.entry(family.clone()).or_default().folded_triangles = count;
+        }
+        reports
     }
 
     /// Distance of the moved wings' sections to their new profiles; a wing that can no longer be cut there has none.

@@ -68,6 +68,7 @@ fn check(springs: &'static Springs) {
     assert!(bits_changed(&mesh.vertices, &outcome.vertices, &farfield, &[0, 1, 2]).is_empty(), "{name}");
     assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
     assert_eq!(outcome.inverted, 0, "{name}");
+    assert!(outcome.folded.is_empty(), "{name}: {:?}", outcome.folded);
     // The wing alone does not do: its motion is larger than the cells around it.
     assert!(outcome.stages[1].inverted > 1000, "{name}");
 }

@@ -19,7 +19,7 @@ pub(super) struct Console {
 
 impl Console {
     pub(super) fn new(quiet: bool, verbose: u8) -> Self {
-        let level = if quiet { -1 } else { verbose.min(2) as i8 };
+        let level = if quiet { -1 } else { verbose.min(1) as i8 };
         let spinner = (level == 0 && io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new_spinner();
             // No colours, so there is nothing for NO_COLOR to take away.

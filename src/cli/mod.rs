@@ -9,6 +9,7 @@ mod compare;
 mod console;
 mod cut;
 mod failure;
+mod inverted;
 mod job;
 mod outputs;
 mod quality;
@@ -29,7 +30,8 @@ Exit codes:
   2  wrong usage
   3  bad input, nothing was written
   4  not converged
-  5  inverted tets remain, the mesh is written as NAME.invalid.EXT
+  5  inverted tets remain, the mesh is written as NAME.invalid.EXT,
+     its inverted tets and those around them as NAME.inverted.vtu
   6  no usable GPU";
 
 /// Moves an aircraft's tetrahedral CFD mesh when its wing profiles change, without remeshing.
@@ -41,7 +43,7 @@ struct Arguments {
     /// Say nothing but errors and data.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
-    /// Say more; twice for even more.
+    /// Say more: every step with its time.
     #[arg(short, long, global = true, action = ArgAction::Count)]
     verbose: u8,
 }

@@ -129,16 +129,26 @@ pub(super) fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
 
 /// `moved.msh.gz` becomes `moved.invalid.msh.gz`.
 pub(super) fn invalid_name(path: &Path) -> PathBuf {
+    let (stem, extension) = split_name(path);
+    path.with_file_name(format!("{stem}.invalid{extension}"))
+}
+
+/// `moved.msh.gz` becomes `moved.inverted.vtu`.
+pub(super) fn inverted_name(path: &Path) -> PathBuf {
+    path.with_file_name(format!("{}.inverted.vtu", split_name(path).0))
+}
+
+/// A file's name before its extension, and the extension: `.msh.gz`, `.vtu` or nothing.
+fn split_name(path: &Path) -> (String, String) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let (stem, gz) = match name.len().checked_sub(3).and_then(|at| name.split_at_checked(at)) {
         Some((stem, gz)) if gz.eq_ignore_ascii_case(".gz") => (stem, gz),
         _ => (&*name, ""),
     };
-    let (stem, extension) = match stem.rsplit_once('.') {
-        Some((stem, extension)) => (stem, format!(".{extension}")),
-        None => (stem, String::new()),
-    };
-    path.with_file_name(format!("{stem}.invalid{extension}{gz}"))
+    match stem.rsplit_once('.') {
+        Some((stem, extension)) => (stem.to_owned(), format!(".{extension}{gz}")),
+        None => (stem.to_owned(), gz.to_owned()),
+    }
 }
 
 #[cfg(test)]
@@ -152,6 +162,7 @@ mod tests {
         assert_eq!(name("moved.v2.msh.gz"), Path::new("moved.v2.invalid.msh.gz"));
         assert_eq!(name("moved"), Path::new("moved.invalid"));
         assert_eq!(name("gz"), Path::new("gz.invalid"));
+        assert_eq!(inverted_name(Path::new("a/moved.v2.msh.gz")), Path::new("a/moved.v2.inverted.vtu"));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use super::console::Console;
 use super::failure::{Exit, Failure};
+use super::inverted;
 use super::job::Job;
 use super::outputs::{self, Folder};
 use super::{BackendChoice, JsonTarget, json_target};
@@ -85,7 +86,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     for path in &written {
         console.note(format_args!("wrote {}", path.display()));
     }
-    verdict(&outcome, &written)
+    if let Some(warning) = inverted::fold_warning(&outcome.folded) {
+        console.warn(warning);
+    }
+    verdict(&mover, &job, &outcome, &written)
 }
 
 /// The histogram's title: the case and its mesh, by file name.
@@ -117,14 +121,9 @@ pub(super) fn on_mesh(error: crate::mover::MoveError, job: &Job) -> Failure {
 }
 
 /// Whether the result is good enough for exit code 0.
-fn verdict(outcome: &Outcome, written: &[PathBuf]) -> Result<(), Failure> {
+fn verdict(mover: &Mover, job: &Job, outcome: &Outcome, written: &[PathBuf]) -> Result<(), Failure> {
     if outcome.inverted > 0 {
-        let names = written.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
-        let message =
-            format!("{} of {} tets are inverted; the mesh is in {names}", outcome.inverted, outcome.beta.len());
-        return Err(Failure::new(Exit::Inverted, message).with_hint(
-            "a smaller change of the profiles keeps more tets valid; the report says at which stage they turned",
-        ));
+        return Err(inverted::failure(mover, job, outcome, written));
     }
     if !outcome.converged {
         let stages: Vec<_> = outcome
@@ -170,7 +169,7 @@ impl Targets {
         Ok(Self { meshes, histogram, _folder: folder })
     }
 
-    /// Writes the moved mesh under its names, or their `invalid` twins if tets are inverted.
+    /// Writes the moved mesh under its names, or their `invalid` twins and the inverted tets alone if there are any.
     fn write_meshes(&self, job: &Job, outcome: &Outcome) -> Result<Vec<PathBuf>, Failure> {
         let lost = outcome.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
         if lost > 0 {
@@ -183,6 +182,11 @@ impl Targets {
             let path = if outcome.inverted > 0 { outputs::invalid_name(path) } else { path.clone() };
             job.file.write(&path, &outcome.vertices, &fields)?;
             written.push(path);
+        }
+        if outcome.inverted > 0
+            && let Some(first) = self.meshes.first()
+        {
+            written.push(inverted::write_inverted(first, job, outcome)?);
         }
         Ok(written)
     }

@@ -1,4 +1,6 @@
-//! Measures of the tets: signed volume and the paper's beta.
+//! Measures of the tets: signed volume and the paper's beta; and what is wrong with a moved mesh ([`faults`]).
+
+pub mod faults;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -44,7 +46,7 @@ impl Statistics {
             min: extreme(|a, b| a <= b),
             max: extreme(|a, b| a >= b),
             mean: betas.iter().sum::<f64>() / betas.len() as f64,
-            inverted: betas.iter().filter(|&&beta| beta.is_nan() || beta <= 0.0).count(),
+            inverted: betas.iter().filter(|&&beta| faults::is_inverted(beta)).count(),
         }
     }
 }

@@ -144,6 +144,13 @@ pub struct FamilyReport {
     /// Largest distance of a plane family's vertices to its plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_plane: Option<f64>,
+    /// Triangles that are turned over against those around them.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub folded_triangles: usize,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// How true a wing is to its new profiles, in the mesh's unit.

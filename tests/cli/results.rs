@@ -1,6 +1,7 @@
 //! `idmesh run` on good input: a moved mesh, or a result that is said not to be good.
 
 use std::fs;
+use std::time::{Duration, Instant};
 
 use crate::fixture::*;
 use crate::wing_box::*;
@@ -100,7 +101,85 @@ fn inverted_meshes_get_another_name() {
     fixture.write("moved.msh", "an older result");
     let output = fixture.run();
     assert_eq!(output.status.code(), Some(5), "{}", stderr(&output));
-    assert!(stderr(&output).contains("inverted; the mesh is in moved.invalid.msh"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("the mesh is in moved.invalid.msh"), "{}", stderr(&output));
     assert!(fixture.path("moved.invalid.msh").is_file());
     assert_eq!(fixture.read("moved.msh"), "an older result");
+}
+
+/// The wing box with its wing prescribed by displacements.
+fn prescribed(fixture: &Fixture, displacement: impl Fn([f64; 3]) -> [f64; 3]) {
+    let mesh = WingBox::new();
+    let row = |vertex: usize| {
+        let at = mesh.vertices[vertex];
+        let [x, y, z] = at;
+        let [dx, dy, dz] = displacement(at);
+        format!("{x},{y},{z},{dx},{dy},{dz}\n")
+    };
+    fixture.write("wing.csv", &mesh.family_vertices(0).into_iter().map(row).collect::<String>());
+    let case = CASE.replace("[profiles.wing]\nnew = \"new.csv\"\n", "");
+    let case = case.replace("role = \"wing\"\n", "role = \"prescribed\"\ndisplacement = \"wing.csv\"\n");
+    fixture.write("case.toml", &case);
+}
+
+/// Runs a case that cannot be made valid; returns what it said and the inverted tets that the report counts.
+#[track_caller]
+fn is_impossible(fixture: &Fixture) -> (String, serde_json::Value) {
+    let start = Instant::now();
+    let output = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "report.json"]);
+    // Well under a second where nothing else runs.
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+    let errors = stderr(&output);
+    assert_eq!(output.status.code(), Some(5), "{errors}");
+    let report: serde_json::Value = serde_json::from_str(&fixture.read("report.json")).unwrap();
+    let inverted = &report["stages"][3]["inverted"];
+    let error = errors.lines().find(|line| line.starts_with("error: ")).unwrap();
+    for words in [
+        &format!("error: {inverted} of "),
+        "the worst at (",
+        &format!("final {inverted};"),
+        "the mesh is in moved.invalid.msh, moved.inverted.vtu",
+    ] {
+        assert!(error.contains(words), "\"{words}\" is not in: {error}");
+    }
+    assert!(errors.lines().any(|line| line.starts_with("hint: ")), "{errors}");
+    assert!(!fixture.path("moved.msh").exists());
+    assert!(fixture.path("moved.invalid.msh").is_file());
+    (errors, report)
+}
+
+/// Tells the number of cells and points that a VTU file declares.
+fn vtu_size(fixture: &Fixture, name: &str) -> (usize, usize) {
+    let bytes = fs::read(fixture.path(name)).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    let number = |key: &str| text.split(key).nth(1).unwrap().split('"').nth(1).unwrap().parse().unwrap();
+    (number("NumberOfCells="), number("NumberOfPoints="))
+}
+
+#[test]
+fn a_wing_moved_through_the_far_side_is_told() {
+    let fixture = Fixture::new();
+    prescribed(&fixture, |_| [0.0, 0.0, 3.0]);
+    let (errors, _) = is_impossible(&fixture);
+    assert!(FAMILIES.iter().any(|family| errors.contains(&format!("near `{family}`"))), "{errors}");
+    let (cells, points) = vtu_size(&fixture, "moved.inverted.vtu");
+    let mesh = WingBox::new();
+    assert!(cells > 0 && cells <= mesh.tets.len() && points > 0 && points <= mesh.vertices.len());
+}
+
+/// One vertex of the wing's upper side goes across the edge opposite it: one triangle lies the wrong way up, and is said to.
+#[test]
+fn a_folded_surface_is_told_by_family() {
+    let fixture = Fixture::new();
+    prescribed(&fixture, |at| if at == [1.25, 0.75, 0.25] { [0.3, 0.1875, 0.0] } else { [0.0; 3] });
+    let (errors, report) = is_impossible(&fixture);
+    let folded = &report["families"]["wing"]["folded_triangles"];
+    assert!(folded.as_u64().is_some_and(|count| count > 0), "{report}");
+    let warning = format!("warning: surface triangles turned over against those around them: wing {folded}");
+    assert!(errors.lines().any(|line| line == warning), "{errors}");
+    assert!(errors.contains("hint: the moved surface itself is folded"), "{errors}");
+    assert!(errors.contains("near `wing`"), "{errors}");
+    let inverted = report["stages"][3]["inverted"].as_u64().unwrap() as usize;
+    let (cells, points) = vtu_size(&fixture, "moved.inverted.vtu");
+    let mesh = WingBox::new();
+    assert!(cells >= inverted && cells < mesh.tets.len() && points < mesh.vertices.len(), "{cells} {points}");
 }

@@ -1,0 +1,125 @@
+//! What `idmesh run` says and shows of a moved mesh that is not valid.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::failure::{Exit, Failure};
+use super::job::Job;
+use super::outputs;
+use crate::formats::{Cells, Fields, write_vtu};
+use crate::mover::{Mover, Outcome};
+use crate::quality::faults::{self, Cluster};
+use crate::report::StageName;
+
+/// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its `beta` tells them apart.
+///
+/// # Errors
+/// The file cannot be written.
+pub(super) fn write_inverted(output: &Path, job: &Job, outcome: &Outcome) -> Result<PathBuf, Failure> {
+    let path = outputs::inverted_name(output);
+    let all = &job.file.mesh.tets;
+    let shown = faults::around(all, outcome.vertices.len(), &faults::inverted(&outcome.beta));
+    // Only the vertices of these tets, numbered anew.
+    let mut used: Vec<u32> = shown.iter().flat_map(|&tet| all[tet as usize]).collect();
+    used.sort_unstable();
+    used.dedup();
+    let number = |vertex: u32| used.partition_point(|&other| other < vertex) as u32;
+    let tets: Vec<[u32; 4]> = shown.iter().map(|&tet| all[tet as usize].map(number)).collect();
+    let pick = |of: &[DVec3]| used.iter().map(|&vertex| of[vertex as usize]).collect::<Vec<_>>();
+    let beta: Vec<f64> = shown.iter().map(|&tet| outcome.beta[tet as usize]).collect();
+    let fields = Fields { displacement: Some(&pick(&outcome.displacement)), beta: Some(&beta) };
+    let cells = Cells { tets: &tets, triangles: &[], triangle_family: &[], families: &[] };
+    write_vtu(&path, &pick(&outcome.vertices), &cells, &fields)?;
+    Ok(path)
+}
+
+/// The failure that inverted tets are: how many, since which stage, where the worst is, in which files to look, what to try.
+pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[PathBuf]) -> Failure {
+    let mesh = mover.mesh();
+    let surface = &mover.topology().surface;
+    let clusters = faults::clusters(&outcome.vertices, &mesh.tets, &outcome.beta);
+    let family = |cluster: &Cluster| {
+        let triangle = faults::nearest_triangle(&outcome.vertices, &mesh.tets, &surface.triangles, cluster)?;
+        Some(mesh.families[surface.family[triangle as usize].index()].as_str())
+    };
+    let mut message = format!("{} of {} tets are inverted", outcome.inverted, outcome.beta.len());
+    if let Some(worst) = clusters.first() {
+        let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
+        let [x, y, z] = worst.at.to_array().map(short);
+        message += &format!(", in {}, the worst at ({x}, {y}, {z}){near}", places(clusters.len()));
+    }
+    message += &format!("; in the report's stages: {}", stages(outcome));
+    if !written.is_empty() {
+        let names: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+        message += &format!("; the mesh is in {}", names.join(", "));
+    }
+    Failure::new(Exit::Inverted, message).with_hint(hint(job, outcome))
+}
+
+fn places(n: usize) -> String {
+    if n == 1 { "one place".to_owned() } else { format!("{n} places") }
+}
+
+/// `deformed 20, corrected 24, final 3`: the inverted tets at each stage after the first.
+fn stages(outcome: &Outcome) -> String {
+    let name = |name| match name {
+        StageName::Original => "original",
+        StageName::Deformed => "deformed",
+        StageName::Corrected => "corrected",
+        StageName::Final => "final",
+    };
+    let moved = outcome.stages.iter().filter(|stage| stage.name != StageName::Original);
+    moved.map(|stage| format!("{} {}", name(stage.name), stage.inverted)).collect::<Vec<_>>().join(", ")
+}
+
+fn hint(job: &Job, outcome: &Outcome) -> String {
+    if !outcome.folded.is_empty() {
+        return format!(
+            "the moved surface itself is folded ({}), and no volume fits it: correct its profiles or displacements first",
+            folds(&outcome.folded)
+        );
+    }
+    if !outcome.converged {
+        return "the relaxation did not converge either: raise max_sweeps or tolerance in [solver] first".to_owned();
+    }
+    if job.settings.quality.is_none() {
+        return "target = \"original\" in [quality] repairs tets; a smaller change of the surface keeps more of them valid"
+            .to_owned();
+    }
+    "check that the moved surface does not pass through itself or another family; else try a smaller change".to_owned()
+}
+
+/// The warning about surface triangles that turned over, if there are any.
+pub(super) fn fold_warning(folded: &BTreeMap<String, usize>) -> Option<String> {
+    (!folded.is_empty()).then(|| format!("surface triangles turned over against those around them: {}", folds(folded)))
+}
+
+/// `wing 3, wingtip 1`.
+fn folds(folded: &BTreeMap<String, usize>) -> String {
+    folded.iter().map(|(family, count)| format!("{family} {count}")).collect::<Vec<_>>().join(", ")
+}
+
+/// A coordinate with six significant digits, without trailing zeros.
+fn short(x: f64) -> f64 {
+    format!("{x:.5e}").parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folds_are_told_by_family() {
+        assert_eq!(fold_warning(&BTreeMap::new()), None);
+        let folded = BTreeMap::from([("wing".to_owned(), 3), ("tip".to_owned(), 1)]);
+        assert!(fold_warning(&folded).unwrap().ends_with(": tip 1, wing 3"));
+    }
+
+    #[test]
+    fn coordinates_are_short() {
+        assert_eq!(short(1.0 / 3.0).to_string(), "0.333333");
+        assert_eq!(short(1.5).to_string(), "1.5");
+    }
+}

@@ -1,0 +1,212 @@
+//! What is wrong with a moved mesh, and where: inverted tets in clusters, surface triangles that folded over.
+//!
+//! All of it is judged in f64 from coordinates alone. Surfaces come as plain arrays: `triangles` `[n_triangles]`, all
+//! turned to the same side, and `opposite` `[3 * n_triangles]`, for the half-edge `3 * triangle + k` its twin in the
+//! neighbouring triangle, as in [`crate::mesh::half_edge::Surface`].
+
+use std::collections::HashMap;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Whether a tet of this beta is inverted; one that is no number counts.
+pub fn is_inverted(beta: f64) -> bool {
+    beta.is_nan() || beta <= 0.0
+}
+
+/// The inverted tets, ascending.
+pub fn inverted(betas: &[f64]) -> Vec<u32> {
+    (0..betas.len() as u32).filter(|&tet| is_inverted(betas[tet as usize])).collect()
+}
+
+/// The tets that share a vertex with some of these tets, they themselves included, ascending.
+pub fn around(tets: &[[u32; 4]], n_vertices: usize, some: &[u32]) -> Vec<u32> {
+    let mut near = vec![false; n_vertices];
+    some.iter().flat_map(|&tet| tets[tet as usize]).for_each(|vertex| near[vertex as usize] = true);
+    let touches = |tet: &[u32; 4]| tet.iter().any(|&vertex| near[vertex as usize]);
+    (0..tets.len() as u32).filter(|&tet| touches(&tets[tet as usize])).collect()
+}
+
+/// Inverted tets that hang together by their vertices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cluster {
+    /// The tets, ascending.
+    pub tets: Vec<u32>,
+    /// The tet of the lowest beta.
+    pub worst: u32,
+    /// The centre of the worst tet, in the moved mesh.
+    pub at: DVec3,
+}
+
+/// The inverted tets in clusters, the one with the lowest beta first.
+///
+/// - `vertices` `[n_vertices]`, `betas` `[n_tets]`: of the moved mesh
+pub fn clusters(vertices: &[DVec3], tets: &[[u32; 4]], betas: &[f64]) -> Vec<Cluster> {
+    let inverted = inverted(betas);
+    // Each tet points to one of its cluster, the lowest to itself.
+    let mut chief: Vec<usize> = (0..inverted.len()).collect();
+    let find = |chief: &mut Vec<usize>, mut at: usize| {
+        while chief[at] != at {
+            chief[at] = chief[chief[at]];
+            at = chief[at];
+        }
+        at
+    };
+    let mut first_at: HashMap<u32, usize> = HashMap::new();
+    for (place, &tet) in inverted.iter().enumerate() {
+        for vertex in tets[tet as usize] {
+            let other = *first_at.entry(vertex).or_insert(place);
+            let (a, b) = (find(&mut chief, place), find(&mut chief, other));
+            chief[a.max(b)] = a.min(b);
+        }
+    }
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); inverted.len()];
+    for (place, &tet) in inverted.iter().enumerate() {
+        members[find(&mut chief, place)].push(tet);
+    }
+    let rank = |tet: u32| if betas[tet as usize].is_nan() { f64::NEG_INFINITY } else { betas[tet as usize] };
+    let mut clusters: Vec<Cluster> = members
+        .into_iter()
+        .filter(|tets| !tets.is_empty())
+        .map(|of_cluster| {
+            let worst =
+                of_cluster.iter().copied().min_by(|&a, &b| rank(a).total_cmp(&rank(b))).unwrap_or(of_cluster[0]);
+            let at = centre(vertices, &tets[worst as usize]);
+            Cluster { tets: of_cluster, worst, at }
+        })
+        .collect();
+    clusters.sort_by(|a, b| rank(a.worst).total_cmp(&rank(b.worst)).then(a.worst.cmp(&b.worst)));
+    clusters
+}
+
+fn centre<const N: usize>(vertices: &[DVec3], corners: &[u32; N]) -> DVec3 {
+    corners.iter().map(|&vertex| vertices[vertex as usize]).sum::<DVec3>() / N as f64
+}
+
+/// The surface triangle nearest to a cluster's worst place, by centres: of those at the worst tet's vertices, else of
+/// those at the cluster's, else of all; none only where there are no triangles.
+///
+/// - `vertices` `[n_vertices]`: of the moved mesh
+pub fn nearest_triangle(
+    vertices: &[DVec3],
+    tets: &[[u32; 4]],
+    triangles: &[[u32; 3]],
+    cluster: &Cluster,
+) -> Option<u32> {
+    let distance = |triangle: u32| centre(vertices, &triangles[triangle as usize]).distance_squared(cluster.at);
+    let all = 0..triangles.len() as u32;
+    let nearest =
+        |candidates: &mut dyn Iterator<Item = u32>| candidates.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+    let at_vertices_of = |some: &[u32]| {
+        let mut own: Vec<u32> = some.iter().flat_map(|&tet| tets[tet as usize]).collect();
+        own.sort_unstable();
+        let touches = |&triangle: &u32| triangles[triangle as usize].iter().any(|at| own.binary_search(at).is_ok());
+        nearest(&mut all.clone().filter(touches))
+    };
+    at_vertices_of(&[cluster.worst]).or_else(|| at_vertices_of(&cluster.tets)).or_else(|| nearest(&mut all.clone()))
+}
+
+/// The triangles that a motion turned over against the surface around them, ascending.
+///
+/// Across an edge, the angle from one triangle's normal to the other's, about that edge, is the same however the two
+/// stand in space. The edge is *turned* when the motion changed that angle by more than 90 degrees, either way: a fold
+/// changes it by 180, a sharp edge that stays one by nothing. Turned edges cut the surface into parts. The part with the
+/// largest original area (of each connected surface) keeps its side; a part across a turned edge from it is folded, one
+/// across a further turned edge is on its right side again, and so on.
+///
+/// A rigid motion of the whole folds nothing, and neither does a crease that ends within the surface: one can walk round
+/// it. A triangle that lost its area has no side and is not counted for that; its tet is inverted.
+///
+/// - `original`, `moved` `[n_vertices]`
+pub fn folded(original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<u32> {
+    let turned: Vec<bool> = (0..opposite.len())
+        .into_par_iter()
+        .map(|half_edge| {
+            let twin = opposite[half_edge] as usize;
+            // Both halves must agree to the last bit.
+            let edge = half_edge.min(twin);
+            let angle = |vertices: &[DVec3]| edge_angle(vertices, triangles, edge, half_edge.max(twin));
+            let change = (angle(moved) - angle(original)).abs();
+            let change = if change > PI { TAU - change } else { change };
+            change > FRAC_PI_2
+        })
+        .collect();
+    if !turned.contains(&true) {
+        return Vec::new();
+    }
+    let (part, area) = parts(original, triangles, opposite, &turned);
+    let mut beside: Vec<Vec<u32>> = vec![Vec::new(); area.len()];
+    for half_edge in (0..opposite.len()).filter(|&half_edge| turned[half_edge]) {
+        let (own, other) = (part[half_edge / 3], part[opposite[half_edge] as usize / 3]);
+        if own != other {
+            beside[own as usize].push(other);
+        }
+    }
+    let mut largest_first: Vec<u32> = (0..area.len() as u32).collect();
+    largest_first.sort_by(|&a, &b| area[b as usize].total_cmp(&area[a as usize]));
+    let mut over: Vec<Option<bool>> = vec![None; area.len()];
+    for start in largest_first {
+        if over[start as usize].is_some() {
+            continue;
+        }
+        over[start as usize] = Some(false);
+        let mut front = vec![start];
+        while !front.is_empty() {
+            let mut next = Vec::new();
+            for own in front {
+                for &other in &beside[own as usize] {
+                    if over[other as usize].is_none() {
+                        over[other as usize] = over[own as usize].map(|is| !is);
+                        next.push(other);
+                    }
+                }
+            }
+            front = next;
+        }
+    }
+    let is_folded = |&triangle: &u32| over[part[triangle as usize] as usize] == Some(true);
+    (0..triangles.len() as u32).filter(is_folded).collect()
+}
+
+/// The parts between turned edges: the part of each triangle `[n_triangles]` and the area of each part `[n_parts]`.
+fn parts(vertices: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32], turned: &[bool]) -> (Vec<u32>, Vec<f64>) {
+    let mut part = vec![u32::MAX; triangles.len()];
+    let mut area = Vec::new();
+    for start in 0..triangles.len() {
+        if part[start] != u32::MAX {
+            continue;
+        }
+        let number = area.len() as u32;
+        let mut of_part = 0.0;
+        part[start] = number;
+        let mut stack = vec![start];
+        while let Some(triangle) = stack.pop() {
+            of_part += normal(vertices, triangles[triangle]).length() / 2.0;
+            for half_edge in 3 * triangle..3 * triangle + 3 {
+                let other = opposite[half_edge] as usize / 3;
+                if !turned[half_edge] && part[other] == u32::MAX {
+                    part[other] = number;
+                    stack.push(other);
+                }
+            }
+        }
+        area.push(of_part);
+    }
+    (part, area)
+}
+
+/// The angle between the normals of the two triangles at an edge, about it, in -pi..=pi.
+fn edge_angle(vertices: &[DVec3], triangles: &[[u32; 3]], half_edge: usize, twin: usize) -> f64 {
+    let corners = triangles[half_edge / 3];
+    let (from, to) = (corners[half_edge % 3], corners[(half_edge + 1) % 3]);
+    let along = (vertices[to as usize] - vertices[from as usize]).normalize_or_zero();
+    let (own, other) = (normal(vertices, corners), normal(vertices, triangles[twin / 3]));
+    along.dot(own.cross(other)).atan2(own.dot(other))
+}
+
+/// Normal of a triangle, as long as twice its area.
+fn normal(vertices: &[DVec3], triangle: [u32; 3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize]);
+    (b - a).cross(c - a)
+}
