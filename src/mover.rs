@@ -14,6 +14,7 @@ use crate::{
     backend::{Backend, BackendError},
     mesh::{self, FamilyId, MeshError, TetMesh, Topology},
     profile::{Plane, Profile, ProfileError, cut, distance},
+    projection::crossing,
     quality::{self, Statistics, faults},
     relaxation::{Accuracy, Convergence, Method},
     report::{FamilyReport, ProfileReport, Solver, Stage, StageName},
@@ -81,6 +82,16 @@ pub struct Outcome {
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`faults::folded`].
     pub folded: BTreeMap<String, usize>,
+    /// Surface triangles that the moved surface passes through, and did not before, ascending. Where there are any, the
+    /// mesh overlaps itself even if no tet is inverted.
+    pub pierced: Vec<u32>,
+}
+
+impl Outcome {
+    /// Whether the moved mesh is one: no tet is inverted, and the surface does not pass through itself.
+    pub fn is_valid(&self) -> bool {
+        self.inverted == 0 && self.pierced.is_empty()
+    }
 }
 
 /// Why a mesh could not be moved.
@@ -287,6 +298,7 @@ impl Mover {
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
         let folded = self.folded(&vertices);
+        let pierced = self.pierced(&vertices);
         Ok(Outcome {
             families: self.family_reports(&vertices, &folded),
             profiles: self.profile_reports(&vertices, design),
@@ -298,6 +310,7 @@ impl Mover {
             unconverged,
             inverted,
             folded,
+            pierced,
             smoothed,
             displacement: motion,
             vertices,
@@ -320,6 +333,19 @@ impl Mover {
             *folded.entry(self.mesh.families[family.index()].clone()).or_default() += 1;
         }
         folded
+    }
+
+    fn pierced(&self, vertices: &[DVec3]) -> Vec<u32> {
+        if vertices.iter().any(|at| !at.is_finite()) {
+            return Vec::new();
+        }
+        let triangles = &self.topology.surface.triangles;
+        let mut pierced = crossing::pierced(vertices, triangles);
+        if !pierced.is_empty() {
+            let before = crossing::pierced(&self.mesh.vertices, triangles);
+            pierced.retain(|triangle| before.binary_search(triangle).is_err());
+        }
+        pierced
     }
 
     fn family_reports(&self, vertices: &[DVec3], folded: &BTreeMap<String, usize>) -> BTreeMap<String, FamilyReport> {
