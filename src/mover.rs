@@ -300,7 +300,7 @@ impl Mover {
         let folded = self.folded(&vertices);
         let pierced = self.pierced(&vertices);
         Ok(Outcome {
-            families: self.family_reports(&vertices, &folded),
+            families: self.family_reports(&vertices, &folded, &pierced),
             profiles: self.profile_reports(&vertices, design),
             solver: self.solver_report(&volume),
             stages: watch.stages,
@@ -348,7 +348,12 @@ impl Mover {
         pierced
     }
 
-    fn family_reports(&self, vertices: &[DVec3], folded: &BTreeMap<String, usize>) -> BTreeMap<String, FamilyReport> {
+    fn family_reports(
+        &self,
+        vertices: &[DVec3],
+        folded: &BTreeMap<String, usize>,
+        pierced: &[u32],
+    ) -> BTreeMap<String, FamilyReport> {
         let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
             let shape = shape.as_ref()?;
             let distance = self
@@ -367,6 +372,10 @@ impl Mover {
         let mut reports: BTreeMap<_, _> = reports.collect();
         for (family, &count) in folded {
             reports.entry(family.clone()).or_default().folded_triangles = count;
+        }
+        for &triangle in pierced {
+            let family = &self.mesh.families[self.topology.surface.family[triangle as usize].index()];
+            reports.entry(family.clone()).or_default().pierced_triangles += 1;
         }
         reports
     }

@@ -190,10 +190,18 @@ fn a_folded_surface_is_told_by_family() {
 fn a_wing_pushed_through_itself_is_told() {
     let fixture = Fixture::new();
     prescribed(&fixture, |at| if at == [1.25, 0.75, 0.25] { [0.02, 0.03, -0.75] } else { [0.0; 3] });
-    let output = fixture.run();
+    let output = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(report["stages"][3]["inverted"], 0);
+    let pierced = &report["families"]["wing"]["pierced_triangles"];
     let errors = stderr(&output);
     assert_eq!(output.status.code(), Some(5), "{errors}");
-    for words in ["passes through itself (wing ", "first at (1", "moved.invalid.msh, moved.inverted.vtu", "hint: "] {
+    for words in [
+        &format!("passes through itself (wing {pierced})"),
+        "first at (1",
+        "moved.invalid.msh, moved.inverted.vtu",
+        "hint: ",
+    ] {
         assert!(errors.contains(words), "\"{words}\" is not in: {errors}");
     }
     assert_eq!(
