@@ -19,7 +19,7 @@
 //! local optimisation did.
 //!
 //! Bad input and a failed device are errors. A relaxation that did not converge and tets that stay inverted are results:
-//! look at [`mover::Outcome::converged`] and [`mover::Outcome::inverted`] before using the vertices.
+//! look at [`mover::Outcome::converged`] and [`mover::Outcome::is_valid`] before using the vertices.
 //!
 //! ```
 //! use std::{collections::BTreeMap, fs, path::Path};
@@ -67,7 +67,7 @@
 //! let design = Design { profiles: BTreeMap::from([(wing, profiles("new.csv")?)]), ..Design::default() };
 //! let outcome = mover.update(&design, &|stage| eprintln!("{stage}"))?;
 //! assert!(outcome.converged);
-//! assert_eq!(outcome.inverted, 0);
+//! assert!(outcome.is_valid());
 //!
 //! let moved = std::env::temp_dir().join(format!("idmesh-{}.vtu", std::process::id()));
 //! let fields = Fields { displacement: Some(&outcome.displacement), beta: Some(&outcome.beta) };

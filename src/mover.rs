@@ -14,6 +14,7 @@ use crate::{
     backend::{Backend, BackendError},
     mesh::{self, FamilyId, MeshError, TetMesh, Topology},
     profile::{Plane, Profile, ProfileError, cut, distance},
+    projection::crossing,
     quality::{self, Statistics, faults},
     relaxation::{Accuracy, Convergence, Method},
     report::{FamilyReport, ProfileReport, Solver, Stage, StageName},
@@ -81,6 +82,16 @@ pub struct Outcome {
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`faults::folded`].
     pub folded: BTreeMap<String, usize>,
+    /// Surface triangles that the moved surface passes through, and did not before, ascending. Where there are any, the
+    /// mesh overlaps itself even if no tet is inverted.
+    pub pierced: Vec<u32>,
+}
+
+impl Outcome {
+    /// Whether the moved mesh is one: no tet is inverted, and the surface does not pass through itself.
+    pub fn is_valid(&self) -> bool {
+        self.inverted == 0 && self.pierced.is_empty()
+    }
 }
 
 /// Why a mesh could not be moved.
@@ -292,8 +303,9 @@ impl Mover {
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
         let folded = self.folded(&vertices);
+        let pierced = self.pierced(&vertices);
         Ok(Outcome {
-            families: self.family_reports(&vertices, &folded),
+            families: self.family_reports(&vertices, &folded, &pierced),
             profiles: self.profile_reports(&vertices, design),
             solver: self.solver_report(&volume),
             stages: watch.stages,
@@ -303,6 +315,7 @@ impl Mover {
             unconverged,
             inverted,
             folded,
+            pierced,
             smoothed,
             displacement: motion,
             vertices,
@@ -327,7 +340,25 @@ impl Mover {
         folded
     }
 
-    fn family_reports(&self, vertices: &[DVec3], folded: &BTreeMap<String, usize>) -> BTreeMap<String, FamilyReport> {
+    fn pierced(&self, vertices: &[DVec3]) -> Vec<u32> {
+        if vertices.iter().any(|at| !at.is_finite()) {
+            return Vec::new();
+        }
+        let triangles = &self.topology.surface.triangles;
+        let mut pierced = crossing::pierced(vertices, triangles);
+        if !pierced.is_empty() {
+            let before = crossing::pierced(&self.mesh.vertices, triangles);
+            pierced.retain(|triangle| before.binary_search(triangle).is_err());
+        }
+        pierced
+    }
+
+    fn family_reports(
+        &self,
+        vertices: &[DVec3],
+        folded: &BTreeMap<String, usize>,
+        pierced: &[u32],
+    ) -> BTreeMap<String, FamilyReport> {
         let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
             let shape = shape.as_ref()?;
             let distance = self
@@ -346,6 +377,10 @@ impl Mover {
         let mut reports: BTreeMap<_, _> = reports.collect();
         for (family, &count) in folded {
             reports.entry(family.clone()).or_default().folded_triangles = count;
+        }
+        for &triangle in pierced {
+            let family = &self.mesh.families[self.topology.surface.family[triangle as usize].index()];
+            reports.entry(family.clone()).or_default().pierced_triangles += 1;
         }
         reports
     }

@@ -7,6 +7,7 @@ use carved::{carve, on};
 use glam::{DQuat, DVec3};
 use idmesh::mesh::half_edge::Surface;
 use idmesh::mesh::{TetMesh, validate};
+use idmesh::projection::crossing;
 use idmesh::quality::{Statistics, betas, faults};
 
 /// A block of 5 x 5 x 3 cells; `top` is its upper side.
@@ -166,4 +167,36 @@ fn around_are_the_tets_that_share_a_vertex() {
     assert_eq!(faults::around(&mesh.tets, mesh.vertices.len(), &some), expected);
     assert!(expected.contains(&7) && expected.len() < mesh.tets.len());
     assert!(faults::is_inverted(f64::NAN) && faults::is_inverted(0.0) && !faults::is_inverted(1e-300));
+}
+
+/// Surfaces touch along edges, lie in one plane, stand at right angles; none of that is passing through, at any place.
+#[test]
+fn whole_surfaces_pierce_nothing() {
+    for (mesh, surface) in [block(), wedge()] {
+        for turn in rotations() {
+            let moved: Vec<_> = mesh.vertices.iter().map(|&at| turn * at + DVec3::new(7.0, -3.0, 1e3)).collect();
+            assert_eq!(crossing::pierced(&moved, &surface.triangles), [0u32; 0]);
+        }
+    }
+}
+
+/// A spike from the upper side, of height 4 in a block of height 3, comes out through the one triangle below its tip and
+/// is met by no other edge: the tip stands over the inside of a triangle, and the spike is narrow there.
+#[test]
+fn a_spike_pierces_the_triangle_it_comes_out_of() {
+    let (mesh, surface) = block();
+    let mut moved = mesh.vertices.clone();
+    let tip = vertex_at(&mesh, DVec3::new(2.0, 2.0, 3.0));
+    moved[tip] = DVec3::new(2.6, 2.3, -0.01);
+    let below = |&triangle: &u32| {
+        let [a, b, c] = surface.triangles[triangle as usize].map(|vertex| moved[vertex as usize]);
+        let side = |p: DVec3, q: DVec3| (q - p).truncate().perp_dot(moved[tip].truncate() - p.truncate());
+        let flat = [a, b, c].iter().all(|at| at.z == 0.0);
+        flat && (side(a, b) > 0.0) == (side(b, c) > 0.0) && (side(b, c) > 0.0) == (side(c, a) > 0.0)
+    };
+    let expected: Vec<u32> = (0..surface.triangles.len() as u32).filter(below).collect();
+    assert_eq!(expected.len(), 1);
+    assert_eq!(crossing::pierced(&moved, &surface.triangles), expected);
+    moved[tip].z = 0.01;
+    assert_eq!(crossing::pierced(&moved, &surface.triangles), [0u32; 0]);
 }

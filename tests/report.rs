@@ -32,7 +32,7 @@ fn report() -> RunReport {
     let families = BTreeMap::from([
         ("carenage".into(), FamilyReport { max_distance_to_original_surface: Some(1e-9), ..Default::default() }),
         ("symmetry".into(), FamilyReport { max_distance_to_plane: Some(0.0), ..Default::default() }),
-        ("wing".into(), FamilyReport { folded_triangles: 2, ..Default::default() }),
+        ("wing".into(), FamilyReport { folded_triangles: 2, pierced_triangles: 1, ..Default::default() }),
     ]);
     RunReport {
         idmesh: "0.1.0".into(),
@@ -66,7 +66,7 @@ fn json_has_the_promised_names() {
             { "name": "final", "beta_min": 0.004392, "beta_max": 0.107143, "beta_mean": 0.0361874, "inverted": 0, "seconds": 12.0 }
         ],
         "families": { "carenage": { "max_distance_to_original_surface": 1e-9 }, "symmetry": { "max_distance_to_plane": 0.0 },
-                      "wing": { "folded_triangles": 2 } },
+                      "wing": { "folded_triangles": 2, "pierced_triangles": 1 } },
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3 } },
         "solver": { "method": "chebyshev", "sweeps": 700, "relative_residual": 1e-5 },
         "seconds": { "read": 0.5, "setup": 1.0, "update": 13.75, "write": 0.25, "total": 15.5 }

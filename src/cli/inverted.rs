@@ -14,13 +14,23 @@ use crate::quality::faults::{self, Cluster};
 use crate::report::StageName;
 
 /// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its `beta` tells them apart.
+/// Without inverted tets it is those at the surface triangles where the surface passes through itself.
 ///
 /// # Errors
 /// The file cannot be written.
 pub(super) fn write_inverted(output: &Path, job: &Job, outcome: &Outcome) -> Result<PathBuf, Failure> {
     let path = outputs::inverted_name(output);
     let all = &job.file.mesh.tets;
-    let shown = faults::around(all, outcome.vertices.len(), &faults::inverted(&outcome.beta));
+    let mesh = &job.file.mesh;
+    let shown = if outcome.inverted > 0 {
+        faults::around(all, outcome.vertices.len(), &faults::inverted(&outcome.beta))
+    } else {
+        let mut at_pierced: Vec<u32> =
+            outcome.pierced.iter().flat_map(|&triangle| mesh.triangles[triangle as usize]).collect();
+        at_pierced.sort_unstable();
+        let touches = |tet: &[u32; 4]| tet.iter().any(|vertex| at_pierced.binary_search(vertex).is_ok());
+        (0..all.len() as u32).filter(|&tet| touches(&all[tet as usize])).collect()
+    };
     // Only the vertices of these tets, numbered anew.
     let mut used: Vec<u32> = shown.iter().flat_map(|&tet| all[tet as usize]).collect();
     used.sort_unstable();
@@ -45,12 +55,22 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         Some(mesh.families[surface.family[triangle as usize].index()].as_str())
     };
     let mut message = format!("{} of {} tets are inverted", outcome.inverted, outcome.beta.len());
+    if let Some(&first) = outcome.pierced.first() {
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+        for &triangle in &outcome.pierced {
+            *counts.entry(mesh.families[surface.family[triangle as usize].index()].clone()).or_default() += 1;
+        }
+        let corner = outcome.vertices[surface.triangles[first as usize][0] as usize];
+        let [x, y, z] = corner.to_array().map(short);
+        let passes = format!("the moved surface passes through itself ({}), first at ({x}, {y}, {z})", folds(&counts));
+        message = if outcome.inverted > 0 { format!("{message}, and {passes}") } else { passes };
+    }
     if let Some(worst) = clusters.first() {
         let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
         let [x, y, z] = worst.at.to_array().map(short);
-        message += &format!(", in {}, the worst at ({x}, {y}, {z}){near}", places(clusters.len()));
+        message += &format!("; {}, the worst tet at ({x}, {y}, {z}){near}", places(clusters.len()));
     }
-    message += &format!("; in the report's stages: {}", stages(outcome));
+    message += &format!("; inverted by stage: {}", stages(outcome));
     if !written.is_empty() {
         let names: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
         message += &format!("; the mesh is in {}", names.join(", "));
@@ -59,7 +79,7 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
 }
 
 fn places(n: usize) -> String {
-    if n == 1 { "one place".to_owned() } else { format!("{n} places") }
+    if n == 1 { "in one place".to_owned() } else { format!("in {n} places") }
 }
 
 /// `deformed 20, corrected 24, final 3`: the inverted tets at each stage after the first.
@@ -75,6 +95,10 @@ fn stages(outcome: &Outcome) -> String {
 }
 
 fn hint(job: &Job, outcome: &Outcome) -> String {
+    if !outcome.pierced.is_empty() {
+        return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
+            .to_owned();
+    }
     if !outcome.folded.is_empty() {
         return format!(
             "the moved surface itself is folded ({}), and no volume fits it: correct its profiles or displacements first",
@@ -88,7 +112,7 @@ fn hint(job: &Job, outcome: &Outcome) -> String {
         return "target = \"original\" in [quality] repairs tets; a smaller change of the surface keeps more of them valid"
             .to_owned();
     }
-    "check that the moved surface does not pass through itself or another family; else try a smaller change".to_owned()
+    "a smaller change of the surface, or the same in another place, keeps more tets valid".to_owned()
 }
 
 /// The warning about surface triangles that turned over, if there are any.

@@ -30,8 +30,8 @@ Exit codes:
   2  wrong usage
   3  bad input, nothing was written
   4  not converged
-  5  inverted tets remain, the mesh is written as NAME.invalid.EXT,
-     its inverted tets and those around them as NAME.inverted.vtu
+  5  inverted tets remain or the surface passes through itself: the mesh is
+     written as NAME.invalid.EXT, the tets in question as NAME.inverted.vtu
   6  no usable GPU";
 
 /// Moves an aircraft's tetrahedral CFD mesh when its wing profiles change, without remeshing.

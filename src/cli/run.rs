@@ -122,7 +122,7 @@ pub(super) fn on_mesh(error: crate::mover::MoveError, job: &Job) -> Failure {
 
 /// Whether the result is good enough for exit code 0.
 fn verdict(mover: &Mover, job: &Job, outcome: &Outcome, written: &[PathBuf]) -> Result<(), Failure> {
-    if outcome.inverted > 0 {
+    if !outcome.is_valid() {
         return Err(inverted::failure(mover, job, outcome, written));
     }
     if !outcome.converged {
@@ -169,7 +169,7 @@ impl Targets {
         Ok(Self { meshes, histogram, _folder: folder })
     }
 
-    /// Writes the moved mesh under its names, or their `invalid` twins and the inverted tets alone if there are any.
+    /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and what is wrong alone.
     fn write_meshes(&self, job: &Job, outcome: &Outcome) -> Result<Vec<PathBuf>, Failure> {
         let lost = outcome.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
         if lost > 0 {
@@ -179,11 +179,11 @@ impl Targets {
         let fields = Fields { displacement: Some(&outcome.displacement), beta: Some(&outcome.beta) };
         let mut written = Vec::new();
         for path in &self.meshes {
-            let path = if outcome.inverted > 0 { outputs::invalid_name(path) } else { path.clone() };
+            let path = if outcome.is_valid() { path.clone() } else { outputs::invalid_name(path) };
             job.file.write(&path, &outcome.vertices, &fields)?;
             written.push(path);
         }
-        if outcome.inverted > 0
+        if !outcome.is_valid()
             && let Some(first) = self.meshes.first()
         {
             written.push(inverted::write_inverted(first, job, outcome)?);

@@ -4,6 +4,7 @@
 //! not say what happens where the wing stood: there the surface ends. [`continuation`] closes it.
 
 pub mod continuation;
+pub mod crossing;
 mod tree;
 
 pub use tree::TriangleTree;

@@ -81,6 +81,29 @@ impl TriangleTree {
         best
     }
 
+    /// Visits the triangles whose boxes have a point in common with the box from `low` to `high`.
+    pub(super) fn each_overlapping(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
+        let apart = |a: DVec3, b: DVec3| a.cmpgt(high).any() || b.cmplt(low).any();
+        let mut stack = Vec::with_capacity(64);
+        stack.push(0u32);
+        while let Some(node) = stack.pop() {
+            let Node { low: a, high: b, start, count } = self.nodes[node as usize];
+            if apart(a, b) {
+                continue;
+            }
+            if count == 0 {
+                stack.extend([start, node + 1]);
+                continue;
+            }
+            for slot in start as usize..(start + count) as usize {
+                let [a, b, c] = self.corners[slot];
+                if !apart(a.min(b).min(c), a.max(b).max(c)) {
+                    visit(self.index[slot]);
+                }
+            }
+        }
+    }
+
     /// Unit normal of one triangle.
     pub fn facet_normal(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = self.corners[self.place[triangle as usize] as usize];

@@ -147,6 +147,9 @@ pub struct FamilyReport {
     /// Triangles that are turned over against those around them.
     #[serde(skip_serializing_if = "is_zero")]
     pub folded_triangles: usize,
+    /// Triangles that the moved surface passes through, and did not before.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub pierced_triangles: usize,
 }
 
 fn is_zero(count: &usize) -> bool {

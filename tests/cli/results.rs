@@ -135,7 +135,7 @@ fn is_impossible(fixture: &Fixture) -> (String, serde_json::Value) {
     let error = errors.lines().find(|line| line.starts_with("error: ")).unwrap();
     for words in [
         &format!("error: {inverted} of "),
-        "the worst at (",
+        "the worst tet at (",
         &format!("final {inverted};"),
         "the mesh is in moved.invalid.msh, moved.inverted.vtu",
     ] {
@@ -182,4 +182,35 @@ fn a_folded_surface_is_told_by_family() {
     let (cells, points) = vtu_size(&fixture, "moved.inverted.vtu");
     let mesh = WingBox::new();
     assert!(cells >= inverted && cells < mesh.tets.len() && points < mesh.vertices.len(), "{cells} {points}");
+}
+
+/// One vertex of the wing's upper side goes out through the lower one. Every tet stays positive, yet those above the wing
+/// and those below overlap: this once ended with exit code 0.
+#[test]
+fn a_wing_pushed_through_itself_is_told() {
+    let fixture = Fixture::new();
+    prescribed(&fixture, |at| if at == [1.25, 0.75, 0.25] { [0.02, 0.03, -0.75] } else { [0.0; 3] });
+    let output = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "-"]);
+    let report: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(report["stages"][3]["inverted"], 0);
+    let pierced = &report["families"]["wing"]["pierced_triangles"];
+    let errors = stderr(&output);
+    assert_eq!(output.status.code(), Some(5), "{errors}");
+    for words in [
+        &format!("passes through itself (wing {pierced})"),
+        "first at (1",
+        "moved.invalid.msh, moved.inverted.vtu",
+        "hint: ",
+    ] {
+        assert!(errors.contains(words), "\"{words}\" is not in: {errors}");
+    }
+    assert_eq!(
+        fixture.files(),
+        ["box.msh", "case.toml", "moved.invalid.msh", "moved.inverted.vtu", "new.csv", "wing.csv"]
+    );
+    let (cells, _) = vtu_size(&fixture, "moved.inverted.vtu");
+    assert!(cells > 0 && cells < WingBox::new().tets.len(), "{cells}");
+    // Less far, it stays within the wing.
+    prescribed(&fixture, |at| if at == [1.25, 0.75, 0.25] { [0.02, 0.03, -0.3] } else { [0.0; 3] });
+    assert_good(&fixture.run());
 }
