@@ -21,7 +21,7 @@ use crate::{
     smoothing::{Goal, Smoothed, Smoother, Target},
     springs::Springs,
     stages::{
-        Families, Motion, Owner, Role, SetupError, carenage::Carenages, families::Shape, planes::Planes,
+        Families, Motion, Owner, Role, SetUp, SetupError, carenage::Carenages, families::Shape, planes::Planes,
         trailing_edge::TrailingEdges, volume::Volume, wing::Wings, wingtip::Wingtips,
     },
 };
@@ -180,23 +180,24 @@ impl Mover {
         let Settings { roles, old_profiles, springs, method, accuracy, quality } = settings;
         observer("families");
         let families = Families::new(&mesh, surface, roles)?;
-        let on = backend.as_ref();
+        let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method };
         observer("profiles");
-        let wings = Wings::new(&mesh, surface, &families, &old_profiles, on, method)?;
+        let wings = Wings::new(&set_up, &old_profiles)?;
         observer("surfaces");
-        let trailing_edges = TrailingEdges::new(&mesh, surface, &families, on, method)?;
-        let wingtips = Wingtips::new(&mesh, surface, &families, on, method)?;
-        let carenages = Carenages::new(&mesh, surface, &families, on, method)?;
-        let planes = Planes::new(&mesh, surface, &families, on, method)?;
+        let trailing_edges = TrailingEdges::new(&set_up)?;
+        let wingtips = Wingtips::new(&set_up)?;
+        let carenages = Carenages::new(&set_up)?;
+        let planes = Planes::new(&set_up)?;
         observer("springs");
-        let volume = Volume::new(&mesh, surface, &families, springs, on, method)?;
+        let volume = Volume::new(&set_up, springs)?;
         let original_beta = quality::betas(&mesh.vertices, &mesh.tets);
         observer("smoothing");
         let lowest = Statistics::new(&original_beta).min;
         let smoothing = match quality {
             None => None,
             Some(target) => {
-                let smoother = Smoother::new(on, &mesh.tets, &mesh.vertices, volume.constraint(), target)?;
+                let smoother =
+                    Smoother::new(backend.as_ref(), &mesh.tets, &mesh.vertices, volume.constraint(), target)?;
                 let (enough, goal) = match target {
                     Target::Original => (ENOUGH * lowest, lowest),
                     Target::Improve => (IMPROVED * lowest, IMPROVED * lowest),

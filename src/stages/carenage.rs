@@ -11,12 +11,12 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Families, Motion, Owner, families::Shape, patch::Patch};
+use super::{Families, Motion, Owner, SetUp, families::Shape, patch::Patch};
 use crate::{
-    backend::{Backend, BackendError, Constraint},
-    mesh::{FamilyId, TetMesh, edges::triangle_edges, half_edge::Surface},
+    backend::{BackendError, Constraint},
+    mesh::{FamilyId, TetMesh, edges::triangle_edges},
     projection::Target,
-    relaxation::{Accuracy, Convergence, Method},
+    relaxation::{Accuracy, Convergence},
 };
 
 /// Rounds of tangential relaxation and projection after which to stop unconverged; the example takes 4.
@@ -32,13 +32,8 @@ impl Carenages {
     ///
     /// # Errors
     /// The backend failed.
-    pub fn new(
-        mesh: &TetMesh,
-        surface: &Surface,
-        families: &Families,
-        backend: &dyn Backend,
-        method: Method,
-    ) -> Result<Self, BackendError> {
+    pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
+        let SetUp { mesh, surface, families, backend, method } = *set_up;
         let carenages = families.placed_by(Owner::Carenage).map(|family| {
             let constraint = |vertex: u32| {
                 let free =

@@ -28,5 +28,26 @@ pub use families::{Families, Owner, Role, SetupError, TipStart};
 
 use glam::DVec3;
 
+use crate::{
+    backend::Backend,
+    mesh::{TetMesh, half_edge::Surface},
+    relaxation::Method,
+};
+
 /// Displacement of every vertex of the mesh `[n_vertices]`, filled in stage by stage.
 pub type Motion = Vec<DVec3>;
+
+/// What every stage is set up from.
+#[derive(Clone, Copy)]
+pub struct SetUp<'a> {
+    /// The undeformed mesh.
+    pub mesh: &'a TetMesh,
+    /// Its oriented boundary.
+    pub surface: &'a Surface,
+    /// What its families do.
+    pub families: &'a Families,
+    /// Where networks are relaxed.
+    pub backend: &'a dyn Backend,
+    /// How they are relaxed.
+    pub method: Method,
+}

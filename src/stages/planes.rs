@@ -3,11 +3,11 @@
 //! A plane may have any orientation; where two meet, their common vertices slide along the line. The stage relaxes each
 //! family as a surface; the volume stage lets its vertices slide on with the tets behind them.
 
-use super::{Families, Motion, Owner, patch::Patch};
+use super::{Motion, Owner, SetUp, patch::Patch};
 use crate::{
-    backend::{Backend, BackendError, Constraint},
-    mesh::{TetMesh, edges::triangle_edges, half_edge::Surface},
-    relaxation::{Accuracy, Convergence, Method},
+    backend::{BackendError, Constraint},
+    mesh::edges::triangle_edges,
+    relaxation::{Accuracy, Convergence},
 };
 
 /// The network of all plane families together.
@@ -20,13 +20,8 @@ impl Planes {
     ///
     /// # Errors
     /// The backend failed.
-    pub fn new(
-        mesh: &TetMesh,
-        surface: &Surface,
-        families: &Families,
-        backend: &dyn Backend,
-        method: Method,
-    ) -> Result<Self, BackendError> {
+    pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
+        let SetUp { mesh, surface, families, backend, method } = *set_up;
         let triangles = families.placed_by(Owner::Plane).flat_map(|family| surface.corners_of(family));
         let edges = triangle_edges(triangles);
         if edges.is_empty() {

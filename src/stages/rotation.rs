@@ -10,11 +10,11 @@
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::{Families, Motion, Owner, Role, best_motion::BestMotion};
+use super::{Motion, Owner, Role, SetUp, best_motion::BestMotion};
 use crate::{
-    backend::{Backend, BackendError, Constraint},
-    mesh::{FamilyId, TetMesh, csr::Csr, edges::VertexGraph, edges::triangle_edges, half_edge::Surface},
-    relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
+    backend::{BackendError, Constraint},
+    mesh::{FamilyId, TetMesh, csr::Csr, edges::VertexGraph, edges::triangle_edges},
+    relaxation::{Accuracy, Convergence, Network, Relaxer},
 };
 
 /// Weight of the normal in a surface vertex's fit, against one for each edge: a ring of edges alone hardly feels a
@@ -51,15 +51,8 @@ impl Rotation {
     ///
     /// # Errors
     /// The backend failed or the mesh does not fit.
-    pub fn new(
-        mesh: &TetMesh,
-        surface: &Surface,
-        families: &Families,
-        graph: &VertexGraph,
-        edge_stiffness: &[f64],
-        backend: &dyn Backend,
-        method: Method,
-    ) -> Result<Self, BackendError> {
+    pub fn new(set_up: &SetUp, graph: &VertexGraph, edge_stiffness: &[f64]) -> Result<Self, BackendError> {
+        let SetUp { mesh, surface, families, backend, method } = *set_up;
         let n = mesh.vertices.len();
         let constraint = (0..n as u32)
             .map(|vertex| match families.owner[vertex as usize] {

@@ -5,11 +5,11 @@
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, patch::Patch};
+use super::{Families, Motion, Owner, SetUp, patch::Patch};
 use crate::{
-    backend::{Backend, BackendError, Constraint},
-    mesh::{TetMesh, edges::triangle_edges, half_edge::Surface},
-    relaxation::{Accuracy, Convergence, Method},
+    backend::{BackendError, Constraint},
+    mesh::{TetMesh, edges::triangle_edges},
+    relaxation::{Accuracy, Convergence},
 };
 
 /// All trailing edges of a mesh.
@@ -27,13 +27,8 @@ impl TrailingEdges {
     ///
     /// # Errors
     /// The backend failed.
-    pub fn new(
-        mesh: &TetMesh,
-        surface: &Surface,
-        families: &Families,
-        backend: &dyn Backend,
-        method: Method,
-    ) -> Result<Self, BackendError> {
+    pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
+        let SetUp { mesh, surface, families, backend, method } = *set_up;
         let edges = families.placed_by(Owner::TrailingEdge).map(|family| {
             let own = |vertex: u32| families.owner[vertex as usize] == Owner::TrailingEdge;
             let mut boundary: Vec<[u32; 2]> = surface

@@ -5,17 +5,16 @@
 //! Vertices of plane families slide on in their planes; all other surface vertices are held.
 
 use super::{
-    Families, Motion, Owner,
+    Motion, Owner, SetUp,
     rotation::{Rotation, rest_force},
 };
 use crate::{
-    backend::{Backend, BackendError, Constraint, EdgeStiffness, Length, Torsion},
+    backend::{BackendError, Constraint, EdgeStiffness, Length, Torsion},
     mesh::{
         TetMesh,
         edges::{TetEdges, VertexGraph},
-        half_edge::Surface,
     },
-    relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
+    relaxation::{Accuracy, Convergence, Network, Relaxer},
     springs::Springs,
 };
 
@@ -31,14 +30,8 @@ impl Volume {
     ///
     /// # Errors
     /// The backend failed or the mesh does not fit.
-    pub fn new(
-        mesh: &TetMesh,
-        surface: &Surface,
-        families: &Families,
-        springs: &Springs,
-        backend: &dyn Backend,
-        method: Method,
-    ) -> Result<Self, BackendError> {
+    pub fn new(set_up: &SetUp, springs: &Springs) -> Result<Self, BackendError> {
+        let SetUp { mesh, families, backend, method, .. } = *set_up;
         let TetEdges { edges, edge_tets, tet_edges } = TetEdges::new(mesh.vertices.len(), &mesh.tets);
         let edge_vector: Vec<glam::DVec3> =
             edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
@@ -62,7 +55,7 @@ impl Volume {
             .collect();
         let rotation = if springs.turns {
             let stiffness = stiffness(Length::InverseSquare, Torsion::None)?;
-            Some(Rotation::new(mesh, surface, families, &graph, &stiffness, backend, method)?)
+            Some(Rotation::new(set_up, &graph, &stiffness)?)
         } else {
             None
         };

@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, SetupError, patch::Patch};
+use super::{Families, Motion, Owner, SetUp, SetupError, patch::Patch};
 use crate::{
-    backend::{Backend, BackendError, Constraint},
-    mesh::{FamilyId, TetMesh, edges::triangle_edges, half_edge::Surface},
+    backend::{BackendError, Constraint},
+    mesh::{FamilyId, TetMesh, edges::triangle_edges},
     profile::{Profile, ProfileError, WingLoft},
-    relaxation::{Accuracy, Convergence, Method},
+    relaxation::{Accuracy, Convergence},
 };
 
 /// Width of the strip that follows a junction, as a fraction of the junction's extent (about a chord).
@@ -40,14 +40,8 @@ impl Wings {
     ///
     /// # Errors
     /// A wing without old profiles or with unusable ones; the backend failed.
-    pub fn new(
-        mesh: &TetMesh,
-        surface: &Surface,
-        families: &Families,
-        old_profiles: &BTreeMap<FamilyId, Vec<Profile>>,
-        backend: &dyn Backend,
-        method: Method,
-    ) -> Result<Self, SetupError> {
+    pub fn new(set_up: &SetUp, old_profiles: &BTreeMap<FamilyId, Vec<Profile>>) -> Result<Self, SetupError> {
+        let SetUp { mesh, surface, families, .. } = *set_up;
         let wings = families.placed_by(Owner::Wing).map(|family| {
             let name = || mesh.families[family.index()].clone();
             let old = old_profiles.get(&family).ok_or_else(|| SetupError::NoProfiles { family: name() })?;
@@ -65,7 +59,7 @@ impl Wings {
                         && families.shapes_at(vertices[place]).next().is_some()
                 })
                 .collect();
-            let strip = strip(mesh, surface, families, family, &vertices, &junction, backend, method)?;
+            let strip = strip(set_up, family, &vertices, &junction)?;
             Ok(Wing { family, vertices, loft, junction, strip })
         });
         Ok(Self { wings: wings.collect::<Result<_, SetupError>>()? })
@@ -130,17 +124,13 @@ impl Wings {
     }
 }
 
-#[allow(clippy::too_many_arguments, reason = "the strip needs the whole set-up")]
 fn strip(
-    mesh: &TetMesh,
-    surface: &Surface,
-    families: &Families,
+    set_up: &SetUp,
     family: FamilyId,
     vertices: &[u32],
     junction: &[usize],
-    backend: &dyn Backend,
-    method: Method,
 ) -> Result<Option<Patch>, BackendError> {
+    let SetUp { mesh, surface, families, backend, method } = *set_up;
     if junction.is_empty() {
         return Ok(None);
     }

@@ -13,15 +13,15 @@
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, Role, TipStart, best_motion::BestMotion, patch::Patch};
+use super::{Families, Motion, Owner, Role, SetUp, TipStart, best_motion::BestMotion, patch::Patch};
 use crate::{
-    backend::{Backend, BackendError, Constraint},
+    backend::{BackendError, Constraint},
     mesh::{
         FamilyId, TetMesh,
         edges::triangle_edges,
         half_edge::{Surface, next},
     },
-    relaxation::{Accuracy, Convergence, Method},
+    relaxation::{Accuracy, Convergence},
 };
 
 /// All wingtips of a mesh.
@@ -42,13 +42,8 @@ impl Wingtips {
     ///
     /// # Errors
     /// The backend failed.
-    pub fn new(
-        mesh: &TetMesh,
-        surface: &Surface,
-        families: &Families,
-        backend: &dyn Backend,
-        method: Method,
-    ) -> Result<Self, BackendError> {
+    pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
+        let SetUp { mesh, surface, families, backend, method } = *set_up;
         let tips = families.placed_by(Owner::Wingtip).map(|family| {
             let Role::Wingtip { coefficient, start } = families.roles[family.index()] else {
                 unreachable!("only wingtips are placed by the wingtip stage")
