@@ -27,7 +27,7 @@ use idmesh::{
     relaxation::{Accuracy, Method},
     smoothing::Target,
     springs::Springs,
-    stages::Role,
+    stages::{Role, interior::MAX_STEPS},
 };
 
 /// The targets of local optimisation, as a case calls them.
@@ -190,6 +190,7 @@ fn move_all(mesh: &TetMesh, moving: FamilyId, target: usize, runs: &mut Vec<Run>
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
         quality,
+        max_steps: MAX_STEPS,
     };
     let begin = Instant::now();
     let mut mover = Mover::new(mesh.clone(), settings, backend::select(Selection::Cpu)?.into(), &|_| {})?;

@@ -59,6 +59,7 @@
 //!     method: Method::Chebyshev,
 //!     accuracy: Accuracy::default(),
 //!     quality: Some(idmesh::smoothing::Target::Original),
+//!     max_steps: idmesh::stages::interior::MAX_STEPS,
 //! };
 //! let backend = backend::select(Selection::Cpu)?;
 //! let mut mover = Mover::new(file.mesh.clone(), settings, backend.into(), &|_| {})?;

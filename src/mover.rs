@@ -17,12 +17,18 @@ use crate::{
     projection::crossing,
     quality::{self, Statistics, faults},
     relaxation::{Accuracy, Convergence, Method},
-    report::{FamilyReport, ProfileReport, Solver, Stage, StageName},
-    smoothing::{Goal, Smoothed, Smoother, Target},
+    report::{FamilyReport, Path, ProfileReport, Solver, Stage, StageName},
+    smoothing::{Smoothed, Target},
     springs::Springs,
     stages::{
-        Families, Motion, Owner, Role, SetUp, SetupError, carenage::Carenages, families::Shape, planes::Planes,
-        trailing_edge::TrailingEdges, volume::Volume, wing::Wings, wingtip::Wingtips,
+        Families, Motion, Owner, Role, SetUp, SetupError,
+        carenage::Carenages,
+        families::Shape,
+        interior::{Inside, Interior, displaced},
+        planes::Planes,
+        trailing_edge::TrailingEdges,
+        wing::Wings,
+        wingtip::Wingtips,
     },
 };
 
@@ -41,6 +47,8 @@ pub struct Settings {
     pub accuracy: Accuracy,
     /// What local optimisation aims at; none is done without.
     pub quality: Option<Target>,
+    /// Most steps of an update, the jump that is tried first and those given up included; 1 is the jump alone.
+    pub max_steps: usize,
 }
 
 /// One design: what replaces the old shape.
@@ -71,6 +79,8 @@ pub struct Outcome {
     pub profiles: BTreeMap<String, ProfileReport>,
     /// How the volume was relaxed.
     pub solver: Solver,
+    /// The steps the inside took.
+    pub path: Path,
     /// What local optimisation did; `None` where it was off or nothing called for it.
     pub smoothed: Option<Smoothed>,
     /// Whether every relaxation reached its tolerance.
@@ -141,27 +151,8 @@ pub struct Mover {
     wingtips: Wingtips,
     carenages: Carenages,
     planes: Planes,
-    volume: Volume,
-    smoothing: Option<Smoothing>,
+    interior: Interior,
 }
-
-/// Local optimisation of the final mesh.
-struct Smoothing {
-    smoother: Smoother,
-    /// The smallest beta to reach.
-    goal: f64,
-    /// The smallest beta that is left alone.
-    enough: f64,
-}
-
-/// With the original shapes as target, the share of the original mesh's smallest beta that is good enough. Springs alone
-/// keep this on most designs; repairing less would move vertices for nothing.
-const ENOUGH: f64 = 0.75;
-/// With improvement as target, the multiple of the original mesh's smallest beta aimed at. The surfaces limit what can be
-/// had: on the isotropic meshes measured nothing beyond 1.42 was reached.
-const IMPROVED: f64 = 1.5;
-/// Most sweeps of the optimisation: it ends by itself when it no longer helps, after some tens.
-const MOST_SWEEPS: usize = 400;
 
 impl Mover {
     /// Checks the mesh and sets every stage up; `observer` hears the name of each as it begins.
@@ -177,7 +168,7 @@ impl Mover {
         observer("topology");
         let topology = mesh::validate(&mesh)?;
         let surface = &topology.surface;
-        let Settings { roles, old_profiles, springs, method, accuracy, quality } = settings;
+        let Settings { roles, old_profiles, springs, method, accuracy, quality, max_steps } = settings;
         observer("families");
         let families = Families::new(&mesh, surface, roles)?;
         let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method };
@@ -188,23 +179,9 @@ impl Mover {
         let wingtips = Wingtips::new(&set_up)?;
         let carenages = Carenages::new(&set_up)?;
         let planes = Planes::new(&set_up)?;
-        observer("springs");
-        let volume = Volume::new(&set_up, springs)?;
         let original_beta = quality::betas(&mesh.vertices, &mesh.tets);
-        observer("smoothing");
         let lowest = Statistics::new(&original_beta).min;
-        let smoothing = match quality {
-            None => None,
-            Some(target) => {
-                let smoother =
-                    Smoother::new(backend.as_ref(), &mesh.tets, &mesh.vertices, volume.constraint(), target)?;
-                let (enough, goal) = match target {
-                    Target::Original => (ENOUGH * lowest, lowest),
-                    Target::Improve => (IMPROVED * lowest, IMPROVED * lowest),
-                };
-                Some(Smoothing { smoother, goal, enough })
-            }
-        };
+        let interior = Interior::new(&set_up, springs, quality, lowest, max_steps, observer)?;
         Ok(Self {
             mesh,
             topology,
@@ -218,8 +195,7 @@ impl Mover {
             wingtips,
             carenages,
             planes,
-            volume,
-            smoothing,
+            interior,
         })
     }
 
@@ -260,7 +236,7 @@ impl Mover {
             .wings
             .interpolate(families, &design.profiles, &mut motion)
             .map_err(|(family, error)| MoveError::Profiles { family: mesh.families[family.index()].clone(), error })?;
-        watch.record(StageName::Deformed, &quality::betas(&moved(mesh, &motion), &mesh.tets));
+        watch.record(StageName::Deformed, &quality::betas(&displaced(&mesh.vertices, &motion), &mesh.tets));
 
         let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;
         observer("trailing edge");
@@ -271,26 +247,18 @@ impl Mover {
         let carenage = self.carenages.run(mesh, families, &mut motion, accuracy)?;
         observer("planes");
         let planes = self.planes.run(&mut motion, accuracy)?;
-        watch.record(StageName::Corrected, &quality::betas(&moved(mesh, &motion), &mesh.tets));
+        watch.record(StageName::Corrected, &quality::betas(&displaced(&mesh.vertices, &motion), &mesh.tets));
 
         observer("volume");
-        let volume = self.volume.run(mesh, &mut motion, accuracy)?;
-        let mut vertices = moved(mesh, &motion);
-        let mut beta = quality::betas(&vertices, &mesh.tets);
-        let mut smoothed = None;
-        if let Some(Smoothing { smoother, goal, enough }) = &mut self.smoothing
-            && Statistics::new(&beta).min < *enough
-        {
-            observer("smoothing");
-            let before = vertices.clone();
-            smoothed = Some(smoother.run(&mut vertices, &Goal { beta: *goal, max_sweeps: MOST_SWEEPS })?);
-            beta = quality::betas(&vertices, &mesh.tets);
-            for (vertex, displacement) in motion.iter_mut().enumerate() {
-                if vertices[vertex] != before[vertex] {
-                    *displacement = vertices[vertex] - mesh.vertices[vertex];
-                }
-            }
-        }
+        let set_up = SetUp {
+            mesh,
+            surface: &self.topology.surface,
+            families,
+            backend: self.backend.as_ref(),
+            method: self.method,
+        };
+        let Inside { vertices, beta, convergence: volume, path, smoothed } =
+            self.interior.run(&set_up, &mut motion, accuracy, observer)?;
         let inverted = watch.record(StageName::Final, &beta).inverted;
 
         let ends = [
@@ -317,6 +285,7 @@ impl Mover {
             inverted,
             folded,
             pierced,
+            path,
             smoothed,
             displacement: motion,
             vertices,
@@ -445,14 +414,4 @@ fn prescribe(
         }
     }
     Ok(())
-}
-
-/// The vertices where a motion puts them. A coordinate that does not move keeps its bits, also those of -0.
-fn moved(mesh: &TetMesh, motion: &[DVec3]) -> Vec<DVec3> {
-    let add = |x: f64, u: f64| if u == 0.0 { x } else { x + u };
-    mesh.vertices
-        .iter()
-        .zip(motion)
-        .map(|(at, by)| DVec3::new(add(at.x, by.x), add(at.y, by.y), add(at.z, by.z)))
-        .collect()
 }

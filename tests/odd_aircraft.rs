@@ -14,7 +14,7 @@ use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{Design, Mover, Outcome, Settings};
 use idmesh::profile::{Plane, Profile, cut};
 use idmesh::relaxation::{Accuracy, Method};
-use idmesh::stages::{Role, TipStart};
+use idmesh::stages::{Role, TipStart, interior::MAX_STEPS};
 
 const CELLS: [usize; 3] = [12, 8, 10];
 const CELL: f64 = 0.25;
@@ -55,6 +55,7 @@ fn set_up(mesh: TetMesh, old: &[(&str, Vec<Profile>)]) -> Mover {
         accuracy: Accuracy { tolerance: 1e-10, ..Accuracy::default() },
         // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
         quality: None,
+        max_steps: MAX_STEPS,
     };
     Mover::new(mesh, settings, cpu(), &|_| {}).unwrap()
 }

@@ -13,7 +13,7 @@ use idmesh::mover::{Design, MoveError, Mover, Settings};
 use idmesh::relaxation::{Accuracy, Method};
 use idmesh::smoothing::Target;
 use idmesh::springs::{SPRINGS, Springs};
-use idmesh::stages::Role;
+use idmesh::stages::{Role, interior::MAX_STEPS};
 
 fn mesh() -> TetMesh {
     formats::read(&file("tests/data/pitch-wing.msh.gz")).unwrap().mesh
@@ -40,6 +40,7 @@ fn set_up(springs: &'static Springs, quality: Option<Target>) -> Mover {
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
         quality,
+        max_steps: MAX_STEPS,
     };
     Mover::new(mesh, settings, cpu(), &|_| {}).unwrap()
 }
@@ -106,6 +107,43 @@ fn large_rotations_keep_the_mesh_as_good_as_it_was() {
     }
 }
 
+/// Half-way through half a turn a straight way would leave no wing: the path turns with it. One jump is not enough, and
+/// what small rotations need is one jump.
+#[test]
+fn half_a_turn_is_followed_in_steps() {
+    let mut mover = set_up(Default::default(), Some(Target::Original));
+    let outcome = mover.update(&pitched(&mover, 180.0), &|_| {}).unwrap();
+    assert_eq!(outcome.inverted, 0);
+    assert!(outcome.is_valid() && outcome.folded.is_empty());
+    assert!(outcome.path.steps > 1 && outcome.path.given_up > 0, "{:?}", outcome.path);
+    assert_eq!(outcome.path.reached, 1.0);
+    let mesh = mover.mesh();
+    for vertex in vertices_of(mesh, "wing") {
+        assert_eq!(outcome.displacement[vertex], displacement(mesh.vertices[vertex], 180.0));
+    }
+    let farfield = vertices_of(mesh, "farfield");
+    assert!(bits_changed(&mesh.vertices, &outcome.vertices, &farfield, &[0, 1, 2]).is_empty());
+    let small = mover.update(&pitched(&mover, 10.0), &|_| {}).unwrap();
+    assert_eq!((small.path.steps, small.path.given_up, small.path.reached), (1, 0, 1.0));
+    assert_eq!(small.smoothed, None);
+}
+
+/// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing can be done, and
+/// nothing is optimised. The farfield stands at x = 5.5, the trailing edge at 1 chord.
+#[test]
+fn a_wing_that_leaves_the_mesh_is_refused() {
+    let mut mover = set_up(Default::default(), Some(Target::Original));
+    let wing = mover.mesh().family("wing").unwrap();
+    for by in [5.0, 8.0] {
+        let away = vec![DVec3::X * by; mover.family_vertices(wing).len()];
+        let design = Design { prescribed: BTreeMap::from([(wing, away)]), ..Design::default() };
+        let outcome = mover.update(&design, &|_| {}).unwrap();
+        assert!(!outcome.is_valid() && outcome.inverted > 0, "{by}");
+        assert_eq!(outcome.smoothed, None, "{by}");
+        assert!(outcome.path.reached < 4.5 / by, "{by}: {:?}", outcome.path);
+    }
+}
+
 #[test]
 fn large_rotations_improve_on_the_original() {
     let mut mover = set_up(Default::default(), Some(Target::Improve));
@@ -138,6 +176,7 @@ fn every_spring_translates_the_mesh_with_its_boundary() {
             method: Method::Chebyshev,
             accuracy: Accuracy { tolerance: 1e-8, ..Accuracy::default() },
             quality: None,
+            max_steps: MAX_STEPS,
         };
         let mut mover = Mover::new(mesh, settings, cpu(), &|_| {}).unwrap();
         let by = DVec3::new(0.3, -0.2, 0.1);

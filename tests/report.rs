@@ -6,8 +6,8 @@ use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::quality::Statistics;
 use idmesh::report::{
-    Backend, FamilyReport, FamilySize, Mesh, ProfileReport, RunReport, Seconds, Series, Solver, Stage, StageName,
-    histogram_svg, stage_table,
+    Backend, FamilyReport, FamilySize, Mesh, Path, ProfileReport, RunReport, Seconds, Series, Smoothing, Solver, Stage,
+    StageName, histogram_svg, stage_table,
 };
 
 fn stages() -> Vec<Stage> {
@@ -48,6 +48,8 @@ fn report() -> RunReport {
         families,
         profiles: BTreeMap::from([("wing".into(), ProfileReport { max_distance_to_new_profiles: 2e-3 })]),
         solver: Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 },
+        path: Path { steps: 3, given_up: 1, reached: 1.0 },
+        smoothing: Some(Smoothing { sweeps: 12, moved: 345 }),
         seconds: Seconds { read: 0.5, setup: 1.0, update: 13.75, write: 0.25, total: 15.5 },
     }
 }
@@ -69,6 +71,8 @@ fn json_has_the_promised_names() {
                       "wing": { "folded_triangles": 2, "pierced_triangles": 1 } },
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3 } },
         "solver": { "method": "chebyshev", "sweeps": 700, "relative_residual": 1e-5 },
+        "path": { "steps": 3, "given_up": 1, "reached": 1.0 },
+        "smoothing": { "sweeps": 12, "moved": 345 },
         "seconds": { "read": 0.5, "setup": 1.0, "update": 13.75, "write": 0.25, "total": 15.5 }
     });
     assert_eq!(found, expected);

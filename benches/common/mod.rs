@@ -11,7 +11,7 @@ use idmesh::{
     profile::{Profile, csv},
     relaxation::{Accuracy, Method},
     springs::Springs,
-    stages::{Role, TipStart},
+    stages::{Role, TipStart, interior::MAX_STEPS},
 };
 
 /// What goes wrong in a benchmark.
@@ -55,6 +55,7 @@ impl Example {
             method: Method::Chebyshev,
             accuracy: Accuracy::default(),
             quality: Some(idmesh::smoothing::Target::Original),
+            max_steps: MAX_STEPS,
         };
         let design = Design { profiles: profiles("new.csv")?, ..Design::default() };
         Ok(Self { file, settings, design })

@@ -37,6 +37,8 @@ pub struct Case {
     pub families: BTreeMap<String, FamilySettings>,
     /// Springs of the volume.
     pub springs: &'static Springs,
+    /// Most steps of an update, the jump that is tried first among them.
+    pub max_steps: usize,
     /// What local optimisation aims at; `None` is off.
     pub quality: Option<Target>,
     /// How the spring networks are relaxed.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::smoothing::Target;
 use crate::springs::{SPRINGS, Springs};
-use crate::stages::TipStart;
+use crate::stages::{TipStart, interior::MAX_STEPS};
 
 use super::document::{Document, Section, Value};
 use super::nearest::{did_you_mean, quoted_list};
@@ -22,11 +22,13 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let mesh = paths::file(&top.require("mesh", "the mesh to move, such as mesh = \"wing-body.msh\"")?, folder)?;
     let families = families(&top, folder)?;
     let profiles = profiles(&top, folder, &families)?;
-    let springs = springs(&top)?;
+    let volume = top.get("volume").map(|table| table.section(&["springs", "max_steps"])).transpose()?;
+    let springs = springs(volume.as_ref())?;
+    let max_steps = max_steps(volume.as_ref())?;
     let quality = quality(&top)?;
     let solver = solver(&top)?;
     let output = output(&top, folder, &mesh)?;
-    Ok(Case { path: path.to_path_buf(), mesh, profiles, families, springs, quality, solver, output })
+    Ok(Case { path: path.to_path_buf(), mesh, profiles, families, springs, max_steps, quality, solver, output })
 }
 
 fn families(top: &Section, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
@@ -130,11 +132,14 @@ fn profiles(
     Ok(profiles)
 }
 
-fn springs(top: &Section) -> Result<&'static Springs, CaseError> {
+fn springs(volume: Option<&Section>) -> Result<&'static Springs, CaseError> {
     let names: Vec<_> = SPRINGS.iter().map(|springs| springs.name).collect();
-    let table = top.get("volume").map(|table| table.section(&["springs"])).transpose()?;
-    let name = table.and_then(|section| section.get("springs")).map(|value| value.one_of(&names)).transpose()?;
+    let name = volume.and_then(|section| section.get("springs")).map(|value| value.one_of(&names)).transpose()?;
     Ok(name.and_then(Springs::named).unwrap_or_default())
+}
+
+fn max_steps(volume: Option<&Section>) -> Result<usize, CaseError> {
+    volume.and_then(|section| section.get("max_steps")).map_or(Ok(MAX_STEPS), |value| value.count())
 }
 
 /// What local optimisation aims at: `None` for "off".

@@ -71,6 +71,9 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         message += &format!("; {}, the worst tet at ({x}, {y}, {z}){near}", places(clusters.len()));
     }
     message += &format!("; inverted by stage: {}", stages(outcome));
+    if outcome.path.reached > 0.0 && outcome.path.reached < 1.0 {
+        message += &format!("; valid meshes lead up to {:.0} % of the motion", 100.0 * outcome.path.reached);
+    }
     if !written.is_empty() {
         let names: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
         message += &format!("; the mesh is in {}", names.join(", "));

@@ -86,6 +86,7 @@ impl Job {
             method,
             accuracy: case.solver.accuracy,
             quality: case.quality,
+            max_steps: case.max_steps,
         };
         Ok(Self { case, file, settings, design, inputs, read_seconds: start.elapsed().as_secs_f64() })
     }

@@ -65,6 +65,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         families: outcome.families.clone(),
         profiles: outcome.profiles.clone(),
         solver: outcome.solver.clone(),
+        path: outcome.path,
+        smoothing: outcome.smoothed.map(|done| report::Smoothing { sweeps: done.sweeps, moved: done.moved }),
         seconds: Seconds { read: job.read_seconds, setup, update, write, total: start.elapsed().as_secs_f64() },
     };
     if let Some(path) = &targets.histogram {

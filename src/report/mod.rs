@@ -39,6 +39,11 @@ pub struct RunReport {
     pub profiles: BTreeMap<String, ProfileReport>,
     /// How the volume's network was relaxed.
     pub solver: Solver,
+    /// The steps of the inside.
+    pub path: Path,
+    /// What local optimisation did, where it ran.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smoothing: Option<Smoothing>,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -172,6 +177,26 @@ pub struct Solver {
     pub sweeps: usize,
     /// Norm of the last residual over that of the first.
     pub relative_residual: f64,
+}
+
+/// The steps an update took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Path {
+    /// Steps on the way to the result: 1 is a jump from the undeformed mesh.
+    pub steps: usize,
+    /// Steps that were tried and given up, the jump among them.
+    pub given_up: usize,
+    /// How much of the way valid meshes led, in `0..=1`. Less than 1: the path got stuck, and the mesh is the jump's.
+    pub reached: f64,
+}
+
+/// What local optimisation did.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Smoothing {
+    /// Sweeps over the vertices at bad tets.
+    pub sweeps: usize,
+    /// Vertices it moved.
+    pub moved: usize,
 }
 
 /// Where the time went, s.

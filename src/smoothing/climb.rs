@@ -1,8 +1,10 @@
-//! The last stage of a run: moves vertices of the worst tets to where the smallest beta around them is greater.
+//! The last stage of a run: moves vertices of the worst tets to where fewer of the tets around them fall short.
 //!
-//! The sum over powers settles where good tets balance bad ones, and its mean ratio is not beta. This climbs on what is
-//! asked for, the smallest beta of a star, which is not smooth: its direction is a mean of the tets' gradients in which
-//! those near the smallest count most, and a step counts only if the smallest beta rises.
+//! The sum over powers settles where good tets balance bad ones, and its mean ratio is not beta. This lowers what is asked
+//! for: the sum over a vertex's tets of `max(0, 1 - beta / goal)^4`. Tets above the goal do not count, and are not pushed
+//! below it for the sake of others; the power lets the worst count most. Climbing on the smallest beta of a star alone
+//! reaches the goal too, but lays many good tets down to its level: on a wing turned by 180 degrees the mean beta falls
+//! to 0.023, with the fourth power to 0.043. With the second power the smallest beta stops at a fifth of the goal.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,12 +17,11 @@ use crate::quality;
 /// worst do not let much longer ones pass.
 const HALVINGS: usize = 8;
 
-/// How far above the smallest beta a tet still counts in the direction, as a fraction of it: with one alone a vertex
-/// soon zigzags between two tets, with many the worst is not heard. Tried one after the other.
-const WIDTHS: [f64; 2] = [0.2, 0.02];
-
-/// Steps that raise the smallest beta by less than this fraction are not worth taking.
+/// Steps that lower the sum by less than this fraction are not worth taking.
 const GAIN: f64 = 1e-5;
+
+/// The goal lies higher by this fraction, or tets would come close to it and never reach it.
+const MARGIN: f64 = 0.02;
 
 /// What a climb needs to know of the mesh.
 pub(super) struct Mesh<'a> {
@@ -29,11 +30,11 @@ pub(super) struct Mesh<'a> {
     pub(super) constraint: &'a [Constraint],
 }
 
-/// One sweep over these vertices, colour by colour; the smallest beta around a vertex never falls.
-pub(super) fn sweep(mesh: &Mesh, colours: &[Vec<u32>], positions: &mut [DVec3]) {
+/// One sweep over these vertices, colour by colour, towards a beta of `goal` or more.
+pub(super) fn sweep(mesh: &Mesh, goal: f64, colours: &[Vec<u32>], positions: &mut [DVec3]) {
     for colour in colours {
         let at = &*positions;
-        let moved: Vec<DVec3> = colour.par_iter().map(|&vertex| climb(mesh, at, vertex)).collect();
+        let moved: Vec<DVec3> = colour.par_iter().map(|&vertex| climb(mesh, goal, at, vertex)).collect();
         for (&vertex, moved) in colour.iter().zip(moved) {
             positions[vertex as usize] = moved;
         }
@@ -41,30 +42,24 @@ pub(super) fn sweep(mesh: &Mesh, colours: &[Vec<u32>], positions: &mut [DVec3]) 
 }
 
 /// Where the vertex is better off.
-fn climb(mesh: &Mesh, positions: &[DVec3], vertex: u32) -> DVec3 {
+fn climb(mesh: &Mesh, goal: f64, positions: &[DVec3], vertex: u32) -> DVec3 {
     let start = positions[vertex as usize];
     let star: Vec<Corner> =
         mesh.vertex_tets.row(vertex as usize).iter().map(|&entry| Corner::new(mesh, positions, entry)).collect();
-    let lowest = |at: DVec3| star.iter().map(|corner| corner.beta(at)).fold(f64::INFINITY, f64::min);
-    let before = lowest(start);
+    let goal = (1.0 + MARGIN) * goal;
+    let short = |corner: &Corner, at: DVec3| f64::max(0.0, 1.0 - corner.beta(at) / goal);
+    let sum = |at: DVec3| star.iter().map(|corner| short(corner, at).powi(4)).sum::<f64>();
+    let before = sum(start);
+    let direction: DVec3 = star.iter().map(|corner| corner.slope(start) * short(corner, start).powi(3)).sum();
     let shortest = star.iter().flat_map(|corner| corner.others).map(|other| other.distance(start));
     let longest_step = 0.25 * shortest.fold(f64::INFINITY, f64::min);
-    for width in WIDTHS {
-        let width = width * before.abs() + 1e-6;
-        let mut direction = DVec3::ZERO;
-        for corner in &star {
-            let above = 1.0 + (corner.beta(start) - before) / width;
-            direction += corner.slope(start) / (above * above * above * above);
+    let mut step = mesh.constraint[vertex as usize].limit(direction).try_normalize().unwrap_or_default() * longest_step;
+    for _ in 0..HALVINGS {
+        let trial = super::moved(start, step);
+        if sum(trial) < (1.0 - GAIN) * before {
+            return trial;
         }
-        let mut step =
-            mesh.constraint[vertex as usize].limit(direction).try_normalize().unwrap_or_default() * longest_step;
-        for _ in 0..HALVINGS {
-            let trial = super::moved(start, step);
-            if lowest(trial) > before + GAIN * before.abs() {
-                return trial;
-            }
-            step *= 0.5;
-        }
+        step *= 0.5;
     }
     start
 }

@@ -6,7 +6,7 @@
 //!
 //! A run goes in rounds of a few sweeps. After each, quality is measured in f64, and the active vertices, the
 //! regularisation and the power `m` follow from it: 1 while a tet is inverted, then 2. When the worst tet stops
-//! improving below the goal, the vertices of bad tets climb on beta itself, whatever the target.
+//! improving below the goal, the vertices of bad tets climb on beta itself, whatever the target, which costs far less.
 //!
 //! Source: Escobar et al. 2003 (CMAME 192, 2775-2787) for the regularised measure; the sum over powers of the mean ratio
 //! as in Freitag Diachin et al. 2006 (Eng. Comput. 22, 61-74).
@@ -38,6 +38,11 @@ const PATIENCE_TANGLED: usize = 10;
 
 /// The worst tet improves when its beta rises by this fraction.
 const IMPROVES: f64 = 1e-3;
+
+/// In a valid mesh the sum of powers is lowered no longer once a round raises the smallest beta by less than this
+/// fraction: climbing takes it from there, at a hundredth of the cost. On a wing turned by 120 degrees the sum alone takes
+/// 30 rounds from 0.0026 to 0.0053, and climbing six, of a tenth of the time each, from there to 0.0126.
+const FADES: f64 = 0.05;
 
 /// Power `m` of the objective while a tet is inverted.
 const POWER_TANGLED: u32 = 1;
@@ -76,7 +81,7 @@ pub struct Smoothed {
 enum Method {
     /// Lower the sum of powers, on the device.
     Energy,
-    /// Raise the smallest beta around the vertices of bad tets, see [`climb`].
+    /// Raise the low betas around the vertices of bad tets, see [`climb`].
     Climb,
 }
 
@@ -184,14 +189,17 @@ impl Smoother {
                 Method::Energy => self.minimise(&state, &colours, count, &mut at)?,
                 Method::Climb => {
                     let Self { tets, vertex_tets, constraint, .. } = &*self;
-                    (0..count)
-                        .for_each(|_| climb::sweep(&climb::Mesh { tets, vertex_tets, constraint }, &colours, &mut at));
+                    let mesh = climb::Mesh { tets, vertex_tets, constraint };
+                    (0..count).for_each(|_| climb::sweep(&mesh, goal.beta, &colours, &mut at));
                 }
             }
             sweeps += count;
             state = State::new(&at, &self.tets, &self.volume);
             if state.beats(&best.state, 0.0) {
                 *best = Best { state: state.clone(), at: at.clone() };
+            }
+            if method == Method::Energy && state.inverted == 0 && !state.beats(&record, FADES) {
+                break;
             }
             let untangles = state.inverted > 0 && state.inverted == record.inverted;
             if state.beats(&record, IMPROVES) || (untangles && state.sigma_min > record.sigma_min) {
@@ -258,8 +266,8 @@ fn regularisation(state: &State) -> f64 {
     if state.sigma_min < EPSILON { EPSILON * (EPSILON - state.sigma_min) } else { 0.0 }
 }
 
-/// A position moved by a correction. A coordinate that does not move keeps its bits, also those of -0.
-fn moved(at: DVec3, by: DVec3) -> DVec3 {
+/// A position moved by a displacement. A coordinate that does not move keeps its bits, also those of -0.
+pub fn moved(at: DVec3, by: DVec3) -> DVec3 {
     let add = |x: f64, c: f64| if c == 0.0 { x } else { x + c };
     DVec3::new(add(at.x, by.x), add(at.y, by.y), add(at.z, by.z))
 }

@@ -27,6 +27,11 @@ impl BestMotion {
         horn(&s)
     }
 
+    /// The centre of the points before and after.
+    pub fn centres(&self) -> (DVec3, DVec3) {
+        (self.from, self.to)
+    }
+
     /// The rotation part of a rigid motion.
     pub fn rotation(&self) -> DQuat {
         let l = self.linear;

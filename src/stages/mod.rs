@@ -16,9 +16,11 @@
 pub mod best_motion;
 pub mod carenage;
 pub mod families;
+pub mod interior;
 pub mod patch;
 pub mod planes;
 pub mod rotation;
+pub mod route;
 pub mod trailing_edge;
 pub mod volume;
 pub mod wing;

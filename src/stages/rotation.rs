@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::{Motion, Owner, Role, SetUp, best_motion::BestMotion};
 use crate::{
     backend::{BackendError, Constraint},
-    mesh::{FamilyId, TetMesh, csr::Csr, edges::VertexGraph, edges::triangle_edges},
+    mesh::{FamilyId, csr::Csr, edges::VertexGraph, edges::triangle_edges},
     relaxation::{Accuracy, Convergence, Network, Relaxer},
 };
 
@@ -93,19 +93,18 @@ impl Rotation {
     /// The backend failed.
     pub fn spread(
         &mut self,
-        mesh: &TetMesh,
+        vertices: &[DVec3],
         motion: &Motion,
         accuracy: &Accuracy,
     ) -> Result<(Vec<DMat3>, Convergence), BackendError> {
-        let mut vectors = vec![DVec3::ZERO; mesh.vertices.len()];
-        let moved: Vec<DVec3> = mesh.vertices.iter().zip(motion).map(|(at, by)| *at + *by).collect();
-        let normals = [&mesh.vertices, &moved].map(|points| self.normals(points));
-        for Body { vertices, placed } in &self.bodies {
-            if vertices.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
+        let mut vectors = vec![DVec3::ZERO; vertices.len()];
+        let moved: Vec<DVec3> = vertices.iter().zip(motion).map(|(at, by)| *at + *by).collect();
+        let normals = [vertices, &moved].map(|points| self.normals(points));
+        for Body { vertices: all, placed } in &self.bodies {
+            if all.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
-            let pairs: Vec<(DVec3, DVec3)> =
-                vertices.iter().map(|&v| (mesh.vertices[v as usize], moved[v as usize])).collect();
+            let pairs: Vec<(DVec3, DVec3)> = all.iter().map(|&v| (vertices[v as usize], moved[v as usize])).collect();
             let body_rotation = BestMotion::rigid(&pairs).rotation();
             let body = rotation_vector(body_rotation);
             let prior = DVec3::AXES.map(|axis| (axis * BODY.sqrt(), body_rotation * axis * BODY.sqrt()));
@@ -118,7 +117,7 @@ impl Rotation {
                         .row(at)
                         .iter()
                         .map(|&v| {
-                            let before = mesh.vertices[v as usize] - mesh.vertices[at];
+                            let before = vertices[v as usize] - vertices[at];
                             let scale = 1.0 / before.length();
                             (before * scale, (moved[v as usize] - moved[at]) * scale)
                         })

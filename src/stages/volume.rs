@@ -18,6 +18,21 @@ use crate::{
     springs::Springs,
 };
 
+/// Where the springs of a mesh go; the same for all its deformed shapes.
+pub struct Lattice {
+    tets: TetEdges,
+    graph: VertexGraph,
+}
+
+impl Lattice {
+    /// The edges of the tets.
+    pub fn new(mesh: &TetMesh) -> Self {
+        let tets = TetEdges::new(mesh.vertices.len(), &mesh.tets);
+        let graph = VertexGraph::new(mesh.vertices.len(), &tets.edges);
+        Self { tets, graph }
+    }
+}
+
 /// The network of all tets.
 pub struct Volume {
     relaxer: Relaxer,
@@ -26,26 +41,19 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// Evaluates the springs and sets the network up.
+    /// Evaluates the springs at the vertices of `set_up`'s mesh and sets the network up.
     ///
     /// # Errors
     /// The backend failed or the mesh does not fit.
-    pub fn new(set_up: &SetUp, springs: &Springs) -> Result<Self, BackendError> {
+    pub fn new(set_up: &SetUp, lattice: &Lattice, springs: &Springs) -> Result<Self, BackendError> {
         let SetUp { mesh, families, backend, method, .. } = *set_up;
-        let TetEdges { edges, edge_tets, tet_edges } = TetEdges::new(mesh.vertices.len(), &mesh.tets);
+        let Lattice { tets: TetEdges { edges, edge_tets, tet_edges }, graph } = lattice;
         let edge_vector: Vec<glam::DVec3> =
             edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
         let stiffness = |length: Length, torsion: Torsion| {
-            backend.edge_stiffness(&EdgeStiffness {
-                edge_vector: &edge_vector,
-                edge_tets: &edge_tets,
-                tet_edges: &tet_edges,
-                length,
-                torsion,
-            })
+            backend.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges, length, torsion })
         };
         let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
-        let graph = VertexGraph::new(mesh.vertices.len(), &edges);
         let constraint: Vec<Constraint> = (0..mesh.vertices.len() as u32)
             .map(|vertex| match families.owner[vertex as usize] {
                 Owner::Volume => Constraint::Free,
@@ -55,12 +63,12 @@ impl Volume {
             .collect();
         let rotation = if springs.turns {
             let stiffness = stiffness(Length::InverseSquare, Torsion::None)?;
-            Some(Rotation::new(set_up, &graph, &stiffness)?)
+            Some(Rotation::new(set_up, graph, &stiffness)?)
         } else {
             None
         };
         let stiffness = stiffness(springs.length, springs.torsion)?;
-        let network = Network::new(&graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
+        let network = Network::new(graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
         Ok(Self { relaxer: Relaxer::new(network, backend, method)?, rotation })
     }
 
@@ -75,7 +83,7 @@ impl Volume {
     /// The backend failed.
     pub fn run(
         &mut self,
-        mesh: &TetMesh,
+        vertices: &[glam::DVec3],
         motion: &mut Motion,
         accuracy: &Accuracy,
     ) -> Result<Convergence, BackendError> {
@@ -83,8 +91,8 @@ impl Volume {
             return Ok(Convergence::nothing_to_do());
         }
         let Some(rotation) = &mut self.rotation else { return self.relaxer.relax(motion, None, accuracy) };
-        let (turned, spread) = rotation.spread(mesh, motion, accuracy)?;
-        let force = rest_force(self.relaxer.network(), &mesh.vertices, &turned);
+        let (turned, spread) = rotation.spread(vertices, motion, accuracy)?;
+        let force = rest_force(self.relaxer.network(), vertices, &turned);
         Ok(self.relaxer.relax(motion, Some(&force), accuracy)?.and(spread))
     }
 }

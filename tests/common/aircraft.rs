@@ -9,7 +9,7 @@ use idmesh::mesh::TetMesh;
 use idmesh::mover::{Design, MoveError, Mover, Outcome, Settings};
 use idmesh::profile::{Profile, csv};
 use idmesh::relaxation::{Accuracy, Method};
-use idmesh::stages::{Role, TipStart};
+use idmesh::stages::{Role, TipStart, interior::MAX_STEPS};
 
 /// A mesh and the folder of its profiles.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +89,7 @@ pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
         accuracy: Accuracy::default(),
         // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
         quality: None,
+        max_steps: MAX_STEPS,
     }
 }
 
