@@ -76,7 +76,7 @@ pub struct Stiffness {
     pub length: Length,
     /// The torsional part.
     pub torsion: Torsion,
-    /// Power of the edge's [`nearness`] to the moved walls that both are multiplied by; greater than 0 is stiffer there.
+    /// Power of the edge's [`nearness()`] to the moved walls that both are multiplied by; greater than 0 is stiffer there.
     pub wall: f64,
 }
 
