@@ -89,8 +89,8 @@ impl Mesh {
             edge_vector: &self.edge_vector,
             edge_tets: &self.topology.edge_tets,
             tet_edges: &self.topology.tet_edges,
-            length: springs.length,
-            torsion: springs.torsion,
+            length: springs.stiffness.length,
+            torsion: springs.stiffness.torsion,
         }
     }
 }

@@ -3,7 +3,7 @@
 
 struct Params {
     n_edges: u32,
-    // 1: 1 / l, 2: 1 / l^2.
+    // Longitudinal part, 0: 1, 1: 1 / l, 2: 1 / l^2.
     power: u32,
     // 0: none, 1: longitudinal part times s, 2: longitudinal part plus s.
     torsion: u32,
@@ -138,6 +138,8 @@ fn edge_stiffness(
     var longitudinal = 1.0 / squared;
     if (params.power == 1u) {
         longitudinal = 1.0 / sqrt(squared);
+    } else if (params.power == 0u) {
+        longitudinal = 1.0;
     }
     if (params.torsion == 0u) {
         stiffness[edge] = longitudinal;

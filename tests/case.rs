@@ -101,7 +101,7 @@ fn good_case_is_read_whole() {
 fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
     assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Affine });
-    assert_eq!(case.springs.name, "rotation-aware");
+    assert_eq!(case.springs.name, "rotation-aware-wall");
     assert_eq!(case.quality, Some(Target::Original));
     assert_eq!(
         (case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps),
@@ -217,8 +217,8 @@ fn unknown_names() {
         9,
         "`family.wingtip.start` is \"here\", expected `affine`, `rigid` or `original`",
     );
-    let springs = "`volume.springs` is \"murayamma\", expected `longitudinal`, `torsional`, `murayama` or \
-                   `rotation-aware`; did you mean `murayama`?";
+    let springs = "`volume.springs` is \"murayamma\", expected `longitudinal`, `torsional`, \
+                   `torsional-wall`, `murayama`, `rotation-aware` or `rotation-aware-wall`; did you mean `murayama`?";
     assert_mistake("\"murayama\"", "\"murayamma\"", 26, 11, springs);
     let method = "`solver.method` is \"cg\", expected `auto`, `jacobi`, `chebyshev` or `multigrid`";
     assert_mistake("\"chebyshev\"", "\"cg\"", 32, 10, method);

@@ -143,6 +143,8 @@ fn stiffness_of_regular_tet() {
         let mesh = tet([[0.0, 0.0, 0.0], [s, s, 0.0], [s, 0.0, s], [0.0, s, s]]);
         for (backend, epsilon) in [(F64, f64::EPSILON), (F32, f64::from(f32::EPSILON))] {
             let cases = [
+                (Length::None, Torsion::None, 1.0),
+                (Length::None, Torsion::Product, 1.125),
                 (Length::Inverse, Torsion::None, 1.0 / size),
                 (Length::Inverse, Torsion::Product, 1.125 / size),
                 (Length::InverseSquare, Torsion::Product, 1.125 / size.powi(2)),

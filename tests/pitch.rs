@@ -144,6 +144,16 @@ fn a_wing_that_leaves_the_mesh_is_refused() {
     }
 }
 
+/// Without any repair: what the springs themselves carry.
+#[test]
+fn springs_alone_carry_large_rotations() {
+    let mut mover = set_up(Default::default(), None);
+    for (degrees, worst) in [(30.0, 0.0126), (60.0, 0.011), (100.0, 0.003), (120.0, 0.0015)] {
+        let (found, _) = pitched_quality(&mut mover, degrees);
+        assert!(found >= worst, "{degrees}: {found}");
+    }
+}
+
 #[test]
 fn large_rotations_improve_on_the_original() {
     let mut mover = set_up(Default::default(), Some(Target::Improve));

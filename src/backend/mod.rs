@@ -71,6 +71,8 @@ pub struct Measure {
 /// Longitudinal part of an edge spring: `1 / l^p`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
+    /// 1: the length does not matter.
+    None,
     /// `1 / l`, Batina's.
     Inverse,
     /// `1 / l^2`.

@@ -122,7 +122,7 @@ impl<T: Real> Packed<T> {
 pub(super) struct PackedEdges<T> {
     /// Edge vectors `[n_edges]`.
     pub(super) edge_vector: Vec<[T; 4]>,
-    /// 1 or 2, see [`crate::kernels::edge_stiffness::Params`].
+    /// 0, 1 or 2, see [`crate::kernels::edge_stiffness::Params`].
     pub(super) power: u32,
     /// 0, 1 or 2, see [`crate::kernels::edge_stiffness::Params`].
     pub(super) torsion: u32,
@@ -145,6 +145,7 @@ impl<T: Real> PackedEdges<T> {
         let mean = input.edge_vector.iter().map(|v| v.length()).sum::<f64>() / n_edges.max(1) as f64;
         let unit = power_of_two(mean);
         let power = match input.length {
+            Length::None => 0,
             Length::Inverse => 1,
             Length::InverseSquare => 2,
         };

@@ -20,7 +20,7 @@ use thiserror::Error;
 use crate::relaxation::Accuracy;
 use crate::smoothing::Target;
 use crate::springs::Springs;
-use crate::stages::TipStart;
+use crate::stages::{self, TipStart};
 
 pub(crate) use nearest::did_you_mean;
 
@@ -103,6 +103,20 @@ impl Role {
             Role::Plane => "plane",
             Role::Fixed => "fixed",
             Role::Prescribed { .. } => "prescribed",
+        }
+    }
+}
+
+impl From<&Role> for stages::Role {
+    fn from(role: &Role) -> Self {
+        match *role {
+            Role::Wing => Self::Wing,
+            Role::TrailingEdge => Self::TrailingEdge,
+            Role::Wingtip { coefficient, start } => Self::Wingtip { coefficient, start },
+            Role::Carenage => Self::Carenage,
+            Role::Plane => Self::Plane,
+            Role::Fixed => Self::Fixed,
+            Role::Prescribed { .. } => Self::Prescribed,
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
 use crate::profile::{self, Plane, Profile};
-use crate::{relaxation, stages};
+use crate::relaxation;
 
 /// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
@@ -51,7 +51,7 @@ impl Job {
         for (index, name) in mesh.families.iter().enumerate() {
             let family = FamilyId(index as u16);
             let role = case.families.get(name).map_or(&Role::Fixed, |settings| &settings.role);
-            roles.push(stage_role(role));
+            roles.push(role.into());
             if let Role::Prescribed { displacement } = role {
                 design.prescribed.insert(family, prescribed(mesh, family, displacement)?);
                 inputs.push(displacement.clone());
@@ -89,18 +89,6 @@ impl Job {
             max_steps: case.max_steps,
         };
         Ok(Self { case, file, settings, design, inputs, read_seconds: start.elapsed().as_secs_f64() })
-    }
-}
-
-fn stage_role(role: &Role) -> stages::Role {
-    match *role {
-        Role::Wing => stages::Role::Wing,
-        Role::TrailingEdge => stages::Role::TrailingEdge,
-        Role::Wingtip { coefficient, start } => stages::Role::Wingtip { coefficient, start },
-        Role::Carenage => stages::Role::Carenage,
-        Role::Plane => stages::Role::Plane,
-        Role::Fixed => stages::Role::Fixed,
-        Role::Prescribed { .. } => stages::Role::Prescribed,
     }
 }
 

@@ -10,7 +10,7 @@ use super::Real;
 pub struct Params {
     /// Number of edges to compute.
     pub n_edges: u32,
-    /// 1: longitudinal part `1 / l`, 2: `1 / l^2`.
+    /// Longitudinal part, 0: 1, 1: `1 / l`, 2: `1 / l^2`.
     pub power: u32,
     /// 0: no torsional part, 1: longitudinal part times `s`, 2: longitudinal part plus `s`.
     pub torsion: u32,
@@ -29,7 +29,7 @@ pub struct Edges<'a, T> {
     pub tet_edges: &'a [[u32; 6]],
     /// Edge vectors `[n_edges]`, any unit; the fourth component is not used.
     pub edge_vector: &'a [[T; 4]],
-    /// 1: longitudinal part `1 / l`, 2: `1 / l^2`.
+    /// Longitudinal part, 0: 1, 1: `1 / l`, 2: `1 / l^2`.
     pub power: u32,
     /// 0: no torsional part, 1: longitudinal part times `s`, 2: longitudinal part plus `sum_factor * s`.
     pub torsion: u32,
@@ -48,7 +48,7 @@ const AROUND: [[usize; 5]; 6] =
 ///
 /// - `first_edge`: edge of the chunk's first element
 /// - `stiffness` `[edges of the chunk]`: `1 / l^power`, times or plus the sum over the edge's tets of
-///   [`inverse_sin_squared`]; infinite for an edge without length
+///   [`inverse_sin_squared`]; infinite for an edge without length, but for power 0
 ///
 /// Source: longitudinal part Batina 1990; torsional part Murayama, Nakahashi and Matsushima 2002, which adds it
 /// (`torsion = 2`); the product is ours: it has no unit to depend on.
@@ -56,7 +56,11 @@ pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, stiffness: &mut [T]) {
     for (edge, stiffness) in (first_edge..).zip(stiffness) {
         let along = xyz(&edges.edge_vector[edge]);
         let squared = dot(along, along);
-        let longitudinal = if edges.power == 1 { T::ONE / squared.sqrt() } else { T::ONE / squared };
+        let longitudinal = match edges.power {
+            0 => T::ONE,
+            1 => T::ONE / squared.sqrt(),
+            _ => T::ONE / squared,
+        };
         if edges.torsion == 0 {
             *stiffness = longitudinal;
             continue;

@@ -205,6 +205,13 @@ impl Families {
             .map(|index| FamilyId(index as u16))
     }
 
+    /// The families that are moved by the design or follow what is; planes only slide along.
+    pub fn moved(&self) -> impl Iterator<Item = FamilyId> + '_ {
+        (0..self.roles.len())
+            .filter(|&index| !matches!(self.roles[index], Role::Plane | Role::Fixed))
+            .map(|index| FamilyId(index as u16))
+    }
+
     /// The shapes a vertex must stay on: of the carenages and planes it touches.
     pub fn shapes_at(&self, vertex: u32) -> impl Iterator<Item = &Shape> + '_ {
         self.touches.row(vertex as usize).iter().filter_map(|&family| self.shapes[family as usize].as_ref())

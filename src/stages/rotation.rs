@@ -2,7 +2,7 @@
 //!
 //! Springs that hold the *difference* of two displacements small resist a rotation as if it were a strain, and x, y and z
 //! do not know of each other: that is why spring meshes fail at a few degrees. Here every surface vertex has a rotation
-//! fitted to its ring of edges and its normal; their rotation vectors are spread by one relaxation (stiffness `1 / l^2`).
+//! fitted to its ring of edges and its normal; their rotation vectors are spread by one relaxation of springs of their own.
 //! In the second one each spring pulls towards its own rest edge, rotated by the mean of its ends:
 //! `sum_j k_ij (x_i - x_j) = sum_j k_ij (R_i + R_j) / 2 (X_i - X_j)`. Both matrices are the undeformed mesh's, so the result
 //! depends on the design alone. The paper's springs have no such term.
@@ -10,10 +10,10 @@
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::{Motion, Owner, Role, SetUp, best_motion::BestMotion};
+use super::{Motion, Owner, SetUp, best_motion::BestMotion};
 use crate::{
     backend::{BackendError, Constraint},
-    mesh::{FamilyId, csr::Csr, edges::VertexGraph, edges::triangle_edges},
+    mesh::{csr::Csr, edges::VertexGraph, edges::triangle_edges},
     relaxation::{Accuracy, Convergence, Network, Relaxer},
 };
 
@@ -47,7 +47,7 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// Sets the network up: `graph` and `edge_stiffness` (`1 / l^2`) of the tets' edges.
+    /// Sets the network up: `graph` and `edge_stiffness` of the tets' edges.
     ///
     /// # Errors
     /// The backend failed or the mesh does not fit.
@@ -71,15 +71,14 @@ impl Rotation {
         let edges = triangle_edges(surface.triangles.iter().copied());
         let ring = VertexGraph::new(n, &edges).neighbours;
         let mut taken = vec![false; n];
-        let moved =
-            (0..families.roles.len()).filter(|&index| !matches!(families.roles[index], Role::Plane | Role::Fixed));
-        let bodies = moved
-            .map(|index| {
+        let bodies = families
+            .moved()
+            .map(|family| {
                 let own = |vertex: &u32| {
-                    families.owner[*vertex as usize] == families.roles[index].owner()
+                    families.owner[*vertex as usize] == families.roles[family.index()].owner()
                         && !std::mem::replace(&mut taken[*vertex as usize], true)
                 };
-                let vertices = surface.vertices_of(FamilyId(index as u16));
+                let vertices = surface.vertices_of(family);
                 Body { placed: vertices.iter().copied().filter(own).collect(), vertices }
             })
             .collect();

@@ -1,21 +1,23 @@
-//! Stage volume: longitudinal and torsional springs on the edges of the tets carry the surfaces' motion inside; rest edges
+//! Stage volume: springs on the edges of the tets (see [`crate::springs`]) carry the surfaces' motion inside; rest edges
 //! turn with the surfaces where the springs say so (see `rotation`).
 //!
 //! The stiffness is that of the undeformed mesh, so the result depends on the design alone and not on the way to it.
 //! Vertices of plane families slide on in their planes; all other surface vertices are held.
+
+use std::cell::LazyCell;
 
 use super::{
     Motion, Owner, SetUp,
     rotation::{Rotation, rest_force},
 };
 use crate::{
-    backend::{BackendError, Constraint, EdgeStiffness, Length, Torsion},
+    backend::{BackendError, Constraint, EdgeStiffness},
     mesh::{
         TetMesh,
         edges::{TetEdges, VertexGraph},
     },
     relaxation::{Accuracy, Convergence, Network, Relaxer},
-    springs::Springs,
+    springs::{Springs, Stiffness, nearness},
 };
 
 /// Where the springs of a mesh go; the same for all its deformed shapes.
@@ -46,12 +48,26 @@ impl Volume {
     /// # Errors
     /// The backend failed or the mesh does not fit.
     pub fn new(set_up: &SetUp, lattice: &Lattice, springs: &Springs) -> Result<Self, BackendError> {
-        let SetUp { mesh, families, backend, method, .. } = *set_up;
+        let SetUp { mesh, surface, families, backend, method } = *set_up;
         let Lattice { tets: TetEdges { edges, edge_tets, tet_edges }, graph } = lattice;
         let edge_vector: Vec<glam::DVec3> =
             edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
-        let stiffness = |length: Length, torsion: Torsion| {
-            backend.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges, length, torsion })
+        let near = LazyCell::new(|| {
+            let walls: Vec<[u32; 3]> = families.moved().flat_map(|family| surface.corners_of(family)).collect();
+            nearness(&mesh.vertices, edges, &walls)
+        });
+        let stiffness = |of: Stiffness| -> Result<Vec<f64>, BackendError> {
+            let mut stiffness = backend.edge_stiffness(&EdgeStiffness {
+                edge_vector: &edge_vector,
+                edge_tets,
+                tet_edges,
+                length: of.length,
+                torsion: of.torsion,
+            })?;
+            if of.wall != 0.0 {
+                stiffness.iter_mut().zip(near.iter()).for_each(|(stiffness, near)| *stiffness *= near.powf(of.wall));
+            }
+            Ok(stiffness)
         };
         let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
         let constraint: Vec<Constraint> = (0..mesh.vertices.len() as u32)
@@ -61,13 +77,11 @@ impl Volume {
                 _ => Constraint::Held,
             })
             .collect();
-        let rotation = if springs.turns {
-            let stiffness = stiffness(Length::InverseSquare, Torsion::None)?;
-            Some(Rotation::new(set_up, graph, &stiffness)?)
-        } else {
-            None
+        let rotation = match springs.rotation {
+            Some(of) => Some(Rotation::new(set_up, graph, &stiffness(of)?)?),
+            None => None,
         };
-        let stiffness = stiffness(springs.length, springs.torsion)?;
+        let stiffness = stiffness(springs.stiffness)?;
         let network = Network::new(graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
         Ok(Self { relaxer: Relaxer::new(network, backend, method)?, rotation })
     }

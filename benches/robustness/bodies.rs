@@ -1,0 +1,54 @@
+//! What moves, and how: a body of which every vertex is prescribed, or a wing that follows profiles.
+
+use std::path::Path;
+
+use idmesh::{
+    mesh::TetMesh,
+    mover::{Design, Mover, Settings},
+    smoothing::Target,
+    springs::Springs,
+};
+
+use crate::common::Failure;
+
+/// One kind of motion, from small to absurd.
+pub struct Kind {
+    /// What it is called.
+    pub name: &'static str,
+    /// What its amounts are in.
+    pub unit: &'static str,
+    /// How far it goes, ascending.
+    pub amounts: &'static [f64],
+}
+
+/// A body in its mesh.
+pub trait Body {
+    /// What the table begins with: the body and what is special about it.
+    fn title(&self) -> String;
+
+    /// The mesh around it.
+    fn mesh(&self) -> &TetMesh;
+
+    /// The springs it is moved by.
+    fn springs(&self) -> &'static Springs;
+
+    /// What it is made to do.
+    fn kinds(&self) -> &'static [Kind];
+
+    /// What a mover needs.
+    fn settings(&self, quality: Option<Target>) -> Settings;
+
+    /// The design that makes so much of the motion number `kind`.
+    fn design(&self, mover: &Mover, kind: usize, amount: f64) -> Design;
+}
+
+/// The body that the file names: a case, or a mesh of which the family of that name moves.
+///
+/// # Errors
+/// A file cannot be read, or there is no such body.
+pub fn body(path: &Path, family: Option<&str>) -> Result<Box<dyn Body>, Failure> {
+    Ok(match family {
+        Some(family) => Box::new(crate::prescribed::Prescribed::read(path, family)?),
+        None => Box::new(crate::sections::Sections::read(path)?),
+    })
+}

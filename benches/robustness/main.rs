@@ -1,0 +1,167 @@
+//! How far one call of `Mover::update` carries a body through its mesh, from small motions to absurd ones.
+//!
+//! `cargo bench --bench robustness -- [MESH FAMILY | CASE] [--svg FOLDER]`: the body is the family FAMILY of MESH, every vertex
+//! of it prescribed and every other family fixed; or the wing of CASE, moved by its profiles. If none is said, first the wing of
+//! `tests/data/pitch-wing.msh.gz`, then that of `examples/wing-body/case.toml`. Each motion starts from the original mesh and is
+//! made once for each target of local optimisation. The charts go to FOLDER, or to `target`.
+
+mod bodies;
+mod chart;
+#[path = "../common/mod.rs"]
+mod common;
+mod prescribed;
+mod sections;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::Instant,
+};
+
+use bodies::{Body, Kind};
+use common::{Failure, print_machine, print_table, row};
+use idmesh::{
+    backend::{self, Selection},
+    mover::Mover,
+    quality::{Statistics, betas},
+    smoothing::Target,
+};
+
+/// The targets of local optimisation, as a case calls them.
+const TARGETS: [(&str, Option<Target>); 3] =
+    [("off", None), ("original", Some(Target::Original)), ("improve", Some(Target::Improve))];
+
+/// What one motion came to.
+struct Run {
+    kind: usize,
+    amount: f64,
+    target: usize,
+    inverted: usize,
+    folded: usize,
+    pierced: usize,
+    worst: f64,
+    mean: f64,
+    seconds: f64,
+}
+
+struct Arguments {
+    /// A file each, with the family that moves, or a case.
+    bodies: Vec<(PathBuf, Option<String>)>,
+    charts: PathBuf,
+}
+
+fn arguments() -> Result<Arguments, Failure> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut charts = root.join("target");
+    let mut others = Vec::new();
+    let mut given = std::env::args().skip(1).filter(|argument| argument != "--bench");
+    while let Some(argument) = given.next() {
+        match argument.as_str() {
+            "--svg" => charts = given.next().ok_or("--svg needs a folder")?.into(),
+            option if option.starts_with('-') => return Err(format!("unknown option `{option}`").into()),
+            _ => others.push(argument),
+        }
+    }
+    let bodies = match &others[..] {
+        [] => vec![
+            (root.join("tests/data/pitch-wing.msh.gz"), Some("wing".to_owned())),
+            (root.join("examples/wing-body/case.toml"), None),
+        ],
+        [case] => vec![(case.into(), None)],
+        [mesh, family] => vec![(mesh.into(), Some(family.clone()))],
+        _ => return Err("expected a mesh and a family, a case, or nothing".into()),
+    };
+    Ok(Arguments { bodies, charts })
+}
+
+fn main() -> ExitCode {
+    common::end(run())
+}
+
+fn run() -> Result<(), Failure> {
+    let Arguments { bodies, charts } = arguments()?;
+    print_machine(&[backend::select(Selection::Cpu)?.info()]);
+    for (path, family) in bodies {
+        let body = bodies::body(&path, family.as_deref())?;
+        let name = name(&path)?;
+        let original = Statistics::new(&betas(&body.mesh().vertices, &body.mesh().tets));
+        println!(
+            "{name}: {} tets, worst beta {:.6}, mean beta {:.6}; {}; springs `{}`\n",
+            body.mesh().tets.len(),
+            original.min,
+            original.mean,
+            body.title(),
+            body.springs().name
+        );
+        let mut runs = Vec::new();
+        for target in 0..TARGETS.len() {
+            move_all(body.as_ref(), target, &mut runs)?;
+        }
+        // By motion, then by target: the sort keeps the amounts of a kind in order.
+        runs.sort_by(|a, b| (a.kind, a.amount).partial_cmp(&(b.kind, b.amount)).expect("amounts are numbers"));
+        print_runs(body.kinds(), &runs);
+        fs::create_dir_all(&charts)?;
+        let svg = charts.join(format!("robustness-{name}.svg"));
+        fs::write(&svg, chart::chart(body.kinds(), &runs, original.min)?)?;
+        eprintln!("chart: {}", svg.display());
+    }
+    Ok(())
+}
+
+/// What to call a body: its mesh without extensions, its case's folder.
+fn name(path: &Path) -> Result<String, Failure> {
+    let path = path.canonicalize()?;
+    let of = if path.extension().is_some_and(|extension| extension == "toml") { path.parent() } else { Some(&*path) };
+    let file = of.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+    Ok(file.split('.').next().unwrap_or_default().to_owned())
+}
+
+/// Makes every motion with one target.
+fn move_all(body: &dyn Body, target: usize, runs: &mut Vec<Run>) -> Result<(), Failure> {
+    let (name, quality) = TARGETS[target];
+    let begin = Instant::now();
+    let backend = backend::select(Selection::Cpu)?;
+    let mut mover = Mover::new(body.mesh().clone(), body.settings(quality), backend.into(), &|_| {})?;
+    eprintln!("target {name}: set-up {:.2} s", begin.elapsed().as_secs_f64());
+    for (kind, Kind { name: motion, unit, amounts }) in body.kinds().iter().enumerate() {
+        for &amount in *amounts {
+            let design = body.design(&mover, kind, amount);
+            let begin = Instant::now();
+            let outcome = mover.update(&design, &|_| {})?;
+            let seconds = begin.elapsed().as_secs_f64();
+            let Statistics { min: worst, mean, .. } = Statistics::new(&outcome.beta);
+            eprintln!(
+                "{motion} {amount} {unit}, {name}: {} inverted, worst {worst:.6}, {seconds:.2} s",
+                outcome.inverted
+            );
+            if !outcome.converged {
+                eprintln!("  not converged: {:?}", outcome.unconverged);
+            }
+            let (folded, pierced) = (outcome.folded.values().sum(), outcome.pierced.len());
+            let inverted = outcome.inverted;
+            runs.push(Run { kind, amount, target, inverted, folded, pierced, worst, mean, seconds });
+        }
+    }
+    Ok(())
+}
+
+fn print_runs(kinds: &[Kind], runs: &[Run]) {
+    let head = ["motion", "target", "inverted", "folded", "pierced", "worst beta", "mean beta", "seconds"];
+    let mut rows = vec![row(&head)];
+    rows.extend(runs.iter().map(|run| {
+        let Kind { name, unit, .. } = kinds[run.kind];
+        vec![
+            format!("{name} {} {unit}", run.amount),
+            TARGETS[run.target].0.to_owned(),
+            run.inverted.to_string(),
+            run.folded.to_string(),
+            run.pierced.to_string(),
+            format!("{:.6}", run.worst),
+            format!("{:.6}", run.mean),
+            format!("{:.2}", run.seconds),
+        ]
+    }));
+    print_table(&rows);
+    println!();
+}

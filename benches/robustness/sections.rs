@@ -1,0 +1,128 @@
+//! The wing of a case, moved by its profiles through all stages: cut at planes along its span, and each section twisted or
+//! raised the more the nearer it is to the tip. Its chord is along x, its span along y from its lowest y, the root.
+
+use std::{collections::BTreeMap, path::Path};
+
+use glam::DVec3;
+use idmesh::{
+    case::Case,
+    formats,
+    mesh::{FamilyId, TetMesh},
+    mover::{Design, Mover, Settings},
+    profile::{Profile, cut, stations},
+    relaxation::{self, Method},
+    smoothing::Target,
+    springs::Springs,
+    stages::{Role, interior::MAX_STEPS},
+};
+
+use crate::{
+    bodies::{Body, Kind},
+    common::Failure,
+};
+
+/// Sections cut from the wing: neighbours turn by 16 degrees against each other at the largest twist.
+const SECTIONS: usize = 10;
+
+const KINDS: [Kind; 3] = [
+    Kind { name: "twist", unit: "degrees", amounts: &[10.0, 20.0, 30.0, 40.0, 60.0, 80.0, 100.0, 120.0, 150.0, 180.0] },
+    Kind { name: "heave", unit: "chords", amounts: &[0.25, 0.5, 1.0, 2.0] },
+    Kind { name: "bending", unit: "chords", amounts: &[0.25, 0.5, 1.0, 2.0] },
+];
+
+/// The wing and its sections.
+pub struct Sections {
+    mesh: TetMesh,
+    wing: FamilyId,
+    roles: Vec<Role>,
+    springs: &'static Springs,
+    accuracy: relaxation::Accuracy,
+    old: Vec<Profile>,
+    /// The innermost section's.
+    chord: f64,
+    root: f64,
+    tip: f64,
+}
+
+impl Sections {
+    /// The wing of a case. Only the roles, the springs and the tolerance of the case count.
+    ///
+    /// # Errors
+    /// A file cannot be read, the case has not one wing, or that cannot be cut.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let case = Case::read(path)?;
+        let mesh = formats::read(&case.mesh)?.mesh;
+        case.check_families(&mesh.families)?;
+        let roles: Vec<Role> = mesh.families.iter().map(|name| Role::from(&case.families[name].role)).collect();
+        let mut wings = (0..roles.len()).filter(|&family| roles[family] == Role::Wing);
+        let (Some(wing), None) = (wings.next(), wings.next()) else {
+            return Err(format!("{}: expected one family with the role wing", path.display()).into());
+        };
+        let wing = FamilyId(wing as u16);
+        let of_wing = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|&(_, &family)| family == wing);
+        let triangles: Vec<[u32; 3]> = of_wing.map(|(&triangle, _)| triangle).collect();
+        let planes = stations::evenly(&mesh.vertices, &triangles, SECTIONS)?;
+        let numbered: Vec<_> = (0..).zip(planes).collect();
+        let old = cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)?;
+        let (low, high) = bounds(&old[0].points);
+        let along = || triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize].y);
+        let (root, tip) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        let Case { springs, solver, .. } = case;
+        Ok(Self { wing, roles, springs, accuracy: solver.accuracy, old, chord: high.x - low.x, root, tip, mesh })
+    }
+
+    fn moved(&self, section: &Profile, kind: usize, amount: f64) -> Profile {
+        let (low, high) = bounds(&section.points);
+        let quarter = DVec3::new(low.x + (high.x - low.x) / 4.0, 0.0, (low.z + high.z) / 2.0);
+        let outward = (section.points[0].y - self.root) / (self.tip - self.root);
+        let place = |at: DVec3| match KINDS[kind].name {
+            "twist" => {
+                let (sin, cos) = (amount * outward).to_radians().sin_cos();
+                let (x, z) = (at.x - quarter.x, at.z - quarter.z);
+                DVec3::new(quarter.x + x * cos + z * sin, at.y, quarter.z - x * sin + z * cos)
+            }
+            "heave" => at + DVec3::Z * (amount * self.chord * outward),
+            _ => at + DVec3::Z * (amount * self.chord * outward * outward),
+        };
+        Profile { number: section.number, points: section.points.iter().map(|&at| place(at)).collect() }
+    }
+}
+
+impl Body for Sections {
+    fn title(&self) -> String {
+        format!("wing `{}`, moved by {SECTIONS} profiles", self.mesh.families[self.wing.index()])
+    }
+
+    fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+
+    fn springs(&self) -> &'static Springs {
+        self.springs
+    }
+
+    fn kinds(&self) -> &'static [Kind] {
+        &KINDS
+    }
+
+    fn settings(&self, quality: Option<Target>) -> Settings {
+        Settings {
+            roles: self.roles.clone(),
+            old_profiles: BTreeMap::from([(self.wing, self.old.clone())]),
+            springs: self.springs,
+            method: Method::Chebyshev,
+            accuracy: self.accuracy,
+            quality,
+            max_steps: MAX_STEPS,
+        }
+    }
+
+    fn design(&self, _mover: &Mover, kind: usize, amount: f64) -> Design {
+        let new = self.old.iter().map(|section| self.moved(section, kind, amount)).collect();
+        Design { profiles: BTreeMap::from([(self.wing, new)]), ..Design::default() }
+    }
+}
+
+fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+    points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &at| (low.min(at), high.max(at)))
+}
