@@ -71,8 +71,8 @@ fn run(
     goal: &Goal,
 ) -> (Vec<DVec3>, Smoothed) {
     let mut positions = positions.to_vec();
-    let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, target).unwrap();
-    let smoothed = smoother.run(&mut positions, goal).unwrap();
+    let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, &[], target).unwrap();
+    let smoothed = smoother.run(&mut positions, goal, None).unwrap();
     (positions, smoothed)
 }
 

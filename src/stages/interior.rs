@@ -15,6 +15,7 @@ use glam::DVec3;
 use super::{
     Motion, SetUp,
     route::{Bodies, Route},
+    sliding::Slides,
     volume::{Lattice, Volume},
 };
 use crate::{
@@ -31,8 +32,8 @@ use crate::{
 /// keep this on most designs; repairing less would move vertices for nothing.
 const ENOUGH: f64 = 0.75;
 
-/// With improvement as target, the multiple of the original mesh's smallest beta aimed at. The surfaces limit what can be
-/// had: on the isotropic meshes measured nothing beyond 1.42 was reached.
+/// With improvement as target, the multiple of the original mesh's smallest beta aimed at. Where surfaces slide it is
+/// reached on wing-bodies of 98 000 and of 921 000 tets; aiming at 2 takes several times as long, and ends at 1.57 to 1.95.
 const IMPROVED: f64 = 1.5;
 
 /// Most sweeps of the optimisation: it ends by itself when it no longer helps, after some tens.
@@ -74,6 +75,7 @@ struct Stepping {
 
 struct Smoothing {
     smoother: Smoother,
+    slides: Slides,
     /// The smallest beta to reach.
     goal: f64,
     /// The smallest beta that is left alone.
@@ -127,19 +129,22 @@ impl Interior {
         max_steps: usize,
         observer: &dyn Fn(&str),
     ) -> Result<Self, BackendError> {
-        let SetUp { mesh, backend, .. } = *set_up;
+        let SetUp { mesh, surface, families, backend, .. } = *set_up;
         observer("springs");
         let volume = Volume::new(set_up, &Lattice::new(mesh), springs)?;
         observer("smoothing");
         let smoothing = match quality {
             None => None,
             Some(target) => {
-                let smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, volume.constraint(), target)?;
+                let slides = Slides::new(mesh, surface, families);
+                let constraint = volume.constraint();
+                let smoother =
+                    Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, &slides.vertices(), target)?;
                 let (enough, goal) = match target {
                     Target::Original => (ENOUGH * lowest, lowest),
                     Target::Improve => (IMPROVED * lowest, IMPROVED * lowest),
                 };
-                Some(Smoothing { smoother, goal, enough })
+                Some(Smoothing { smoother, slides, goal, enough })
             }
         };
         let stepping = Stepping { springs, lowest, max_steps };
@@ -177,12 +182,15 @@ impl Interior {
             }
         }
         let mut smoothed = None;
-        if let Some(Smoothing { smoother, goal, enough }) = &mut self.smoothing
+        if let Some(Smoothing { smoother, slides, goal, enough }) = &mut self.smoothing
             && !hopeless
             && state.worst < *enough
         {
             observer("smoothing");
-            smoothed = Some(smoother.run(&mut state.vertices, &Goal { beta: *goal, max_sweeps: MOST_SWEEPS })?);
+            let before = state.vertices.clone();
+            let sliding = slides.on(mesh, set_up.surface, set_up.families, &before);
+            let goal = Goal { beta: *goal, max_sweeps: MOST_SWEEPS };
+            smoothed = Some(smoother.run(&mut state.vertices, &goal, Some(&sliding))?);
             state = State::new(state.vertices, &mesh.tets);
         }
         for ((displacement, from), to) in motion.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
@@ -249,7 +257,7 @@ impl Stepping {
                 && state.worst < REPAIR.0 * self.lowest
             {
                 let goal = Goal { beta: REPAIR.1 * self.lowest, max_sweeps: REPAIR_SWEEPS };
-                smoother.run(&mut state.vertices, &goal)?;
+                smoother.run(&mut state.vertices, &goal, None)?;
                 state = State::new(state.vertices, &mesh.tets);
             }
         }
