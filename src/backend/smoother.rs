@@ -37,6 +37,12 @@ pub struct SmoothingSweeps<'a> {
 
 /// A mesh on its device, ready to be smoothed. The device moves a *correction* to positions that stay in f64.
 pub trait DeviceSmoother: Send {
+    /// Replaces the constraints `[n_vertices]`.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError>;
+
     /// Begins anew from these positions `[n_vertices]`: the correction is zero.
     ///
     /// # Errors
@@ -102,6 +108,13 @@ impl<T: Real> PackedTets<T> {
         self.constraint.len()
     }
 
+    /// Replaces what each vertex may do.
+    pub(super) fn constrain(&mut self, constraint: &[Constraint]) {
+        assert_eq!(constraint.len(), self.n_vertices(), "one constraint per vertex");
+        self.constraint.clear();
+        self.constraint.extend(constraint.iter().map(pack_constraint));
+    }
+
     /// Takes `S` of each tet at these positions.
     pub(super) fn start(&mut self, positions: &[DVec3]) {
         assert_eq!(positions.len(), self.n_vertices(), "one position per vertex");
@@ -158,6 +171,11 @@ impl<T: Real> CpuSmoother<T> {
 }
 
 impl<T: Real> DeviceSmoother for CpuSmoother<T> {
+    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
+        self.packed.constrain(constraint);
+        Ok(())
+    }
+
     fn start(&mut self, positions: &[DVec3]) -> Result<(), BackendError> {
         self.packed.start(positions);
         self.correction.fill([T::ZERO; 4]);

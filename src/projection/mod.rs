@@ -1,4 +1,4 @@
-//! Closest points on the original surface of a family, continued across the holes under the wings.
+//! Closest points on the original surface of a family, continued across the holes under the wings, and on moved surfaces.
 //!
 //! f64 on the CPU. The paper (section 3.4) projects every moved carenage vertex back onto the original surface but does
 //! not say what happens where the wing stood: there the surface ends. [`continuation`] closes it.
@@ -6,6 +6,7 @@
 pub mod continuation;
 pub mod crossing;
 mod tree;
+pub mod walk;
 
 pub use tree::TriangleTree;
 

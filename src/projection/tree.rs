@@ -146,7 +146,7 @@ fn box_distance(node: &Node, at: DVec3) -> f64 {
 
 /// Closest point of a triangle and its barycentric coordinates. The regions of the plane are told apart by the signs of
 /// edge products (Ericson, Real-Time Collision Detection, section 5.1.5); degenerate triangles fall to their edges.
-fn closest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> (DVec3, [f64; 3]) {
+pub(super) fn closest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> (DVec3, [f64; 3]) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {

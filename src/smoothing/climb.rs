@@ -9,6 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::Slide;
 use crate::backend::Constraint;
 use crate::mesh::csr::Csr;
 use crate::quality;
@@ -28,6 +29,8 @@ pub(super) struct Mesh<'a> {
     pub(super) tets: &'a [[u32; 4]],
     pub(super) vertex_tets: &'a Csr,
     pub(super) constraint: &'a [Constraint],
+    pub(super) slides: &'a [bool],
+    pub(super) slide: Option<&'a dyn Slide>,
 }
 
 /// One sweep over these vertices, colour by colour, towards a beta of `goal` or more.
@@ -52,10 +55,13 @@ fn climb(mesh: &Mesh, goal: f64, positions: &[DVec3], vertex: u32) -> DVec3 {
     let before = sum(start);
     let direction: DVec3 = star.iter().map(|corner| corner.slope(start) * short(corner, start).powi(3)).sum();
     let shortest = star.iter().flat_map(|corner| corner.others).map(|other| other.distance(start));
+    let slide = mesh.slide.filter(|_| mesh.slides[vertex as usize]);
+    let constraint = slide.map_or(mesh.constraint[vertex as usize], |slide| slide.tangent(vertex, start));
     let longest_step = 0.25 * shortest.fold(f64::INFINITY, f64::min);
-    let mut step = mesh.constraint[vertex as usize].limit(direction).try_normalize().unwrap_or_default() * longest_step;
+    let mut step = constraint.limit(direction).try_normalize().unwrap_or_default() * longest_step;
     for _ in 0..HALVINGS {
         let trial = super::moved(start, step);
+        let trial = slide.map_or(trial, |slide| slide.back(vertex, trial));
         if sum(trial) < (1.0 - GAIN) * before {
             return trial;
         }
@@ -111,7 +117,8 @@ mod tests {
         let positions = [[0.1, 0.0, 0.2], [1.0, 0.1, 0.0], [0.3, 0.8, 0.1], [0.2, 0.4, 1.3]].map(DVec3::from);
         let tets = [[0, 1, 2, 3]];
         let vertex_tets = Csr::from_pairs(4, (0..4).map(|vertex| (vertex, vertex)));
-        let mesh = Mesh { tets: &tets, vertex_tets: &vertex_tets, constraint: &[Constraint::Free; 4] };
+        let (constraint, slides) = (&[Constraint::Free; 4], &[false; 4]);
+        let mesh = Mesh { tets: &tets, vertex_tets: &vertex_tets, constraint, slides, slide: None };
         for vertex in 0..4 {
             let corner = Corner::new(&mesh, &positions, vertex);
             let at = positions[vertex as usize];

@@ -8,17 +8,23 @@
 //! regularisation and the power `m` follow from it: 1 while a tet is inverted, then 2. When the worst tet stops
 //! improving below the goal, the vertices of bad tets climb on beta itself, whatever the target, which costs far less.
 //!
+//! Vertices of surfaces are held at first. Where that does not reach the goal and a run has a [`Slide`], they take part:
+//! constrained to tangents in a round and brought back after it, and after every step of a climb.
+//!
 //! Source: Escobar et al. 2003 (CMAME 192, 2775-2787) for the regularised measure; the sum over powers of the mean ratio
 //! as in Freitag Diachin et al. 2006 (Eng. Comput. 22, 61-74).
 
 mod climb;
 mod colouring;
+mod slide;
 mod state;
 mod target;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 pub use colouring::{NONE, colour};
+pub use slide::Slide;
 pub use target::{Target, inverse_targets};
 
 use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, SmoothingData, SmoothingSweeps};
@@ -43,6 +49,9 @@ const IMPROVES: f64 = 1e-3;
 /// fraction: climbing takes it from there, at a hundredth of the cost. On a wing turned by 120 degrees the sum alone takes
 /// 30 rounds from 0.0026 to 0.0053, and climbing six, of a tenth of the time each, from there to 0.0126.
 const FADES: f64 = 0.05;
+
+/// Above this share of the goal the sum goes on: its Newton steps settle what is nearly there better than a climb.
+const NEAR: f64 = 0.9;
 
 /// Power `m` of the objective while a tet is inverted.
 const POWER_TANGLED: u32 = 1;
@@ -96,7 +105,10 @@ struct Best {
 pub struct Smoother {
     tets: Vec<[u32; 4]>,
     vertex_tets: Csr,
+    /// What each vertex may do; those that slide are held but for their sweeps.
     constraint: Vec<Constraint>,
+    /// Whether a vertex may slide `[n_vertices]`.
+    slides: Vec<bool>,
     /// Colour of each vertex, [`NONE`] for held ones.
     colour: Vec<u32>,
     /// Volume of each original tet.
@@ -112,6 +124,7 @@ impl Smoother {
     ///
     /// - `tets` `[n_tets]`, `original` `[n_vertices]`: the undeformed mesh, whose tets have positive volume
     /// - `constraints` `[n_vertices]`: what each vertex may do
+    /// - `slides`: held vertices that may slide in runs with a [`Slide`]
     ///
     /// # Errors
     /// The device failed or the mesh does not fit.
@@ -123,13 +136,17 @@ impl Smoother {
         tets: &[[u32; 4]],
         original: &[DVec3],
         constraints: &[Constraint],
+        slides: &[u32],
         target: Target,
     ) -> Result<Self, BackendError> {
         let corners = tets.iter().enumerate().flat_map(|(tet, corners)| {
             corners.iter().enumerate().map(move |(local, &vertex)| (vertex, (4 * tet + local) as u32))
         });
         let vertex_tets = Csr::from_pairs(original.len(), corners);
-        let moves: Vec<bool> = constraints.iter().map(|&constraint| constraint != Constraint::Held).collect();
+        let held = |vertex: usize| constraints[vertex] == Constraint::Held;
+        let mut slide = vec![false; original.len()];
+        slides.iter().for_each(|&vertex| slide[vertex as usize] = held(vertex as usize));
+        let moves: Vec<bool> = (0..original.len()).map(|vertex| !held(vertex) || slide[vertex]).collect();
         let inverse_target = inverse_targets(target, tets, original);
         let data =
             SmoothingData { tets, vertex_tets: &vertex_tets, inverse_target: &inverse_target, constraint: constraints };
@@ -146,6 +163,7 @@ impl Smoother {
             highest_climb,
             tets: tets.to_vec(),
             constraint: constraints.to_vec(),
+            slides: slide,
             vertex_tets,
         })
     }
@@ -154,15 +172,29 @@ impl Smoother {
     ///
     /// - `positions` `[n_vertices]`: replaced by the best seen, that with the fewest inverted tets and then the greatest
     ///   smallest beta; so they never get worse, and where no tet is below the goal they keep their bits
+    /// - `slide`: where vertices slide that may, once the rest alone does not reach the goal; what they gain is kept if no
+    ///   further triangle is folded. Without it they are held
     ///
     /// # Errors
     /// The device failed; `positions` are as they were.
-    pub fn run(&mut self, positions: &mut [DVec3], goal: &Goal) -> Result<Smoothed, BackendError> {
+    pub fn run(
+        &mut self,
+        positions: &mut [DVec3],
+        goal: &Goal,
+        slide: Option<&dyn Slide>,
+    ) -> Result<Smoothed, BackendError> {
         let state = State::new(positions, &self.tets, &self.volume);
         let mut best = Best { state, at: positions.to_vec() };
-        let mut sweeps = 0;
-        for (method, beta) in [(Method::Energy, goal.beta), (Method::Climb, goal.beta.min(self.highest_climb))] {
-            sweeps += self.improve(&mut best, method, &Goal { beta, max_sweeps: goal.max_sweeps - sweeps })?;
+        let mut sweeps = self.improve_both_ways(&mut best, goal, None)?;
+        if let Some(slide) = slide
+            && self.slides.contains(&true)
+        {
+            let held = best.clone();
+            let left = Goal { max_sweeps: goal.max_sweeps - sweeps, ..*goal };
+            sweeps += self.improve_both_ways(&mut best, &left, Some(slide))?;
+            if best.at != held.at && slide.folded(&best.at) > slide.folded(&held.at) {
+                best = held;
+            }
         }
         let changed = |(a, b): &(&DVec3, &DVec3)| a.to_array().map(f64::to_bits) != b.to_array().map(f64::to_bits);
         let moved = positions.iter().zip(&best.at).filter(changed).count();
@@ -170,8 +202,28 @@ impl Smoother {
         Ok(Smoothed { sweeps, inverted: best.state.inverted, beta_min: best.state.beta_min, moved })
     }
 
+    /// First lowers the sum of powers, then climbs. Returns the sweeps.
+    fn improve_both_ways(
+        &mut self,
+        best: &mut Best,
+        goal: &Goal,
+        slide: Option<&dyn Slide>,
+    ) -> Result<usize, BackendError> {
+        let mut sweeps = 0;
+        for (method, beta) in [(Method::Energy, goal.beta), (Method::Climb, goal.beta.min(self.highest_climb))] {
+            sweeps += self.improve(best, method, &Goal { beta, max_sweeps: goal.max_sweeps - sweeps }, slide)?;
+        }
+        Ok(sweeps)
+    }
+
     /// Rounds of one method until it no longer helps. Returns its sweeps.
-    fn improve(&mut self, best: &mut Best, method: Method, goal: &Goal) -> Result<usize, BackendError> {
+    fn improve(
+        &mut self,
+        best: &mut Best,
+        method: Method,
+        goal: &Goal,
+        slide: Option<&dyn Slide>,
+    ) -> Result<usize, BackendError> {
         let Best { mut state, mut at } = best.clone();
         let mut record = state.clone();
         let (mut sweeps, mut waited) = (0, 0);
@@ -180,16 +232,16 @@ impl Smoother {
                 break;
             }
             let rings = if method == Method::Energy { 1 } else { 0 };
-            let colours = self.active(&state, goal.beta, rings);
+            let colours = self.active(&state, goal.beta, rings, slide.is_some());
             if colours.is_empty() {
                 break;
             }
             let count = ROUND.min(goal.max_sweeps - sweeps);
             match method {
-                Method::Energy => self.minimise(&state, &colours, count, &mut at)?,
+                Method::Energy => self.minimise(&state, &colours, count, slide, &mut at)?,
                 Method::Climb => {
-                    let Self { tets, vertex_tets, constraint, .. } = &*self;
-                    let mesh = climb::Mesh { tets, vertex_tets, constraint };
+                    let Self { tets, vertex_tets, constraint, slides, .. } = &*self;
+                    let mesh = climb::Mesh { tets, vertex_tets, constraint, slides, slide };
                     (0..count).for_each(|_| climb::sweep(&mesh, goal.beta, &colours, &mut at));
                 }
             }
@@ -198,7 +250,8 @@ impl Smoother {
             if state.beats(&best.state, 0.0) {
                 *best = Best { state: state.clone(), at: at.clone() };
             }
-            if method == Method::Energy && state.inverted == 0 && !state.beats(&record, FADES) {
+            let far = state.inverted == 0 && state.beta_min < NEAR * goal.beta;
+            if method == Method::Energy && far && !state.beats(&record, FADES) {
                 break;
             }
             let untangles = state.inverted > 0 && state.inverted == record.inverted;
@@ -218,23 +271,43 @@ impl Smoother {
         state: &State,
         colours: &[Vec<u32>],
         count: usize,
+        slide: Option<&dyn Slide>,
         at: &mut [DVec3],
     ) -> Result<(), BackendError> {
+        let sliding: Vec<u32> = colours.iter().flatten().copied().filter(|&v| self.slides[v as usize]).collect();
+        if let Some(slide) = slide
+            && !sliding.is_empty()
+        {
+            let tangent = |&vertex: &u32| slide.tangent(vertex, at[vertex as usize]);
+            let tangents: Vec<Constraint> = sliding.par_iter().map(tangent).collect();
+            sliding.iter().zip(tangents).for_each(|(&vertex, tangent)| self.constraint[vertex as usize] = tangent);
+            self.device.constrain(&self.constraint)?;
+        }
         let power = if state.inverted > 0 { POWER_TANGLED } else { POWER };
         let delta_squared = regularisation(state);
         self.device.start(at)?;
         self.device.sweep(&SmoothingSweeps { colours, power, delta_squared, count })?;
         let correction = self.device.correction()?;
-        for &vertex in colours.iter().flatten() {
-            let vertex = vertex as usize;
-            at[vertex] = moved(at[vertex], self.constraint[vertex].limit(correction[vertex]));
-        }
+        let by = |vertex: u32| self.constraint[vertex as usize].limit(correction[vertex as usize]);
+        let place = |&vertex: &u32| {
+            let moved = moved(at[vertex as usize], by(vertex));
+            match slide {
+                Some(slide) if self.slides[vertex as usize] && moved != at[vertex as usize] => {
+                    slide.back(vertex, moved)
+                }
+                _ => moved,
+            }
+        };
+        let active: Vec<u32> = colours.concat();
+        let placed: Vec<DVec3> = active.par_iter().map(place).collect();
+        active.iter().zip(placed).for_each(|(&vertex, placed)| at[vertex as usize] = placed);
+        sliding.iter().for_each(|&vertex| self.constraint[vertex as usize] = Constraint::Held);
         Ok(())
     }
 
     /// The vertices of tets below the goal, and of this many rings of tets around those, by colour; empty if none of them
     /// may move.
-    fn active(&self, state: &State, goal: f64, rings: usize) -> Vec<Vec<u32>> {
+    fn active(&self, state: &State, goal: f64, rings: usize, slide: bool) -> Vec<Vec<u32>> {
         let bad = |beta: f64| beta.is_nan() || beta <= 0.0 || beta < goal;
         let mut active = vec![false; self.colour.len()];
         for (tet, &beta) in self.tets.iter().zip(&state.beta) {
@@ -250,7 +323,7 @@ impl Smoother {
         }
         let mut colours: Vec<Vec<u32>> = Vec::new();
         for (vertex, &colour) in self.colour.iter().enumerate().filter(|&(vertex, _)| active[vertex]) {
-            if colour != NONE {
+            if colour != NONE && (slide || !self.slides[vertex]) {
                 if colours.len() <= colour as usize {
                     colours.resize(colour as usize + 1, Vec::new());
                 }

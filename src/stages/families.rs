@@ -141,6 +141,14 @@ impl Shape {
         }
     }
 
+    /// Unit normal of the shape near `at`.
+    pub fn normal(&self, at: DVec3) -> DVec3 {
+        match self {
+            Self::Surface(target) => target.normal(&target.closest(at)),
+            Self::Plane(_, normal) => *normal,
+        }
+    }
+
     /// Where the line through `from` along a unit direction meets the shape; the closest point if it hardly does.
     pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
         match self {
@@ -254,7 +262,17 @@ impl Families {
             ([shape], Some(direction)) => shape.along(at, direction),
             ([shape], None) => shape.closest(at),
             // Alternating projections converge to the curve where the shapes meet.
-            (several, _) => (0..100).fold(at, |at, _| several.iter().fold(at, |at, shape| shape.closest(at))),
+            (several, _) => {
+                let mut at = at;
+                for _ in 0..100 {
+                    let before = at;
+                    at = several.iter().fold(at, |at, shape| shape.closest(at));
+                    if at == before {
+                        break;
+                    }
+                }
+                at
+            }
         }
     }
 }

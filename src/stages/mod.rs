@@ -9,6 +9,8 @@
 //! | [`planes`] | vertices of plane families, in their plane | their boundary | - |
 //! | [`volume`] | everything else; plane families slide on | the other surfaces | 3.4, last paragraph |
 //!
+//! [`sliding`] says where surface vertices may go afterwards, in local optimisation.
+//!
 //! A stage is set up once per mesh and run once per design on a [`Motion`]. A vertex on several families belongs to the
 //! first of them in the order fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it
 //! touches still limit it.
@@ -21,6 +23,7 @@ pub mod patch;
 pub mod planes;
 pub mod rotation;
 pub mod route;
+pub mod sliding;
 pub mod trailing_edge;
 pub mod volume;
 pub mod wing;

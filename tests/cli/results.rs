@@ -27,7 +27,22 @@ fn standard_output_holds_only_the_json() {
     assert_good(&output);
     let report: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     let keys: Vec<_> = report.as_object().unwrap().keys().map(String::as_str).collect();
-    assert_eq!(keys, ["backend", "case", "families", "idmesh", "mesh", "profiles", "seconds", "solver", "stages"]);
+    assert_eq!(
+        keys,
+        [
+            "backend",
+            "case",
+            "families",
+            "idmesh",
+            "mesh",
+            "path",
+            "profiles",
+            "seconds",
+            "smoothing",
+            "solver",
+            "stages"
+        ]
+    );
     assert_eq!(report["backend"]["kind"], "cpu");
     assert_eq!(report["stages"].as_array().unwrap().len(), 4);
     assert_eq!(report["stages"][3]["inverted"], 0);

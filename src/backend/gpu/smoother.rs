@@ -8,7 +8,7 @@ use wgpu::{BindGroup, Buffer, BufferUsages, ComputePassDescriptor};
 use super::device::Device;
 use super::network::{SLOT, slots};
 use crate::backend::smoother::{PackedTets, tolerance};
-use crate::backend::{BackendError, DeviceSmoother, SmoothingData, SmoothingSweeps};
+use crate::backend::{BackendError, Constraint, DeviceSmoother, SmoothingData, SmoothingSweeps};
 use crate::kernels::smooth_vertices::{PASSES, Params};
 
 /// Most dispatches in one submission: a submission of seconds would have a display's driver reset its GPU.
@@ -19,6 +19,7 @@ pub(super) struct GpuSmoother {
     device: Arc<Device>,
     packed: PackedTets<f32>,
     vertices: Buffer,
+    constraint: Buffer,
     base: Buffer,
     correction: Buffer,
     staging: Buffer,
@@ -44,14 +45,14 @@ impl GpuSmoother {
                 ("vertex_tets", device.filled("vertex_tets", tets.vertex_tets)),
                 ("tets", device.filled("tets", tets.tets)),
                 ("inverse_target", device.filled("inverse_target", tets.inverse_target)),
-                ("constraint", device.filled("constraint", tets.constraint)),
             ];
             let all = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
             let vertices = device.buffer("vertices", 4 * n_vertices, all);
             let base = device.buffer("base", size_of_val(tets.base) as u64, all);
             let correction = device.buffer("correction", 16 * n_vertices, all);
+            let constraint = device.filled("constraint", tets.constraint);
             let staging = device.buffer("staging", 16 * n_vertices, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-            Ok(Self { vertices, base, correction, staging, params: None, constant, packed, device })
+            Ok(Self { vertices, constraint, base, correction, staging, params: None, constant, packed, device })
         })
     }
 
@@ -64,6 +65,7 @@ impl GpuSmoother {
             let mut buffers = vec![
                 ("params", &params),
                 ("vertices", &self.vertices),
+                ("constraint", &self.constraint),
                 ("base", &self.base),
                 ("correction", &self.correction),
             ];
@@ -83,6 +85,14 @@ struct Slots {
 }
 
 impl DeviceSmoother for GpuSmoother {
+    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
+        self.packed.constrain(constraint);
+        self.device.guarded(|| {
+            self.device.write(&self.constraint, self.packed.tets().constraint);
+            Ok(())
+        })
+    }
+
     fn start(&mut self, positions: &[DVec3]) -> Result<(), BackendError> {
         self.packed.start(positions);
         self.device.guarded(|| {

@@ -1,0 +1,142 @@
+//! Closest points near a vertex of a moved surface, found by walking: from triangle to triangle of one smooth part of it,
+//! or along a curve. A vertex slides by a few edges at most, so a walk is shorter than a search, needs nothing built
+//! beforehand, and never ends on the other side of a thin trailing edge.
+
+use glam::DVec3;
+
+use super::{Closest, tree::closest_on_triangle};
+use crate::mesh::csr::Csr;
+
+/// A surface in parts that a walk does not leave.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts<'a> {
+    /// Points `[n_points]`.
+    pub points: &'a [DVec3],
+    /// Triangles `[n_triangles]`.
+    pub triangles: &'a [[u32; 3]],
+    /// Triangles around each point `[n_points]` rows.
+    pub around: &'a Csr,
+    /// The part each triangle belongs to `[n_triangles]`.
+    pub part: &'a [u32],
+}
+
+impl Parts<'_> {
+    /// The point of the part nearest to `at` that is reached from triangle `start` by steps that come nearer; of equally
+    /// near triangles the first one reached.
+    pub fn closest(&self, start: u32, at: DVec3) -> Closest {
+        let mut best = self.on(start, at);
+        loop {
+            let before = best.triangle;
+            for other in self.triangles[before as usize].into_iter().flat_map(|point| self.of_part(point, start)) {
+                let on = self.on(other, at);
+                if on.distance_squared < best.distance_squared {
+                    best = on;
+                }
+            }
+            if best.triangle == before {
+                return best;
+            }
+        }
+    }
+
+    /// Unit normal of the part at a point on it, continuous across its edges.
+    pub fn normal(&self, on: &Closest) -> DVec3 {
+        let of_point = |point: u32| {
+            let area = self.of_part(point, on.triangle).map(|triangle| {
+                let [a, b, c] = self.corners(triangle);
+                (b - a).cross(c - a)
+            });
+            area.sum::<DVec3>().normalize_or_zero()
+        };
+        let [a, b, c] = self.triangles[on.triangle as usize].map(of_point);
+        let [u, v, w] = on.barycentric;
+        (a * u + b * v + c * w).normalize_or_zero()
+    }
+
+    /// Unit normal of one triangle.
+    pub fn facet_normal(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    /// The triangles around a point that are of the same part as this one.
+    fn of_part(&self, point: u32, triangle: u32) -> impl Iterator<Item = u32> {
+        let part = self.part[triangle as usize];
+        self.around.row(point as usize).iter().copied().filter(move |&other| self.part[other as usize] == part)
+    }
+
+    fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|point| self.points[point as usize])
+    }
+
+    fn on(&self, triangle: u32, at: DVec3) -> Closest {
+        let (point, barycentric) = closest_on_triangle(at, self.corners(triangle));
+        Closest { point, triangle, barycentric, distance_squared: point.distance_squared(at) }
+    }
+}
+
+/// A point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnCurve {
+    /// The point itself.
+    pub point: DVec3,
+    /// The vertices of the segment it lies on.
+    pub segment: [u32; 2],
+    /// How far along the segment, 0 to 1.
+    pub fraction: f64,
+}
+
+/// Curves of straight segments between points.
+#[derive(Clone, Copy, Debug)]
+pub struct Curves<'a, F> {
+    /// Points `[n_points]`.
+    pub points: &'a [DVec3],
+    /// The two points beside one inside a curve; none at the ends of curves, where walks end too.
+    pub beside: F,
+}
+
+impl<F: Fn(u32) -> Option<[u32; 2]>> Curves<'_, F> {
+    /// The point of the curve nearest to `at` that is reached from `start`, a point inside it, by steps that come nearer.
+    pub fn closest(&self, start: u32, at: DVec3) -> OnCurve {
+        let beside = (self.beside)(start).unwrap_or([start; 2]);
+        let mut best = self.on([start, beside[0]], at);
+        for first in beside {
+            let mut segment = [start, first];
+            loop {
+                let on = self.on(segment, at);
+                if on.point.distance_squared(at) < best.point.distance_squared(at) {
+                    best = on;
+                }
+                let [from, to] = segment;
+                match (self.beside)(to) {
+                    Some([a, b]) if on.fraction == 1.0 && to != start => segment = [to, if a == from { b } else { a }],
+                    _ => break,
+                }
+            }
+        }
+        best
+    }
+
+    /// Unit direction of the curve at a point on it, continuous across its points.
+    pub fn direction(&self, on: &OnCurve) -> DVec3 {
+        let [from, to] = on.segment;
+        let along = self.point(to) - self.point(from);
+        let at_end = |end: u32| {
+            let direction = (self.beside)(end).map_or(along, |[a, b]| self.point(b) - self.point(a));
+            (direction * direction.dot(along).signum()).normalize_or_zero()
+        };
+        at_end(from).lerp(at_end(to), on.fraction).normalize_or_zero()
+    }
+
+    fn point(&self, of: u32) -> DVec3 {
+        self.points[of as usize]
+    }
+
+    fn on(&self, segment: [u32; 2], at: DVec3) -> OnCurve {
+        let [a, b] = segment.map(|end| self.point(end));
+        let along = b - a;
+        let fraction = ((at - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        let point = if fraction == 1.0 { b } else { a + along * fraction };
+        OnCurve { point, segment, fraction }
+    }
+}
