@@ -89,6 +89,10 @@ pub struct Outcome {
     pub unconverged: Vec<(&'static str, f64)>,
     /// Tets without positive volume.
     pub inverted: usize,
+    /// Stages after which a triangle of a family placed so far was folded, with their number.
+    pub folds: Vec<(&'static str, usize)>,
+    /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the largest distance.
+    pub strayed: BTreeMap<String, f64>,
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`faults::folded`].
     pub folded: BTreeMap<String, usize>,
@@ -98,9 +102,10 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whether the moved mesh is one: no tet is inverted, and the surface does not pass through itself.
+    /// Whether the moved mesh is one: no tet is inverted, the surface does not pass through itself, and what slides on a
+    /// carenage or in a plane is there.
     pub fn is_valid(&self) -> bool {
-        self.inverted == 0 && self.pierced.is_empty()
+        self.inverted == 0 && self.pierced.is_empty() && self.strayed.is_empty()
     }
 }
 
@@ -153,6 +158,10 @@ pub struct Mover {
     planes: Planes,
     interior: Interior,
 }
+
+/// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from
+/// one in the first place.
+const STRAYED: f64 = 1e-6;
 
 impl Mover {
     /// Checks the mesh and sets every stage up; `observer` hears the name of each as it begins.
@@ -225,13 +234,39 @@ impl Mover {
     /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that did not converge are
     /// results: see [`Outcome`].
     pub fn update(&mut self, design: &Design, observer: &dyn Fn(&str)) -> Result<Outcome, MoveError> {
-        let Self { mesh, families, accuracy, .. } = self;
+        self.update_amended(design, observer, &mut |_, _| {})
+    }
+
+    /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the displacement so far
+    /// `[n_vertices]`, and may change it. What it makes is judged like the stage's own work.
+    ///
+    /// # Errors
+    /// As [`Mover::update`].
+    pub fn update_amended(
+        &mut self,
+        design: &Design,
+        observer: &dyn Fn(&str),
+        amend: &mut dyn FnMut(&str, &mut Motion),
+    ) -> Result<Outcome, MoveError> {
+        let Self { mesh, topology, families, accuracy, .. } = self;
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
+        let mut folds = Vec::new();
+        let mut end = |stage: &'static str, last: Owner, motion: &mut Motion| {
+            amend(stage, motion);
+            let moved = displaced(&mesh.vertices, motion);
+            let placed = |family: &FamilyId| families.roles[family.index()].owner() <= last;
+            let count: usize =
+                folded(mesh, topology, &moved).iter().filter(|(family, _)| placed(family)).map(|f| f.1).sum();
+            if count > 0 {
+                folds.push((stage, count));
+            }
+            moved
+        };
         watch.record(StageName::Original, &self.original_beta);
 
         observer("wing");
         let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
-        prescribe(mesh, &self.topology, families, design, &mut motion)?;
+        prescribe(mesh, topology, families, design, &mut motion)?;
         let generators = self
             .wings
             .interpolate(families, &design.profiles, &mut motion)
@@ -239,26 +274,33 @@ impl Mover {
         watch.record(StageName::Deformed, &quality::betas(&displaced(&mesh.vertices, &motion), &mesh.tets));
 
         let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;
+        end("wing", Owner::Wing, &mut motion);
         observer("trailing edge");
         let trailing_edge = self.trailing_edges.run(mesh, families, &mut motion, accuracy)?;
+        end("trailing edge", Owner::TrailingEdge, &mut motion);
         observer("wingtip");
         let wingtip = self.wingtips.run(mesh, families, &mut motion, accuracy)?;
+        end("wingtip", Owner::Wingtip, &mut motion);
         observer("carenage");
         let carenage = self.carenages.run(mesh, families, &mut motion, accuracy)?;
+        end("carenage", Owner::Carenage, &mut motion);
         observer("planes");
         let planes = self.planes.run(&mut motion, accuracy)?;
-        watch.record(StageName::Corrected, &quality::betas(&displaced(&mesh.vertices, &motion), &mesh.tets));
+        let corrected = end("planes", Owner::Plane, &mut motion);
+        watch.record(StageName::Corrected, &quality::betas(&corrected, &mesh.tets));
 
         observer("volume");
-        let set_up = SetUp {
-            mesh,
-            surface: &self.topology.surface,
-            families,
-            backend: self.backend.as_ref(),
-            method: self.method,
-        };
+        let set_up =
+            SetUp { mesh, surface: &topology.surface, families, backend: self.backend.as_ref(), method: self.method };
         let Inside { vertices, beta, convergence: volume, path, smoothed } =
             self.interior.run(&set_up, &mut motion, accuracy, observer)?;
+        let amended = end("volume", Owner::Volume, &mut motion);
+        let (vertices, beta) = if amended == vertices {
+            (vertices, beta)
+        } else {
+            let beta = quality::betas(&amended, &mesh.tets);
+            (amended, beta)
+        };
         let inverted = watch.record(StageName::Final, &beta).inverted;
 
         let ends = [
@@ -273,8 +315,10 @@ impl Mover {
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
         let folded = self.folded(&vertices);
         let pierced = self.pierced(&vertices);
+        let families = self.family_reports(&vertices, &folded, &pierced);
         Ok(Outcome {
-            families: self.family_reports(&vertices, &folded, &pierced),
+            strayed: self.strayed(&families),
+            families,
             profiles: self.profile_reports(&vertices, design),
             solver: self.solver_report(&volume),
             stages: watch.stages,
@@ -283,6 +327,7 @@ impl Mover {
             converged: unconverged.is_empty(),
             unconverged,
             inverted,
+            folds,
             folded,
             pierced,
             path,
@@ -301,13 +346,26 @@ impl Mover {
     }
 
     fn folded(&self, vertices: &[DVec3]) -> BTreeMap<String, usize> {
-        let surface = &self.topology.surface;
-        let mut folded = BTreeMap::new();
-        for triangle in faults::folded(&self.mesh.vertices, vertices, &surface.triangles, &surface.opposite) {
-            let family = surface.family[triangle as usize];
-            *folded.entry(self.mesh.families[family.index()].clone()).or_default() += 1;
-        }
-        folded
+        let name = |family: FamilyId| self.mesh.families[family.index()].clone();
+        folded(&self.mesh, &self.topology, vertices).into_iter().map(|(family, count)| (name(family), count)).collect()
+    }
+
+    /// The carenages and planes that vertices left, by name, with their largest distance.
+    fn strayed(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
+        let size = |name: &str| {
+            let family = self.mesh.family(name).expect("reports are by the mesh's families");
+            let at = |vertex: u32| self.mesh.vertices[vertex as usize];
+            let vertices = self.family_vertices(family);
+            let low = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::min);
+            let high = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::max);
+            low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
+        };
+        let strayed = families.iter().filter_map(|(name, report)| {
+            let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
+            // Written so that no number is no way to pass.
+            (!(distance <= STRAYED * size(name))).then(|| (name.clone(), distance))
+        });
+        strayed.collect()
     }
 
     fn pierced(&self, vertices: &[DVec3]) -> Vec<u32> {
@@ -375,6 +433,16 @@ impl Mover {
         });
         reports.collect()
     }
+}
+
+/// Folded triangles of each family that has some; see [`faults::folded`].
+fn folded(mesh: &TetMesh, topology: &Topology, vertices: &[DVec3]) -> BTreeMap<FamilyId, usize> {
+    let surface = &topology.surface;
+    let mut counts = BTreeMap::new();
+    for triangle in faults::folded(&mesh.vertices, vertices, &surface.triangles, &surface.opposite) {
+        *counts.entry(surface.family[triangle as usize]).or_default() += 1;
+    }
+    counts
 }
 
 struct StageWatch {

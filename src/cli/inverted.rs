@@ -65,12 +65,21 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         let passes = format!("the moved surface passes through itself ({}), first at ({x}, {y}, {z})", folds(&counts));
         message = if outcome.inverted > 0 { format!("{message}, and {passes}") } else { passes };
     }
+    if !outcome.strayed.is_empty() {
+        let strayed: Vec<_> = outcome.strayed.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
+        let strayed = format!("vertices left the surface they slide on ({})", strayed.join(", "));
+        let alone = outcome.inverted == 0 && outcome.pierced.is_empty();
+        message = if alone { strayed } else { format!("{message}, and {strayed}") };
+    }
     if let Some(worst) = clusters.first() {
         let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
         let [x, y, z] = worst.at.to_array().map(short);
         message += &format!("; {}, the worst tet at ({x}, {y}, {z}){near}", places(clusters.len()));
     }
     message += &format!("; inverted by stage: {}", stages(outcome));
+    if let Some((stage, count)) = outcome.folds.first() {
+        message += &format!("; triangles folded first by stage {stage}: {count}");
+    }
     if outcome.path.reached > 0.0 && outcome.path.reached < 1.0 {
         message += &format!("; valid meshes lead up to {:.0} % of the motion", 100.0 * outcome.path.reached);
     }

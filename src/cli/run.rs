@@ -185,7 +185,7 @@ impl Targets {
             job.file.write(&path, &outcome.vertices, &fields)?;
             written.push(path);
         }
-        if !outcome.is_valid()
+        if (outcome.inverted > 0 || !outcome.pierced.is_empty())
             && let Some(first) = self.meshes.first()
         {
             written.push(inverted::write_inverted(first, job, outcome)?);

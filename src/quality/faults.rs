@@ -5,9 +5,8 @@
 //! neighbouring triangle, as in [`crate::mesh::half_edge::Surface`].
 
 use std::collections::HashMap;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Whether a tet of this beta is inverted; one that is no number counts.
@@ -120,16 +119,19 @@ pub fn nearest_triangle(
 ///
 /// - `original`, `moved` `[n_vertices]`
 pub fn folded(original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<u32> {
+    let of = |vertices: &[DVec3]| -> Vec<DVec3> {
+        triangles.par_iter().map(|&triangle| normal(vertices, triangle)).collect()
+    };
+    let normals = [of(original), of(moved)];
     let turned: Vec<bool> = (0..opposite.len())
         .into_par_iter()
         .map(|half_edge| {
             let twin = opposite[half_edge] as usize;
             // Both halves must agree to the last bit.
-            let edge = half_edge.min(twin);
-            let angle = |vertices: &[DVec3]| edge_angle(vertices, triangles, edge, half_edge.max(twin));
-            let change = (angle(moved) - angle(original)).abs();
-            let change = if change > PI { TAU - change } else { change };
-            change > FRAC_PI_2
+            let (edge, twin) = (half_edge.min(twin), half_edge.max(twin));
+            let before = edge_angle(original, &normals[0], triangles, edge, twin);
+            let after = edge_angle(moved, &normals[1], triangles, edge, twin);
+            before.dot(after) < 0.0
         })
         .collect();
     if !turned.contains(&true) {
@@ -196,13 +198,13 @@ fn parts(vertices: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32], turned: &
     (part, area)
 }
 
-/// The angle between the normals of the two triangles at an edge, about it, in -pi..=pi.
-fn edge_angle(vertices: &[DVec3], triangles: &[[u32; 3]], half_edge: usize, twin: usize) -> f64 {
+/// Cosine and sine of the angle between the normals of the two triangles at an edge, about it, both times a positive number.
+fn edge_angle(vertices: &[DVec3], normals: &[DVec3], triangles: &[[u32; 3]], half_edge: usize, twin: usize) -> DVec2 {
     let corners = triangles[half_edge / 3];
     let (from, to) = (corners[half_edge % 3], corners[(half_edge + 1) % 3]);
     let along = (vertices[to as usize] - vertices[from as usize]).normalize_or_zero();
-    let (own, other) = (normal(vertices, corners), normal(vertices, triangles[twin / 3]));
-    along.dot(own.cross(other)).atan2(own.dot(other))
+    let (own, other) = (normals[half_edge / 3], normals[twin / 3]);
+    DVec2::new(own.dot(other), along.dot(own.cross(other)))
 }
 
 /// Normal of a triangle, as long as twice its area.
