@@ -362,8 +362,7 @@ impl Mover {
         };
         let strayed = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
-            // Written so that no number is no way to pass.
-            (!(distance <= STRAYED * size(name))).then(|| (name.clone(), distance))
+            (distance.is_nan() || distance > STRAYED * size(name)).then(|| (name.clone(), distance))
         });
         strayed.collect()
     }
