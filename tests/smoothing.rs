@@ -292,7 +292,7 @@ fn constrained_vertices_stay_where_they_may() {
     let mesh = brick(4);
     let constraint = slide_on_boundary(&mesh);
     let positions = shaken(&mesh, &constraint, 0.06);
-    for (backend, tolerance) in [(F64, 1e-6), (F32, 1e-3)] {
+    for backend in [F64, F32] {
         let (moved, smoothed) = run(&backend, &mesh, &constraint, Target::Improve, &positions, &ALL);
         assert!(smoothed.beta_min > worst(&mesh, &positions).1 * 1.2, "{smoothed:?}");
         let mut slid = 0;

@@ -54,8 +54,8 @@ const REPAIR: (f64, f64) = (0.3, 0.5);
 /// Steps shorter than this share of the way are not tried: a tet that stands in the way of one stands in the way of all.
 const SHORTEST: f64 = 1.0 / 256.0;
 
-/// A surface that passes through itself is left alone if more than this share of the tets is inverted: two bodies went
-/// through each other. Less is a fault in one place, which vertices may slide out of.
+/// Where no path leads to the end and more than this share of the tets is inverted there, nothing is optimised: it would
+/// take long and help little. Less is a fault in one place, which vertices may slide out of.
 const LOCAL: f64 = 1e-3;
 
 /// Most sweeps of a repair on the way.
@@ -174,21 +174,21 @@ impl Interior {
         let mut convergence = self.volume.run(&mesh.vertices, motion, accuracy)?;
         let mut state = State::new(displaced(&mesh.vertices, motion), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
-        // No volume fits surfaces that pass through each other, at the end or on the way there.
-        let mut blocked = state.inverted > 0 && overlaps(set_up, &state.vertices);
-        if state.inverted > 0 && !blocked && self.stepping.max_steps > 1 && !self.surfaces_invert(&state, mesh) {
+        // No volume fits surfaces that pass through each other.
+        let mut stuck = state.inverted > 0 && overlaps(set_up, &state.vertices);
+        if state.inverted > 0 && !stuck && self.stepping.max_steps > 1 && !self.surfaces_invert(&state, mesh) {
             let route = self.bodies.route(mesh, set_up.families, &surfaces);
             let followed = self.stepping.follow(&route, self.smoothing.as_mut(), set_up, accuracy, observer)?;
             convergence = convergence.and(followed.convergence);
             path = followed.path;
-            blocked = followed.blocked;
+            stuck = path.reached < 1.0;
             if path.reached >= 1.0 {
                 state = followed.state;
             }
         }
         let mut smoothed = None;
         if let Some(Smoothing { smoother, slides, goal, enough }) = &mut self.smoothing
-            && !(blocked && state.inverted as f64 > LOCAL * mesh.tets.len() as f64)
+            && !(stuck && state.inverted as f64 > LOCAL * mesh.tets.len() as f64)
             && state.worst < *enough
         {
             observer("smoothing");
@@ -233,7 +233,6 @@ impl Stepping {
         let mut surfaces = route.at(0.0);
         let mut path = Path { steps: 0, given_up: 1, reached: 0.0 };
         let mut convergence = Convergence::nothing_to_do();
-        let mut blocked = false;
         let mut step = f64::min(0.5, FIRST_TURN / route.largest_turn());
         while path.reached < 1.0 && step >= SHORTEST && path.steps + path.given_up < self.max_steps {
             observer(&format!("step to {:.0} %", 100.0 * (path.reached + step).min(1.0)));
@@ -253,7 +252,6 @@ impl Stepping {
             }
             let tried = State::new(vertices, &mesh.tets);
             if tried.inverted > 0 {
-                blocked = blocked || overlaps(set_up, &tried.vertices);
                 path.given_up += 1;
                 step *= 0.5;
                 continue;
@@ -272,7 +270,7 @@ impl Stepping {
                 state = State::new(state.vertices, &mesh.tets);
             }
         }
-        Ok(Followed { state, convergence, path, blocked })
+        Ok(Followed { state, convergence, path })
     }
 }
 
@@ -280,8 +278,6 @@ struct Followed {
     state: State,
     convergence: Convergence,
     path: Path,
-    /// Somewhere on the way the surfaces pass through each other.
-    blocked: bool,
 }
 
 /// Whether the moved surface passes through itself where the original does not.
