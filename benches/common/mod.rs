@@ -52,7 +52,7 @@ impl Example {
             roles: file.mesh.families.iter().map(role).collect(),
             old_profiles: profiles("old.csv")?,
             springs: <&Springs>::default(),
-            method: Method::Chebyshev,
+            method: Method::default(),
             accuracy: Accuracy::default(),
             quality: Some(idmesh::smoothing::Target::Original),
             max_steps: MAX_STEPS,

@@ -8,21 +8,22 @@ use std::mem;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::cpu_hierarchy::CpuHierarchy;
 use super::packed::{Packed, PackedEdges};
 use super::smoother::CpuSmoother;
 use super::{
-    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, Measure, NetworkData,
-    SmoothingData, Sweep,
+    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
+    NetworkData, SmoothingData, Sweep,
 };
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
 use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};
 
 /// Rows in a task: a task of this size takes about 20 microseconds, ten times what handing it over does.
-const CHUNK: usize = 4 * BLOCK;
+pub(super) const CHUNK: usize = 4 * BLOCK;
 
 /// Networks up to this size run on the calling thread: waking the others would cost more than they save.
-const SERIAL: usize = 2 * CHUNK;
+pub(super) const SERIAL: usize = 2 * CHUNK;
 
 /// Number type of the CPU backend.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,6 +82,13 @@ impl Backend for CpuBackend {
         Ok(match self.precision {
             Precision::F64 => Box::new(CpuNetwork::<f64>::new(network)),
             Precision::F32 => Box::new(CpuNetwork::<f32>::new(network)),
+        })
+    }
+
+    fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        Ok(match self.precision {
+            Precision::F64 => Box::new(CpuHierarchy::<f64>::new(levels)),
+            Precision::F32 => Box::new(CpuHierarchy::<f32>::new(levels)),
         })
     }
 
