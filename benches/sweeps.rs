@@ -7,7 +7,7 @@ mod common;
 
 use std::{process::ExitCode, time::Instant};
 
-use common::{Example, Failure, median, numbers, print_machine, print_table, row};
+use common::{Example, Failure, brick, median, numbers, print_machine, print_table, row};
 use glam::DVec3;
 use idmesh::{
     backend::{self, Backend, BackendError, Constraint, CpuBackend, EdgeStiffness, Precision, Selection, Sweep},
@@ -42,7 +42,7 @@ fn run() -> Result<(), Failure> {
     }
     print_machine(&backends.iter().map(|(_, backend)| backend.info()).collect::<Vec<_>>());
 
-    let mut meshes: Vec<Mesh> = sizes.into_iter().map(brick).collect();
+    let mut meshes: Vec<Mesh> = sizes.into_iter().map(brick_mesh).collect();
     meshes.push(example()?);
     let mut rows =
         vec![row(&["mesh", "vertices", "edges", "backend", "ms/sweep", "Mvertex-sweeps/s", "Medges/s (stiffness)"])];
@@ -95,37 +95,9 @@ impl Mesh {
     }
 }
 
-/// A brick of cubes of side 1, each six tets around its main diagonal.
-fn brick(n: usize) -> Mesh {
-    let side = n + 1;
-    let index = |at: [usize; 3]| ((at[2] * side + at[1]) * side + at[0]) as u32;
-    let place = |vertex: usize| [vertex % side, vertex / side % side, vertex / (side * side)];
-    let places: Vec<[usize; 3]> = (0..side * side * side).map(place).collect();
-    let on_boundary = places.iter().map(|at| at.iter().any(|&step| step == 0 || step == n)).collect();
-    let points = places.iter().map(|at| DVec3::from_array(at.map(|step| step as f64))).collect();
-    let mut tets = Vec::with_capacity(6 * n * n * n);
-    for corner in places.iter().filter(|at| at.iter().all(|&step| step < n)) {
-        // A tet runs along the axes in one of their six orders; odd orders are turned over.
-        for (order, odd) in [
-            ([0, 1, 2], false),
-            ([1, 2, 0], false),
-            ([2, 0, 1], false),
-            ([0, 2, 1], true),
-            ([2, 1, 0], true),
-            ([1, 0, 2], true),
-        ] {
-            let mut at = *corner;
-            let mut tet = [index(at); 4];
-            for (step, axis) in order.into_iter().enumerate() {
-                at[axis] += 1;
-                tet[step + 1] = index(at);
-            }
-            if odd {
-                tet.swap(2, 3);
-            }
-            tets.push(tet);
-        }
-    }
+/// A brick of cubes of side 1.
+fn brick_mesh(n: usize) -> Mesh {
+    let (points, tets, on_boundary) = brick(n);
     Mesh::new(format!("brick {n}"), points, &tets, on_boundary)
 }
 

@@ -143,8 +143,7 @@ fn a_cycle_is_worth_as_much_on_every_mesh() {
     let even = |at: DVec3| at;
     let graded = |at: DVec3| DVec3::new(1e-3f64.powf(1.0 - at.x), at.y, at.z) + at;
     let flat = |at: DVec3| DVec3::new(at.x, at.y, 0.2 * at.z);
-    let places: [(&str, fn(DVec3) -> DVec3, usize); 3] =
-        [("even", even, 12), ("graded", graded, 14), ("flat", flat, 40)];
+    let places = [("even", even as fn(DVec3) -> DVec3, 12), ("graded", graded, 14), ("flat", flat, 40)];
     for springs in
         [(Length::Inverse, Torsion::None), (Length::InverseSquare, Torsion::None), (Length::Inverse, Torsion::Product)]
     {
