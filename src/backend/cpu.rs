@@ -13,7 +13,7 @@ use super::packed::{Packed, PackedEdges};
 use super::smoother::CpuSmoother;
 use super::{
     Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
-    NetworkData, SmoothingData, Sweep,
+    NetworkData, SmoothingData, Sweep, Torsion,
 };
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
@@ -111,9 +111,12 @@ fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
         torsion: packed.torsion,
         sum_factor: T::from_f64(packed.sum_factor),
     };
+    let n_facing = if input.torsion == Torsion::None { 0 } else { input.tet_edges.len() };
+    let facing: Vec<[T; 6]> =
+        (0..n_facing).into_par_iter().with_min_len(CHUNK).map(|tet| edge_stiffness::facing(&edges, tet)).collect();
     let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
     let tasks = stiffness.par_chunks_mut(CHUNK).enumerate();
-    tasks.for_each(|(chunk, stiffness)| edge_stiffness::run(chunk * CHUNK, &edges, stiffness));
+    tasks.for_each(|(chunk, stiffness)| edge_stiffness::run(chunk * CHUNK, &edges, &facing, stiffness));
     stiffness.into_iter().map(|k| k.to_f64() * packed.stiffness_unit).collect()
 }
 
