@@ -15,6 +15,7 @@ use idmesh::{
     relaxation::Network,
     springs::Springs,
 };
+use rayon::prelude::*;
 
 /// Sweeps in a batch, about as many as a pass does between two measures.
 const BATCH: usize = 50;
@@ -44,8 +45,16 @@ fn run() -> Result<(), Failure> {
 
     let mut meshes: Vec<Mesh> = sizes.into_iter().map(brick_mesh).collect();
     meshes.push(example()?);
-    let mut rows =
-        vec![row(&["mesh", "vertices", "edges", "backend", "ms/sweep", "Mvertex-sweeps/s", "Medges/s (stiffness)"])];
+    let mut rows = vec![row(&[
+        "mesh",
+        "vertices",
+        "edges",
+        "backend",
+        "ms/sweep",
+        "Mvertex-sweeps/s",
+        "GB/s",
+        "Medges/s (stiffness)",
+    ])];
     for mesh in &meshes {
         for (name, backend) in &backends {
             let (vertices, edges) = (mesh.points.len(), mesh.topology.edges.len());
@@ -58,12 +67,37 @@ fn run() -> Result<(), Failure> {
                 (*name).to_owned(),
                 format!("{:.4}", 1e3 * sweep),
                 format!("{:.1}", 1e-6 * vertices as f64 / sweep),
+                format!("{:.1}", 1e-9 * bytes_a_sweep(vertices, edges, name) / sweep),
                 format!("{:.2}", 1e-6 * edges as f64 / stiffness),
             ]);
         }
     }
     print_table(&rows);
+    println!("\ncopying memory: {:.1} GB/s", 1e-9 * copy_bandwidth()?);
     Ok(())
+}
+
+/// Bytes a sweep moves if each array goes through memory once: columns and stiffness of both ends of an edge, and per vertex
+/// its row's start, constraint, load, correction, and the one before, which is read and written.
+fn bytes_a_sweep(vertices: usize, edges: usize, backend: &str) -> f64 {
+    let number = if backend.ends_with("f64") { 8 } else { 4 };
+    (2 * edges * (4 + number) + vertices * (4 + 5 * 4 * number)) as f64
+}
+
+/// Bytes a second that all threads together read and write when they copy an array larger than the caches they have to
+/// themselves.
+fn copy_bandwidth() -> Result<f64, Failure> {
+    const BYTES: usize = 256 << 20;
+    const PIECE: usize = 1 << 20;
+    let source = vec![1u8; BYTES];
+    let mut copy = vec![0u8; BYTES];
+    let time = seconds(|| {
+        copy.par_chunks_mut(PIECE)
+            .zip(source.par_chunks(PIECE))
+            .for_each(|(copy, source)| copy.copy_from_slice(source));
+        Ok(())
+    })?;
+    Ok(2.0 * BYTES as f64 / time)
 }
 
 /// A mesh as the springs see it.
