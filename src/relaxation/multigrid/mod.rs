@@ -3,7 +3,7 @@
 //! A cycle sweeps a network a few times, which damps what differs between neighbours, hands what is left to a network with
 //! some twentieth of its vertices, and so on down; the coarsest network is relaxed by sweeps alone. Every level is a
 //! spring network with constraints of its own and is swept by the same kernels; what is special here is made once, on the
-//! CPU: which vertices become one ([`aggregation`]) and with which springs ([`coarsening`]).
+//! CPU: which vertices become one (`aggregation`) and with which springs (`coarsening`).
 //!
 //! Constraints: a vertex joins only vertices that may do the same, and the aggregate inherits it, so a plane stays a plane on
 //! all levels. The springs of the coarse networks are those without constraints, which makes the coarse correction a
