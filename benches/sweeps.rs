@@ -7,7 +7,7 @@ mod common;
 
 use std::{process::ExitCode, time::Instant};
 
-use common::{Example, Failure, median, numbers, print_machine, print_table, row};
+use common::{Example, Failure, brick, median, numbers, print_machine, print_table, row};
 use glam::DVec3;
 use idmesh::{
     backend::{self, Backend, BackendError, Constraint, CpuBackend, EdgeStiffness, Precision, Selection, Sweep},
@@ -15,6 +15,7 @@ use idmesh::{
     relaxation::Network,
     springs::Springs,
 };
+use rayon::prelude::*;
 
 /// Sweeps in a batch, about as many as a pass does between two measures.
 const BATCH: usize = 50;
@@ -42,10 +43,18 @@ fn run() -> Result<(), Failure> {
     }
     print_machine(&backends.iter().map(|(_, backend)| backend.info()).collect::<Vec<_>>());
 
-    let mut meshes: Vec<Mesh> = sizes.into_iter().map(brick).collect();
+    let mut meshes: Vec<Mesh> = sizes.into_iter().map(brick_mesh).collect();
     meshes.push(example()?);
-    let mut rows =
-        vec![row(&["mesh", "vertices", "edges", "backend", "ms/sweep", "Mvertex-sweeps/s", "Medges/s (stiffness)"])];
+    let mut rows = vec![row(&[
+        "mesh",
+        "vertices",
+        "edges",
+        "backend",
+        "ms/sweep",
+        "Mvertex-sweeps/s",
+        "GB/s",
+        "Medges/s (stiffness)",
+    ])];
     for mesh in &meshes {
         for (name, backend) in &backends {
             let (vertices, edges) = (mesh.points.len(), mesh.topology.edges.len());
@@ -58,12 +67,37 @@ fn run() -> Result<(), Failure> {
                 (*name).to_owned(),
                 format!("{:.4}", 1e3 * sweep),
                 format!("{:.1}", 1e-6 * vertices as f64 / sweep),
+                format!("{:.1}", 1e-9 * bytes_a_sweep(vertices, edges, name) / sweep),
                 format!("{:.2}", 1e-6 * edges as f64 / stiffness),
             ]);
         }
     }
     print_table(&rows);
+    println!("\ncopying memory: {:.1} GB/s", 1e-9 * copy_bandwidth()?);
     Ok(())
+}
+
+/// Bytes a sweep moves if each array goes through memory once: columns and stiffness of both ends of an edge, and per vertex
+/// its row's start, constraint, load, correction, and the one before, which is read and written.
+fn bytes_a_sweep(vertices: usize, edges: usize, backend: &str) -> f64 {
+    let number = if backend.ends_with("f64") { 8 } else { 4 };
+    (2 * edges * (4 + number) + vertices * (4 + 5 * 4 * number)) as f64
+}
+
+/// Bytes a second that all threads together read and write when they copy an array larger than the caches they have to
+/// themselves.
+fn copy_bandwidth() -> Result<f64, Failure> {
+    const BYTES: usize = 256 << 20;
+    const PIECE: usize = 1 << 20;
+    let source = vec![1u8; BYTES];
+    let mut copy = vec![0u8; BYTES];
+    let time = seconds(|| {
+        copy.par_chunks_mut(PIECE)
+            .zip(source.par_chunks(PIECE))
+            .for_each(|(copy, source)| copy.copy_from_slice(source));
+        Ok(())
+    })?;
+    Ok(2.0 * BYTES as f64 / time)
 }
 
 /// A mesh as the springs see it.
@@ -95,37 +129,9 @@ impl Mesh {
     }
 }
 
-/// A brick of cubes of side 1, each six tets around its main diagonal.
-fn brick(n: usize) -> Mesh {
-    let side = n + 1;
-    let index = |at: [usize; 3]| ((at[2] * side + at[1]) * side + at[0]) as u32;
-    let place = |vertex: usize| [vertex % side, vertex / side % side, vertex / (side * side)];
-    let places: Vec<[usize; 3]> = (0..side * side * side).map(place).collect();
-    let on_boundary = places.iter().map(|at| at.iter().any(|&step| step == 0 || step == n)).collect();
-    let points = places.iter().map(|at| DVec3::from_array(at.map(|step| step as f64))).collect();
-    let mut tets = Vec::with_capacity(6 * n * n * n);
-    for corner in places.iter().filter(|at| at.iter().all(|&step| step < n)) {
-        // A tet runs along the axes in one of their six orders; odd orders are turned over.
-        for (order, odd) in [
-            ([0, 1, 2], false),
-            ([1, 2, 0], false),
-            ([2, 0, 1], false),
-            ([0, 2, 1], true),
-            ([2, 1, 0], true),
-            ([1, 0, 2], true),
-        ] {
-            let mut at = *corner;
-            let mut tet = [index(at); 4];
-            for (step, axis) in order.into_iter().enumerate() {
-                at[axis] += 1;
-                tet[step + 1] = index(at);
-            }
-            if odd {
-                tet.swap(2, 3);
-            }
-            tets.push(tet);
-        }
-    }
+/// A brick of cubes of side 1.
+fn brick_mesh(n: usize) -> Mesh {
+    let (points, tets, on_boundary) = brick(n);
     Mesh::new(format!("brick {n}"), points, &tets, on_boundary)
 }
 

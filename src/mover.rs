@@ -339,7 +339,7 @@ impl Mover {
 
     fn solver_report(&self, volume: &Convergence) -> Solver {
         Solver {
-            method: self.method.name().to_owned(),
+            method: self.interior.method().name().to_owned(),
             sweeps: volume.sweeps,
             relative_residual: volume.relative_residual,
         }

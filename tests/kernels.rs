@@ -14,7 +14,9 @@ use idmesh::backend::{
     Backend, Constraint, CpuBackend, DeviceNetwork, EdgeStiffness, Length, Precision, Sweep, Torsion,
 };
 use idmesh::kernels::row::Entry;
-use idmesh::kernels::{KERNELS, PARTS, convergence, edge_stiffness, relax_sweep, smooth_vertices};
+use idmesh::kernels::{
+    KERNELS, PARTS, accelerate, convergence, defect, edge_stiffness, relax_sweep, smooth_vertices, transfer,
+};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, TypeInner};
 
@@ -102,6 +104,11 @@ fn structs_are_laid_out_as_in_wgsl() {
     assert_layout!("relax_sweep", "Entry", Entry, column, stiffness);
     assert_layout!("convergence", "Params", convergence::Params, first_row, n_rows);
     assert_layout!("convergence", "Entry", Entry, column, stiffness);
+    assert_layout!("defect", "Params", defect::Params, first_row, n_rows);
+    assert_layout!("transfer", "Params", transfer::Params, first_row, n_rows, keep, padding);
+    let weight = (vec![("column".to_owned(), 0), ("weight".to_owned(), 4)], 8);
+    assert_eq!(layout("transfer", "Weight"), weight, "weights are stored as entries");
+    assert_layout!("accelerate", "Params", accelerate::Params, n_vertices, relaxation, momentum, padding);
     assert_layout!(
         "smooth_vertices",
         "Params",
@@ -116,8 +123,9 @@ fn structs_are_laid_out_as_in_wgsl() {
 
 #[test]
 fn the_block_of_the_twin_is_the_workgroup() {
-    let kernel = KERNELS.iter().find(|kernel| kernel.name == "convergence").unwrap();
-    assert_eq!(parse(kernel.source, kernel.name).entry_points[0].workgroup_size, [convergence::BLOCK as u32, 1, 1]);
+    for kernel in KERNELS.iter().filter(|kernel| ["convergence", "accelerate"].contains(&kernel.name)) {
+        assert_eq!(parse(kernel.source, kernel.name).entry_points[0].workgroup_size, [convergence::BLOCK as u32, 1, 1]);
+    }
 }
 
 // ---- edge stiffness ----

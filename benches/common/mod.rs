@@ -3,6 +3,7 @@
 
 use std::{collections::BTreeMap, error::Error, fs, path::Path, process::ExitCode};
 
+use glam::DVec3;
 use idmesh::{
     backend::BackendInfo,
     formats::{self, MeshFile},
@@ -52,7 +53,7 @@ impl Example {
             roles: file.mesh.families.iter().map(role).collect(),
             old_profiles: profiles("old.csv")?,
             springs: <&Springs>::default(),
-            method: Method::Chebyshev,
+            method: Method::default(),
             accuracy: Accuracy::default(),
             quality: Some(idmesh::smoothing::Target::Original),
             max_steps: MAX_STEPS,
@@ -60,6 +61,41 @@ impl Example {
         let design = Design { profiles: profiles("new.csv")?, ..Design::default() };
         Ok(Self { file, settings, design })
     }
+}
+
+/// A brick of `n` cubes of side 1 in each direction, each six tets around its main diagonal: its vertices, its tets, and
+/// whether a vertex is on its boundary.
+pub fn brick(n: usize) -> (Vec<DVec3>, Vec<[u32; 4]>, Vec<bool>) {
+    let side = n + 1;
+    let index = |at: [usize; 3]| ((at[2] * side + at[1]) * side + at[0]) as u32;
+    let place = |vertex: usize| [vertex % side, vertex / side % side, vertex / (side * side)];
+    let places: Vec<[usize; 3]> = (0..side * side * side).map(place).collect();
+    let on_boundary = places.iter().map(|at| at.iter().any(|&step| step == 0 || step == n)).collect();
+    let points = places.iter().map(|at| DVec3::from_array(at.map(|step| step as f64))).collect();
+    let mut tets = Vec::with_capacity(6 * n * n * n);
+    for corner in places.iter().filter(|at| at.iter().all(|&step| step < n)) {
+        // A tet runs along the axes in one of their six orders; odd orders are turned over.
+        for (order, odd) in [
+            ([0, 1, 2], false),
+            ([1, 2, 0], false),
+            ([2, 0, 1], false),
+            ([0, 2, 1], true),
+            ([2, 1, 0], true),
+            ([1, 0, 2], true),
+        ] {
+            let mut at = *corner;
+            let mut tet = [index(at); 4];
+            for (step, axis) in order.into_iter().enumerate() {
+                at[axis] += 1;
+                tet[step + 1] = index(at);
+            }
+            if odd {
+                tet.swap(2, 3);
+            }
+            tets.push(tet);
+        }
+    }
+    (points, tets, on_boundary)
 }
 
 /// The whole numbers among the arguments, `defaults` if there are none. Cargo's own `--bench` is passed over.

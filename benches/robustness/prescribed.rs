@@ -96,7 +96,7 @@ impl Body for Prescribed {
             roles,
             old_profiles: BTreeMap::new(),
             springs: self.springs(),
-            method: Method::Chebyshev,
+            method: Method::default(),
             accuracy: Accuracy::default(),
             quality,
             max_steps: MAX_STEPS,

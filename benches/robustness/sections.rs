@@ -110,7 +110,7 @@ impl Body for Sections {
             roles: self.roles.clone(),
             old_profiles: BTreeMap::from([(self.wing, self.old.clone())]),
             springs: self.springs,
-            method: Method::Chebyshev,
+            method: Method::default(),
             accuracy: self.accuracy,
             quality,
             max_steps: MAX_STEPS,

@@ -8,21 +8,22 @@ use std::mem;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::cpu_hierarchy::CpuHierarchy;
 use super::packed::{Packed, PackedEdges};
 use super::smoother::CpuSmoother;
 use super::{
-    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, Measure, NetworkData,
-    SmoothingData, Sweep,
+    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
+    NetworkData, SmoothingData, Sweep, Torsion,
 };
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
 use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};
 
 /// Rows in a task: a task of this size takes about 20 microseconds, ten times what handing it over does.
-const CHUNK: usize = 4 * BLOCK;
+pub(super) const CHUNK: usize = 4 * BLOCK;
 
 /// Networks up to this size run on the calling thread: waking the others would cost more than they save.
-const SERIAL: usize = 2 * CHUNK;
+pub(super) const SERIAL: usize = 2 * CHUNK;
 
 /// Number type of the CPU backend.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,6 +85,13 @@ impl Backend for CpuBackend {
         })
     }
 
+    fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        Ok(match self.precision {
+            Precision::F64 => Box::new(CpuHierarchy::<f64>::new(levels)),
+            Precision::F32 => Box::new(CpuHierarchy::<f32>::new(levels)),
+        })
+    }
+
     fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError> {
         Ok(match self.precision {
             Precision::F64 => Box::new(CpuSmoother::<f64>::new(data, self.epsilon())),
@@ -103,9 +111,12 @@ fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
         torsion: packed.torsion,
         sum_factor: T::from_f64(packed.sum_factor),
     };
+    let n_facing = if input.torsion == Torsion::None { 0 } else { input.tet_edges.len() };
+    let facing: Vec<[T; 6]> =
+        (0..n_facing).into_par_iter().with_min_len(CHUNK).map(|tet| edge_stiffness::facing(&edges, tet)).collect();
     let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
     let tasks = stiffness.par_chunks_mut(CHUNK).enumerate();
-    tasks.for_each(|(chunk, stiffness)| edge_stiffness::run(chunk * CHUNK, &edges, stiffness));
+    tasks.for_each(|(chunk, stiffness)| edge_stiffness::run(chunk * CHUNK, &edges, &facing, stiffness));
     stiffness.into_iter().map(|k| k.to_f64() * packed.stiffness_unit).collect()
 }
 

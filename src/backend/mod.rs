@@ -4,6 +4,7 @@
 //! [`crate::relaxation`] decides how often.
 
 pub mod cpu;
+mod cpu_hierarchy;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod packed;
@@ -59,12 +60,33 @@ pub struct Sweep {
     pub momentum: f64,
 }
 
+/// Weights that carry corrections or residuals from the vertices of one network to those of another.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Transfer {
+    /// For each target the sources it gathers from `[n_targets]` rows.
+    pub sources: Csr,
+    /// Weight of each entry of `sources` `[n_entries]`.
+    pub weights: Vec<f64>,
+}
+
+/// A level of a hierarchy of networks as a backend sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct LevelData<'a> {
+    /// The level's network.
+    pub network: NetworkData<'a>,
+    /// Sweeps before and again after the coarser level's correction; on the coarsest level all there are.
+    pub sweeps: &'a [Sweep],
+    /// From residuals of this level to the load of the coarser one, and from its correction back; none on the coarsest.
+    pub transfers: Option<[&'a Transfer; 2]>,
+}
+
 /// What a batch of sweeps did, taken after its last one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measure {
     /// Largest `|e - e at the last measure| * inverse_length` over the vertices, dimensionless.
     pub change: f64,
-    /// Euclidean norm of `P r` over the vertices (see [`Sweep`]), in the unit of a displacement.
+    /// Euclidean norm of `P r` over the vertices (see [`Sweep`]), in the unit of a displacement; NaN for a hierarchy, whose
+    /// cycles do not come to know it.
     pub residual: f64,
 }
 
@@ -163,6 +185,14 @@ pub trait Backend: Send + Sync {
     /// The device failed or the network does not fit.
     fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError>;
 
+    /// Takes a hierarchy of networks to the device, finest first. A [`Sweep`] of it is a multigrid cycle:
+    /// `e_new = e + relaxation (V(e) - e) + momentum (e - e_previous)`, `V` the sweeps of all levels on the way down to
+    /// the coarsest one and up again.
+    ///
+    /// # Errors
+    /// The device failed or the networks do not fit.
+    fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError>;
+
     /// Takes a mesh to the device, ready for [`DeviceSmoother::start`].
     ///
     /// # Errors
@@ -172,7 +202,7 @@ pub trait Backend: Send + Sync {
 
 /// A network on its device. It relaxes a *correction* `e` to the displacement: zero at held vertices, driven by a load.
 pub trait DeviceNetwork: Send {
-    /// Replaces the constraints `[n_vertices]`.
+    /// Replaces the constraints `[n_vertices]`; those of a hierarchy's levels stand one after another, finest first.
     ///
     /// # Errors
     /// The device failed.

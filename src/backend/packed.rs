@@ -1,22 +1,25 @@
 //! Networks and edges in a device's number type, scaled so that f32 neither overflows nor underflows.
 //!
-//! Every scale is a power of two, so scaling rounds nothing, and both backends scale alike.
+//! Both backends scale alike. Every other scale than a row's total is a power of two, so scaling by it rounds nothing.
 
 use glam::DVec3;
 
 use super::{Constraint, EdgeStiffness, Length, Measure, NetworkData, Torsion};
 use crate::kernels::Real;
-use crate::kernels::row::{Rows, kind};
+use crate::kernels::constraint::kind;
+use crate::kernels::row::Rows;
 
 /// A network in a device's number type.
 ///
-/// Each row's stiffness is scaled by the row's own total: only ratios within a row matter. Corrections are scaled by
-/// the load of the pass, which drives them linearly.
+/// Each row's stiffness is divided by the row's own total, anchor included. Corrections are scaled by the load of the pass,
+/// which drives them linearly.
 pub(super) struct Packed<T> {
     row_start: Vec<u32>,
     columns: Vec<u32>,
     stiffness: Vec<T>,
     anchor: Vec<T>,
+    /// Rows without any stiffness, which do not move.
+    loose: Vec<bool>,
     constraint: Vec<[T; 4]>,
     load: Vec<[T; 4]>,
     inverse_length: Vec<T>,
@@ -39,9 +42,13 @@ impl<T: Real> Packed<T> {
         assert!(columns.iter().all(|&column| (column as usize) < n_vertices), "every neighbour is a vertex");
         let mut stiffness = Vec::with_capacity(columns.len());
         let mut anchor = Vec::with_capacity(n_vertices);
+        let mut loose = Vec::with_capacity(n_vertices);
         for (row, &of_row) in network.anchor.iter().enumerate() {
             let springs = &network.stiffness[network.graph.range(row)];
-            let scale = power_of_two(springs.iter().sum::<f64>() + of_row).recip();
+            let total = springs.iter().sum::<f64>() + of_row;
+            // Equality, not `total > 0`: a NaN must go on into the result, where the measure finds it.
+            loose.push(total == 0.0);
+            let scale = if total == 0.0 { 0.0 } else { total.recip() };
             stiffness.extend(springs.iter().map(|&k| T::from_f64(k * scale)));
             anchor.push(T::from_f64(of_row * scale));
         }
@@ -51,6 +58,7 @@ impl<T: Real> Packed<T> {
             columns: columns.clone(),
             stiffness,
             anchor,
+            loose,
             constraint: Vec::new(),
             load: vec![[T::ZERO; 4]; n_vertices],
             inverse_length: network.inverse_length.iter().map(|&l| T::from_f64(l / inverse_length_unit)).collect(),
@@ -70,7 +78,9 @@ impl<T: Real> Packed<T> {
     pub(super) fn constrain(&mut self, constraint: &[Constraint]) {
         assert_eq!(constraint.len(), self.n_vertices(), "one constraint per vertex");
         self.constraint.clear();
-        self.constraint.extend(constraint.iter().map(pack_constraint));
+        let held = |loose: bool, of_vertex| if loose { Constraint::Held } else { of_vertex };
+        let of_vertices = constraint.iter().zip(&self.loose).map(|(&of_vertex, &loose)| held(loose, of_vertex));
+        self.constraint.extend(of_vertices.map(|constraint| pack_constraint(&constraint)));
     }
 
     /// Takes the load of a pass.
@@ -94,6 +104,11 @@ impl<T: Real> Packed<T> {
         }
     }
 
+    /// The constraints, and the load to be written.
+    pub(super) fn constraint_and_load(&mut self) -> (&[[T; 4]], &mut [[T; 4]]) {
+        (&self.constraint, &mut self.load)
+    }
+
     pub(super) fn inverse_length(&self) -> &[T] {
         &self.inverse_length
     }
@@ -106,10 +121,12 @@ impl<T: Real> Packed<T> {
             sum += squared_residual.to_f64();
             largest = largest.max_magnitude(squared_change.to_f64());
         }
-        Measure {
-            change: f64::sqrt(largest) * self.load_unit * self.inverse_length_unit,
-            residual: f64::sqrt(sum) * self.load_unit,
-        }
+        Measure { change: self.change(largest), residual: f64::sqrt(sum) * self.load_unit }
+    }
+
+    /// A change in shortest edges, from its square in the device's units.
+    pub(super) fn change(&self, squared: f64) -> f64 {
+        f64::sqrt(squared) * self.load_unit * self.inverse_length_unit
     }
 
     /// The correction in the caller's unit.

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::relaxation::Accuracy;
+use crate::relaxation::{Accuracy, Method};
 use crate::smoothing::Target;
 use crate::springs::Springs;
 use crate::stages::{self, TipStart};
@@ -119,18 +119,6 @@ impl From<&Role> for stages::Role {
             Role::Prescribed { .. } => Self::Prescribed,
         }
     }
-}
-
-/// How spring networks are relaxed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
-    /// The fastest one that suits.
-    #[default]
-    Auto,
-    /// Jacobi sweeps, as in the paper.
-    Jacobi,
-    /// Chebyshev semi-iteration.
-    Chebyshev,
 }
 
 /// The `[solver]` table.

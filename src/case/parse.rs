@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::relaxation::Method;
 use crate::smoothing::Target;
 use crate::springs::{SPRINGS, Springs};
 use crate::stages::{TipStart, interior::MAX_STEPS};
 
 use super::document::{Document, Section, Value};
 use super::nearest::{did_you_mean, quoted_list};
-use super::{Case, CaseError, FamilySettings, Method, Output, ProfileSource, Role, SolverSettings, paths};
+use super::{Case, CaseError, FamilySettings, Output, ProfileSource, Role, SolverSettings, paths};
 
 /// Reads the whole document.
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
@@ -159,15 +160,10 @@ fn solver(top: &Section) -> Result<SolverSettings, CaseError> {
     let section = table.section(&["method", "tolerance", "max_sweeps"])?;
     if let Some(value) = section.get("method") {
         settings.method = match value.one_of(&["auto", "jacobi", "chebyshev", "multigrid"])? {
-            "auto" => Method::Auto,
             "jacobi" => Method::Jacobi,
             "chebyshev" => Method::Chebyshev,
-            method => {
-                return Err(value.error(format!(
-                    "`solver.method` is \"{method}\", which is not available in this version, expected `auto`, \
-                     `jacobi` or `chebyshev`"
-                )));
-            }
+            "multigrid" => Method::Multigrid,
+            _ => Method::Auto,
         };
     }
     if let Some(value) = section.get("tolerance") {

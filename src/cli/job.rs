@@ -7,12 +7,11 @@ use std::time::Instant;
 
 use super::console::Console;
 use super::failure::Failure;
-use crate::case::{Case, Method, Role, displacement};
+use crate::case::{Case, Role, displacement};
 use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
 use crate::profile::{self, Plane, Profile};
-use crate::relaxation;
 
 /// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
@@ -75,15 +74,11 @@ impl Job {
             design.profiles.insert(family, new);
             old_profiles.insert(family, old);
         }
-        let method = match case.solver.method {
-            Method::Auto | Method::Chebyshev => relaxation::Method::Chebyshev,
-            Method::Jacobi => relaxation::Method::Jacobi,
-        };
         let settings = Settings {
             roles,
             old_profiles,
             springs: case.springs,
-            method,
+            method: case.solver.method,
             accuracy: case.solver.accuracy,
             quality: case.quality,
             max_steps: case.max_steps,

@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
-use super::row::{Rows, project, residual};
+use super::constraint::project;
+use super::row::{Rows, residual};
 
 /// Rows of one block, the kernel's workgroup.
 pub const BLOCK: usize = 256;

@@ -47,12 +47,13 @@ const AROUND: [[usize; 5]; 6] =
 /// Stiffness of a chunk of edges.
 ///
 /// - `first_edge`: edge of the chunk's first element
+/// - `facing` `[n_tets]`: what [`facing()`] gives; the kernel finds it anew for each edge. Not read without torsional part
 /// - `stiffness` `[edges of the chunk]`: `1 / l^power`, times or plus the sum over the edge's tets of
-///   [`inverse_sin_squared`]; infinite for an edge without length, but for power 0
+///   [`facing()`]; infinite for an edge without length, but for power 0
 ///
 /// Source: longitudinal part Batina 1990; torsional part Murayama, Nakahashi and Matsushima 2002, which adds it
 /// (`torsion = 2`); the product is ours: it has no unit to depend on.
-pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, stiffness: &mut [T]) {
+pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, facing: &[[T; 6]], stiffness: &mut [T]) {
     for (edge, stiffness) in (first_edge..).zip(stiffness) {
         let along = xyz(&edges.edge_vector[edge]);
         let squared = dot(along, along);
@@ -67,33 +68,35 @@ pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, stiffness: &mut [T]) {
         }
         let mut s = T::ZERO;
         for &entry in &edges.edge_tets[edges.edge_start[edge] as usize..edges.edge_start[edge + 1] as usize] {
-            s = s + inverse_sin_squared(edges, entry);
+            s = s + facing[entry as usize / 6][entry as usize % 6];
         }
         *stiffness = if edges.torsion == 1 { longitudinal * s } else { longitudinal + s * edges.sum_factor };
     }
 }
 
-/// `1 / sin^2` of the dihedral angle that faces an edge of a tet, that is the angle at the opposite edge; at most 1e6.
+/// `1 / sin^2` of the dihedral angles that face the six edges of a tet, that is of the angles at the opposite edges; at most
+/// 1e6.
 ///
 /// For edge ij and opposite edge kl: `sin^2 = 36 V^2 l_kl^2 / (S_i S_j)`, `S_i = 4 A_i^2` of the face opposite i.
 /// Squares only, so the direction in which an edge is stored does not matter.
-pub fn inverse_sin_squared<T: Real>(edges: &Edges<T>, entry: u32) -> T {
-    let of_tet = &edges.tet_edges[entry as usize / 6];
-    let local = entry as usize % 6;
-    let vector = |local: usize| xyz(&edges.edge_vector[of_tet[local] as usize / 2]);
-    let ij = vector(local);
-    let [ik, il, jk, jl, kl] = AROUND[local].map(vector);
-    let limit = T::from_f64(LARGEST);
+pub fn facing<T: Real>(edges: &Edges<T>, tet: usize) -> [T; 6] {
+    let vectors = edges.tet_edges[tet].map(|edge| xyz(&edges.edge_vector[edge as usize / 2]));
     // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.
-    let mut longest = dot(ij, ij);
-    for v in [ik, il, jk, jl, kl] {
-        longest = longest.max(dot(v, v));
-    }
+    let longest = vectors.iter().fold(T::ZERO, |longest, v| longest.max(dot(*v, *v)));
     if longest == T::ZERO {
-        return limit;
+        return [T::from_f64(LARGEST); 6];
     }
     let scale = T::ONE / longest.sqrt();
-    let [ij, ik, il, jk, jl, kl] = [ij, ik, il, jk, jl, kl].map(|v| v.map(|component| component * scale));
+    let vectors = vectors.map(|v| v.map(|component| component * scale));
+    [0, 1, 2, 3, 4, 5].map(|local| inverse_sin_squared(&vectors, local))
+}
+
+/// As [`facing()`], for one edge of a tet with edges of length at most 1.
+#[inline(always)]
+fn inverse_sin_squared<T: Real>(vectors: &[[T; 3]; 6], local: usize) -> T {
+    let ij = vectors[local];
+    let [ik, il, jk, jl, kl] = AROUND[local].map(|local| vectors[local]);
+    let limit = T::from_f64(LARGEST);
     let normal_i = area_vector(jk, jl, kl);
     let normal_j = area_vector(ik, il, kl);
     let s_i = dot(normal_i, normal_i);

@@ -7,12 +7,16 @@
 //! Only `+ - * / sqrt` are used: they are rounded correctly everywhere, so a kernel and its twin agree to the bit
 //! wherever the compiler does not contract `a * b + c`.
 
+pub mod accelerate;
+pub mod constraint;
 pub mod convergence;
+pub mod defect;
 pub mod edge_stiffness;
 mod real;
 pub mod relax_sweep;
 pub mod row;
 pub mod smooth_vertices;
+pub mod transfer;
 
 pub use real::Real;
 
@@ -28,10 +32,11 @@ pub struct Kernel {
 }
 
 /// Every kernel, one file each.
-pub const KERNELS: [Kernel; 4] = [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, SMOOTH_VERTICES];
+pub const KERNELS: [Kernel; 7] =
+    [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, DEFECT, TRANSFER, ACCELERATE, SMOOTH_VERTICES];
 
 /// Stems of the files several kernels share.
-pub const PARTS: [&str; 1] = ["row"];
+pub const PARTS: [&str; 2] = ["constraint", "row"];
 
 /// See [`edge_stiffness`].
 pub const EDGE_STIFFNESS: Kernel =
@@ -40,15 +45,48 @@ pub const EDGE_STIFFNESS: Kernel =
 /// See [`relax_sweep`].
 pub const RELAX_SWEEP: Kernel = Kernel {
     name: "relax_sweep",
-    parts: &["row"],
-    source: concat!(include_str!("../../kernels/row.wgsl"), include_str!("../../kernels/relax_sweep.wgsl")),
+    parts: &["constraint", "row"],
+    source: concat!(
+        include_str!("../../kernels/constraint.wgsl"),
+        include_str!("../../kernels/row.wgsl"),
+        include_str!("../../kernels/relax_sweep.wgsl")
+    ),
 };
 
 /// See [`convergence`].
 pub const CONVERGENCE: Kernel = Kernel {
     name: "convergence",
-    parts: &["row"],
-    source: concat!(include_str!("../../kernels/row.wgsl"), include_str!("../../kernels/convergence.wgsl")),
+    parts: &["constraint", "row"],
+    source: concat!(
+        include_str!("../../kernels/constraint.wgsl"),
+        include_str!("../../kernels/row.wgsl"),
+        include_str!("../../kernels/convergence.wgsl")
+    ),
+};
+
+/// See [`defect`].
+pub const DEFECT: Kernel = Kernel {
+    name: "defect",
+    parts: &["constraint", "row"],
+    source: concat!(
+        include_str!("../../kernels/constraint.wgsl"),
+        include_str!("../../kernels/row.wgsl"),
+        include_str!("../../kernels/defect.wgsl")
+    ),
+};
+
+/// See [`transfer`].
+pub const TRANSFER: Kernel = Kernel {
+    name: "transfer",
+    parts: &["constraint"],
+    source: concat!(include_str!("../../kernels/constraint.wgsl"), include_str!("../../kernels/transfer.wgsl")),
+};
+
+/// See [`accelerate`].
+pub const ACCELERATE: Kernel = Kernel {
+    name: "accelerate",
+    parts: &["constraint"],
+    source: concat!(include_str!("../../kernels/constraint.wgsl"), include_str!("../../kernels/accelerate.wgsl")),
 };
 
 /// See [`smooth_vertices`].

@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
-use super::row::{Rows, project, residual};
+use super::constraint::project;
+use super::row::{Rows, residual};
 
 /// Parameters of one dispatch.
 #[repr(C)]

@@ -11,7 +11,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
-use super::row::{kind, project};
+use super::constraint::{kind, project};
 
 /// Parameters of one dispatch.
 #[repr(C)]

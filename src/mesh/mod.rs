@@ -7,10 +7,12 @@ pub mod csr;
 pub mod edges;
 pub mod half_edge;
 pub mod half_face;
+mod refine;
 mod validate;
 
 use glam::DVec3;
 
+pub use refine::refine;
 pub use validate::{MeshError, Topology, validate};
 
 /// Index of a family in [`TetMesh::families`].

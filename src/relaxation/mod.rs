@@ -9,6 +9,8 @@
 //! **Stopping rule.** `tolerance` bounds the estimated distance of each vertex from its converged place, as a fraction
 //! of that vertex's shortest edge: it means the same on every mesh size and in every unit of length.
 
+mod moving;
+pub mod multigrid;
 mod network;
 mod relaxer;
 mod schedule;

@@ -25,7 +25,7 @@ pub struct Network {
     /// One over each vertex's shortest edge `[n_vertices]`, 0 where it has none.
     pub inverse_length: Vec<f64>,
     /// One over each row's total stiffness `[n_vertices]`, 0 where there is none.
-    inverse_total: Vec<f64>,
+    pub(super) inverse_total: Vec<f64>,
 }
 
 impl Network {
@@ -43,20 +43,31 @@ impl Network {
         anchor: Vec<f64>,
     ) -> Self {
         let stiffness: Vec<f64> = graph.entry_edge.iter().map(|&edge| edge_stiffness[edge as usize]).collect();
-        let rows = 0..constraint.len();
         let of_row = |row: usize| &graph.entry_edge[graph.neighbours.range(row)];
-        let inverse_length = rows
-            .clone()
+        let inverse_length = (0..constraint.len())
             .map(|row| of_row(row).iter().map(|&edge| 1.0 / edge_length[edge as usize]).fold(0.0, f64::max))
             .collect();
-        let inverse_total = rows
-            .map(|row| {
-                let total = stiffness[graph.neighbours.range(row)].iter().sum::<f64>() + anchor[row];
+        hold_floating(&graph.neighbours, &anchor, &mut constraint);
+        Self::from_rows(graph.neighbours.clone(), stiffness, anchor, constraint, inverse_length)
+    }
+
+    /// A network of these rows, in which nothing floats.
+    pub(super) fn from_rows(
+        graph: Csr,
+        stiffness: Vec<f64>,
+        anchor: Vec<f64>,
+        constraint: Vec<Constraint>,
+        inverse_length: Vec<f64>,
+    ) -> Self {
+        let inverse_total = anchor
+            .iter()
+            .enumerate()
+            .map(|(row, anchor)| {
+                let total = stiffness[graph.range(row)].iter().sum::<f64>() + anchor;
                 if total > 0.0 { 1.0 / total } else { 0.0 }
             })
             .collect();
-        hold_floating(&graph.neighbours, &anchor, &mut constraint);
-        Self { graph: graph.neighbours.clone(), stiffness, anchor, constraint, inverse_length, inverse_total }
+        Self { graph, stiffness, anchor, constraint, inverse_length, inverse_total }
     }
 
     /// Number of vertices.
@@ -102,25 +113,24 @@ impl Network {
     }
 
     /// `y = D^-1/2 A D^-1/2 x` on the rows that may move; the others count as zero. Used for the spectrum only.
-    pub(super) fn scaled_product(&self, x: &[f64], y: &mut [f64]) {
-        let scale = |row: usize| self.inverse_total[row].sqrt();
+    ///
+    /// - `scale` `[n_vertices]`: see [`Self::scale`]
+    pub(super) fn scaled_product(&self, scale: &[f64], x: &[f64], y: &mut [f64]) {
         y.par_chunks_mut(ROWS).enumerate().for_each(|(piece, rows)| {
             for (within, out) in rows.iter_mut().enumerate() {
                 let row = piece * ROWS + within;
-                *out = 0.0;
-                if !self.moves(row) {
-                    continue;
-                }
-                let pull: f64 = self
-                    .graph
-                    .row(row)
-                    .iter()
-                    .zip(&self.stiffness[self.graph.range(row)])
-                    .map(|(&neighbour, &stiffness)| stiffness * x[neighbour as usize] * scale(neighbour as usize))
-                    .sum();
-                *out = x[row] - scale(row) * pull;
+                let springs = self.graph.row(row).iter().zip(&self.stiffness[self.graph.range(row)]);
+                let pull = springs.fold(0.0, |sum, (&neighbour, &stiffness)| {
+                    sum + stiffness * (x[neighbour as usize] * scale[neighbour as usize])
+                });
+                *out = if scale[row] > 0.0 { x[row] - scale[row] * pull } else { 0.0 };
             }
         });
+    }
+
+    /// `D^-1/2`, zero in the rows that do not move `[n_vertices]`.
+    pub(super) fn scale(&self) -> Vec<f64> {
+        (0..self.len()).map(|row| if self.moves(row) { self.inverse_total[row].sqrt() } else { 0.0 }).collect()
     }
 
     /// Whether a vertex has springs and may move along them.

@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-use super::{Accuracy, Method, Network, Spectrum, schedule::Schedule};
+use super::{Accuracy, Method, Network, Spectrum, moving::Moving, multigrid::Hierarchy, schedule::Schedule};
 use crate::backend::{Backend, BackendError, Constraint, DeviceNetwork};
 
 /// A network on a device, ready to be relaxed again and again.
 pub struct Relaxer {
     network: Network,
+    moving: Moving,
+    hierarchy: Option<Hierarchy>,
     spectrum: Option<Spectrum>,
     method: Method,
     epsilon: f64,
@@ -50,9 +52,17 @@ impl Relaxer {
     /// # Errors
     /// The device failed or the network does not fit.
     pub fn new(network: Network, backend: &dyn Backend, method: Method) -> Result<Self, BackendError> {
-        let device = backend.upload(&network.data())?;
-        let spectrum = Spectrum::new(&network);
-        Ok(Self { network, spectrum, method, epsilon: backend.epsilon(), device })
+        let moving = Moving::new(&network);
+        let method = method.for_size(moving.vertices.len());
+        let (hierarchy, device, spectrum) = if method == Method::Multigrid {
+            let hierarchy = Hierarchy::new(&moving.network);
+            let mut device = backend.upload_hierarchy(&hierarchy.data(&moving.network))?;
+            let spectrum = Spectrum::of_cycles(&moving.network, device.as_mut())?;
+            (Some(hierarchy), device, spectrum)
+        } else {
+            (None, backend.upload(&moving.network.data())?, Spectrum::new(&moving.network))
+        };
+        Ok(Self { network, moving, hierarchy, spectrum, method, epsilon: backend.epsilon(), device })
     }
 
     /// The network.
@@ -60,14 +70,27 @@ impl Relaxer {
         &self.network
     }
 
-    /// Replaces what the vertices may do. Held vertices must stay held and others not held: the spectrum is kept.
+    /// How it is relaxed; never [`Method::Auto`].
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Replaces what the vertices may do. Held vertices must stay held and others not held: the rows that move are kept, and
+    /// the bounds of their spectrum, which holding back directions cannot leave. Those of multigrid cycles are found anew.
     ///
     /// # Errors
     /// The device failed.
     pub fn constrain(&mut self, constraint: Vec<Constraint>) -> Result<(), BackendError> {
-        self.device.constrain(&constraint)?;
+        self.moving.network.constraint = self.moving.gather(&constraint);
         self.network.constraint = constraint;
-        Ok(())
+        match &self.hierarchy {
+            None => self.device.constrain(&self.moving.network.constraint),
+            Some(hierarchy) => {
+                self.device.constrain(&hierarchy.constraints(&self.moving.network.constraint))?;
+                self.spectrum = Spectrum::of_cycles(&self.moving.network, self.device.as_mut())?;
+                Ok(())
+            }
+        }
     }
 
     /// Moves the free vertices of `displacement` `[n_vertices]` to equilibrium with the held ones.
@@ -93,9 +116,10 @@ impl Relaxer {
             let pass = self.pass(&residual, spectrum, accuracy, result.sweeps)?;
             let correction = self.device.correction()?;
             let mut furthest: f64 = 0.0;
-            for (row, (u, e)) in displacement.iter_mut().zip(&correction).enumerate() {
+            for (&row, e) in self.moving.vertices.iter().zip(&correction) {
+                let row = row as usize;
                 // Rounding on the device must not lift a vertex off its plane.
-                *u += self.network.constraint[row].limit(*e);
+                displacement[row] += self.network.constraint[row].limit(*e);
                 let moved = e.length() * self.network.inverse_length[row];
                 furthest = if moved.is_nan() { f64::NAN } else { furthest.max(moved) };
             }
@@ -121,8 +145,8 @@ impl Relaxer {
         done: usize,
     ) -> Result<Pass, BackendError> {
         let mut schedule = Schedule::new(self.method, spectrum);
-        let batch = schedule.sweeps_per_digit();
-        self.device.start(load)?;
+        let batch = schedule.batch();
+        self.device.start(&self.moving.gather(load))?;
         let mut sweeps = 0;
         let mut last_change = f64::INFINITY;
         let mut largest_change: f64 = 0.0;

@@ -1,30 +1,53 @@
-//! Bounds on the eigenvalues of a network's scaled matrix `D^-1 A`, which lie in `(0, 2)`.
+//! Bounds on the eigenvalues of a network's scaled matrix `D^-1 A`, which lie in `(0, 2)`, or of multigrid cycles on it.
 //!
 //! Lanczos' method on `D^-1/2 A D^-1/2`. Its start is the constant displacement, close to the lowest mode of an M-matrix
 //! (which has one sign), with some roughness added to reach the highest. The extreme Ritz values approach the spectrum
 //! from inside, so both ends are widened a little: Chebyshev sweeps converge for a lower bound that is off by a factor
 //! of two either way, but diverge above the upper one.
 
-use super::Network;
+use glam::DVec3;
 
-/// Bounds on the eigenvalues of `D^-1 A`.
+use super::Network;
+use crate::backend::{BackendError, DeviceNetwork, Sweep};
+
+/// Bounds on the eigenvalues of `D^-1 A`, or of `M^-1 A` with `M^-1` what a multigrid cycle makes of a load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spectrum {
     /// Lower bound, positive.
     pub low: f64,
-    /// Upper bound, at most 2 (Gershgorin).
+    /// Upper bound.
     pub high: f64,
 }
 
 /// Most Lanczos steps: 30 settle the ends on 100 000 tets, larger meshes take a few more.
 const MOST_STEPS: usize = 200;
 
+/// Lanczos steps that find the upper end to a few percent.
+const HIGHEST_STEPS: usize = 10;
+
+/// Lanczos steps with a multigrid cycle each. The spectrum is short: more steps hardly move its ends.
+const CYCLES: usize = 5;
+
+/// How far above the highest Ritz value the spectrum of sweeps may reach, and that of cycles, which ends at 1 but for what the
+/// constraints and the inexact coarsest level do to it.
+const MARGIN: [f64; 2] = [1.08, 1.02];
+
 impl Spectrum {
+    /// The upper bound alone, from fewer steps; 1 when no vertex can move.
+    pub(super) fn highest(network: &Network) -> f64 {
+        Self::from_steps(network, HIGHEST_STEPS).map_or(1.0, |spectrum| spectrum.high)
+    }
+
     /// Estimates the bounds; `None` when no vertex can move.
     pub fn new(network: &Network) -> Option<Self> {
+        Self::from_steps(network, MOST_STEPS)
+    }
+
+    fn from_steps(network: &Network, most_steps: usize) -> Option<Self> {
         let n = network.len();
+        let scale = network.scale();
         let mut vector: Vec<f64> =
-            (0..n).map(|row| if network.moves(row) { 1.0 + 0.5 * roughness(row as u64) } else { 0.0 }).collect();
+            (0..n).map(|row| if scale[row] > 0.0 { 1.0 + 0.5 * roughness(row as u64) } else { 0.0 }).collect();
         let norm = dot(&vector, &vector).sqrt();
         if norm == 0.0 {
             return None;
@@ -33,8 +56,8 @@ impl Spectrum {
         let (mut diagonal, mut off_diagonal): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
         let (mut previous, mut product) = (vec![0.0; n], vec![0.0; n]);
         let mut bounds = (1.0, 1.0);
-        for step in 1..=MOST_STEPS {
-            network.scaled_product(&vector, &mut product);
+        for step in 1..=most_steps {
+            network.scaled_product(&scale, &vector, &mut product);
             let last = off_diagonal.last().copied().unwrap_or(0.0);
             let along = dot(&vector, &product);
             for row in 0..n {
@@ -43,7 +66,7 @@ impl Spectrum {
             diagonal.push(along);
             let beta = dot(&product, &product).sqrt();
             let finished = beta < 1e-10;
-            if finished || step % 10 == 0 || step == MOST_STEPS {
+            if finished || step % 10 == 0 || step == most_steps {
                 let earlier = std::mem::replace(&mut bounds, extremes(&diagonal, &off_diagonal));
                 let settled = (earlier.0 - bounds.0).abs() < 0.05 * bounds.0 && (earlier.1 - bounds.1).abs() < 0.02;
                 if finished || step > 10 && settled {
@@ -56,11 +79,66 @@ impl Spectrum {
                 vector[row] = product[row] / beta;
             }
         }
-        // Ritz values carry the rounding of their steps. On a grid they are the same for a mesh that is turned or in
-        // another unit, and so is everything that follows from them.
-        let low = (8.0 * (0.8 * bounds.0).clamp(1e-12, 1.0).log2()).floor() / 8.0;
-        let high = (64.0 * 1.08 * bounds.1).ceil() / 64.0;
-        Some(Self { low: low.exp2(), high: high.clamp(1.0, 2.0) })
+        Some(Self::around(bounds, MARGIN[0]))
+    }
+
+    /// Estimates the bounds of the cycles of a hierarchy, which `device` holds; `None` when no vertex can move.
+    ///
+    /// Lanczos' method in the energy of the springs, in which `M^-1 A` is self-adjoint.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub(super) fn of_cycles(network: &Network, device: &mut dyn DeviceNetwork) -> Result<Option<Self>, BackendError> {
+        let n = network.len();
+        let mut vector: Vec<DVec3> = (0..n)
+            .map(|row| {
+                let part = |axis: u64| roughness(3 * row as u64 + axis);
+                network.constraint[row].limit(DVec3::new(part(0), part(1), part(2)))
+            })
+            .collect();
+        // The pull of a displacement, divided by the total stiffness, and its product with another displacement.
+        let pull = |vector: &[DVec3]| network.residual(vector, None);
+        let energy = |pull: &[DVec3], vector: &[DVec3]| {
+            let rows = pull.iter().zip(vector).zip(&network.inverse_total);
+            -rows.filter(|(_, inverse)| **inverse > 0.0).map(|((p, v), inverse)| p.dot(*v) / inverse).sum::<f64>()
+        };
+        let mut load = pull(&vector);
+        let mut norm = energy(&load, &vector).sqrt();
+        if norm == 0.0 || norm.is_nan() {
+            return Ok(None);
+        }
+        let (mut diagonal, mut off_diagonal): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        let mut previous = vec![DVec3::ZERO; n];
+        for step in 1..=CYCLES {
+            vector.iter_mut().chain(&mut load).for_each(|v| *v *= 1.0 / norm);
+            let rest: Vec<DVec3> = load.iter().map(|pull| -*pull).collect();
+            device.start(&rest)?;
+            device.sweep(&[Sweep { relaxation: 1.0, momentum: 0.0 }])?;
+            let mut image = device.correction()?;
+            let along = energy(&load, &image);
+            let last = off_diagonal.last().copied().unwrap_or(0.0);
+            for row in 0..n {
+                image[row] -= along * vector[row] + last * previous[row];
+            }
+            diagonal.push(along);
+            load = pull(&image);
+            norm = energy(&load, &image).sqrt();
+            let finished = norm.is_nan() || norm <= 1e-6;
+            if finished || step == CYCLES {
+                break;
+            }
+            off_diagonal.push(norm);
+            previous = std::mem::replace(&mut vector, image);
+        }
+        Ok(Some(Self::around(extremes(&diagonal, &off_diagonal), MARGIN[1])))
+    }
+
+    /// Ritz values carry the rounding of their steps. On a grid they are the same for a mesh that is turned or in another
+    /// unit, and so is everything that follows from them.
+    fn around((lowest, highest): (f64, f64), margin: f64) -> Self {
+        let low = (8.0 * (0.8 * lowest).clamp(1e-12, 1.0).log2()).floor() / 8.0;
+        let high = (64.0 * margin * highest).ceil() / 64.0;
+        Self { low: low.exp2(), high: high.max(1.0) }
     }
 }
 

@@ -23,7 +23,7 @@ use crate::{
     mesh::TetMesh,
     projection::crossing,
     quality::{self, Statistics, faults},
-    relaxation::{Accuracy, Convergence},
+    relaxation::{Accuracy, Convergence, Method},
     report::Path,
     smoothing::{Goal, Smoothed, Smoother, Target, moved},
     springs::Springs,
@@ -154,6 +154,11 @@ impl Interior {
         };
         let stepping = Stepping { springs, lowest, max_steps };
         Ok(Self { volume, bodies: Bodies::new(set_up), smoothing, stepping })
+    }
+
+    /// How the volume's springs are relaxed; never [`Method::Auto`].
+    pub fn method(&self) -> Method {
+        self.volume.method()
     }
 
     /// Moves the inside after the surfaces.

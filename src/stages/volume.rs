@@ -16,7 +16,7 @@ use crate::{
         TetMesh,
         edges::{TetEdges, VertexGraph},
     },
-    relaxation::{Accuracy, Convergence, Network, Relaxer},
+    relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
     springs::{Springs, Stiffness, nearness},
 };
 
@@ -89,6 +89,11 @@ impl Volume {
     /// What each vertex of the mesh may do once its surfaces are moved `[n_vertices]`.
     pub fn constraint(&self) -> &[Constraint] {
         &self.relaxer.network().constraint
+    }
+
+    /// How the springs are relaxed; never [`Method::Auto`].
+    pub fn method(&self) -> Method {
+        self.relaxer.method()
     }
 
     /// Moves the inside after the surfaces.

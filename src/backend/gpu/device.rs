@@ -13,7 +13,7 @@ use wgpu::{
 use super::adapter::{max_binding, required_limits};
 use super::pipeline::Pipeline;
 use super::{BackendError, Bounds};
-use crate::kernels::{CONVERGENCE, EDGE_STIFFNESS, RELAX_SWEEP, SMOOTH_VERTICES};
+use crate::kernels::KERNELS;
 
 /// Most neighbours or tets a loop of one invocation runs over. Mesa's software adapter ends an invocation silently after
 /// 65 535 iterations of all its loops together; the reduction of a workgroup takes a few of them.
@@ -36,6 +36,9 @@ pub(super) struct Device {
     pub(super) edge_stiffness: Pipeline,
     pub(super) relax_sweep: Pipeline,
     pub(super) convergence: Pipeline,
+    pub(super) defect: Pipeline,
+    pub(super) transfer: Pipeline,
+    pub(super) accelerate: Pipeline,
     pub(super) smooth_vertices: Pipeline,
 }
 
@@ -62,19 +65,20 @@ impl Device {
 
         let limits = device.limits();
         let max_array = max_binding(&limits);
-        let (pipelines, error) = catching(&device, || {
-            [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, SMOOTH_VERTICES].map(|kernel| Pipeline::new(&device, &kernel))
-        });
+        let (pipelines, error) = catching(&device, || KERNELS.map(|kernel| Pipeline::new(&device, &kernel)));
         if let Some(message) = error {
             return Err(fail(message));
         }
-        let [edge_stiffness, relax_sweep, convergence, smooth_vertices] = pipelines;
+        let [edge_stiffness, relax_sweep, convergence, defect, transfer, accelerate, smooth_vertices] = pipelines;
         Ok(Self {
             max_chunk: bounds.matrix_bytes.unwrap_or(max_array).min(max_array),
             max_workgroups: bounds.workgroups.unwrap_or(u32::MAX).min(limits.max_compute_workgroups_per_dimension),
             edge_stiffness: edge_stiffness.map_err(fail)?,
             relax_sweep: relax_sweep.map_err(fail)?,
             convergence: convergence.map_err(fail)?,
+            defect: defect.map_err(fail)?,
+            transfer: transfer.map_err(fail)?,
+            accelerate: accelerate.map_err(fail)?,
             smooth_vertices: smooth_vertices.map_err(fail)?,
             device,
             queue,

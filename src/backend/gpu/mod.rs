@@ -6,6 +6,7 @@
 mod adapter;
 mod device;
 mod edges;
+mod hierarchy;
 mod network;
 mod pipeline;
 mod smoother;
@@ -16,7 +17,8 @@ pub use adapter::{Choice, adapters};
 use device::Device;
 
 use super::{
-    Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, NetworkData, SmoothingData,
+    Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, NetworkData,
+    SmoothingData,
 };
 
 /// Bounds tighter than the adapter's own, so that tests reach what otherwise only the largest meshes do.
@@ -74,6 +76,10 @@ impl Backend for GpuBackend {
 
     fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError> {
         Ok(Box::new(network::GpuNetwork::new(Arc::clone(&self.device), network)?))
+    }
+
+    fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        Ok(Box::new(hierarchy::GpuHierarchy::new(Arc::clone(&self.device), levels)?))
     }
 
     fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError> {

@@ -1,5 +1,6 @@
 //! A spring network on a GPU.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use bytemuck::bytes_of;
@@ -11,7 +12,7 @@ use crate::backend::packed::Packed;
 use crate::backend::{BackendError, Constraint, DeviceNetwork, Measure, NetworkData, Sweep};
 use crate::kernels::convergence::{self, BLOCK};
 use crate::kernels::relax_sweep;
-use crate::kernels::row::{Entry, Rows};
+use crate::kernels::row::Entry;
 
 /// Sweeps in one submission. Enough to hide what a submission costs; few enough that a large network does not keep a
 /// display's GPU busy for the seconds after which its driver resets it.
@@ -51,12 +52,12 @@ impl GpuNetwork {
         let packed = Packed::new(network);
         device.fits(16 * packed.n_vertices() as u64, device.max_array)?;
         device.rows_fit(packed.rows().row_start, 1, "vertex")?;
-        let plan = plan(&packed.rows(), device.max_chunk, &device)?;
+        let plan = plan(packed.rows().row_start, &device)?;
         let of_device = Arc::clone(&device);
         of_device.guarded(|| Ok(Self::allocate(device, packed, &plan)))
     }
 
-    fn allocate(device: Arc<Device>, packed: Packed<f32>, plan: &[std::ops::Range<usize>]) -> Self {
+    fn allocate(device: Arc<Device>, packed: Packed<f32>, plan: &[Range<usize>]) -> Self {
         let n_vertices = packed.n_vertices();
         let rows = packed.rows();
         let bytes = 16 * n_vertices as u64;
@@ -77,10 +78,8 @@ impl GpuNetwork {
         let measure_slots = slots(plan.iter().map(measure_params_of));
         device.write(&measure_params, &measure_slots);
 
-        let chunk = |range: &std::ops::Range<usize>| {
-            let (row_start, entries) = matrix(&rows, range.clone());
-            let row_start = device.filled("row_start", &row_start);
-            let entries = device.filled("entries", &entries);
+        let chunk = |range: &Range<usize>| {
+            let [row_start, entries] = matrix(&device, rows.row_start, rows.columns, rows.stiffness, range);
             let bind = |pipeline, params, current: usize| {
                 let buffers = [
                     ("params", params),
@@ -199,37 +198,44 @@ impl DeviceNetwork for GpuNetwork {
     }
 }
 
-/// Ranges of rows whose part of the matrix fits `max_chunk` bytes an array; whole blocks, so that a block's partial sum
-/// does not depend on the split.
-fn plan(rows: &Rows<f32>, max_chunk: u64, device: &Device) -> Result<Vec<std::ops::Range<usize>>, BackendError> {
-    let n_vertices = rows.row_start.len() - 1;
+/// Ranges of rows whose part of the matrix fits one binding; whole blocks, so that a block's partial sum does not depend on
+/// the split.
+pub(super) fn plan(row_start: &[u32], device: &Device) -> Result<Vec<Range<usize>>, BackendError> {
+    let n_rows = row_start.len() - 1;
     let bytes = |first: usize, end: usize| {
-        let entries = u64::from(rows.row_start[end] - rows.row_start[first]) * size_of::<Entry>() as u64;
+        let entries = u64::from(row_start[end] - row_start[first]) * size_of::<Entry>() as u64;
         entries.max(4 * (end - first + 1) as u64)
     };
-    let mut plan: Vec<std::ops::Range<usize>> = Vec::new();
-    for first in (0..n_vertices).step_by(BLOCK) {
-        let end = (first + BLOCK).min(n_vertices);
-        device.fits(bytes(first, end), max_chunk)?;
+    let mut plan: Vec<Range<usize>> = Vec::new();
+    for first in (0..n_rows).step_by(BLOCK) {
+        let end = (first + BLOCK).min(n_rows);
+        device.fits(bytes(first, end), device.max_chunk)?;
         match plan.last_mut() {
-            Some(chunk) if bytes(chunk.start, end) <= max_chunk => chunk.end = end,
+            Some(chunk) if bytes(chunk.start, end) <= device.max_chunk => chunk.end = end,
             _ => plan.push(first..end),
         }
     }
     Ok(plan)
 }
 
-/// A chunk's part of the matrix, row starts counted from its first entry.
-fn matrix(rows: &Rows<f32>, range: std::ops::Range<usize>) -> (Vec<u32>, Vec<Entry>) {
-    let starts = &rows.row_start[range.start..=range.end];
+/// A chunk's part of a matrix on the device: row starts counted from its first entry, and the entries.
+pub(super) fn matrix(
+    device: &Device,
+    row_start: &[u32],
+    columns: &[u32],
+    values: &[f32],
+    range: &Range<usize>,
+) -> [Buffer; 2] {
+    let starts = &row_start[range.start..=range.end];
     let (first, end) = (starts[0], starts[range.len()]);
     let of_chunk = first as usize..end as usize;
-    let springs = rows.columns[of_chunk.clone()].iter().zip(&rows.stiffness[of_chunk]);
-    let entries = springs.map(|(&column, &stiffness)| Entry { column, stiffness }).collect();
-    (starts.iter().map(|start| start - first).collect(), entries)
+    let springs = columns[of_chunk.clone()].iter().zip(&values[of_chunk]);
+    let entries: Vec<Entry> = springs.map(|(&column, &stiffness)| Entry { column, stiffness }).collect();
+    let starts: Vec<u32> = starts.iter().map(|start| start - first).collect();
+    [device.filled("row_start", &starts), device.filled("entries", &entries)]
 }
 
-fn measure_params_of(range: &std::ops::Range<usize>) -> convergence::Params {
+fn measure_params_of(range: &Range<usize>) -> convergence::Params {
     convergence::Params { first_row: range.start as u32, n_rows: range.len() as u32 }
 }
 

@@ -1,0 +1,57 @@
+// The end of a multigrid cycle: e_new = start + P (relaxation (e - start) + momentum (start - previous)), and per workgroup of
+// 256 vertices the largest squared change e_new - start, in shortest edges. One invocation per vertex. Needs
+// constraint.wgsl before it.
+
+struct Params {
+    n_vertices: u32,
+    relaxation: f32,
+    momentum: f32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+// The correction before the cycle, and one cycle earlier [n_vertices].
+@group(0) @binding(1) var<storage, read> start: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> previous: array<vec4<f32>>;
+// One over each vertex's shortest edge [n_vertices].
+@group(0) @binding(4) var<storage, read> inverse_length: array<f32>;
+// On entry what the cycle made of `start`, on exit the new correction [n_vertices]; w = 0.
+@group(0) @binding(5) var<storage, read_write> e: array<vec4<f32>>;
+// Per block of 256 vertices [ceil(n_vertices / 256)].
+@group(0) @binding(6) var<storage, read_write> partials: array<f32>;
+
+const BLOCK = 256u;
+
+// Bits of numbers >= 0, which rank as the numbers do, with NaN above infinity: WGSL's max would drop a NaN.
+var<workgroup> largest: array<u32, BLOCK>;
+
+@compute @workgroup_size(BLOCK)
+fn accelerate(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let block = group.y * groups.x + group.x;
+    let row = block * BLOCK + lane;
+    var change = 0.0;
+    if (row < params.n_vertices) {
+        let origin = start[row].xyz;
+        let update = params.relaxation * (e[row].xyz - origin) + params.momentum * (origin - previous[row].xyz);
+        let new_e = origin + project(row, update);
+        e[row] = vec4<f32>(new_e, 0.0);
+        let d = (new_e - origin) * inverse_length[row];
+        change = d.x * d.x + d.y * d.y + d.z * d.z;
+    }
+    largest[lane] = bitcast<u32>(change) & 0x7fffffffu;
+    workgroupBarrier();
+    for (var half = BLOCK / 2u; half > 0u; half /= 2u) {
+        if (lane < half) {
+            largest[lane] = max(largest[lane], largest[lane + half]);
+        }
+        workgroupBarrier();
+    }
+    // The last row of workgroups may be longer than needed.
+    if (lane == 0u && block * BLOCK < params.n_vertices) {
+        partials[block] = bitcast<f32>(largest[0]);
+    }
+}

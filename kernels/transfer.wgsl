@@ -1,0 +1,44 @@
+// From one level of a hierarchy to the next, either way: gathered_i = keep gathered_i + P_i sum_j w_ij source_j.
+// One invocation per row. Needs constraint.wgsl before it, with the constraints of the level that gathers.
+
+struct Params {
+    first_row: u32,
+    n_rows: u32,
+    keep: f32,
+    padding: u32,
+}
+
+struct Weight {
+    // The source.
+    column: u32,
+    weight: f32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+// Where each row of this chunk starts in `weights` [n_rows + 1]; counted from the chunk's first entry.
+@group(0) @binding(1) var<storage, read> row_start: array<u32>;
+@group(0) @binding(2) var<storage, read> weights: array<Weight>;
+// [n_sources]; w is not used.
+@group(0) @binding(4) var<storage, read> source: array<vec4<f32>>;
+// [n_targets]; w stays.
+@group(0) @binding(5) var<storage, read_write> gathered: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn transfer(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let local = (group.y * groups.x + group.x) * 64u + lane;
+    if (local >= params.n_rows) {
+        return;
+    }
+    let row = params.first_row + local;
+    var sum = vec3<f32>(0.0);
+    let end = row_start[local + 1u];
+    for (var i = row_start[local]; i < end; i++) {
+        sum += weights[i].weight * source[weights[i].column].xyz;
+    }
+    let before = gathered[row];
+    gathered[row] = vec4<f32>(params.keep * before.xyz + project(row, sum), before.w);
+}

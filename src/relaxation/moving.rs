@@ -1,0 +1,74 @@
+//! The part of a network that moves, in an order in which neighbours stand close together.
+//!
+//! Files number vertices at random, as far as a processor's caches can tell. Here they are numbered breadth first
+//! (Cuthill and McKee 1969), which needs the graph alone.
+
+use super::Network;
+use crate::mesh::csr::Csr;
+
+/// The vertices of a network that may move and have springs, as a network of their own. Springs to the others, whose
+/// corrections are zero, become anchors: the equilibrium of corrections stays what it was.
+pub(super) struct Moving {
+    /// The network.
+    pub(super) network: Network,
+    /// For each of its vertices the one of the whole network.
+    pub(super) vertices: Vec<u32>,
+}
+
+impl Moving {
+    pub(super) fn new(whole: &Network) -> Self {
+        let vertices = breadth_first(whole);
+        let mut place = vec![u32::MAX; whole.len()];
+        vertices.iter().zip(0..).for_each(|(&vertex, row)| place[vertex as usize] = row);
+        let n_entries = vertices.iter().map(|&vertex| whole.graph.row(vertex as usize).len()).sum();
+        let mut row_start = Vec::with_capacity(vertices.len() + 1);
+        let (mut entries, mut stiffness) = (Vec::with_capacity(n_entries), Vec::with_capacity(n_entries));
+        let mut anchor = Vec::with_capacity(vertices.len());
+        row_start.push(0);
+        for &vertex in &vertices {
+            let vertex = vertex as usize;
+            let mut tied = whole.anchor[vertex];
+            for (&neighbour, &k) in whole.graph.row(vertex).iter().zip(&whole.stiffness[whole.graph.range(vertex)]) {
+                match place[neighbour as usize] {
+                    u32::MAX => tied += k,
+                    row => {
+                        entries.push(row);
+                        stiffness.push(k);
+                    }
+                }
+            }
+            row_start.push(entries.len() as u32);
+            anchor.push(tied);
+        }
+        let pick = |vertex: &u32| whole.constraint[*vertex as usize];
+        let constraint = vertices.iter().map(pick).collect();
+        let inverse_length = vertices.iter().map(|&vertex| whole.inverse_length[vertex as usize]).collect();
+        let graph = Csr { row_start, entries };
+        Self { network: Network::from_rows(graph, stiffness, anchor, constraint, inverse_length), vertices }
+    }
+
+    /// The values of the vertices that move.
+    pub(super) fn gather<T: Copy>(&self, of_whole: &[T]) -> Vec<T> {
+        self.vertices.iter().map(|&vertex| of_whole[vertex as usize]).collect()
+    }
+}
+
+/// The vertices that move, each connected part from its first vertex outwards.
+fn breadth_first(network: &Network) -> Vec<u32> {
+    let mut seen = vec![false; network.len()];
+    let mut order = Vec::with_capacity(network.len());
+    for first in 0..network.len() as u32 {
+        let mut next = order.len();
+        let mut visit = |vertex: u32, order: &mut Vec<u32>| {
+            if network.moves(vertex as usize) && !std::mem::replace(&mut seen[vertex as usize], true) {
+                order.push(vertex);
+            }
+        };
+        visit(first, &mut order);
+        while let Some(&vertex) = order.get(next) {
+            network.graph.row(vertex as usize).iter().for_each(|&neighbour| visit(neighbour, &mut order));
+            next += 1;
+        }
+    }
+    order
+}

@@ -1,0 +1,140 @@
+//! From one network to the coarser one: smoothed prolongation and the Galerkin product.
+
+use rayon::prelude::*;
+
+use super::super::Network;
+use super::aggregation::Aggregates;
+use crate::backend::{Constraint, Transfer};
+use crate::mesh::csr::Csr;
+
+/// Rows per parallel piece; fixed, so that nothing depends on threads.
+const ROWS: usize = 1024;
+
+/// Carries a coarse displacement to the fine network: each vertex takes its aggregate's, smoothed by one sweep of Jacobi's
+/// method with relaxation `4 / (3 highest)`.
+///
+/// - `highest`: largest eigenvalue of the network's scaled matrix
+///
+/// Source: Vanek, Mandel and Brezina (Computing 56, 1996), section 4.
+pub(super) fn prolongation(network: &Network, aggregates: &Aggregates, highest: f64) -> Transfer {
+    let relaxation = 4.0 / (3.0 * highest);
+    by_rows(network.len(), aggregates.count, |row, out| {
+        out.add(aggregates.of_vertex[row], 1.0 - relaxation);
+        for (&neighbour, &k) in network.graph.row(row).iter().zip(&network.stiffness[network.graph.range(row)]) {
+            out.add(aggregates.of_vertex[neighbour as usize], relaxation * k * network.inverse_total[row]);
+        }
+    })
+}
+
+/// The transpose of a prolongation.
+pub(super) fn transpose(transfer: &Transfer, n_columns: usize) -> Transfer {
+    let entries = &transfer.sources.entries;
+    let rows = 0..transfer.sources.n_rows();
+    let pairs = rows.flat_map(|row| transfer.sources.range(row).map(move |entry| (entry, row as u32)));
+    let by_column = pairs.clone().map(|(entry, row)| (entries[entry], row));
+    let sources = Csr::from_pairs(n_columns, by_column);
+    let of_entry = Csr::from_pairs(n_columns, pairs.map(|(entry, _)| (entries[entry], entry as u32)));
+    Transfer { sources, weights: of_entry.entries.iter().map(|&entry| transfer.weights[entry as usize]).collect() }
+}
+
+/// The coarse network `P^T A P`, without constraints.
+pub(super) fn galerkin(network: &Network, prolongation: &Transfer, restriction: &Transfer) -> Network {
+    let n_coarse = restriction.sources.n_rows();
+    let image = by_rows(network.len(), n_coarse, |row, out| {
+        out.add_row(prolongation, row, 1.0 / network.inverse_total[row]);
+        for (&neighbour, &k) in network.graph.row(row).iter().zip(&network.stiffness[network.graph.range(row)]) {
+            out.add_row(prolongation, neighbour as usize, -k);
+        }
+    });
+    let matrix = by_rows(n_coarse, n_coarse, |row, out| {
+        let range = restriction.sources.range(row);
+        for (&fine, &weight) in restriction.sources.row(row).iter().zip(&restriction.weights[range]) {
+            out.add_row(&image, fine as usize, weight);
+        }
+    });
+    as_springs(&matrix)
+}
+
+/// A matrix as springs and anchors: off-diagonal entries with their sign turned, and the sum of each row.
+fn as_springs(matrix: &Transfer) -> Network {
+    let n = matrix.sources.n_rows();
+    let mut anchor = Vec::with_capacity(n);
+    let mut row_start = vec![0];
+    let mut entries = Vec::with_capacity(matrix.weights.len());
+    let mut stiffness = Vec::with_capacity(matrix.weights.len());
+    for row in 0..n {
+        let mut sum = 0.0;
+        for (&column, &value) in matrix.sources.row(row).iter().zip(&matrix.weights[matrix.sources.range(row)]) {
+            sum += value;
+            if column as usize != row {
+                entries.push(column);
+                stiffness.push(-value);
+            }
+        }
+        anchor.push(sum);
+        row_start.push(entries.len() as u32);
+    }
+    let constraint = vec![Constraint::Free; n];
+    Network::from_rows(Csr { row_start, entries }, stiffness, anchor, constraint, vec![0.0; n])
+}
+
+/// A sparse row under construction.
+struct Row {
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    /// Where a column stands in `columns`, if that is where it stands `[n_columns]`.
+    place: Vec<u32>,
+}
+
+impl Row {
+    fn add(&mut self, column: u32, value: f64) {
+        let place = self.place[column as usize] as usize;
+        if self.columns.get(place) == Some(&column) {
+            self.values[place] += value;
+        } else {
+            self.place[column as usize] = self.columns.len() as u32;
+            self.columns.push(column);
+            self.values.push(value);
+        }
+    }
+
+    /// Adds a multiple of a row of a matrix.
+    fn add_row(&mut self, matrix: &Transfer, row: usize, factor: f64) {
+        for (&column, &weight) in matrix.sources.row(row).iter().zip(&matrix.weights[matrix.sources.range(row)]) {
+            self.add(column, factor * weight);
+        }
+    }
+}
+
+/// Collects sparse rows in parallel.
+fn by_rows(n_rows: usize, n_columns: usize, of_row: impl Fn(usize, &mut Row) + Sync) -> Transfer {
+    let empty = || Row { columns: Vec::new(), values: Vec::new(), place: vec![0; n_columns] };
+    let pieces: Vec<(Vec<u32>, Vec<u32>, Vec<f64>)> = (0..n_rows.div_ceil(ROWS))
+        .into_par_iter()
+        .map_init(empty, |row, piece| {
+            let (mut lengths, mut columns, mut values) = (Vec::with_capacity(ROWS), Vec::new(), Vec::new());
+            for at in piece * ROWS..n_rows.min((piece + 1) * ROWS) {
+                row.columns.clear();
+                row.values.clear();
+                of_row(at, row);
+                lengths.push(row.columns.len() as u32);
+                columns.extend_from_slice(&row.columns);
+                values.extend_from_slice(&row.values);
+            }
+            (lengths, columns, values)
+        })
+        .collect();
+    let mut row_start = Vec::with_capacity(n_rows + 1);
+    let (mut entries, mut weights) = (Vec::new(), Vec::new());
+    let mut end = 0;
+    row_start.push(end);
+    for (lengths, columns, values) in pieces {
+        for length in lengths {
+            end += length;
+            row_start.push(end);
+        }
+        entries.extend(columns);
+        weights.extend(values);
+    }
+    Transfer { sources: Csr { row_start, entries }, weights }
+}

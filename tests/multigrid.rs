@@ -1,0 +1,323 @@
+//! Multigrid cycles against direct solutions and Chebyshev sweeps, and what a cycle is worth on any mesh.
+
+mod common;
+#[path = "common/meshes.rs"]
+mod meshes;
+
+use common::aircraft::{WING_BODY, mover, settings, update};
+use common::brick::noise;
+use common::compare_by;
+use glam::DVec3;
+use idmesh::{
+    backend::{
+        Backend, Constraint, EdgeStiffness, Length, Torsion,
+        cpu::{CpuBackend, Precision},
+    },
+    mesh::edges::{TetEdges, VertexGraph},
+    relaxation::{Accuracy, Convergence, Method, Network, Relaxer, multigrid::Hierarchy},
+};
+use nalgebra::{DMatrix, DVector};
+
+const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
+const TIGHT: Accuracy = Accuracy { tolerance: 1e-11, max_sweeps: 100 };
+
+/// Springs of any kind on the brick of `n` cubes a side, its vertices moved by `place`.
+fn network(
+    n: usize,
+    (length, torsion): (Length, Torsion),
+    place: impl Fn(DVec3) -> DVec3,
+    constraint: impl Fn(DVec3) -> Constraint,
+) -> (Vec<DVec3>, Network) {
+    let mesh = meshes::brick(n);
+    let points: Vec<DVec3> = mesh.vertices.iter().map(|&at| place(at)).collect();
+    let TetEdges { edges, edge_tets, tet_edges } = TetEdges::new(points.len(), &mesh.tets);
+    let edge_vector: Vec<DVec3> = edges.iter().map(|[a, b]| points[*b as usize] - points[*a as usize]).collect();
+    let stiffness = F64
+        .edge_stiffness(&EdgeStiffness {
+            edge_vector: &edge_vector,
+            edge_tets: &edge_tets,
+            tet_edges: &tet_edges,
+            length,
+            torsion,
+        })
+        .unwrap();
+    let lengths: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
+    let constraint = mesh.vertices.iter().map(|&at| constraint(at)).collect();
+    let graph = VertexGraph::new(points.len(), &edges);
+    (mesh.vertices, Network::new(&graph, &stiffness, &lengths, constraint, vec![0.0; points.len()]))
+}
+
+fn on_boundary(at: DVec3) -> bool {
+    at.min_element() == 0.0 || at.max_element() == 1.0
+}
+
+fn hold_boundary(at: DVec3) -> Constraint {
+    if on_boundary(at) { Constraint::Held } else { Constraint::Free }
+}
+
+/// Any displacement of the held vertices.
+fn start(positions: &[DVec3], network: &Network) -> Vec<DVec3> {
+    let of_held = |at: &DVec3| DVec3::new(at.x * at.y, at.z.sin(), at.x - at.y * at.z);
+    positions
+        .iter()
+        .zip(&network.constraint)
+        .map(|(at, constraint)| if *constraint == Constraint::Held { of_held(at) } else { DVec3::ZERO })
+        .collect()
+}
+
+fn relax(network: &Network, start: &[DVec3], method: Method, accuracy: Accuracy) -> (Vec<DVec3>, Convergence) {
+    let mut displacement = start.to_vec();
+    let mut relaxer = Relaxer::new(network.clone(), &F64, method).unwrap();
+    let convergence = relaxer.relax(&mut displacement, None, &accuracy).unwrap();
+    (displacement, convergence)
+}
+
+fn projection(constraint: &Constraint, axis: usize) -> DVec3 {
+    constraint.limit(DVec3::AXES[axis])
+}
+
+/// Equilibrium by elimination, constraints and all: `P A P u + (1 - P) u = P f`.
+fn direct(network: &Network, start: &[DVec3]) -> Vec<DVec3> {
+    let n = network.len();
+    let mut matrix = DMatrix::<f64>::zeros(3 * n, 3 * n);
+    let mut right = DVector::<f64>::zeros(3 * n);
+    for row in 0..n {
+        let own = &network.constraint[row];
+        for axis in 0..3 {
+            let allowed = projection(own, axis);
+            for other in 0..3 {
+                matrix[(3 * row + axis, 3 * row + other)] += if axis == other { 1.0 } else { 0.0 } - allowed[other];
+            }
+            if *own == Constraint::Held {
+                right[3 * row + axis] = start[row][axis];
+                continue;
+            }
+            for (entry, &neighbour) in network.graph.range(row).zip(network.graph.row(row)) {
+                let k = network.stiffness[entry];
+                for other in 0..3 {
+                    matrix[(3 * row + axis, 3 * row + other)] += k * allowed[other];
+                    matrix[(3 * row + axis, 3 * neighbour as usize + other)] -= k * allowed[other];
+                }
+            }
+        }
+    }
+    let solution = matrix.lu().solve(&right).unwrap();
+    (0..n).map(|row| DVec3::new(solution[3 * row], solution[3 * row + 1], solution[3 * row + 2])).collect()
+}
+
+/// Planes at an angle, a line, and everything between them.
+fn slanted(at: DVec3) -> Constraint {
+    match (at.x == 0.0, at.y == 0.0) {
+        _ if at.x == 1.0 => Constraint::Held,
+        (true, true) => Constraint::OnLine(DVec3::Z),
+        (true, false) => Constraint::InPlane(DVec3::new(0.6, 0.8, 0.0)),
+        (false, true) => Constraint::InPlane(DVec3::new(0.0, 0.28, 0.96)),
+        _ => Constraint::Free,
+    }
+}
+
+#[test]
+fn cycles_agree_with_a_direct_solution() {
+    let warped = |at: DVec3| at * at * DVec3::new(1.0, 0.5, 2.0) + at;
+    for hold in [hold_boundary as fn(DVec3) -> Constraint, slanted] {
+        let (positions, network) = network(6, (Length::Inverse, Torsion::Product), warped, hold);
+        let start = start(&positions, &network);
+        let exact = direct(&network, &start);
+        for precision in [Precision::F64, Precision::F32] {
+            let mut relaxer = Relaxer::new(network.clone(), &CpuBackend::new(precision), Method::Multigrid).unwrap();
+            for tolerance in [1e-2, 1e-4, 1e-6, 1e-11] {
+                let mut found = start.clone();
+                let convergence = relaxer.relax(&mut found, None, &Accuracy { tolerance, ..TIGHT }).unwrap();
+                assert!(convergence.converged && convergence.error <= tolerance, "{precision:?} {convergence:?}");
+                // The estimate extrapolates a geometric series: allow it a factor of three, and the solution 1e-12.
+                compare_by(&exact, &found, |row| (3.0 * tolerance + 1e-12) / network.inverse_length[row].max(1e-3))
+                    .unwrap_or_else(|mismatch| panic!("{precision:?} {tolerance:e}: {mismatch:?}"));
+            }
+        }
+    }
+}
+
+/// Cycles to an error of 1e-6 edges, for springs of every kind on meshes that are even, graded a thousandfold, and
+/// flattened.
+#[test]
+fn a_cycle_is_worth_as_much_on_every_mesh() {
+    let even = |at: DVec3| at;
+    let graded = |at: DVec3| DVec3::new(1e-3f64.powf(1.0 - at.x), at.y, at.z) + at;
+    let flat = |at: DVec3| DVec3::new(at.x, at.y, 0.2 * at.z);
+    let places = [("even", even as fn(DVec3) -> DVec3, 12), ("graded", graded, 14), ("flat", flat, 24)];
+    for springs in
+        [(Length::Inverse, Torsion::None), (Length::InverseSquare, Torsion::None), (Length::Inverse, Torsion::Product)]
+    {
+        for (name, place, most) in places {
+            // Flat tets make the sum of 1/sin^2 some hundred times stiffer one way than the others: beyond aggregates of all
+            // neighbours.
+            if name == "flat" && springs.1 != Torsion::None {
+                continue;
+            }
+            for n in [8, 16, 24] {
+                let (positions, network) = network(n, springs, place, hold_boundary);
+                let (_, convergence) = relax(
+                    &network,
+                    &start(&positions, &network),
+                    Method::Multigrid,
+                    Accuracy { tolerance: 1e-6, ..TIGHT },
+                );
+                assert!(convergence.converged && convergence.sweeps <= most, "{springs:?} {name} {n}: {convergence:?}");
+            }
+        }
+    }
+}
+
+/// Coarse networks cost less than the finest one by far.
+#[test]
+fn a_hierarchy_is_small() {
+    let (_, network) = network(24, (Length::Inverse, Torsion::Product), |at| at, |_| Constraint::Free);
+    let hierarchy = Hierarchy::new(&network);
+    assert!(hierarchy.depth() >= 3);
+    assert!(hierarchy.complexity(&network) < 1.3, "{}", hierarchy.complexity(&network));
+}
+
+/// With other springs and back again a hierarchy is what it was: the joined vertices stay the same, all else follows.
+#[test]
+fn a_hierarchy_follows_its_springs() {
+    let plane = |at: DVec3| if at.x == 0.0 { Constraint::InPlane(DVec3::X) } else { Constraint::Free };
+    let of = |springs| network(12, springs, |at| at, plane).1;
+    let [first, second] = [of((Length::Inverse, Torsion::None)), of((Length::InverseSquare, Torsion::Product))];
+    let new = Hierarchy::new(&first);
+    let there = Hierarchy::new(&first).refreshed(&second);
+    for (a, b) in there.data(&second).iter().zip(&new.data(&first)) {
+        assert_eq!(a.network.constraint, b.network.constraint);
+        assert_ne!(a.network.stiffness, b.network.stiffness);
+    }
+    let back = there.refreshed(&first);
+    assert_eq!(back.depth(), new.depth());
+    for (a, b) in back.data(&first).iter().zip(&new.data(&first)) {
+        assert_eq!((a.network.graph, a.network.stiffness), (b.network.graph, b.network.stiffness));
+        assert_eq!((a.transfers, a.sweeps), (b.transfers, b.sweeps));
+    }
+}
+
+#[test]
+fn planes_and_lines_are_kept_exactly() {
+    let (positions, network) = network(
+        8,
+        (Length::Inverse, Torsion::Product),
+        |at| at,
+        |at| match (at.x == 0.0, at.y == 0.0) {
+            _ if at.x == 1.0 => Constraint::Held,
+            (true, true) => Constraint::OnLine(DVec3::Z),
+            (true, false) => Constraint::InPlane(DVec3::X),
+            _ => Constraint::Free,
+        },
+    );
+    let start = start(&positions, &network);
+    let (moved, convergence) = relax(&network, &start, Method::Multigrid, Accuracy::default());
+    assert!(convergence.converged);
+    for (row, (at, u)) in positions.iter().zip(&moved).enumerate() {
+        match network.constraint[row] {
+            Constraint::Held => assert_eq!(*u, start[row], "held vertices keep their bits"),
+            _ if at.x == 0.0 => {
+                assert_eq!(u.x, 0.0);
+                assert!(u.z != 0.0, "the plane's vertices do slide");
+                assert!(at.y != 0.0 || u.y == 0.0);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Nothing that may move, nothing that is tied, an anchor alone, and a vertex without springs among others.
+#[test]
+fn odd_networks_are_relaxed() {
+    let (positions, mut held) = network(4, (Length::Inverse, Torsion::None), |at| at, |_| Constraint::Held);
+    let start: Vec<DVec3> = positions.clone();
+    let (moved, convergence) = relax(&held, &start, Method::Multigrid, TIGHT);
+    assert!(convergence.converged && convergence.sweeps == 0);
+    assert_eq!(moved, start);
+    held.constraint.iter_mut().for_each(|constraint| *constraint = Constraint::Held);
+
+    let free = [Constraint::Free; 4].to_vec();
+    let edges = [[0, 1], [1, 2]];
+    let of = |anchor: [f64; 4]| {
+        Network::new(&VertexGraph::new(4, &edges), &[1.0, 1.0], &[1.0, 1.0], free.clone(), anchor.to_vec())
+    };
+    let start = [DVec3::X; 4];
+    let (moved, _) = relax(&of([0.0; 4]), &start, Method::Multigrid, TIGHT);
+    assert_eq!(moved, start, "what floats stays");
+    let (moved, convergence) = relax(&of([0.0, 2.0, 0.0, 0.0]), &start, Method::Multigrid, TIGHT);
+    assert!(convergence.converged);
+    assert!(moved[..3].iter().all(|u| u.length() < 1e-11), "an anchor pulls back to zero: {moved:?}");
+    assert_eq!(moved[3], DVec3::X);
+}
+
+/// Vertices that no spring ties to each other but to held ones only: nothing joins, and sweeps alone are exact.
+#[test]
+fn lonely_vertices_are_relaxed() {
+    let n = 101;
+    let edges: Vec<[u32; 2]> = (1..n as u32).map(|vertex| [0, vertex]).collect();
+    let stiffness: Vec<f64> = (1..n).map(|vertex| 1.5 + noise(vertex)).collect();
+    let mut constraint = vec![Constraint::Free; n];
+    constraint[0] = Constraint::Held;
+    let network = Network::new(&VertexGraph::new(n, &edges), &stiffness, &vec![1.0; n - 1], constraint, vec![0.0; n]);
+    let mut start = vec![DVec3::ZERO; n];
+    start[0] = DVec3::new(1.0, -2.0, 3.0);
+    let (moved, convergence) = relax(&network, &start, Method::Multigrid, TIGHT);
+    assert!(convergence.converged);
+    assert!(moved.iter().all(|u| u.distance(start[0]) < 1e-10));
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let (positions, network) = network(20, (Length::Inverse, Torsion::Product), |at| at + 0.3 * at * at, slanted);
+    let start = start(&positions, &network);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| relax(&network, &start, Method::Multigrid, Accuracy::default()))
+    };
+    assert_eq!(with(1), with(3));
+}
+
+/// A constraint that changes does so on all levels.
+#[test]
+fn constraints_can_be_replaced() {
+    let plane = |normal: DVec3| {
+        move |at: DVec3| {
+            if at.z == 1.0 {
+                Constraint::Held
+            } else if at.x == 0.0 {
+                Constraint::InPlane(normal)
+            } else {
+                Constraint::Free
+            }
+        }
+    };
+    let springs = (Length::Inverse, Torsion::None);
+    let (positions, first) = network(6, springs, |at| at, plane(DVec3::X));
+    let (_, second) = network(6, springs, |at| at, plane(DVec3::new(0.6, -0.8, 0.0)));
+    let start = start(&positions, &second);
+    let mut relaxer = Relaxer::new(first, &F64, Method::Multigrid).unwrap();
+    relaxer.constrain(second.constraint.clone()).unwrap();
+    let mut found = start.clone();
+    assert!(relaxer.relax(&mut found, None, &TIGHT).unwrap().converged);
+    compare_by(&direct(&second, &start), &found, |_| 1e-10).unwrap();
+}
+
+/// A whole run on a wing-body with its symmetry plane, by cycles and by sweeps.
+#[test]
+fn whole_runs_agree_with_chebyshev() {
+    let run = |method, tolerance| {
+        let mesh = WING_BODY.mesh();
+        let accuracy = Accuracy { tolerance, ..Accuracy::default() };
+        let settings = idmesh::mover::Settings { method, accuracy, ..settings(&mesh, WING_BODY.profiles("old_2")) };
+        let outcome = update(&mut mover(mesh, settings).unwrap(), WING_BODY.profiles("big_2"));
+        assert!(outcome.converged, "{method:?} {:?}", outcome.unconverged);
+        outcome
+    };
+    let exact = run(Method::Chebyshev, 1e-8);
+    let found = run(Method::Multigrid, 1e-6);
+    assert_eq!((exact.solver.method.as_str(), found.solver.method.as_str()), ("chebyshev", "multigrid"));
+    // Two relaxations.
+    assert!(found.solver.sweeps <= 24, "{:?}", found.solver);
+    let largest = exact.displacement.iter().map(|u| u.length()).fold(0.0, f64::max);
+    compare_by(&exact.displacement, &found.displacement, |_| 1e-6 * largest).unwrap();
+}

@@ -1,0 +1,144 @@
+//! Multigrid cycles on the GPU against the CPU twins: bit by bit on a software adapter, which rounds as the CPU does, to a
+//! tolerance on hardware.
+//!
+//! Needs an adapter. `IDMESH_TEST_GPU=off` skips what does, and says so.
+#![cfg(feature = "gpu")]
+
+mod common;
+
+use common::adapter::gpu;
+use common::brick::{Brick, noise, noise_vector};
+use common::{compare, compare_by};
+use glam::DVec3;
+use idmesh::backend::gpu::{Bounds, GpuBackend};
+use idmesh::backend::{Backend, BackendError, Constraint, CpuBackend, Length, Measure, Precision, Sweep, Torsion};
+use idmesh::mesh::edges::VertexGraph;
+use idmesh::relaxation::{Accuracy, Method, Network, Relaxer, multigrid::Hierarchy};
+
+const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
+const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
+
+const CYCLES: [Sweep; 4] = [
+    Sweep { relaxation: 1.1, momentum: 0.0 },
+    Sweep { relaxation: 1.2, momentum: 0.1 },
+    Sweep { relaxation: 1.15, momentum: 0.05 },
+    Sweep { relaxation: 0.9, momentum: 0.2 },
+];
+
+/// A brick with anchors, and vertices that move, slide in planes of all directions, or along lines.
+fn network(n: usize, constraint: impl Fn(usize, DVec3) -> Constraint) -> (Vec<DVec3>, Network) {
+    let mesh = Brick::new(n, 0);
+    let stiffness = F64.edge_stiffness(&mesh.stiffness_input(Length::Inverse, Torsion::Product)).unwrap();
+    let length: Vec<f64> = mesh.edge_vector.iter().map(|edge| edge.length()).collect();
+    let constraint = mesh.points.iter().enumerate().map(|(vertex, &at)| constraint(vertex, at)).collect();
+    let anchor =
+        (0..mesh.points.len()).map(|vertex| if vertex % 50 == 0 { noise(vertex).abs() } else { 0.0 }).collect();
+    let graph = VertexGraph::new(mesh.points.len(), &mesh.edges);
+    let network = Network::new(&graph, &stiffness, &length, constraint, anchor);
+    (mesh.points, network)
+}
+
+/// None held: a hierarchy is made of vertices that all move.
+fn of_all_kinds(vertex: usize, _: DVec3) -> Constraint {
+    let unit = noise_vector(vertex / 40).normalize();
+    match vertex / 40 % 4 {
+        0 => Constraint::InPlane(unit),
+        1 => Constraint::OnLine(unit),
+        _ => Constraint::Free,
+    }
+}
+
+fn run(backend: &dyn Backend, network: &Network, batches: &[&[Sweep]]) -> (Vec<DVec3>, Measure) {
+    let hierarchy = Hierarchy::new(network);
+    assert!(hierarchy.depth() >= 3);
+    let mut device = backend.upload_hierarchy(&hierarchy.data(network)).unwrap();
+    let load: Vec<DVec3> = (0..network.len()).map(|vertex| noise_vector(vertex) * 1e-3).collect();
+    device.start(&load).unwrap();
+    let measures: Vec<Measure> = batches.iter().map(|batch| device.sweep(batch).unwrap()).collect();
+    (device.correction().unwrap(), measures[measures.len() - 1])
+}
+
+/// Bits where operations are rounded one by one; elsewhere a share of the greatest correction.
+fn allowed(gpu: &GpuBackend, twin: &[DVec3]) -> f64 {
+    let greatest = twin.iter().map(|e| e.length()).fold(0.0, f64::max);
+    if gpu.is_software() { 0.0 } else { 1e-4 * greatest }
+}
+
+#[test]
+fn cycles_match_their_twins() {
+    let Some(gpu) = gpu(Bounds::default()) else { return };
+    let (_, network) = network(12, of_all_kinds);
+    for count in [1, 4] {
+        let (twin, of_twin) = run(&TWIN, &network, &[&CYCLES[..count]]);
+        assert!(twin.iter().all(|e| *e != DVec3::ZERO), "everything moved");
+        let (found, of_gpu) = run(&gpu, &network, &[&CYCLES[..count]]);
+        compare(&twin, &found, allowed(&gpu, &twin)).unwrap();
+        let tolerance = if gpu.is_software() { 0.0 } else { 1e-3 * of_twin.change };
+        assert!((of_twin.change - of_gpu.change).abs() <= tolerance, "{of_twin:?} {of_gpu:?}");
+    }
+}
+
+#[test]
+fn f32_cycles_are_near_f64() {
+    let Some(gpu) = gpu(Bounds::default()) else { return };
+    let (_, network) = network(12, of_all_kinds);
+    let (expected, _) = run(&F64, &network, &[&CYCLES]);
+    let (found, _) = run(&gpu, &network, &[&CYCLES]);
+    let greatest = expected.iter().map(|e| e.length()).fold(0.0, f64::max);
+    compare(&expected, &found, 1e-4 * greatest).unwrap();
+}
+
+#[test]
+fn neither_splitting_nor_batches_change_a_bit() {
+    let (Some(whole), Some(split)) =
+        (gpu(Bounds::default()), gpu(Bounds { matrix_bytes: Some(100 << 10), workgroups: Some(3) }))
+    else {
+        return;
+    };
+    let (_, network) = network(12, of_all_kinds);
+    let (expected, measure) = run(&whole, &network, &[&CYCLES]);
+    for (gpu, batches) in [(&split, vec![&CYCLES[..]]), (&whole, vec![&CYCLES[..1], &CYCLES[1..]])] {
+        let (found, of_found) = run(gpu, &network, &batches);
+        compare(&expected, &found, 0.0).unwrap();
+        assert_eq!(measure.change, of_found.change);
+    }
+}
+
+/// The tolerance asked for is reached in f32 too, also with constraints that were replaced.
+#[test]
+fn the_gpu_relaxes_by_cycles() {
+    let Some(gpu) = gpu(Bounds::default()) else { return };
+    let held = |at: DVec3| at.z > 0.9;
+    let with = |normal: DVec3| {
+        network(10, |_, at| match at.x < 0.1 {
+            _ if held(at) => Constraint::Held,
+            true => Constraint::InPlane(normal),
+            false => Constraint::Free,
+        })
+    };
+    let (points, first) = with(DVec3::X);
+    let (_, second) = with(DVec3::new(0.6, 0.8, 0.0));
+    let start: Vec<DVec3> =
+        points.iter().map(|&at| if held(at) { DVec3::new(at.y, at.x * at.y, 0.1) } else { DVec3::ZERO }).collect();
+    let accuracy = Accuracy { tolerance: 1e-9, ..Accuracy::default() };
+    let relax = |backend: &dyn Backend, method| {
+        let mut relaxer = Relaxer::new(first.clone(), backend, method).unwrap();
+        relaxer.constrain(second.constraint.clone()).unwrap();
+        let mut found = start.clone();
+        let convergence = relaxer.relax(&mut found, None, &accuracy).unwrap();
+        assert!(convergence.converged, "{method:?} {convergence:?}");
+        found
+    };
+    let expected = relax(&F64, Method::Chebyshev);
+    let found = relax(&gpu, Method::Multigrid);
+    let allowed = |row: usize| 10.0 * accuracy.tolerance / second.inverse_length[row].max(1e-3);
+    compare_by(&expected, &found, allowed).unwrap();
+}
+
+#[test]
+fn a_hierarchy_that_cannot_be_split_is_refused() {
+    let Some(gpu) = gpu(Bounds { matrix_bytes: Some(4 << 10), workgroups: None }) else { return };
+    let (_, network) = network(12, of_all_kinds);
+    let refused = gpu.upload_hierarchy(&Hierarchy::new(&network).data(&network));
+    assert!(matches!(refused, Err(BackendError::TooLarge { .. })), "refused");
+}
