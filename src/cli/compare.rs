@@ -138,7 +138,7 @@ fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Compa
     let mut read = Vec::new();
     for path in [a, b] {
         console.step(&format!("reading {}", path.display()));
-        read.push(formats::read(path)?.mesh.vertices);
+        read.push(formats::read_mixed(path)?.mesh.vertices);
     }
     if read[0].len() != read[1].len() {
         let message = format!(

@@ -7,6 +7,7 @@
 mod adapters;
 mod compare;
 mod console;
+mod convert;
 mod cut;
 mod failure;
 mod inverted;
@@ -58,6 +59,8 @@ enum Command {
     Quality(quality::Arguments),
     /// Cut profiles from a wing's surface.
     Cut(cut::Arguments),
+    /// Write a mesh in another format, with its families.
+    Convert(convert::Arguments),
     /// List the GPUs and say which one would be taken.
     Adapters(adapters::Arguments),
 }
@@ -111,6 +114,7 @@ pub fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments, &console),
         Command::Quality(arguments) => quality::run(&arguments, &console),
         Command::Cut(arguments) => cut::run(&arguments, &console),
+        Command::Convert(arguments) => convert::run(&arguments, &console),
         Command::Adapters(arguments) => adapters::run(&arguments, &console),
     };
     console.finish();

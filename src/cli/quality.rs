@@ -1,5 +1,6 @@
-//! `idmesh quality`: counts, beta and families of a mesh.
+//! `idmesh quality`: counts, beta and families of a mesh, which may have other cells than tets.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Serialize;
@@ -8,6 +9,7 @@ use super::console::Console;
 use super::failure::Failure;
 use super::{JsonTarget, json_target, outputs};
 use crate::formats;
+use crate::mesh::OtherCells;
 use crate::quality::{Statistics, betas};
 use crate::report::{self, Series, aligned, beta_text, histogram_svg};
 
@@ -30,6 +32,9 @@ struct Figures {
     idmesh: String,
     file: String,
     mesh: report::Mesh,
+    /// How many there are of each other shape; those of beta are the tets they split into.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    others: BTreeMap<&'static str, usize>,
     beta_min: f64,
     beta_max: f64,
     beta_mean: f64,
@@ -50,14 +55,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     outputs::check_distinct(std::slice::from_ref(&arguments.mesh), &written)?;
 
     console.step(&format!("reading {}", arguments.mesh.display()));
-    let mesh = formats::read(&arguments.mesh)?.mesh;
+    let file = formats::read_mixed(&arguments.mesh)?;
+    let (mesh, others) = (&file.mesh, &file.others);
     console.step("measuring");
-    let beta = betas(&mesh.vertices, &mesh.tets);
+    let mut beta = betas(&mesh.vertices, &mesh.tets);
+    beta.extend(betas(&mesh.vertices, &others.tets()));
     let Statistics { min, max, mean, inverted } = Statistics::new(&beta);
     let figures = Figures {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
         file: arguments.mesh.display().to_string(),
-        mesh: report::Mesh::of(&mesh),
+        mesh: report::Mesh::of(mesh),
+        others: others.counts().collect(),
         beta_min: min,
         beta_max: max,
         beta_mean: mean,
@@ -72,26 +80,37 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         outputs::write_json(target, &figures, console)?;
     }
     if arguments.json != Some(JsonTarget::StandardOutput) {
-        console.data(&text(&figures, &mesh.families))?;
+        console.data(&text(&figures, &mesh.families, others))?;
     }
     Ok(())
 }
 
 /// The figures as text, families in the order of the file.
-fn text(figures: &Figures, families: &[String]) -> String {
+fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
-    let mut text = aligned(&[
-        row("vertices", figures.mesh.vertices.to_string()),
-        row("tets", figures.mesh.tets.to_string()),
+    let mut rows = vec![row("vertices", figures.mesh.vertices.to_string()), row("tets", figures.mesh.tets.to_string())];
+    rows.extend(others.counts().map(|(name, count)| row(name, count.to_string())));
+    if others.n_cells() > 0 {
+        rows.push(row("tets they split into", others.tets().len().to_string()));
+    }
+    rows.extend([
         row("inverted", figures.inverted.to_string()),
         row("beta min", beta_text(figures.beta_min, 6)),
         row("beta max", beta_text(figures.beta_max, 6)),
         row("beta mean", beta_text(figures.beta_mean, 7)),
     ]);
+    let mut text = aligned(&rows);
     let mut rows = vec![["family", "vertices", "triangles"].map(str::to_owned).to_vec()];
-    for name in families {
+    if !others.quadrilaterals.is_empty() {
+        rows[0].push("quadrilaterals".to_owned());
+    }
+    for (index, name) in families.iter().enumerate() {
         let size = figures.mesh.families.get(name).copied().unwrap_or_default();
-        rows.push(vec![name.clone(), size.vertices.to_string(), size.triangles.to_string()]);
+        let mut row = vec![name.clone(), size.vertices.to_string(), size.triangles.to_string()];
+        if !others.quadrilaterals.is_empty() {
+            row.push(others.quadrilateral_family.iter().filter(|family| family.index() == index).count().to_string());
+        }
+        rows.push(row);
     }
     text.push('\n');
     text + &aligned(&rows)

@@ -133,7 +133,7 @@ pub enum ReadError {
         /// How many vertices there are and in which range their tags lie.
         defined: String,
     },
-    /// The file has elements other than linear tets and triangles.
+    /// The mesh has other cells and faces than tets and triangles.
     #[error(
         "{}: only meshes of linear tets and triangles can be moved, but the file has {found}", path.display()
     )]
@@ -217,20 +217,6 @@ pub enum WriteError {
         path: PathBuf,
         /// The extensions that can be written.
         known: String,
-    },
-    /// The format is written back into its source, which is of another format.
-    #[error(
-        "cannot write {}: a {format} file is written back into the {format} file that the mesh was read from, but \
-         this mesh came from {}",
-        path.display(), source_format.map_or("no file".to_string(), |format| format!("a {format} file"))
-    )]
-    NeedsSource {
-        /// The file to write.
-        path: PathBuf,
-        /// Name of its format.
-        format: &'static str,
-        /// Name of the source's format, if there is one.
-        source_format: Option<&'static str>,
     },
     /// An array does not fit the mesh.
     #[error("{found} {what} do not fit a mesh that has {expected}")]

@@ -1,17 +1,21 @@
 //! Mesh files: reading a mesh, and writing it back with its vertices moved.
 //!
 //! A file that was read is written back as its own bytes with only the coordinates replaced, so that sections this
-//! crate knows nothing of survive, and a mesh that did not move gives the very same file. Formats that are only
-//! written (VTU) are generated.
+//! crate knows nothing of survive, and a mesh that did not move gives the very same file. Written in another format, the
+//! mesh and its families go into a new file.
 //!
 //! To add a format: write its file here, add its line to [`FORMATS`].
 
+mod assembly;
 mod atomic;
+mod content;
 mod document;
 mod error;
 mod gmsh;
+mod lines;
 mod scanner;
-mod vtu;
+mod su2;
+mod vtk;
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -23,29 +27,41 @@ use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 use glam::DVec3;
 
-use crate::mesh::TetMesh;
+use crate::mesh::{OtherCells, TetMesh};
 
 pub use atomic::write_atomically;
+pub use content::{Cells, Fields};
 pub use error::{Place, ReadError, WriteError};
-pub use vtu::{Cells, write_vtu};
+pub use vtk::write_vtu;
 
+use content::Content;
 use document::Document;
 
 /// The mesh file formats, in the order in which messages list them.
 pub const FORMATS: &[Format] = &[
     Format {
-        name: "Gmsh",
+        name: gmsh::NAME,
         extensions: &["msh"],
         description: "Gmsh 4.1 or 2.2, ascii or binary; families are the surface's physical groups",
         read: Some(gmsh::read),
-        output: Output::Patched,
+        create: gmsh::create,
+        limits: gmsh::limits,
     },
     Format {
-        name: "VTU",
+        name: su2::NAME,
+        extensions: &["su2"],
+        description: "SU2 native; families are the markers",
+        read: Some(su2::read),
+        create: su2::create,
+        limits: su2::limits,
+    },
+    Format {
+        name: vtk::VTU,
         extensions: &["vtu"],
         description: "VTK unstructured grid for ParaView, with families, displacement and beta",
-        read: None,
-        output: Output::Generated(vtu::generate),
+        read: Some(vtk::read),
+        create: vtk::create,
+        limits: |_| Vec::new(),
     },
 ];
 
@@ -58,18 +74,20 @@ pub struct Format {
     /// What it holds, one line.
     pub description: &'static str,
     read: Option<Reader>,
-    output: Output,
+    create: Creator,
+    limits: fn(&Content) -> Vec<String>,
 }
 
 /// Reads the (decompressed) bytes of the file at that path; the path is for messages only.
-type Reader = fn(&Path, Vec<u8>) -> Result<(TetMesh, Document), ReadError>;
-type Generator = fn(&mut dyn Write, &[DVec3], &Cells, &Fields) -> io::Result<()>;
+type Reader = fn(&Path, Vec<u8>) -> Result<Parsed, ReadError>;
+/// Writes a new file.
+type Creator = fn(&mut dyn Write, &Content) -> io::Result<()>;
 
-enum Output {
-    /// The source file with its coordinates replaced; the source must be of the same format.
-    Patched,
-    /// Made from the mesh alone.
-    Generated(Generator),
+/// What a reader makes of a file.
+struct Parsed {
+    mesh: TetMesh,
+    others: OtherCells,
+    document: Document,
 }
 
 impl Format {
@@ -78,18 +96,13 @@ impl Format {
         self.read.is_some()
     }
 
-    /// Whether [`MeshFile::write`] needs a source of this same format, whose other contents it keeps.
-    pub fn needs_source(&self) -> bool {
-        matches!(self.output, Output::Patched)
-    }
-
-    /// The format that the path's extension selects, and whether it is gzipped.
-    fn of(path: &Path) -> Option<(&'static Format, bool)> {
+    /// The format that the path's extension selects: of several that fit, the longest.
+    fn of(path: &Path) -> Option<&'static Format> {
         let name = path.file_name()?.to_string_lossy().to_lowercase();
-        let (stem, gzipped) = name.strip_suffix(".gz").map_or((&*name, false), |stem| (stem, true));
-        let extension = stem.rsplit_once('.')?.1;
-        let format = FORMATS.iter().find(|format| format.extensions.contains(&extension))?;
-        Some((format, gzipped))
+        let stem = name.strip_suffix(".gz").unwrap_or(&name);
+        let fits = |extension: &&&str| stem.strip_suffix(**extension).is_some_and(|stem| stem.ends_with('.'));
+        let longest = |format: &Format| format.extensions.iter().filter(fits).map(|extension| extension.len()).max();
+        FORMATS.iter().filter(|format| longest(format).is_some()).max_by_key(|format| longest(format))
     }
 }
 
@@ -102,131 +115,170 @@ fn known(wanted: impl Fn(&Format) -> bool) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// Results written beside the mesh by the formats that can hold them (VTU; Gmsh files keep only the mesh).
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Fields<'a> {
-    /// New minus old position `[n_vertices]`, in the unit of the mesh.
-    pub displacement: Option<&'a [DVec3]>,
-    /// Quality `V / l_max^3` of each tet `[n_tets]`.
-    pub beta: Option<&'a [f64]>,
-}
-
 /// A mesh together with the file it came from.
 #[derive(Clone, Debug)]
 pub struct MeshFile {
-    /// The mesh. [`MeshFile::write`] takes the moved vertices separately: this stays as read.
+    /// The mesh: tets and triangles. [`MeshFile::write`] takes the moved vertices separately: this stays as read.
     pub mesh: TetMesh,
+    /// Its cells and boundary faces of other shapes; none if [`read()`] read it.
+    pub others: OtherCells,
     document: Option<Arc<Document>>,
 }
 
-/// Reads a mesh file, plain or gzipped, of the format that its extension selects.
+/// Reads a mesh of tets from a file, plain or gzipped, of the format that its extension selects.
 ///
 /// Gzip is recognised by the file's first bytes, whatever the file is called.
 ///
 /// # Errors
 ///
-/// [`ReadError`]: the extension is unknown or of a format that is only written, the file cannot be read, or its
-/// contents are broken; the message says where.
+/// - [`ReadError::Elements`]: the mesh has cells or faces other than tets and triangles.
+/// - other [`ReadError`]s: the extension is unknown, the file cannot be read, or its contents are broken; the message
+///   says where.
 pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
-    let unknown = || ReadError::UnknownFormat { path: path.into(), known: known(Format::is_readable) };
-    let (format, _) = Format::of(path).ok_or_else(unknown)?;
-    let reader = format.read.ok_or_else(|| ReadError::OnlyWritten {
-        path: path.into(),
-        format: format.name,
-        known: known(Format::is_readable),
-    })?;
-    let io = |source| ReadError::Io { path: path.into(), source };
-    let mut bytes = fs::read(path).map_err(io)?;
+    let file = read_mixed(path)?;
+    if file.others.is_empty() {
+        return Ok(file);
+    }
+    let found = file.others.counts().map(|(name, count)| format!("{count} {name}")).collect::<Vec<_>>();
+    Err(ReadError::Elements { path: path.into(), found: found.join(", ") })
+}
+
+/// Reads a mesh that may also have pyramids, prisms, hexahedra and boundary quadrilaterals; otherwise as [`read()`].
+///
+/// # Errors
+///
+/// [`ReadError`], as [`read()`].
+pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
+    reader(path)?;
+    let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
+    read_bytes(path, bytes)
+}
+
+/// As [`read_mixed`], from the file's bytes, plain or gzipped; `path` selects the format and is named in messages.
+///
+/// # Errors
+///
+/// [`ReadError`], as [`read()`].
+pub fn read_bytes(path: &Path, mut bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
+    let reader = reader(path)?;
     if bytes.starts_with(&[0x1f, 0x8b]) {
         let mut plain = Vec::new();
-        MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain).map_err(io)?;
+        let unpacked = MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain);
+        unpacked.map_err(|source| ReadError::Io { path: path.into(), source })?;
         bytes = plain;
     }
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
-    let (mesh, document) = reader(path, bytes)?;
-    Ok(MeshFile { mesh, document: Some(Arc::new(document)) })
+    let Parsed { mesh, others, document } = reader(path, bytes)?;
+    Ok(MeshFile { mesh, others, document: Some(Arc::new(document)) })
+}
+
+/// The reader of the format that the path's extension selects.
+fn reader(path: &Path) -> Result<Reader, ReadError> {
+    let unknown = || ReadError::UnknownFormat { path: path.into(), known: known(Format::is_readable) };
+    let format = Format::of(path).ok_or_else(unknown)?;
+    format.read.ok_or_else(|| ReadError::OnlyWritten {
+        path: path.into(),
+        format: format.name,
+        known: known(Format::is_readable),
+    })
 }
 
 impl MeshFile {
-    /// A mesh that came from no file. Formats that are written back into their source ([`Format::needs_source`])
-    /// cannot be written from it.
+    /// A mesh that came from no file.
     pub fn from_mesh(mesh: TetMesh) -> Self {
-        Self { mesh, document: None }
+        Self { mesh, others: OtherCells::default(), document: None }
     }
 
     /// Writes the mesh with its vertices at `vertices` `[n_vertices]` to `path`, in the format that the extension of
     /// `path` selects, gzipped if it ends in `.gz`.
     ///
-    /// A Gmsh file is the source file with only the changed coordinates replaced. The file appears complete or not at
-    /// all.
+    /// In the format of the file that was read it is that file with only the changed coordinates replaced; in another
+    /// one, a new file, which holds the mesh, its families and perhaps `fields` ([`MeshFile::losses`] says what it does
+    /// not hold). The file appears complete or not at all.
     ///
     /// # Errors
     ///
-    /// - [`WriteError::UnknownFormat`], [`WriteError::NeedsSource`]: as [`MeshFile::check_output`].
+    /// - [`WriteError::UnknownFormat`]: as [`MeshFile::check_output`].
     /// - [`WriteError::Length`]: `vertices` or a field has another length than the mesh.
     /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
     /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
-        let format = self.output_format(path)?;
+        let format = output_format(path)?;
         check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
-        match (&format.output, &self.document) {
-            (Output::Patched, Some(document)) => {
+        match self.source(format) {
+            Some(document) => {
                 check_finite(vertices)?;
                 write_file(path, |out| document.write(out, vertices))
             }
-            (Output::Generated(generate), _) => {
-                write_generated(path, *generate, vertices, &Cells::of(&self.mesh), fields)
-            }
-            (Output::Patched, None) => unreachable!("output_format demands the source"),
+            None => create_file(path, format.create, &self.content(vertices, *fields)),
         }
     }
 
-    /// Checks that [`MeshFile::write`] to `path` can work, before anything is computed: the format is known and can
-    /// be written from this source, and the folder exists and takes files.
+    /// Checks that [`MeshFile::write`] to `path` can work, before anything is computed: the format is known, and the
+    /// folder exists and takes files.
     ///
     /// # Errors
     ///
     /// - [`WriteError::UnknownFormat`]: no format has that extension.
-    /// - [`WriteError::NeedsSource`]: the format is written back into its source, and the source is of another one.
     /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or takes no new files.
     pub fn check_output(&self, path: &Path) -> Result<(), WriteError> {
-        self.output_format(path)?;
+        output_format(path)?;
         atomic::check(path).map_err(|source| WriteError::Io { path: path.into(), source })
     }
 
-    fn output_format(&self, path: &Path) -> Result<&'static Format, WriteError> {
-        let source = self.document.as_ref().map(|document| document.format);
-        let unknown = || WriteError::UnknownFormat { path: path.into(), known: known(|_| true) };
-        let (format, _) = Format::of(path).ok_or_else(unknown)?;
-        if format.needs_source() && source != Some(format.name) {
-            return Err(WriteError::NeedsSource { path: path.into(), format: format.name, source_format: source });
+    /// What a file that [`MeshFile::write`] makes at `path` will not hold or hold otherwise, in words; nothing where the
+    /// file that was read is written back.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError::UnknownFormat`]: no format has that extension.
+    pub fn losses(&self, path: &Path) -> Result<Vec<String>, WriteError> {
+        let format = output_format(path)?;
+        if self.source(format).is_some() {
+            return Ok(Vec::new());
         }
-        Ok(format)
+        let beside = self.document.iter().flat_map(|document| &document.beside);
+        let mut losses: Vec<String> = beside.map(|what| format!("{what}: not carried into the new file")).collect();
+        losses.extend((format.limits)(&self.content(&self.mesh.vertices, Fields::default())));
+        Ok(losses)
+    }
+
+    /// The file that was read, if it is of this format.
+    fn source(&self, format: &Format) -> Option<&Document> {
+        self.document.as_deref().filter(|document| document.format == format.name)
+    }
+
+    fn content<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>) -> Content<'a> {
+        Content { vertices, cells: Cells::of(&self.mesh), others: &self.others, fields }
     }
 }
 
-/// Writes a file of a generated format after checking what goes into it.
-fn write_generated(
-    path: &Path,
-    generate: Generator,
-    vertices: &[DVec3],
-    cells: &Cells,
-    fields: &Fields,
-) -> Result<(), WriteError> {
+fn output_format(path: &Path) -> Result<&'static Format, WriteError> {
+    Format::of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known(|_| true) })
+}
+
+/// Writes a new file after checking what goes into it.
+fn create_file(path: &Path, create: Creator, content: &Content) -> Result<(), WriteError> {
+    let Content { vertices, cells, others, fields } = content;
     check_finite(vertices)?;
     check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
+    check_length("quadrilateral families", others.quadrilateral_family.len(), others.quadrilaterals.len())?;
     check_vertices("tet", cells.tets, vertices.len())?;
     check_vertices("triangle", cells.triangles, vertices.len())?;
+    check_vertices("pyramid", &others.pyramids, vertices.len())?;
+    check_vertices("prism", &others.prisms, vertices.len())?;
+    check_vertices("hexahedron", &others.hexahedra, vertices.len())?;
+    check_vertices("quadrilateral", &others.quadrilaterals, vertices.len())?;
     if let Some(displacement) = fields.displacement {
         check_length("displacement", displacement.len(), vertices.len())?;
     }
     if let Some(beta) = fields.beta {
         check_length("beta", beta.len(), cells.tets.len())?;
     }
-    write_file(path, |out| generate(out, vertices, cells, fields))
+    write_file(path, |out| create(out, content))
 }
 
 fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {

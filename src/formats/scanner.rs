@@ -19,9 +19,33 @@ pub(super) enum Endian {
     Big,
 }
 
+/// Size of a binary file's coordinates: four bytes or eight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Width {
+    Single,
+    Double,
+}
+
+impl Width {
+    pub fn bytes(self) -> usize {
+        match self {
+            Width::Single => 4,
+            Width::Double => 8,
+        }
+    }
+}
+
 impl Endian {
     /// The bytes of a number in this order.
     pub fn double(self, value: f64) -> [u8; 8] {
+        match self {
+            Endian::Little => value.to_le_bytes(),
+            Endian::Big => value.to_be_bytes(),
+        }
+    }
+
+    /// The bytes of a number of half the width in this order.
+    pub fn single(self, value: f32) -> [u8; 4] {
         match self {
             Endian::Little => value.to_le_bytes(),
             Endian::Big => value.to_be_bytes(),
@@ -47,7 +71,7 @@ pub(super) fn parse_double(token: &[u8]) -> Option<f64> {
     std::str::from_utf8(token).ok()?.parse().ok()
 }
 
-fn parse_unsigned(digits: &[u8]) -> Option<u64> {
+pub(super) fn parse_unsigned(digits: &[u8]) -> Option<u64> {
     if digits.is_empty() {
         return None;
     }
@@ -72,11 +96,13 @@ pub(super) struct Scanner<'a> {
     /// Where the number read last begins.
     pub last: usize,
     pub encoding: Encoding,
+    /// Width of the coordinates in a binary file.
+    pub width: Width,
 }
 
 impl<'a> Scanner<'a> {
     pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
-        Self { bytes, path, at: 0, last: 0, encoding: Encoding::Text }
+        Self { bytes, path, at: 0, last: 0, encoding: Encoding::Text, width: Width::Double }
     }
 
     pub fn path(&self) -> &'a Path {
@@ -196,12 +222,25 @@ impl<'a> Scanner<'a> {
         }
     }
 
+    /// A C `float`, which may be NaN or infinite.
+    #[inline]
+    pub fn single(&mut self, what: &'static str) -> Result<f64, ReadError> {
+        match self.encoding {
+            Encoding::Text => self.number(what, parse_double),
+            Encoding::Binary(Endian::Little) => self.block(what).map(f32::from_le_bytes).map(f64::from),
+            Encoding::Binary(Endian::Big) => self.block(what).map(f32::from_be_bytes).map(f64::from),
+        }
+    }
+
     /// Three finite coordinates of the vertex with that tag.
     #[inline]
     pub fn coordinates(&mut self, vertex: u64) -> Result<[f64; 3], ReadError> {
         let mut position = [0.0; 3];
         for value in &mut position {
-            *value = self.double("a coordinate")?;
+            *value = match self.width {
+                Width::Single => self.single("a coordinate")?,
+                Width::Double => self.double("a coordinate")?,
+            };
             if !value.is_finite() {
                 return Err(ReadError::NotFinite { place: self.place(self.last), vertex, value: *value });
             }

@@ -7,11 +7,13 @@ pub mod csr;
 pub mod edges;
 pub mod half_edge;
 pub mod half_face;
+mod other_cells;
 mod refine;
 mod validate;
 
 use glam::DVec3;
 
+pub use other_cells::OtherCells;
 pub use refine::refine;
 pub use validate::{MeshError, Topology, validate};
 

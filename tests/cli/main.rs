@@ -2,6 +2,7 @@
 
 mod commands;
 mod fixture;
+mod formats;
 mod gpu;
 mod refusals;
 mod results;

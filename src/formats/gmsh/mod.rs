@@ -9,6 +9,7 @@
 //!
 //! Source: the Gmsh reference manual, "MSH file format" (4.1) and "MSH file format version 2 (Legacy)".
 
+mod create;
 mod elements;
 mod families;
 mod v22;
@@ -17,14 +18,19 @@ mod vertices;
 
 use std::path::Path;
 
-use super::document::Document;
+use super::Parsed;
+use super::document::{Document, Slots};
 use super::error::ReadError;
-use super::scanner::{Encoding, Endian, Scanner, shown};
-use crate::mesh::TetMesh;
+use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+
+pub(super) use create::{create, limits};
 
 use elements::Elements;
 use families::Groups;
 use vertices::Vertices;
+
+/// The format's name in [`super::FORMATS`].
+pub(super) const NAME: &str = "Gmsh";
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Version {
@@ -40,10 +46,12 @@ struct Parts {
     groups: Groups,
     vertices: Option<Vertices>,
     elements: Option<Elements>,
+    /// Names of the sections that are only kept.
+    beside: Vec<String>,
 }
 
 /// Reads a Gmsh file from its (decompressed) bytes; `path` is for messages.
-pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<(TetMesh, Document), ReadError> {
+pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
     let mut scanner = Scanner::new(path, &bytes);
     while scanner.remaining() > 0 {
@@ -57,8 +65,12 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<(TetMesh, Document), R
     let encoding = parts.encoding.unwrap_or(Encoding::Text);
     let vertices = parts.vertices.ok_or_else(|| missing("$Nodes section", "is it complete?"))?;
     let elements = parts.elements.ok_or_else(|| missing("$Elements section", "is it complete?"))?;
-    let (mesh, slots) = elements.into_mesh(path, version, &parts.groups, vertices)?;
-    Ok((mesh, Document { format: "Gmsh", bytes, encoding, slots }))
+    let Vertices { positions, slots, .. } = vertices;
+    let mut beside = elements.passed_over();
+    beside.extend(parts.beside.iter().map(|name| format!("the section ${name}")));
+    let (mesh, others) = elements.into_mesh(path, version, &parts.groups, positions)?;
+    let coordinates = Box::new(Slots { encoding, width: Width::Double, slots });
+    Ok(Parsed { mesh, others, document: Document { format: NAME, bytes, coordinates, beside } })
 }
 
 /// Reads the section whose `$Name` line was just read, up to and with its `$EndName`.
@@ -103,7 +115,12 @@ fn read_section(scanner: &mut Scanner, name: &[u8], parts: &mut Parts) -> Result
         _ if name.starts_with(b"End") => {
             return Err(scanner.malformed("a section", shown(&[b"$", name].concat())));
         }
-        _ => return scanner.skip_past(&end),
+        _ => {
+            if name != b"Comments" {
+                parts.beside.push(String::from_utf8_lossy(name).into_owned());
+            }
+            return scanner.skip_past(&end);
+        }
     }
     match scanner.token() {
         found if found == end => Ok(()),

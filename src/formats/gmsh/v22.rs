@@ -1,6 +1,6 @@
 //! The sections of version 2.2: nodes and elements that carry their tags themselves.
 
-use super::elements::{Elements, Kind};
+use super::elements::{ElementType, Elements};
 use super::vertices::{Builder, Vertices};
 use crate::formats::error::ReadError;
 use crate::formats::scanner::{Encoding, Scanner, shown};
@@ -47,9 +47,9 @@ pub(super) fn read_elements(scanner: &mut Scanner, vertices: &Vertices) -> Resul
         let kind;
         if scanner.encoding == Encoding::Text {
             element = scanner.unsigned_int("an element tag")?;
-            kind = Kind::read(scanner)?;
+            kind = ElementType::read(scanner)?;
         } else {
-            kind = Kind::read(scanner)?;
+            kind = ElementType::read(scanner)?;
             count = scanner.unsigned_int("the number of elements in a run")?;
         }
         let n_tags = scanner.unsigned_int("the number of tags")?;

@@ -2,7 +2,7 @@
 //!
 //! Text and binary files hold the same numbers in the same order.
 
-use super::elements::{Elements, Kind};
+use super::elements::{ElementType, Elements};
 use super::families::Groups;
 use super::vertices::{Builder, Vertices};
 use crate::formats::error::ReadError;
@@ -119,7 +119,7 @@ pub(super) fn read_elements(scanner: &mut Scanner, vertices: &Vertices) -> Resul
     for _ in 0..n_blocks {
         scanner.int("the dimension of an element block")?;
         let entity = scanner.int("the entity of an element block")?;
-        let kind = Kind::read(scanner)?;
+        let kind = ElementType::read(scanner)?;
         let numbers = 1 + kind.n_vertices as u64;
         let count = scanner.count("the number of elements in a block", 2 * numbers, 8 * numbers)?;
         elements.begin(kind, count);

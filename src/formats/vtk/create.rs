@@ -1,6 +1,6 @@
-//! VTU, the VTK unstructured grid of ParaView: written only.
+//! New VTU files.
 //!
-//! One file with tets and boundary triangles as cells, all arrays appended raw (little-endian, 64-bit sizes, not
+//! One file with cells and boundary faces as cells, all arrays appended raw (little-endian, 64-bit sizes, not
 //! compressed: reading it is then one copy).
 
 use std::io::{self, Write};
@@ -8,33 +8,11 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Fields, WriteError, write_generated};
-use crate::mesh::{FamilyId, TetMesh};
-
-/// VTK's numbers for the cell types.
-const VTK_TRIANGLE: u8 = 5;
-const VTK_TETRA: u8 = 10;
-
-/// Cells of a mesh: all of them, or the few worth looking at.
-#[derive(Clone, Copy, Debug)]
-pub struct Cells<'a> {
-    /// Vertices of each tet `[n_tets]`.
-    pub tets: &'a [[u32; 4]],
-    /// Vertices of each triangle `[n_triangles]`.
-    pub triangles: &'a [[u32; 3]],
-    /// Family of each triangle `[n_triangles]`.
-    pub triangle_family: &'a [FamilyId],
-    /// Names of the families.
-    pub families: &'a [String],
-}
-
-impl<'a> Cells<'a> {
-    /// All cells of a mesh.
-    pub fn of(mesh: &'a TetMesh) -> Self {
-        let TetMesh { tets, triangles, triangle_family, families, .. } = mesh;
-        Self { tets, triangles, triangle_family, families }
-    }
-}
+use super::names::list_names;
+use super::vtk_number;
+use crate::formats::content::{Cells, Content, Fields};
+use crate::formats::{WriteError, create_file};
+use crate::mesh::{FamilyId, OtherCells};
 
 /// Writes vertices `[n_vertices]` and some cells on them as a VTU file, gzipped if `path` ends in `.gz`.
 ///
@@ -51,7 +29,7 @@ impl<'a> Cells<'a> {
 /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
 /// - [`WriteError::Io`]: the file could not be written.
 pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<(), WriteError> {
-    write_generated(path, generate, vertices, cells, fields)
+    create_file(path, create, &Content { vertices, cells: *cells, others: &OtherCells::default(), fields: *fields })
 }
 
 /// An array of the appended section.
@@ -92,48 +70,61 @@ fn vectors<'a>(name: &'static str, values: &'a [DVec3]) -> Array<'a> {
     array((name, "Float64", 3), 3 * values.len(), move || values.iter().flat_map(bytes))
 }
 
-fn number(family: FamilyId) -> i32 {
+/// The number of a family in a file.
+pub(super) fn number(family: FamilyId) -> i32 {
     i32::from(family.0) + 1
 }
 
-/// Writes a VTU file whose arrays have been checked.
-pub(super) fn generate(out: &mut dyn Write, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> io::Result<()> {
-    let Cells { tets, triangles, triangle_family, families } = *cells;
-    let n_cells = tets.len() + triangles.len();
-    let mut vertex_family = vec![0; vertices.len()];
-    for (triangle, &family) in triangles.iter().zip(triangle_family) {
-        for &vertex in triangle {
+/// The family number of every cell and face in their order: 0 for cells.
+pub(super) fn families_of_cells<'a>(content: &Content<'a>) -> impl Iterator<Item = i32> + use<'a> {
+    let of_cells = std::iter::repeat_n(0, content.cells.tets.len() + content.others.n_cells());
+    of_cells.chain(content.faces().map(|(_, _, family)| number(family)))
+}
+
+/// 1 + the lowest family that touches each vertex, 0 if none does `[n_vertices]`.
+fn vertex_families(content: &Content) -> Vec<i32> {
+    let mut vertex_family = vec![0; content.vertices.len()];
+    for (_, corners, family) in content.faces() {
+        for &vertex in corners {
             let lowest = &mut vertex_family[vertex as usize];
             if *lowest == 0 || number(family) < *lowest {
                 *lowest = number(family);
             }
         }
     }
+    vertex_family
+}
+
+/// Writes a VTU file whose arrays have been checked.
+pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+    let Content { vertices, cells, fields, .. } = content;
+    let families = cells.families;
+    let n_cells = content.elements().count();
+    let vertex_family = vertex_families(content);
     let mut point_data = vec![array(("family", "Int32", 1), vertices.len(), || {
         vertex_family.iter().map(|family: &i32| family.to_le_bytes())
     })];
     point_data.extend(fields.displacement.map(|displacement| vectors("displacement", displacement)));
-    let mut cell_data = vec![array(("family", "Int32", 1), n_cells, || {
-        let of_tets = tets.iter().map(|_| 0);
-        of_tets.chain(triangle_family.iter().map(|&family| number(family))).map(i32::to_le_bytes)
-    })];
+    let mut cell_data =
+        vec![array(("family", "Int32", 1), n_cells, || families_of_cells(content).map(i32::to_le_bytes))];
     cell_data.extend(fields.beta.map(|beta| {
-        array(("beta", "Float64", 1), n_cells, || {
-            beta.iter().copied().chain(triangles.iter().map(|_| 0.0)).map(f64::to_le_bytes)
+        array(("beta", "Float64", 1), n_cells, move || {
+            beta.iter().copied().chain(std::iter::repeat_n(0.0, n_cells - beta.len())).map(f64::to_le_bytes)
         })
     }));
-    let n_corners = 4 * tets.len() + 3 * triangles.len();
+    let n_corners = content.elements().map(|(_, corners)| corners.len()).sum();
     let topology = vec![
         array(("connectivity", "Int64", 1), n_corners, || {
-            tets.iter().flatten().chain(triangles.iter().flatten()).map(|&vertex| i64::from(vertex).to_le_bytes())
+            content.elements().flat_map(|(_, corners)| corners).map(|&vertex| i64::from(vertex).to_le_bytes())
         }),
         array(("offsets", "Int64", 1), n_cells, || {
-            let of_triangles = (1..=triangles.len()).map(|count| 4 * tets.len() + 3 * count);
-            (1..=tets.len()).map(|count| 4 * count).chain(of_triangles).map(|end| (end as i64).to_le_bytes())
+            let ends = content.elements().scan(0, |end, (_, corners)| {
+                *end += corners.len() as i64;
+                Some(*end)
+            });
+            ends.map(i64::to_le_bytes)
         }),
-        array(("types", "UInt8", 1), n_cells, || {
-            tets.iter().map(|_| [VTK_TETRA]).chain(triangles.iter().map(|_| [VTK_TRIANGLE]))
-        }),
+        array(("types", "UInt8", 1), n_cells, || content.elements().map(|(shape, _)| [vtk_number(shape)])),
     ];
     let parts = [
         ("Points", vec![vectors("Points", vertices)]),
@@ -147,7 +138,8 @@ pub(super) fn generate(out: &mut dyn Write, vertices: &[DVec3], cells: &Cells, f
         out,
         "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
     )?;
-    writeln!(out, "<!-- families:{} -->", listed(families))?;
+    // A comment may not hold "--".
+    writeln!(out, "<!-- {} -->", list_names(families).replace("--", "&#45;&#45;"))?;
     writeln!(out, "<UnstructuredGrid>")?;
     writeln!(out, "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{n_cells}\">", vertices.len())?;
     let mut offset = 0;
@@ -171,18 +163,4 @@ pub(super) fn generate(out: &mut dyn Write, vertices: &[DVec3], cells: &Cells, f
         (array.write)(out)?;
     }
     writeln!(out, "\n</AppendedData>\n</VTKFile>")
-}
-
-/// The families and their numbers, fit for an XML comment: ` 1=wing, 2=far field`.
-fn listed(families: &[String]) -> String {
-    let mut list = String::new();
-    for (index, family) in families.iter().enumerate() {
-        let comma = if index == 0 { "" } else { "," };
-        list += &format!("{comma} {}={family}", index + 1);
-    }
-    // A comment may hold neither "--" nor control characters, and ends at "-->".
-    list.chars()
-        .map(|letter| if letter.is_control() { '\u{fffd}' } else { letter })
-        .collect::<String>()
-        .replace("--", "&#45;&#45;")
 }

@@ -1,0 +1,35 @@
+//! `idmesh convert`: a mesh in another format.
+
+use std::path::PathBuf;
+
+use super::console::Console;
+use super::failure::Failure;
+use super::outputs;
+use crate::formats::{self, Fields};
+
+/// Arguments of `idmesh convert`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The mesh file.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// The file to write; its extension selects the format.
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    let Arguments { input, output } = arguments;
+    outputs::check_distinct(std::slice::from_ref(input), &[output])?;
+    console.step(&format!("reading {}", input.display()));
+    let file = formats::read_mixed(input)?;
+    file.check_output(output)?;
+    for loss in file.losses(output)? {
+        console.warn(format_args!("{}: {loss}", output.display()));
+    }
+    console.step("writing");
+    file.write(output, &file.mesh.vertices, &Fields::default())?;
+    console.note(format_args!("wrote {}", output.display()));
+    Ok(())
+}

@@ -1,0 +1,247 @@
+//! The cells and faces of a file, whatever its format, as a mesh with families.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::error::{Place, ReadError};
+use crate::mesh::{FamilyId, OtherCells, TetMesh};
+use crate::quality;
+
+/// A kind of cell or face that a mesh is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    Triangle,
+    Quadrilateral,
+    Tet,
+    Pyramid,
+    Prism,
+    Hexahedron,
+}
+
+impl Shape {
+    /// How many vertices it has.
+    pub const fn n_vertices(self) -> usize {
+        match self {
+            Shape::Triangle => 3,
+            Shape::Quadrilateral | Shape::Tet => 4,
+            Shape::Pyramid => 5,
+            Shape::Prism => 6,
+            Shape::Hexahedron => 8,
+        }
+    }
+
+    /// What messages call one of them.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Shape::Triangle => "triangle",
+            Shape::Quadrilateral => "quadrilateral",
+            Shape::Tet => "tet",
+            Shape::Pyramid => "pyramid",
+            Shape::Prism => "prism",
+            Shape::Hexahedron => "hexahedron",
+        }
+    }
+
+    /// Whether it bounds the volume rather than filling it.
+    pub const fn is_face(self) -> bool {
+        matches!(self, Shape::Triangle | Shape::Quadrilateral)
+    }
+}
+
+/// What a kind of element is to idmesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A part of the mesh.
+    Mesh(Shape),
+    /// Points and lines of that name: not part of the mesh.
+    PassOver(&'static str),
+    /// Counted under that name, so that the message can say what there is.
+    Refuse(&'static str),
+}
+
+/// More vertices than this cannot be numbered.
+pub(super) const MOST_VERTICES: usize = u32::MAX as usize;
+
+/// Cells and faces while they are read.
+#[derive(Debug, Default)]
+pub(super) struct Assembly {
+    pub tets: Vec<[u32; 4]>,
+    pub triangles: Vec<[u32; 3]>,
+    /// What the file has instead of a family for each triangle `[n_triangles]`: a marker, a group, a reference.
+    pub triangle_tags: Vec<i32>,
+    /// Pyramids, prisms, hexahedra and quadrilaterals; families come with [`Assembly::finish`].
+    pub others: OtherCells,
+    /// The same as for triangles `[n_quadrilaterals]`.
+    pub quadrilateral_tags: Vec<i32>,
+    refused: BTreeMap<&'static str, usize>,
+    passed_over: BTreeMap<&'static str, usize>,
+}
+
+impl Assembly {
+    /// Makes room for `count` elements, a count that was checked against the size of the file.
+    pub fn reserve(&mut self, shape: Shape, count: usize) {
+        match shape {
+            Shape::Triangle => {
+                self.triangles.reserve(count);
+                self.triangle_tags.reserve(count);
+            }
+            Shape::Quadrilateral => {
+                self.others.quadrilaterals.reserve(count);
+                self.quadrilateral_tags.reserve(count);
+            }
+            Shape::Tet => self.tets.reserve(count),
+            Shape::Pyramid => self.others.pyramids.reserve(count),
+            Shape::Prism => self.others.prisms.reserve(count),
+            Shape::Hexahedron => self.others.hexahedra.reserve(count),
+        }
+    }
+
+    /// Adds a cell or face with the vertices that `corner` gives one after another; `tag` counts for faces.
+    #[inline]
+    pub fn push<E>(&mut self, shape: Shape, tag: i32, corner: impl FnMut() -> Result<u32, E>) -> Result<(), E> {
+        match shape {
+            Shape::Triangle => {
+                self.triangles.push(corners(corner)?);
+                self.triangle_tags.push(tag);
+            }
+            Shape::Quadrilateral => {
+                self.others.quadrilaterals.push(corners(corner)?);
+                self.quadrilateral_tags.push(tag);
+            }
+            Shape::Tet => self.tets.push(corners(corner)?),
+            Shape::Pyramid => self.others.pyramids.push(corners(corner)?),
+            Shape::Prism => self.others.prisms.push(corners(corner)?),
+            Shape::Hexahedron => self.others.hexahedra.push(corners(corner)?),
+        }
+        Ok(())
+    }
+
+    /// Counts elements that are not read.
+    pub fn refuse(&mut self, name: &'static str, count: usize) {
+        *self.refused.entry(name).or_default() += count;
+    }
+
+    /// Counts elements that do not belong to the mesh.
+    pub fn pass_over(&mut self, name: &'static str, count: usize) {
+        *self.passed_over.entry(name).or_default() += count;
+    }
+
+    /// The elements that do not belong to the mesh, in words: `12 lines`.
+    pub fn passed_over(&self) -> Vec<String> {
+        self.passed_over
+            .iter()
+            .filter(|(_, count)| **count > 0)
+            .map(|(name, count)| format!("{count} {name}"))
+            .collect()
+    }
+
+    /// Fails if the file has elements that are not read.
+    pub fn check_refused(&self, path: &Path) -> Result<(), ReadError> {
+        if self.refused.is_empty() {
+            return Ok(());
+        }
+        let found = self.refused.iter().map(|(name, count)| format!("{count} {name}")).collect::<Vec<_>>().join(", ");
+        let hint = if self.refused.contains_key("polyhedra") {
+            "split polyhedra into tets, pyramids, prisms or hexahedra"
+        } else {
+            "save it with linear elements (in Gmsh: -order 1)"
+        };
+        Err(ReadError::Unsupported { path: path.into(), found: format!("a mesh with {found}"), hint })
+    }
+
+    /// Turns the prisms round if most of their volume is negative. VTK has said of its wedge both that the base's normal
+    /// points into it and that it points out, and programs write either.
+    pub fn orient_prisms(&mut self, positions: &[DVec3]) {
+        let prisms = OtherCells { prisms: std::mem::take(&mut self.others.prisms), ..OtherCells::default() };
+        let at = |vertex: u32| positions[vertex as usize];
+        let volume: f64 = prisms.tets().into_iter().map(|tet| quality::volume(tet.map(at))).sum();
+        self.others.prisms = prisms.prisms;
+        if volume < 0.0 {
+            self.others.prisms.iter_mut().for_each(|&mut [_, ref mut b, ref mut c, _, ref mut e, ref mut f]| {
+                std::mem::swap(b, c);
+                std::mem::swap(e, f);
+            });
+        }
+    }
+
+    /// Joins the parts to a mesh. Families are the tags that have faces, ascending; `name` says what each is called,
+    /// and tags of one name are one family.
+    pub fn finish(
+        self,
+        path: &Path,
+        positions: Vec<DVec3>,
+        name: impl Fn(i32) -> String,
+    ) -> Result<(TetMesh, OtherCells), ReadError> {
+        let mut used = self.used_tags();
+        used.sort_unstable();
+        self.finish_in_order(path, positions, &used, name)
+    }
+
+    /// The tags of the faces, each once, in the order in which they come.
+    pub fn used_tags(&self) -> Vec<i32> {
+        let mut seen = HashSet::new();
+        self.triangle_tags.iter().chain(&self.quadrilateral_tags).copied().filter(|&tag| seen.insert(tag)).collect()
+    }
+
+    /// As [`Assembly::finish`], with the families in the order of `used`, which holds every tag.
+    pub fn finish_in_order(
+        self,
+        path: &Path,
+        positions: Vec<DVec3>,
+        used: &[i32],
+        name: impl Fn(i32) -> String,
+    ) -> Result<(TetMesh, OtherCells), ReadError> {
+        self.check_refused(path)?;
+        let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
+        let Self { tets, triangles, triangle_tags, mut others, quadrilateral_tags, .. } = self;
+        if tets.is_empty() && others.n_cells() == 0 {
+            return Err(missing("tets", "mesh the volume, and save it (Gmsh: put it into a physical group)"));
+        }
+        if triangles.is_empty() && others.quadrilaterals.is_empty() {
+            return Err(missing("boundary triangles", "save every boundary surface (Gmsh: in a physical group)"));
+        }
+        let limit = usize::from(u16::MAX);
+        if used.len() > limit {
+            return Err(ReadError::TooMany { path: path.into(), what: "families", count: used.len(), limit });
+        }
+        let mut families: Vec<String> = Vec::new();
+        let mut of_name = HashMap::new();
+        let mut of_tag = HashMap::new();
+        for &tag in used {
+            let family = *of_name.entry(name(tag)).or_insert_with_key(|name| {
+                families.push(name.clone());
+                FamilyId((families.len() - 1) as u16)
+            });
+            of_tag.insert(tag, family);
+        }
+        let numbered = |tags: &[i32]| tags.iter().map(|tag| of_tag[tag]).collect();
+        others.quadrilateral_family = numbered(&quadrilateral_tags);
+        let triangle_family = numbered(&triangle_tags);
+        Ok((TetMesh { vertices: positions, tets, triangles, triangle_family, families }, others))
+    }
+}
+
+#[inline]
+fn corners<const N: usize, E>(mut corner: impl FnMut() -> Result<u32, E>) -> Result<[u32; N], E> {
+    let mut corners = [0; N];
+    for vertex in &mut corners {
+        *vertex = corner()?;
+    }
+    Ok(corners)
+}
+
+/// Fails if a coordinate of the vertex of that tag is NaN or infinite.
+#[inline]
+pub(super) fn check_finite_at(position: [f64; 3], vertex: u64, place: impl FnOnce() -> Place) -> Result<(), ReadError> {
+    match position.into_iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(ReadError::NotFinite { place: place(), vertex, value }),
+        None => Ok(()),
+    }
+}
+
+/// The family name of faces that have a number only.
+pub(super) fn surface(tag: i32) -> String {
+    format!("surface {tag}")
+}

@@ -1,0 +1,139 @@
+//! New Gmsh files: version 4.1, binary, little-endian.
+
+use std::io::{self, Write};
+
+use glam::DVec3;
+
+use crate::formats::assembly::Shape;
+use crate::formats::content::{Content, clean_names, renamed};
+
+/// Gmsh's number for a type of element.
+fn number(shape: Shape) -> i32 {
+    match shape {
+        Shape::Triangle => 2,
+        Shape::Quadrilateral => 3,
+        Shape::Tet => 4,
+        Shape::Hexahedron => 5,
+        Shape::Prism => 6,
+        Shape::Pyramid => 7,
+    }
+}
+
+/// A run of elements of one type on one entity.
+struct Block<'a> {
+    dimension: i32,
+    entity: i32,
+    shape: Shape,
+    elements: Vec<&'a [u32]>,
+}
+
+/// Writes a Gmsh file whose arrays have been checked. A family is a surface entity and a physical group of its number,
+/// counted from 1; the cells are volume 1, in the group `volume`, without which Gmsh would not save them again.
+pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+    let names = clean_names(content.cells.families, fits);
+    let n_families = names.len() as u64;
+    let volume_group = names.len() as i32 + 1;
+    out.write_all(b"$MeshFormat\n4.1 1 8\n")?;
+    ints(out, &[1])?;
+    write!(out, "\n$EndMeshFormat\n$PhysicalNames\n{}\n", n_families + 1)?;
+    for (index, name) in names.iter().enumerate() {
+        writeln!(out, "2 {} \"{}\"", index + 1, name)?;
+    }
+    write!(out, "3 {volume_group} \"volume\"\n$EndPhysicalNames\n$Entities\n")?;
+
+    let [low, high] = bounds(content.vertices.iter().copied());
+    sizes(out, &[0, 0, n_families, 1])?;
+    for (index, faces) in content.faces_by_family().into_iter().enumerate() {
+        let corners = faces.into_iter().flat_map(|(_, face)| face);
+        let [low, high] = bounds(corners.map(|&vertex| content.vertices[vertex as usize]));
+        entity(out, index as i32 + 1, [low, high], index as i32 + 1, &[])?;
+    }
+    let surfaces: Vec<i32> = (1..=names.len() as i32).collect();
+    entity(out, 1, [low, high], volume_group, &surfaces)?;
+    out.write_all(b"\n$EndEntities\n$Nodes\n")?;
+
+    let n_vertices = content.vertices.len() as u64;
+    sizes(out, &[1, n_vertices, 1.min(n_vertices), n_vertices])?;
+    ints(out, &[3, 1, 0])?;
+    sizes(out, &[n_vertices])?;
+    for tag in 1..=n_vertices {
+        out.write_all(&tag.to_le_bytes())?;
+    }
+    for vertex in content.vertices {
+        doubles(out, vertex)?;
+    }
+    out.write_all(b"\n$EndNodes\n$Elements\n")?;
+
+    let blocks = blocks(content);
+    let n_elements = blocks.iter().map(|block| block.elements.len() as u64).sum();
+    sizes(out, &[blocks.len() as u64, n_elements, 1.min(n_elements), n_elements])?;
+    let mut tag = 0;
+    for Block { dimension, entity, shape, elements } in blocks {
+        ints(out, &[dimension, entity, number(shape)])?;
+        sizes(out, &[elements.len() as u64])?;
+        for corners in elements {
+            tag += 1;
+            sizes(out, &[tag])?;
+            for &vertex in corners {
+                out.write_all(&(u64::from(vertex) + 1).to_le_bytes())?;
+            }
+        }
+    }
+    out.write_all(b"\n$EndElements\n")
+}
+
+/// What a Gmsh file holds otherwise: quotes in names.
+pub(in crate::formats) fn limits(content: &Content) -> Vec<String> {
+    renamed(content.cells.families, &clean_names(content.cells.families, fits))
+}
+
+/// `$PhysicalNames` has no way to write a quote or a line's end.
+fn fits(letter: char) -> bool {
+    letter != '"' && !letter.is_control()
+}
+
+/// Faces by family and type, then cells by type.
+fn blocks<'a>(content: &Content<'a>) -> Vec<Block<'a>> {
+    let mut blocks: Vec<Block> = Vec::new();
+    for (index, faces) in content.faces_by_family().into_iter().enumerate() {
+        for shape in [Shape::Triangle, Shape::Quadrilateral] {
+            let elements = faces.iter().filter(|(of, _)| *of == shape).map(|&(_, face)| face).collect();
+            blocks.push(Block { dimension: 2, entity: index as i32 + 1, shape, elements });
+        }
+    }
+    for shape in [Shape::Tet, Shape::Pyramid, Shape::Prism, Shape::Hexahedron] {
+        let elements = content.volume_cells().filter(|&(of, _)| of == shape).map(|(_, cell)| cell).collect();
+        blocks.push(Block { dimension: 3, entity: 1, shape, elements });
+    }
+    blocks.retain(|block| !block.elements.is_empty());
+    blocks
+}
+
+/// A surface or volume: its box, its physical group and what bounds it.
+fn entity(out: &mut dyn Write, tag: i32, bounds: [DVec3; 2], group: i32, boundary: &[i32]) -> io::Result<()> {
+    ints(out, &[tag])?;
+    doubles(out, &bounds[0])?;
+    doubles(out, &bounds[1])?;
+    sizes(out, &[1])?;
+    ints(out, &[group])?;
+    sizes(out, &[boundary.len() as u64])?;
+    ints(out, boundary)
+}
+
+/// The box of some points; at the origin if there are none.
+fn bounds(mut points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    let first = points.next().unwrap_or_default();
+    points.fold([first, first], |[low, high], point| [low.min(point), high.max(point)])
+}
+
+fn ints(out: &mut dyn Write, values: &[i32]) -> io::Result<()> {
+    values.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+}
+
+fn sizes(out: &mut dyn Write, values: &[u64]) -> io::Result<()> {
+    values.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+}
+
+fn doubles(out: &mut dyn Write, values: &DVec3) -> io::Result<()> {
+    values.to_array().iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+}

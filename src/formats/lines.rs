@@ -1,0 +1,140 @@
+//! Reads a text file line by line, without its comments, and knows where things stood.
+
+use std::path::Path;
+
+use super::error::{Place, ReadError};
+use super::scanner::{next_token, parse_double, parse_unsigned, shown};
+
+/// A position in a text file's bytes.
+pub(super) struct Lines<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    /// Begins a comment that goes to the line's end.
+    comment: u8,
+    at: usize,
+}
+
+/// A line without its comment and the white space around it; its words are taken one after another.
+#[derive(Clone)]
+pub(super) struct Line<'a> {
+    pub text: &'a [u8],
+    /// Offset in the file.
+    pub start: usize,
+    at: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub fn new(path: &'a Path, bytes: &'a [u8], comment: u8) -> Self {
+        Self { path, bytes, comment, at: 0 }
+    }
+
+    /// The next line that is not blank.
+    pub fn next_line(&mut self) -> Option<Line<'a>> {
+        while self.at < self.bytes.len() {
+            let rest = &self.bytes[self.at..];
+            let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+            let start = self.at;
+            self.at += (length + 1).min(rest.len());
+            let text = &rest[..length];
+            let text = match text.iter().position(|&byte| byte == self.comment) {
+                Some(comment) => &text[..comment],
+                None => text,
+            };
+            let text = text.trim_ascii_end();
+            let blank = text.len() - text.trim_ascii_start().len();
+            if blank < text.len() {
+                return Some(Line { text: &text[blank..], start: start + blank, at: 0 });
+            }
+        }
+        None
+    }
+
+    /// The next line that is not blank, as `expected`.
+    pub fn demand(&mut self, expected: &str) -> Result<Line<'a>, ReadError> {
+        self.next_line()
+            .ok_or_else(|| ReadError::Truncated { place: self.place(self.bytes.len()), expected: expected.to_string() })
+    }
+
+    /// Goes to an offset at which a line begins.
+    pub fn go_to(&mut self, at: usize) {
+        self.at = at;
+    }
+
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// `at` in the words of a message. Counts lines, so call it for errors only.
+    pub fn place(&self, at: usize) -> Place {
+        Place::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
+    }
+
+    /// The error that something else than `expected` stands at an offset.
+    pub fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+        ReadError::Malformed { place: self.place(at), expected: expected.into(), found: found.into() }
+    }
+
+    /// `count`, which stands at that offset, as a length, if that many lines of so many bytes can still follow.
+    pub fn checked(&self, at: usize, what: &'static str, count: u64, bytes: u64) -> Result<usize, ReadError> {
+        let remaining = self.bytes.len() - self.at;
+        if count.checked_mul(bytes).is_none_or(|bytes| bytes > remaining as u64 + 1) {
+            return Err(ReadError::AbsurdCount { place: self.place(at), what, count, remaining });
+        }
+        Ok(count as usize)
+    }
+
+    /// The next word of a line as a number that counts or numbers something.
+    #[inline]
+    pub fn unsigned(&self, line: &mut Line, what: &'static str) -> Result<u64, ReadError> {
+        self.number(line, what, parse_unsigned)
+    }
+
+    /// The next word of a line as a number; NaN and infinity are numbers.
+    #[inline]
+    pub fn double(&self, line: &mut Line, what: &'static str) -> Result<f64, ReadError> {
+        self.number(line, what, parse_double)
+    }
+
+    #[inline]
+    fn number<T>(
+        &self,
+        line: &mut Line,
+        what: &'static str,
+        parse: impl Fn(&[u8]) -> Option<T>,
+    ) -> Result<T, ReadError> {
+        let (at, word) = line.word();
+        if word.is_empty() {
+            return Err(self.malformed(at, what, "the end of the line"));
+        }
+        parse(word).ok_or_else(|| self.malformed(at, what, shown(word)))
+    }
+
+    /// Fails if a line has more than `most` further words.
+    pub fn ends(&self, line: &mut Line, most: usize) -> Result<(), ReadError> {
+        for _ in 0..most {
+            line.word();
+        }
+        match line.word() {
+            (_, b"") => Ok(()),
+            (at, word) => Err(self.malformed(at, "the end of the line", shown(word))),
+        }
+    }
+}
+
+impl<'a> Line<'a> {
+    /// What stands before the first `separator` and after it.
+    pub fn split(&self, separator: u8) -> Option<(&'a [u8], Line<'a>)> {
+        let (key, rest) = self.text.split_at(self.text.iter().position(|&byte| byte == separator)?);
+        let value = rest[1..].trim_ascii_start();
+        let start = self.start + self.text.len() - value.len();
+        Some((key.trim_ascii(), Line { text: value, start, at: 0 }))
+    }
+
+    /// The next word with its offset in the file; empty at the end.
+    #[inline]
+    pub fn word(&mut self) -> (usize, &'a [u8]) {
+        let word = next_token(self.text, self.at);
+        self.at = word.end;
+        (self.start + word.start, &self.text[word])
+    }
+}

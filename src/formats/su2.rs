@@ -1,0 +1,285 @@
+//! SU2's native mesh files, `.su2`.
+//!
+//! A family is a marker. Comments, FFD boxes and whatever else stands in the file are passed over and kept, because the
+//! file is written back as it was, see [`super::document`].
+//!
+//! Source: the SU2 documentation, "Mesh File".
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::Parsed;
+use super::assembly::{Assembly, Kind, MOST_VERTICES, check_finite_at};
+use super::content::{Content, clean_names, renamed};
+use super::document::{Document, Slots, write_shortest};
+use super::error::ReadError;
+use super::lines::{Line, Lines};
+use super::scanner::{Encoding, Width, shown};
+use super::vtk::{vtk_kind, vtk_number};
+
+/// The format's name in [`super::FORMATS`].
+pub(super) const NAME: &str = "SU2";
+
+/// What the sections of the file have given so far.
+#[derive(Default)]
+struct Parts {
+    three_dimensional: bool,
+    has_cells: bool,
+    has_points: bool,
+    positions: Vec<DVec3>,
+    slots: Vec<usize>,
+    assembly: Assembly,
+    /// For each section of elements, the greatest vertex it names and where its lines begin.
+    greatest: Vec<(u64, usize)>,
+    n_markers: Option<u64>,
+    markers: Vec<String>,
+    /// The last marker has no elements yet.
+    open_marker: bool,
+    beside: Vec<String>,
+}
+
+/// Reads an SU2 file from its (decompressed) bytes; `path` is for messages.
+pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let mut parts = Parts::default();
+    let mut lines = Lines::new(path, &bytes, b'%');
+    // Lines without a keyword are fine after one that idmesh does not know.
+    let mut foreign = false;
+    while let Some(line) = lines.next_line() {
+        match line.split(b'=') {
+            Some((key, mut value)) => foreign = !read_section(&mut lines, key, &mut value, &mut parts)?,
+            None if foreign => {}
+            None => return Err(lines.malformed(line.start, "a keyword such as NPOIN=", shown(line.text))),
+        }
+    }
+    let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
+    if !parts.has_points {
+        return Err(missing("NPOIN=", "is it a complete SU2 mesh?"));
+    }
+    if !parts.has_cells {
+        return Err(missing("NELEM=", "is it a complete SU2 mesh?"));
+    }
+    if let Some(declared) = parts.n_markers.filter(|&declared| declared != parts.markers.len() as u64) {
+        let found = format!("{} of them", parts.markers.len());
+        return Err(lines.malformed(bytes.len(), format!("{declared} MARKER_TAG=, as NMARK= declares"), found));
+    }
+    check_open_marker(&lines, &parts, bytes.len())?;
+    let Parts { positions, slots, mut assembly, greatest, markers, mut beside, .. } = parts;
+    if let Some(&(_, start)) = greatest.iter().find(|&&(vertex, _)| vertex >= positions.len() as u64) {
+        return Err(unknown_vertex(path, &bytes, start, positions.len() as u64));
+    }
+    assembly.orient_prisms(&positions);
+    beside.extend(assembly.passed_over());
+    let (mesh, others) = assembly.finish(path, positions, |marker| markers[marker as usize].clone())?;
+    let coordinates = Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots });
+    Ok(Parsed { mesh, others, document: Document { format: NAME, bytes, coordinates, beside } })
+}
+
+/// Reads what a keyword announces; false if idmesh does not know it.
+fn read_section(lines: &mut Lines, key: &[u8], value: &mut Line, parts: &mut Parts) -> Result<bool, ReadError> {
+    let unsupported =
+        |lines: &Lines, found: String, hint| ReadError::Unsupported { path: lines.path().into(), found, hint };
+    let start = value.start;
+    let once = |lines: &Lines, before: bool| match before {
+        true => Err(lines.malformed(start, format!("one {}=", String::from_utf8_lossy(key)), "a second one")),
+        false => Ok(()),
+    };
+    match key {
+        b"NDIME" => match lines.unsigned(value, "the number of dimensions")? {
+            3 => parts.three_dimensional = true,
+            other => {
+                let found = format!("a mesh of {other} dimensions");
+                return Err(unsupported(lines, found, "idmesh moves meshes of 3 dimensions"));
+            }
+        },
+        b"NZONE" if lines.unsigned(value, "the number of zones")? != 1 => {
+            return Err(unsupported(lines, "a mesh of several zones".into(), "give each zone a file of its own"));
+        }
+        b"NZONE" | b"IZONE" => {}
+        b"NELEM" => {
+            once(lines, parts.has_cells)?;
+            parts.has_cells = true;
+            read_elements(lines, value, None, parts)?;
+        }
+        b"NPOIN" => {
+            once(lines, parts.has_points)?;
+            parts.has_points = true;
+            read_points(lines, value, parts)?;
+        }
+        b"NMARK" => parts.n_markers = Some(lines.unsigned(value, "the number of markers")?),
+        b"MARKER_TAG" => {
+            if value.text.is_empty() {
+                return Err(lines.malformed(value.start, "the name of a marker", "the end of the line"));
+            }
+            check_open_marker(lines, parts, value.start)?;
+            parts.markers.push(String::from_utf8_lossy(value.text).into_owned());
+            parts.open_marker = true;
+        }
+        b"MARKER_ELEMS" => {
+            if !std::mem::take(&mut parts.open_marker) {
+                return Err(lines.malformed(value.start, "MARKER_TAG= before MARKER_ELEMS=", "none"));
+            }
+            let marker = parts.markers.len() - 1;
+            read_elements(lines, value, Some(marker), parts)?;
+        }
+        // The partner of a marker between the parts of a divided mesh.
+        b"SEND_RECV" => {}
+        _ => {
+            let words = match key.starts_with(b"FFD_") {
+                true => "FFD boxes".to_string(),
+                false => format!("{}=", String::from_utf8_lossy(key)),
+            };
+            if !parts.beside.contains(&words) {
+                parts.beside.push(words);
+            }
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn check_open_marker(lines: &Lines, parts: &Parts, at: usize) -> Result<(), ReadError> {
+    match parts.markers.last().filter(|_| parts.open_marker) {
+        Some(marker) => Err(lines.malformed(at, format!("MARKER_ELEMS= of the marker {marker}"), "none")),
+        None => Ok(()),
+    }
+}
+
+/// Reads lines of `x y z`, perhaps with the vertex's index.
+fn read_points(lines: &mut Lines, value: &mut Line, parts: &mut Parts) -> Result<(), ReadError> {
+    if !parts.three_dimensional {
+        return Err(lines.malformed(value.start, "NDIME= 3 before NPOIN=", "none"));
+    }
+    let at = value.start;
+    let count = lines.unsigned(value, "the number of points")?;
+    let count = lines.checked(at, "the number of points", count, 6)?;
+    if count >= MOST_VERTICES {
+        let path = lines.path().into();
+        return Err(ReadError::TooMany { path, what: "vertices", count, limit: MOST_VERTICES });
+    }
+    parts.positions.reserve(count);
+    parts.slots.reserve(count);
+    for vertex in 0..count {
+        let mut line = lines.demand("the coordinates of a point")?;
+        parts.slots.push(line.start);
+        let mut position = [0.0; 3];
+        for coordinate in &mut position {
+            *coordinate = lines.double(&mut line, "a coordinate")?;
+        }
+        check_finite_at(position, vertex as u64, || lines.place(line.start))?;
+        parts.positions.push(position.into());
+        lines.ends(&mut line, 2)?;
+    }
+    Ok(())
+}
+
+/// Reads lines of `type vertices...`, perhaps with the element's index: cells, or the faces of a marker.
+fn read_elements(
+    lines: &mut Lines,
+    value: &mut Line,
+    marker: Option<usize>,
+    parts: &mut Parts,
+) -> Result<(), ReadError> {
+    let at = value.start;
+    let count = lines.unsigned(value, "the number of elements")?;
+    let count = lines.checked(at, "the number of elements", count, 4)?;
+    let mut greatest = 0;
+    let mut start = None;
+    for _ in 0..count {
+        let mut line = lines.demand("an element")?;
+        start.get_or_insert(line.start);
+        let number = lines.unsigned(&mut line, "the type of an element")?;
+        let shape = match vtk_kind(number) {
+            Some((Kind::Mesh(shape), _)) if shape.is_face() == marker.is_some() => shape,
+            Some((Kind::PassOver(name), Some(n_vertices))) if marker.is_some() => {
+                parts.assembly.pass_over(name, 1);
+                // A vertex that another part of a divided mesh owns has a second number.
+                lines.ends(&mut line, n_vertices + 1)?;
+                continue;
+            }
+            Some((Kind::Refuse(name), _)) => {
+                parts.assembly.refuse(name, 1);
+                continue;
+            }
+            _ => {
+                let expected = match marker {
+                    Some(_) => "a boundary element (5: triangle, 9: quadrilateral)",
+                    None => "a cell (10: tet, 12: hexahedron, 13: prism, 14: pyramid)",
+                };
+                return Err(lines.malformed(line.start, expected, format!("type {number}")));
+            }
+        };
+        let tag = marker.map_or(0, |marker| marker as i32);
+        parts.assembly.push(shape, tag, || {
+            let vertex = lines.unsigned(&mut line, "a vertex")?;
+            greatest = vertex.max(greatest);
+            Ok(vertex as u32)
+        })?;
+        lines.ends(&mut line, 1)?;
+    }
+    if let Some(start) = start {
+        parts.greatest.push((greatest, start));
+    }
+    Ok(())
+}
+
+/// The error of the first element from `start` on that names a vertex beyond the last.
+fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> ReadError {
+    let mut lines = Lines::new(path, bytes, b'%');
+    lines.go_to(start);
+    for element in 0.. {
+        let Some(mut line) = lines.next_line() else { break };
+        let Ok(Some((Kind::Mesh(shape), _))) = lines.unsigned(&mut line, "").map(vtk_kind) else { continue };
+        for _ in 0..shape.n_vertices() {
+            let Ok(vertex) = lines.unsigned(&mut line, "") else { break };
+            if vertex >= n_vertices {
+                let defined = format!("{n_vertices} points, numbered from 0");
+                let place = lines.place(line.start);
+                return ReadError::UnknownVertex { place, entity: shape.name(), element, vertex, defined };
+            }
+        }
+    }
+    lines.malformed(start, "vertices below the number of points", "a greater one")
+}
+
+/// Writes an SU2 file whose arrays have been checked.
+pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+    let element = |out: &mut dyn Write, number: u8, corners: &[u32]| {
+        write!(out, "{number}")?;
+        corners.iter().try_for_each(|vertex| write!(out, " {vertex}"))
+    };
+    write!(out, "NDIME= 3\nNELEM= {}\n", content.volume_cells().count())?;
+    for (index, (shape, corners)) in content.volume_cells().enumerate() {
+        element(out, vtk_number(shape), corners)?;
+        writeln!(out, " {index}")?;
+    }
+    writeln!(out, "NPOIN= {}", content.vertices.len())?;
+    for (index, vertex) in content.vertices.iter().enumerate() {
+        for coordinate in vertex.to_array() {
+            write_shortest(out, coordinate)?;
+            out.write_all(b" ")?;
+        }
+        writeln!(out, "{index}")?;
+    }
+    let names = clean_names(content.cells.families, clean);
+    writeln!(out, "NMARK= {}", names.len())?;
+    for (name, faces) in names.iter().zip(content.faces_by_family()) {
+        write!(out, "MARKER_TAG= {name}\nMARKER_ELEMS= {}\n", faces.len())?;
+        for (shape, corners) in faces {
+            element(out, vtk_number(shape), corners)?;
+            out.write_all(b"\n")?;
+        }
+    }
+    Ok(())
+}
+
+/// What an SU2 file holds otherwise: names with spaces.
+pub(super) fn limits(content: &Content) -> Vec<String> {
+    renamed(content.cells.families, &clean_names(content.cells.families, clean))
+}
+
+/// SU2 drops white space from a marker's name, and `%` begins a comment.
+fn clean(letter: char) -> bool {
+    !letter.is_whitespace() && !letter.is_control() && letter != '%'
+}

@@ -1,0 +1,93 @@
+//! Base64 (RFC 4648) as VTK writes it: chunks that are padded each for itself and follow one another.
+
+const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+/// The value of a letter; anything else is no base64.
+const VALUES: [u8; 256] = {
+    let mut values = [0xff; 256];
+    let mut value = 0;
+    while value < 64 {
+        values[ALPHABET[value] as usize] = value as u8;
+        value += 1;
+    }
+    values
+};
+
+/// Decodes the first `wanted` bytes of a text, and tells where the letters that hold them end. Nothing if there are
+/// fewer or other letters.
+pub(super) fn decode(text: &[u8], wanted: usize) -> Option<(Vec<u8>, usize)> {
+    if wanted > text.len() / 4 * 3 {
+        return None;
+    }
+    let mut bytes = Vec::with_capacity(wanted + 2);
+    let mut group = [0; 4];
+    let mut filled = 0;
+    let mut padding = 0;
+    for (at, &letter) in text.iter().enumerate() {
+        if bytes.len() >= wanted && filled == 0 {
+            bytes.truncate(wanted);
+            return Some((bytes, at));
+        }
+        group[filled] = match letter {
+            b'=' if filled >= 2 => {
+                padding += 1;
+                0
+            }
+            _ if letter.is_ascii_whitespace() => continue,
+            _ if VALUES[letter as usize] < 64 && padding == 0 => VALUES[letter as usize],
+            _ => return None,
+        };
+        filled += 1;
+        if filled == 4 {
+            let [a, b, c, d] = group;
+            let three = [a << 2 | b >> 4, b << 4 | c >> 2, c << 6 | d];
+            bytes.extend_from_slice(&three[..3 - padding]);
+            (filled, padding) = (0, 0);
+        }
+    }
+    if bytes.len() < wanted || filled != 0 {
+        return None;
+    }
+    bytes.truncate(wanted);
+    Some((bytes, text.len()))
+}
+
+/// Appends bytes as one chunk.
+pub(super) fn encode(bytes: &[u8], text: &mut Vec<u8>) {
+    for three in bytes.chunks(3) {
+        let [a, b, c] = [three[0], three.get(1).copied().unwrap_or(0), three.get(2).copied().unwrap_or(0)];
+        let group = [a >> 2, (a & 3) << 4 | b >> 4, (b & 15) << 2 | c >> 6, c & 63];
+        let letters = group.map(|value| ALPHABET[value as usize]);
+        text.extend_from_slice(&letters[..1 + three.len()]);
+        text.extend_from_slice(&b"=="[..3 - three.len()]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The test vectors of RFC 4648, section 10.
+    #[test]
+    fn vectors_of_the_standard() {
+        for (plain, coded) in [
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            let mut text = Vec::new();
+            encode(plain.as_bytes(), &mut text);
+            assert_eq!(text, coded.as_bytes());
+            assert_eq!(decode(coded.as_bytes(), plain.len()), Some((plain.as_bytes().to_vec(), coded.len())));
+            assert_eq!(decode(coded.as_bytes(), plain.len() + 1), None);
+        }
+        assert_eq!(decode(b"Zg==Zm8= rest", 3), Some((b"ffo".to_vec(), 8)));
+        assert_eq!(decode(b"Z\ng =\t=", 1), Some((b"f".to_vec(), 7)));
+        for broken in ["Zg=a", "Z===", "=Zg=", "Zg!=", "Zg"] {
+            assert_eq!(decode(broken.as_bytes(), 1), None, "{broken}");
+        }
+    }
+}

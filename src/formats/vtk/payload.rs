@@ -1,0 +1,145 @@
+//! The bytes of one array in a VTK XML file: a header of sizes, then the numbers, perhaps compressed, perhaps in base64.
+
+use std::io::{self, Read, Write};
+
+use flate2::Compression;
+use flate2::read::ZlibDecoder;
+use flate2::write::ZlibEncoder;
+
+use super::base64;
+use crate::formats::scanner::Endian;
+
+/// How a file writes all of its arrays that are not text.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coding {
+    pub endian: Endian,
+    /// Size of a number of the header: 4 or 8.
+    pub header: usize,
+    /// Whether the numbers are compressed with zlib, block by block.
+    pub compressed: bool,
+}
+
+/// An array taken apart.
+#[derive(Debug)]
+pub(super) struct Payload {
+    pub coding: Coding,
+    pub base64: bool,
+    /// The numbers.
+    pub data: Vec<u8>,
+    /// How many bytes of the file it takes.
+    pub length: usize,
+    /// Of a compressed array: bytes of data in a block, and in the last one if it is not full (or 0); then each block
+    /// as it stands.
+    block: usize,
+    last: usize,
+    blocks: Vec<Vec<u8>>,
+}
+
+/// Deflate makes at most this many bytes of one.
+const EXPANSION: usize = 1032;
+
+impl Coding {
+    /// Takes apart the array at the beginning of `bytes`. The error says what is wrong.
+    pub fn decode(self, bytes: &[u8], base64: bool) -> Result<Payload, String> {
+        let take = |from: usize, count: usize| -> Result<(Vec<u8>, usize), String> {
+            let rest = bytes.get(from..).unwrap_or_default();
+            let taken = if base64 {
+                base64::decode(rest, count).map(|(data, end)| (data, from + end))
+            } else {
+                rest.get(..count).map(|data| (data.to_vec(), from + count))
+            };
+            taken.ok_or_else(|| {
+                format!("an end, or no {}, before its {count} bytes", if base64 { "base64" } else { "data" })
+            })
+        };
+        let count = |sizes: &[u8], index: usize| {
+            let at = index * self.header;
+            let mut wide = [0; 8];
+            for (place, &byte) in sizes[at..at + self.header].iter().enumerate() {
+                let place = if self.endian == Endian::Big { self.header - 1 - place } else { place };
+                wide[place] = byte;
+            }
+            usize::try_from(u64::from_le_bytes(wide)).map_err(|_| "a size that no memory holds".to_string())
+        };
+        let sum = |a: usize, b: usize| a.checked_add(b).ok_or("sizes that no memory holds");
+        let (sizes, _) = take(0, self.header)?;
+        let first = count(&sizes, 0)?;
+        if !self.compressed {
+            let (mut data, length) = take(0, sum(self.header, first)?)?;
+            data.drain(..self.header);
+            return Ok(Payload { coding: self, base64, data, length, block: 0, last: 0, blocks: Vec::new() });
+        }
+        if first > bytes.len() {
+            return Err(format!("{first} blocks"));
+        }
+        let (sizes, start) = take(0, (3 + first) * self.header)?;
+        let (block, last) = (count(&sizes, 1)?, count(&sizes, 2)?);
+        let packed = (0..first).map(|index| count(&sizes, 3 + index)).collect::<Result<Vec<_>, _>>()?;
+        let total = packed.iter().try_fold(0, |total, &size| sum(total, size))?;
+        let (packed_data, length) = take(start, total)?;
+        let mut payload = Payload { coding: self, base64, data: Vec::new(), length, block, last, blocks: Vec::new() };
+        let mut at = 0;
+        for (index, size) in packed.into_iter().enumerate() {
+            let packed = &packed_data[at..at + size];
+            at += size;
+            let plain = if index + 1 == first && last != 0 { last } else { block };
+            if plain / EXPANSION > size {
+                return Err(format!("a block of {size} bytes that should hold {plain}"));
+            }
+            let before = payload.data.len();
+            let read = ZlibDecoder::new(packed).take(plain as u64 + 1).read_to_end(&mut payload.data);
+            read.map_err(|error| format!("broken zlib data ({error})"))?;
+            if payload.data.len() - before != plain {
+                return Err(format!("a block of {} bytes that should hold {plain}", payload.data.len() - before));
+            }
+            payload.blocks.push(packed.to_vec());
+        }
+        Ok(payload)
+    }
+}
+
+impl Payload {
+    /// The array with other data of the same length, as the file writes it. Blocks that did not change stay as they are.
+    pub fn encode(&self, data: &[u8]) -> io::Result<Vec<u8>> {
+        let mut header = Vec::new();
+        let mut body = Vec::new();
+        let mut size = |value: usize| match self.coding.endian {
+            Endian::Little => header.extend_from_slice(&(value as u64).to_le_bytes()[..self.coding.header]),
+            Endian::Big => header.extend_from_slice(&(value as u64).to_be_bytes()[8 - self.coding.header..]),
+        };
+        if !self.coding.compressed {
+            size(data.len());
+            header.extend_from_slice(data);
+            return Ok(self.written(&header, &[]));
+        }
+        size(self.blocks.len());
+        size(self.block);
+        size(self.last);
+        let mut at = 0;
+        for (index, old) in self.blocks.iter().enumerate() {
+            let end = if index + 1 == self.blocks.len() { data.len() } else { at + self.block };
+            let before = body.len();
+            if data[at..end] == self.data[at..end] {
+                body.extend_from_slice(old);
+            } else {
+                let mut encoder = ZlibEncoder::new(&mut body, Compression::default());
+                encoder.write_all(&data[at..end])?;
+                encoder.finish()?;
+            }
+            size(body.len() - before);
+            at = end;
+        }
+        Ok(self.written(&header, &body))
+    }
+
+    /// The parts as they stand in the file; in base64 each is a chunk of its own.
+    fn written(&self, header: &[u8], body: &[u8]) -> Vec<u8> {
+        if !self.base64 {
+            return [header, body].concat();
+        }
+        let mut text = Vec::new();
+        base64::encode(header, &mut text);
+        base64::encode(body, &mut text);
+        text
+    }
+}

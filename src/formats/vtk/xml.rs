@@ -1,0 +1,127 @@
+//! The tags of a VTK XML file, up to its appended data, which is no XML.
+
+use std::ops::Range;
+use std::path::Path;
+
+use crate::formats::error::{Place, ReadError};
+use crate::formats::scanner::shown;
+
+/// A tag: `<Name key="value">`, `</Name>` or `<Name/>`; or a comment.
+#[derive(Clone, Debug)]
+pub(super) struct Tag<'a> {
+    /// Empty for a comment.
+    pub name: &'a str,
+    /// Begins with `/` if the tag closes; then there is nothing else.
+    pub closes: bool,
+    /// Whether the tag closes itself.
+    pub empty: bool,
+    /// Offset of `<`.
+    pub start: usize,
+    /// Offset after `>`.
+    pub end: usize,
+    /// What stands between the name and the end; a comment's text.
+    pub text: &'a str,
+}
+
+/// A position in the file.
+pub(super) struct Tags<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Tags<'a> {
+    pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self { path, bytes, at: 0 }
+    }
+
+    /// `at` in the words of a message.
+    pub fn place(&self, at: usize) -> Place {
+        Place::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
+    }
+
+    pub fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+        ReadError::Malformed { place: self.place(at), expected: expected.into(), found: found.into() }
+    }
+
+    /// The next tag or comment; declarations such as `<?xml ...?>` are passed over.
+    pub fn next_tag(&mut self) -> Result<Option<Tag<'a>>, ReadError> {
+        loop {
+            let rest = &self.bytes[self.at..];
+            let Some(open) = rest.iter().position(|&byte| byte == b'<') else {
+                self.at = self.bytes.len();
+                return Ok(None);
+            };
+            let start = self.at + open;
+            let rest = &self.bytes[start..];
+            if rest.starts_with(b"<!--") {
+                let length = find(&rest[4..], b"-->").ok_or_else(|| self.unfinished("-->"))?;
+                self.at = start + 4 + length + 3;
+                let text = self.utf8(start + 4..start + 4 + length)?;
+                return Ok(Some(Tag { name: "", closes: false, empty: true, start, end: self.at, text }));
+            }
+            // A `>` may stand in a value.
+            let mut quote = None;
+            let length = rest.iter().position(|&byte| {
+                match (quote, byte) {
+                    (None, b'>') => return true,
+                    (None, b'"' | b'\'') => quote = Some(byte),
+                    (Some(open), _) if open == byte => quote = None,
+                    _ => {}
+                }
+                false
+            });
+            let end = start + length.ok_or_else(|| self.unfinished(">"))? + 1;
+            self.at = end;
+            let inside = self.utf8(start + 1..end - 1)?;
+            if inside.starts_with(['?', '!']) {
+                continue;
+            }
+            let (closes, inside) = inside.strip_prefix('/').map_or((false, inside), |inside| (true, inside));
+            let (empty, inside) = inside.strip_suffix('/').map_or((false, inside), |inside| (true, inside));
+            let name_end = inside.find(|letter: char| letter.is_ascii_whitespace()).unwrap_or(inside.len());
+            let (name, text) = inside.split_at(name_end);
+            return Ok(Some(Tag { name, closes, empty, start, end, text }));
+        }
+    }
+
+    fn unfinished(&self, expected: &str) -> ReadError {
+        ReadError::Truncated { place: self.place(self.bytes.len()), expected: expected.into() }
+    }
+
+    fn utf8(&self, range: Range<usize>) -> Result<&'a str, ReadError> {
+        let bytes = &self.bytes[range.clone()];
+        std::str::from_utf8(bytes).map_err(|_| self.malformed(range.start, "text in a tag", shown(bytes)))
+    }
+}
+
+impl<'a> Tag<'a> {
+    /// The value of an attribute.
+    pub fn get(&self, key: &str) -> Option<&'a str> {
+        let mut rest = self.text;
+        while let Some((name, value)) = rest.split_once('=') {
+            let value = value.trim_ascii_start();
+            let quote = value.chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
+            let (value, after) = value[1..].split_once(quote)?;
+            if name.trim_ascii() == key {
+                return Some(value);
+            }
+            rest = after;
+        }
+        None
+    }
+
+    /// Where the value of an attribute stands in the file.
+    pub fn place_of(&self, key: &str) -> Option<Range<usize>> {
+        let value = self.get(key)?;
+        // The text ends before `>` or `/>`.
+        let text_start = self.end - 1 - usize::from(self.empty) - self.text.len();
+        let start = text_start + (value.as_ptr() as usize - self.text.as_ptr() as usize);
+        Some(start..start + value.len())
+    }
+}
+
+/// Where a pattern first stands.
+pub(super) fn find(bytes: &[u8], pattern: &[u8]) -> Option<usize> {
+    bytes.windows(pattern.len()).position(|window| window == pattern)
+}

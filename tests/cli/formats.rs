@@ -1,0 +1,148 @@
+//! Meshes in other formats: converted, measured, moved.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use idmesh::formats;
+use idmesh::mesh::TetMesh;
+
+use crate::fixture::*;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+const ROLES: [(&str, &str); 6] = [
+    ("wing", "wing"),
+    ("trailing_edge", "trailing-edge"),
+    ("wingtip", "wingtip"),
+    ("carenage", "carenage"),
+    ("symmetry", "plane"),
+    ("farfield", "fixed"),
+];
+
+/// What a family is called, from its number and its name in `small.msh.gz`.
+type FamilyName = fn(usize, &str) -> String;
+
+/// What `small.vtu` is converted to, and what its families are called there.
+const CONVERTED: [(&str, FamilyName); 3] =
+    [("a.msh", numbered), ("a.su2", |index, _| format!("surface_{}", index + 1)), ("a.vtu.gz", numbered)];
+
+/// A case for the mesh `small` in some format, with the moved mesh in the same format.
+fn case(mesh: &Path, output: &str, family: impl Fn(usize, &str) -> String) -> String {
+    let mut text = format!("mesh = {mesh:?}\n[profiles.\"{}\"]\n", family(0, "wing"));
+    for key in ["new", "old"] {
+        text += &format!("{key} = {:?}\n", data(&format!("profiles/{}_2.csv", key.replace("new", "planform"))));
+    }
+    for (index, (name, role)) in ROLES.iter().enumerate() {
+        text += &format!("[family.\"{}\"]\nrole = \"{role}\"\n", family(index, name));
+    }
+    text + &format!("[output]\nmesh = \"{output}\"\n")
+}
+
+/// Moves the mesh of a file, and gives its vertices before and after.
+fn moved(fixture: &Fixture, mesh: &Path, output: &str, family: impl Fn(usize, &str) -> String) -> [Vec<DVec3>; 2] {
+    fixture.write("case.toml", &case(mesh, output, family));
+    assert_good(&fixture.run());
+    let before = formats::read(mesh).unwrap().mesh;
+    let after = formats::read(&fixture.path(output)).unwrap().mesh;
+    assert_eq!((&after.tets, &after.triangles, &after.families), (&before.tets, &before.triangles, &before.families));
+    assert!(after.vertices.iter().zip(&before.vertices).filter(|(a, b)| a != b).count() > 500, "{output}");
+    [before.vertices, after.vertices]
+}
+
+fn named(_: usize, name: &str) -> String {
+    name.to_owned()
+}
+
+fn numbered(index: usize, _: &str) -> String {
+    format!("surface {}", index + 1)
+}
+
+/// The same mesh as gmsh and meshio wrote it, with the same numbers of vertices and tets, gives the same motion: but for
+/// rounding, since the order of triangles differs, and text files of gmsh hold 16 digits.
+#[test]
+fn one_motion_comes_out_of_every_program_s_files() {
+    let fixture = Fixture::new();
+    let [start, reference] = moved(&fixture, &data("small.msh.gz"), "moved.msh", named);
+    let files = [
+        moved(&fixture, &data("small.v22.msh.gz"), "moved.v22.msh", named),
+        moved(&fixture, &data("small.su2.gz"), "moved.su2", named),
+        moved(&fixture, &data("small.vtu"), "moved.vtu", numbered),
+    ];
+    for [before, after] in &files {
+        let close = |a: &[DVec3], b: &[DVec3], exact| a.iter().zip(b).all(|(a, b)| a.abs_diff_eq(*b, exact));
+        assert!(close(before, &start, 1e-14) && close(after, &reference, 1e-11));
+    }
+}
+
+/// Converted, the mesh also keeps its order, and the motion its bits.
+#[test]
+fn one_motion_comes_out_of_every_format() {
+    let fixture = Fixture::new();
+    let reference = moved(&fixture, &data("small.vtu"), "moved.vtu", numbered);
+    for (name, family) in CONVERTED {
+        assert_good(&fixture.idmesh(&["convert", data("small.vtu").to_str().unwrap(), name]));
+        assert!(moved(&fixture, &fixture.path(name), &format!("moved.{name}"), family) == reference, "{name}");
+    }
+}
+
+/// The triangles with their families, in an order of their own: files hold them family by family.
+fn faces(mesh: &TetMesh) -> Vec<(u16, [u32; 3])> {
+    let mut faces: Vec<_> = mesh.triangle_family.iter().map(|family| family.0).zip(mesh.triangles.clone()).collect();
+    faces.sort_unstable();
+    faces
+}
+
+#[test]
+fn convert_keeps_the_mesh_and_warns_of_losses() {
+    let fixture = Fixture::new();
+    let original = formats::read(&data("small.msh.gz")).unwrap().mesh;
+    let chain = ["a.su2.gz", "b.vtu", "c.msh", "d.vtu.gz", "e.su2"];
+    let mut input = data("small.msh.gz");
+    for name in chain {
+        let output = fixture.idmesh(&["convert", input.to_str().unwrap(), name]);
+        assert_good(&output);
+        assert!(stderr(&output).contains(&format!("wrote {name}")));
+        input = fixture.path(name);
+        let mesh = formats::read(&input).unwrap().mesh;
+        assert_eq!((&mesh.vertices, &mesh.tets), (&original.vertices, &original.tets), "{name}");
+        assert_eq!(mesh.families, original.families, "{name}");
+        assert_eq!(faces(&mesh), faces(&original), "{name}");
+    }
+    let mixed = data("mixed/gmsh.v41.ascii.msh");
+    let output = fixture.idmesh(&["convert", mixed.to_str().unwrap(), "mixed.su2"]);
+    assert_good(&output);
+    assert!(stderr(&output).contains("warning: mixed.su2: the family 'wing skin' is called 'wing_skin'"));
+    assert!(fixture.read("mixed.su2").contains("MARKER_TAG= wing_skin\nMARKER_ELEMS= 1\n"));
+
+    fixture.refuses_command(&["convert", "a.su2.gz", "a.stl"], 3, &["a.stl", "unknown mesh format", ".su2 (SU2)"]);
+    fixture.refuses_command(&["convert", "a.su2.gz", "./a.su2.gz"], 3, &["would overwrite the input"]);
+    fixture.refuses_command(&["convert", "a.su2.gz", "missing/a.su2"], 3, &["missing/a.su2"]);
+    fixture.refuses_command(&["convert", "nothing.su2", "x.su2"], 3, &["nothing.su2"]);
+}
+
+/// Volumes of `mixed`: a unit cube of six equal tets and others.
+#[test]
+fn mixed_meshes_are_measured_but_not_moved() {
+    let fixture = Fixture::new();
+    let mesh = data("mixed/gmsh.v41.ascii.msh");
+    let mesh = mesh.to_str().unwrap();
+    let output = fixture.idmesh(&["quality", mesh, "--json", "-"]);
+    assert_good(&output);
+    let figures: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(figures["others"]["pyramids"], 1);
+    assert_eq!(figures["others"]["quadrilaterals"], 6);
+    assert_eq!(figures["mesh"]["tets"], 1);
+    assert_eq!(figures["inverted"], 0);
+    // Six tets of the cube, volume 1/6 with its diagonal as the longest edge, are the best or near it.
+    let cube = 1.0 / 6.0 / 27f64.sqrt();
+    let (min, max) = (figures["beta_min"].as_f64().unwrap(), figures["beta_max"].as_f64().unwrap());
+    assert!(min <= cube + 1e-15 && cube <= max + 1e-15, "{min} {cube} {max}");
+    let text = stdout(&fixture.idmesh(&["quality", mesh]));
+    assert!(text.contains("hexahedra"), "{text}");
+    assert!(text.lines().any(|line| line.split_whitespace().eq(["wing", "skin", "0", "0", "1"])), "{text}");
+
+    fixture.case("mesh = \"box.msh\"", &format!("mesh = {mesh:?}"));
+    fixture.refuses(3, &["only meshes of linear tets", "1 pyramids, 1 prisms, 1 hexahedra, 6 quadrilaterals"]);
+}
