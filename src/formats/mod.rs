@@ -63,6 +63,14 @@ pub const FORMATS: &[Format] = &[
         create: vtk::create,
         limits: |_| Vec::new(),
     },
+    Format {
+        name: vtk::legacy::NAME,
+        extensions: &["vtk"],
+        description: "legacy VTK unstructured grid, ascii or binary; families as in VTU",
+        read: Some(vtk::legacy::read),
+        create: vtk::legacy::create,
+        limits: vtk::legacy::limits,
+    },
 ];
 
 /// One mesh file format: a row of [`FORMATS`]. Every format may also be gzipped (`.msh.gz`).

@@ -153,6 +153,40 @@ impl<'a> Scanner<'a> {
         rest[..length].trim_ascii()
     }
 
+    /// The next line that is not blank, also in a binary file; empty at the end of the file.
+    pub fn filled_line(&mut self) -> &'a [u8] {
+        while self.remaining() > 0 {
+            let line = self.line();
+            if !line.is_empty() {
+                return line;
+            }
+        }
+        b""
+    }
+
+    /// The next line that is not blank, without going past it.
+    pub fn peek_line(&self) -> &'a [u8] {
+        let mut ahead = Scanner { bytes: self.bytes, path: self.path, ..*self };
+        ahead.filled_line()
+    }
+
+    /// Where the next thing is read.
+    pub fn at(&self) -> usize {
+        self.at
+    }
+
+    /// The next so many bytes of a binary file.
+    pub fn take(&mut self, length: usize, what: &'static str) -> Result<&'a [u8], ReadError> {
+        match self.bytes[self.at..].get(..length) {
+            Some(bytes) => {
+                self.last = self.at;
+                self.at += length;
+                Ok(bytes)
+            }
+            None => Err(self.truncated(what)),
+        }
+    }
+
     /// The next token of text, also in a binary file; empty at the end of the file.
     pub fn token(&mut self) -> &'a [u8] {
         let token = next_token(self.bytes, self.at);
@@ -193,6 +227,16 @@ impl<'a> Scanner<'a> {
             }),
             Encoding::Binary(Endian::Little) => self.block(what).map(i32::from_le_bytes),
             Encoding::Binary(Endian::Big) => self.block(what).map(i32::from_be_bytes),
+        }
+    }
+
+    /// A whole number of eight bytes.
+    #[inline]
+    pub fn long(&mut self, what: &'static str) -> Result<i64, ReadError> {
+        match self.encoding {
+            Encoding::Text => self.number(what, |token| std::str::from_utf8(token).ok()?.parse().ok()),
+            Encoding::Binary(Endian::Little) => self.block(what).map(i64::from_le_bytes),
+            Encoding::Binary(Endian::Big) => self.block(what).map(i64::from_be_bytes),
         }
     }
 

@@ -25,8 +25,12 @@ const ROLES: [(&str, &str); 6] = [
 type FamilyName = fn(usize, &str) -> String;
 
 /// What `small.vtu` is converted to, and what its families are called there.
-const CONVERTED: [(&str, FamilyName); 3] =
-    [("a.msh", numbered), ("a.su2", |index, _| format!("surface_{}", index + 1)), ("a.vtu.gz", numbered)];
+const CONVERTED: [(&str, FamilyName); 4] = [
+    ("a.msh", numbered),
+    ("a.su2", |index, _| format!("surface_{}", index + 1)),
+    ("a.vtu.gz", numbered),
+    ("a.vtk", numbered),
+];
 
 /// A case for the mesh `small` in some format, with the moved mesh in the same format.
 fn case(mesh: &Path, output: &str, family: impl Fn(usize, &str) -> String) -> String {

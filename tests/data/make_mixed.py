@@ -86,7 +86,6 @@ def with_meshio():
     write("meshio.plain.vtu", compression=None)
     write("meshio.ascii.vtk", file_format="vtk51", binary=False)
     write("meshio.binary.vtk", file_format="vtk51")
-    write("meshio.42.vtk", file_format="vtk42")
     # meshio 5.3.5 writes no references of faces but 1: one family.
     one_family = meshio.Mesh(mesh.points, cells)
     for kind in ["", "b8.", "lb8.", "b4.", "lb4.", "b8l.", "lb8l.", "lr8."]:

@@ -36,10 +36,17 @@ const FILES: &[Golden] = &[
     golden("vtk.raw.zlib.vtu", NUMBERS),
     golden("vtk.base64.vtu", NUMBERS),
     golden("vtk.base64.zlib.vtu", NUMBERS),
+    golden("gmsh.ascii.vtk", NUMBERS),
+    golden("gmsh.binary.vtk", NUMBERS),
+    golden("meshio.ascii.vtk", NUMBERS),
+    golden("meshio.binary.vtk", NUMBERS),
+    Golden { name: "vtk.ascii.vtk", families: NUMBERS, exact: 1e-10 },
+    golden("vtk.binary.vtk", NUMBERS),
+    golden("vtk.42.binary.vtk", NUMBERS),
 ];
 
 /// Extensions of the files that meshes are converted to, and whether family names survive in them.
-const TARGETS: &[(&str, bool)] = &[("msh", true), ("su2", false), ("vtu", true)];
+const TARGETS: &[(&str, bool)] = &[("msh", true), ("su2", false), ("vtu", true), ("vtk", true)];
 
 fn mixed(name: &str) -> PathBuf {
     data("mixed").join(name)

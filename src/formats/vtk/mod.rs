@@ -1,8 +1,9 @@
-//! The files of VTK and ParaView: XML unstructured grids (`.vtu`).
+//! The files of VTK and ParaView: XML unstructured grids (`.vtu`) and legacy ones (`.vtk`).
 
 mod base64;
 mod cells;
 mod create;
+pub(super) mod legacy;
 mod names;
 mod number;
 mod payload;

@@ -35,6 +35,16 @@ impl Number {
         })
     }
 
+    /// Size in a binary file.
+    pub fn bytes(self) -> usize {
+        match self {
+            Number::I8 | Number::U8 => 1,
+            Number::I16 | Number::U16 => 2,
+            Number::I32 | Number::U32 | Number::F32 => 4,
+            Number::I64 | Number::U64 | Number::F64 => 8,
+        }
+    }
+
     /// Binary numbers as integers; none if one is no whole number or too large.
     pub fn integers(self, bytes: &[u8], endian: Endian) -> Option<Vec<i64>> {
         match self {

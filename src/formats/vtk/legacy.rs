@@ -1,0 +1,323 @@
+//! Legacy VTK files, `.vtk`: unstructured grids, text or binary (big-endian), versions up to 5.1.
+//!
+//! Families are as in VTU files; files that idmesh wrote hold their names in the title, where they fit.
+//!
+//! Source: K. Martin and others, *VTK File Formats*, "Simple Legacy Formats".
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::cells::{self, Table};
+use super::create::families_of_cells;
+use super::names::{list_names, parse_names};
+use super::number::Number;
+use super::{FAMILY_ARRAYS, vtk_number};
+use crate::formats::Parsed;
+use crate::formats::assembly::surface;
+use crate::formats::content::Content;
+use crate::formats::document::{Document, Slots};
+use crate::formats::error::ReadError;
+use crate::formats::scanner::{Encoding, Endian, Scanner, Width, shown};
+
+/// The format's name in [`super::super::FORMATS`].
+pub(in crate::formats) const NAME: &str = "VTK";
+
+/// Longest title that VTK reads.
+const TITLE: usize = 255;
+
+/// What the sections of the file have given so far.
+#[derive(Default)]
+struct Parts {
+    points: Option<(Vec<DVec3>, Slots)>,
+    offsets: Option<Vec<i64>>,
+    connectivity: Vec<i64>,
+    types: Option<Vec<i64>>,
+    /// Whether data of cells is being read, and of how many entries.
+    data: Option<(bool, usize)>,
+    /// Cell arrays that may be the families.
+    families: Vec<(String, Vec<i64>)>,
+    beside: Vec<String>,
+}
+
+/// Reads a legacy VTK file from its (decompressed) bytes; `path` is for messages.
+pub(in crate::formats) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let mut scanner = Scanner::new(path, &bytes);
+    let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
+    let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
+    if !scanner.line().starts_with(b"# vtk DataFile Version") {
+        return Err(missing("line '# vtk DataFile Version'", "is it a legacy VTK file?"));
+    }
+    let names = parse_names(&String::from_utf8_lossy(scanner.line()));
+    let encoding = match scanner.line() {
+        b"ASCII" => Encoding::Text,
+        b"BINARY" => Encoding::Binary(Endian::Big),
+        other => return Err(scanner.malformed("ASCII or BINARY", shown(other))),
+    };
+    let dataset = scanner.filled_line();
+    if !dataset.eq_ignore_ascii_case(b"DATASET UNSTRUCTURED_GRID") {
+        let found = String::from_utf8_lossy(dataset).into_owned();
+        return Err(unsupported(found, "save it as an unstructured grid"));
+    }
+    scanner.encoding = encoding;
+    let mut parts = Parts::default();
+    loop {
+        let line = scanner.filled_line();
+        if line.is_empty() {
+            break;
+        }
+        let words: Vec<&str> = std::str::from_utf8(line).unwrap_or_default().split_ascii_whitespace().collect();
+        read_section(&mut scanner, &words, line, &mut parts)?;
+    }
+    let place = scanner.at();
+    let Parts { points, offsets, connectivity, types, families, mut beside, .. } = parts;
+    let (positions, slots) = points.ok_or_else(|| missing("POINTS", "is it a complete VTK file?"))?;
+    let offsets = offsets.ok_or_else(|| missing("CELLS", "is it a complete VTK file?"))?;
+    let types = types.ok_or_else(|| missing("CELL_TYPES", "is it a complete VTK file?"))?;
+    let malformed =
+        |expected: String, found: String| ReadError::Malformed { place: scanner.place(place), expected, found };
+    let of_name = |name: &&str| families.iter().find(|(array, _)| array == name);
+    let family = FAMILY_ARRAYS.iter().find_map(|name| of_name(name)).map(|(_, values)| &values[..]);
+    let table = Table { types, offsets, connectivity };
+    let mut assembly = cells::assemble(path, &table, family, positions.len(), malformed)?;
+    assembly.orient_prisms(&positions);
+    beside.extend(assembly.passed_over());
+    let name = |tag: i32| {
+        let named = names.iter().find(|(number, _)| *number == tag);
+        named.map_or_else(|| surface(tag), |(_, name)| name.clone())
+    };
+    let (mesh, others) = assembly.finish(path, positions, name)?;
+    Ok(Parsed { mesh, others, document: Document { format: NAME, bytes, coordinates: Box::new(slots), beside } })
+}
+
+/// Reads what a line of keywords announces.
+fn read_section(scanner: &mut Scanner, words: &[&str], line: &[u8], parts: &mut Parts) -> Result<(), ReadError> {
+    let count = |scanner: &Scanner, word: Option<&&str>, what: &'static str| {
+        let word = word.copied().unwrap_or_default();
+        word.parse::<usize>().map_err(|_| scanner.malformed(what, shown(word.as_bytes())))
+    };
+    let number = |scanner: &Scanner, word: Option<&&str>| {
+        let word = word.copied().unwrap_or_default();
+        Number::named(word).ok_or_else(|| scanner.malformed("a type such as double", shown(word.as_bytes())))
+    };
+    let keyword = words.first().map(|word| word.to_ascii_uppercase()).unwrap_or_default();
+    let entries = parts.data.map_or(0, |(_, entries)| entries);
+    match keyword.as_str() {
+        "POINTS" => {
+            let n_points = count(scanner, words.get(1), "the number of points")?;
+            let number = number(scanner, words.get(2))?;
+            if parts.points.is_some() {
+                return Err(scanner.malformed("one POINTS section", "a second one"));
+            }
+            parts.points = Some(read_points(scanner, n_points, number)?);
+        }
+        "CELLS" => {
+            let first = count(scanner, words.get(1), "the number of cells")?;
+            let second = count(scanner, words.get(2), "the size of the cells")?;
+            if parts.offsets.is_some() {
+                return Err(scanner.malformed("one CELLS section", "a second one"));
+            }
+            read_cells(scanner, first, second, parts)?;
+        }
+        "CELL_TYPES" => {
+            let n_cells = count(scanner, words.get(1), "the number of cells")?;
+            parts.types = Some(integers(scanner, Number::I32, n_cells, "a cell type")?);
+        }
+        "CELL_DATA" => parts.data = Some((true, count(scanner, words.get(1), "the number of cells")?)),
+        "POINT_DATA" => parts.data = Some((false, count(scanner, words.get(1), "the number of points")?)),
+        "METADATA" => skip_metadata(scanner),
+        "SCALARS" => {
+            let number = number(scanner, words.get(2))?;
+            let components =
+                if words.len() > 3 { count(scanner, words.get(3), "the number of components")? } else { 1 };
+            if scanner.peek_line().starts_with(b"LOOKUP_TABLE") {
+                scanner.line();
+            }
+            read_array(scanner, words.get(1).copied(), number, entries, components, parts)?;
+        }
+        "VECTORS" | "NORMALS" => {
+            read_array(scanner, words.get(1).copied(), number(scanner, words.get(2))?, entries, 3, parts)?;
+        }
+        "TENSORS" => read_array(scanner, words.get(1).copied(), number(scanner, words.get(2))?, entries, 9, parts)?,
+        "TENSORS6" => read_array(scanner, words.get(1).copied(), number(scanner, words.get(2))?, entries, 6, parts)?,
+        "GLOBAL_IDS" | "PEDIGREE_IDS" => {
+            read_array(scanner, words.get(1).copied(), number(scanner, words.get(2))?, entries, 1, parts)?;
+        }
+        "TEXTURE_COORDINATES" => {
+            let components = count(scanner, words.get(2), "the number of components")?;
+            read_array(scanner, words.get(1).copied(), number(scanner, words.get(3))?, entries, components, parts)?;
+        }
+        "COLOR_SCALARS" | "LOOKUP_TABLE" => {
+            let size = count(scanner, words.get(2), "the number of values")?;
+            let (entries, components) = if keyword == "LOOKUP_TABLE" { (size, 4) } else { (entries, size) };
+            // Bytes in a binary file, numbers up to 1 in a text file.
+            let number = if scanner.encoding == Encoding::Text { Number::F32 } else { Number::U8 };
+            read_array(scanner, words.get(1).copied(), number, entries, components, parts)?;
+        }
+        "FIELD" => {
+            for _ in 0..count(scanner, words.get(2), "the number of arrays")? {
+                let mut line = scanner.filled_line();
+                while line == b"METADATA" {
+                    skip_metadata(scanner);
+                    line = scanner.filled_line();
+                }
+                if line.is_empty() {
+                    return Err(scanner.truncated("an array of a FIELD"));
+                }
+                let words: Vec<&str> = std::str::from_utf8(line).unwrap_or_default().split_ascii_whitespace().collect();
+                let components = count(scanner, words.get(1), "the number of components")?;
+                let entries = count(scanner, words.get(2), "the number of entries")?;
+                let number = number(scanner, words.get(3))?;
+                read_array(scanner, words.first().copied(), number, entries, components, parts)?;
+            }
+        }
+        _ => return Err(scanner.malformed("a section such as POINTS or CELL_DATA", shown(line))),
+    }
+    Ok(())
+}
+
+fn read_points(scanner: &mut Scanner, n_points: usize, number: Number) -> Result<(Vec<DVec3>, Slots), ReadError> {
+    scanner.width = match number {
+        Number::F32 => Width::Single,
+        Number::F64 => Width::Double,
+        _ if scanner.encoding == Encoding::Text => Width::Double,
+        _ => return Err(scanner.malformed("points of type float or double", format!("{number:?}"))),
+    };
+    let n_points = scanner.checked("the number of points", n_points as u64, 5, 3 * scanner.width.bytes() as u64)?;
+    let mut positions = Vec::with_capacity(n_points);
+    let mut slots = Vec::with_capacity(n_points);
+    for vertex in 0..n_points {
+        slots.push(scanner.next_number());
+        positions.push(scanner.coordinates(vertex as u64)?.into());
+    }
+    Ok((positions, Slots { encoding: scanner.encoding, width: scanner.width, slots }))
+}
+
+/// Reads `CELLS`: before version 5 `n_cells` runs of a count and vertices, `size` numbers together; from then on
+/// `n_cells + 1` offsets and `size` vertices as arrays of their own.
+fn read_cells(scanner: &mut Scanner, n_cells: usize, size: usize, parts: &mut Parts) -> Result<(), ReadError> {
+    if scanner.peek_line().starts_with(b"OFFSETS") {
+        let mut array = |keyword: &str, count: usize, what: &'static str| {
+            let line = String::from_utf8_lossy(scanner.filled_line()).into_owned();
+            match line.split_ascii_whitespace().collect::<Vec<_>>()[..] {
+                [found, number] if found == keyword && Number::named(number).is_some() => {
+                    integers(scanner, Number::named(number).unwrap_or(Number::I64), count, what)
+                }
+                _ => Err(scanner.malformed(format!("{keyword} and a type"), shown(line.as_bytes()))),
+            }
+        };
+        let mut offsets = array("OFFSETS", n_cells, "a cell offset")?;
+        parts.connectivity = array("CONNECTIVITY", size, "a vertex of a cell")?;
+        if !offsets.is_empty() && offsets.remove(0) != 0 {
+            return Err(scanner.malformed("cell offsets from 0 on", "another start"));
+        }
+        parts.offsets = Some(offsets);
+        return Ok(());
+    }
+    let numbers = integers(scanner, Number::I32, size, "a vertex of a cell")?;
+    let mut offsets = Vec::with_capacity(n_cells.min(size));
+    let mut rest = &numbers[..];
+    for cell in 0..n_cells {
+        let corners = rest.split_first().and_then(|(&count, rest)| rest.split_at_checked(usize::try_from(count).ok()?));
+        let Some((corners, after)) = corners else {
+            let expected = format!("{n_cells} cells in {size} numbers");
+            return Err(scanner.malformed(expected, format!("an end in cell {cell}")));
+        };
+        parts.connectivity.extend_from_slice(corners);
+        offsets.push(parts.connectivity.len() as i64);
+        rest = after;
+    }
+    scanner.same("numbers of cells", size, size - rest.len())?;
+    parts.offsets = Some(offsets);
+    Ok(())
+}
+
+/// Reads an array of data and keeps it if it may be the families.
+fn read_array(
+    scanner: &mut Scanner,
+    name: Option<&str>,
+    number: Number,
+    entries: usize,
+    components: usize,
+    parts: &mut Parts,
+) -> Result<(), ReadError> {
+    let name = name.unwrap_or_default();
+    let count = entries.checked_mul(components).unwrap_or(usize::MAX);
+    if FAMILY_ARRAYS.contains(&name) && components == 1 && parts.data.is_some_and(|(of_cells, _)| of_cells) {
+        parts.families.push((name.to_string(), integers(scanner, number, count, "the family of a cell")?));
+        return Ok(());
+    }
+    parts.beside.push(format!("the array '{name}'"));
+    if scanner.encoding == Encoding::Text {
+        scanner.checked("the number of values", count as u64, 1, 1)?;
+        for _ in 0..count {
+            if scanner.token().is_empty() {
+                return Err(scanner.truncated(format!("a value of '{name}'")));
+            }
+        }
+        return Ok(());
+    }
+    let count = scanner.checked("the number of values", count as u64, 1, number.bytes() as u64)?;
+    scanner.take(count * number.bytes(), "values of an array").map(drop)
+}
+
+/// Reads whole numbers.
+fn integers(scanner: &mut Scanner, number: Number, count: usize, what: &'static str) -> Result<Vec<i64>, ReadError> {
+    let count = scanner.checked(what, count as u64, 1, number.bytes() as u64)?;
+    if let Encoding::Binary(endian) = scanner.encoding {
+        let bytes = scanner.take(count * number.bytes(), what)?;
+        return number.integers(bytes, endian).ok_or_else(|| scanner.malformed(what, "no whole number"));
+    }
+    let mut values = Vec::with_capacity(count);
+    for _ in 0..count {
+        values.push(scanner.long(what)?);
+    }
+    Ok(values)
+}
+
+/// Goes past a block that ends with an empty line.
+fn skip_metadata(scanner: &mut Scanner) {
+    while !scanner.line().is_empty() {}
+}
+
+/// Writes a binary file of version 3.0, which every reader of VTK files understands.
+pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+    let names = list_names(content.cells.families);
+    let title = if names.len() <= TITLE { names.as_str() } else { "a mesh by idmesh" };
+    write!(out, "# vtk DataFile Version 3.0\n{title}\nBINARY\nDATASET UNSTRUCTURED_GRID\n")?;
+    writeln!(out, "POINTS {} double", content.vertices.len())?;
+    for value in content.vertices.iter().flat_map(|vertex| vertex.to_array()) {
+        out.write_all(&value.to_be_bytes())?;
+    }
+    let n_cells = content.elements().count();
+    let size: usize = content.elements().map(|(_, corners)| 1 + corners.len()).sum();
+    write!(out, "\nCELLS {n_cells} {size}\n")?;
+    for (_, corners) in content.elements() {
+        out.write_all(&(corners.len() as u32).to_be_bytes())?;
+        for &vertex in corners {
+            let vertex =
+                i32::try_from(vertex).map_err(|_| io::Error::other("legacy VTK numbers at most 2^31 vertices"))?;
+            out.write_all(&vertex.to_be_bytes())?;
+        }
+    }
+    write!(out, "\nCELL_TYPES {n_cells}\n")?;
+    for (shape, _) in content.elements() {
+        out.write_all(&u32::from(vtk_number(shape)).to_be_bytes())?;
+    }
+    write!(out, "\nCELL_DATA {n_cells}\nSCALARS family int 1\nLOOKUP_TABLE default\n")?;
+    for family in families_of_cells(content) {
+        out.write_all(&family.to_be_bytes())?;
+    }
+    out.write_all(b"\n")
+}
+
+/// What a legacy VTK file may not hold: many or long names.
+pub(in crate::formats) fn limits(content: &Content) -> Vec<String> {
+    let names = list_names(content.cells.families);
+    if names.len() <= TITLE {
+        Vec::new()
+    } else {
+        vec![format!("names of families: only their numbers are held ({names})")]
+    }
+}
