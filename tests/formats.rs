@@ -1,5 +1,7 @@
 //! Mesh files: every flavour read alike, written back unchanged, broken ones refused.
 
+#[path = "formats/aflr3.rs"]
+mod aflr3;
 #[path = "formats/broken.rs"]
 mod broken;
 #[path = "formats/mixed.rs"]

@@ -44,6 +44,8 @@ pub(super) struct Content<'a> {
     pub cells: Cells<'a>,
     pub others: &'a OtherCells,
     pub fields: Fields<'a>,
+    /// The extension that selected the format, and in some formats the variant.
+    pub extension: &'static str,
 }
 
 impl<'a> Content<'a> {

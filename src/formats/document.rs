@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -12,12 +13,24 @@ use super::scanner::{Encoding, Width, next_token, parse_double};
 pub(super) struct Document {
     /// Name of the file's format in [`super::FORMATS`].
     pub format: &'static str,
+    /// The extension that selected the format, and in some formats the variant.
+    pub extension: &'static str,
     /// The file, decompressed.
     pub bytes: Vec<u8>,
     /// Where and how its coordinates are written.
     pub coordinates: Box<dyn Coordinates>,
     /// What the file holds beside the mesh, in words: lost in a new file of another format.
     pub beside: Vec<String>,
+    /// A file that belongs to it and is not changed.
+    pub companion: Option<Companion>,
+}
+
+/// A small file beside a mesh file, that holds what the mesh file cannot.
+#[derive(Debug)]
+pub(super) struct Companion {
+    /// Its path, from that of the mesh file.
+    pub path: fn(&Path) -> PathBuf,
+    pub bytes: Vec<u8>,
 }
 
 impl Document {

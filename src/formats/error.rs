@@ -45,16 +45,6 @@ pub enum ReadError {
         /// The extensions that can be read.
         known: String,
     },
-    /// The format can be written but not read.
-    #[error("{}: {format} files are only written; meshes are read from {known}", path.display())]
-    OnlyWritten {
-        /// The mesh file.
-        path: PathBuf,
-        /// Name of its format.
-        format: &'static str,
-        /// The extensions that can be read.
-        known: String,
-    },
     /// The file holds nothing.
     #[error("{}: the file is empty", path.display())]
     Empty {

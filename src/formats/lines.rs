@@ -130,6 +130,11 @@ impl<'a> Line<'a> {
         Some((key.trim_ascii(), Line { text: value, start, at: 0 }))
     }
 
+    /// What is left of the line.
+    pub fn rest(&self) -> &'a [u8] {
+        self.text[self.at..].trim_ascii()
+    }
+
     /// The next word with its offset in the file; empty at the end.
     #[inline]
     pub fn word(&mut self) -> (usize, &'a [u8]) {

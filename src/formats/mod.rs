@@ -6,6 +6,7 @@
 //!
 //! To add a format: write its file here, add its line to [`FORMATS`].
 
+mod aflr3;
 mod assembly;
 mod atomic;
 mod content;
@@ -35,7 +36,7 @@ pub use error::{Place, ReadError, WriteError};
 pub use vtk::write_vtu;
 
 use content::Content;
-use document::Document;
+use document::{Companion, Document};
 
 /// The mesh file formats, in the order in which messages list them.
 pub const FORMATS: &[Format] = &[
@@ -43,33 +44,46 @@ pub const FORMATS: &[Format] = &[
         name: gmsh::NAME,
         extensions: &["msh"],
         description: "Gmsh 4.1 or 2.2, ascii or binary; families are the surface's physical groups",
-        read: Some(gmsh::read),
+        read: gmsh::read,
         create: gmsh::create,
         limits: gmsh::limits,
+        companion: None,
     },
     Format {
         name: su2::NAME,
         extensions: &["su2"],
         description: "SU2 native; families are the markers",
-        read: Some(su2::read),
+        read: su2::read,
         create: su2::create,
         limits: su2::limits,
+        companion: None,
     },
     Format {
         name: vtk::VTU,
         extensions: &["vtu"],
         description: "VTK unstructured grid for ParaView, with families, displacement and beta",
-        read: Some(vtk::read),
+        read: vtk::read,
         create: vtk::create,
         limits: |_| Vec::new(),
+        companion: None,
     },
     Format {
         name: vtk::legacy::NAME,
         extensions: &["vtk"],
         description: "legacy VTK unstructured grid, ascii or binary; families as in VTU",
-        read: Some(vtk::legacy::read),
+        read: vtk::legacy::read,
         create: vtk::legacy::create,
         limits: vtk::legacy::limits,
+        companion: None,
+    },
+    Format {
+        name: aflr3::NAME,
+        extensions: aflr3::EXTENSIONS,
+        description: "AFLR3, ascii or binary by extension (.b8.ugrid, ...); families are named in a .mapbc file beside",
+        read: aflr3::read,
+        create: aflr3::create,
+        limits: aflr3::limits,
+        companion: Some(aflr3::companion),
     },
 ];
 
@@ -81,13 +95,16 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// What it holds, one line.
     pub description: &'static str,
-    read: Option<Reader>,
+    read: Reader,
     create: Creator,
+    /// What a new file will not hold or hold otherwise, in words.
     limits: fn(&Content) -> Vec<String>,
+    /// A small file that belongs to a new one.
+    companion: Option<fn(&Content) -> Companion>,
 }
 
-/// Reads the (decompressed) bytes of the file at that path; the path is for messages only.
-type Reader = fn(&Path, Vec<u8>) -> Result<Parsed, ReadError>;
+/// Reads the (decompressed) bytes of the file at that path, which that extension selected.
+type Reader = fn(&Path, &'static str, Vec<u8>) -> Result<Parsed, ReadError>;
 /// Writes a new file.
 type Creator = fn(&mut dyn Write, &Content) -> io::Result<()>;
 
@@ -99,28 +116,22 @@ struct Parsed {
 }
 
 impl Format {
-    /// Whether [`read()`] understands this format.
-    pub fn is_readable(&self) -> bool {
-        self.read.is_some()
-    }
-
-    /// The format that the path's extension selects: of several that fit, the longest.
-    fn of(path: &Path) -> Option<&'static Format> {
+    /// The format that the path's extension selects, and that extension: of several that fit, the longest.
+    fn of(path: &Path) -> Option<(&'static Format, &'static str)> {
         let name = path.file_name()?.to_string_lossy().to_lowercase();
         let stem = name.strip_suffix(".gz").unwrap_or(&name);
-        let fits = |extension: &&&str| stem.strip_suffix(**extension).is_some_and(|stem| stem.ends_with('.'));
-        let longest = |format: &Format| format.extensions.iter().filter(fits).map(|extension| extension.len()).max();
-        FORMATS.iter().filter(|format| longest(format).is_some()).max_by_key(|format| longest(format))
+        let all = FORMATS.iter().flat_map(|format| format.extensions.iter().map(move |&extension| (format, extension)));
+        let fits = |extension: &str| stem.strip_suffix(extension).is_some_and(|stem| stem.ends_with('.'));
+        all.filter(|(_, extension)| fits(extension)).max_by_key(|(_, extension)| extension.len())
     }
 }
 
 /// The known extensions, for messages: `.msh (Gmsh), .vtu (VTU)`.
-fn known(wanted: impl Fn(&Format) -> bool) -> String {
-    let names = FORMATS
-        .iter()
-        .filter(|format| wanted(format))
-        .flat_map(|format| format.extensions.iter().map(|extension| format!(".{extension} ({})", format.name)));
-    names.collect::<Vec<_>>().join(", ")
+fn known() -> String {
+    let extensions = |format: &Format| {
+        format.extensions.iter().map(|extension| format!(".{extension}")).collect::<Vec<_>>().join(", ")
+    };
+    FORMATS.iter().map(|format| format!("{} ({})", extensions(format), format.name)).collect::<Vec<_>>().join(", ")
 }
 
 /// A mesh together with the file it came from.
@@ -157,18 +168,19 @@ pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
 ///
 /// [`ReadError`], as [`read()`].
 pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
-    reader(path)?;
+    input_format(path)?;
     let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
     read_bytes(path, bytes)
 }
 
-/// As [`read_mixed`], from the file's bytes, plain or gzipped; `path` selects the format and is named in messages.
+/// As [`read_mixed`], from the file's bytes, plain or gzipped; `path` selects the format, is named in messages, and says
+/// where a file that belongs to it is looked for.
 ///
 /// # Errors
 ///
 /// [`ReadError`], as [`read()`].
 pub fn read_bytes(path: &Path, mut bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
-    let reader = reader(path)?;
+    let (format, extension) = input_format(path)?;
     if bytes.starts_with(&[0x1f, 0x8b]) {
         let mut plain = Vec::new();
         let unpacked = MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain);
@@ -178,19 +190,12 @@ pub fn read_bytes(path: &Path, mut bytes: Vec<u8>) -> Result<MeshFile, ReadError
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
-    let Parsed { mesh, others, document } = reader(path, bytes)?;
+    let Parsed { mesh, others, document } = (format.read)(path, extension, bytes)?;
     Ok(MeshFile { mesh, others, document: Some(Arc::new(document)) })
 }
 
-/// The reader of the format that the path's extension selects.
-fn reader(path: &Path) -> Result<Reader, ReadError> {
-    let unknown = || ReadError::UnknownFormat { path: path.into(), known: known(Format::is_readable) };
-    let format = Format::of(path).ok_or_else(unknown)?;
-    format.read.ok_or_else(|| ReadError::OnlyWritten {
-        path: path.into(),
-        format: format.name,
-        known: known(Format::is_readable),
-    })
+fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadError> {
+    Format::of(path).ok_or_else(|| ReadError::UnknownFormat { path: path.into(), known: known() })
 }
 
 impl MeshFile {
@@ -214,15 +219,16 @@ impl MeshFile {
     /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
-        let format = output_format(path)?;
+        let (format, extension) = output_format(path)?;
         check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
-        match self.source(format) {
-            Some(document) => {
-                check_finite(vertices)?;
-                write_file(path, |out| document.write(out, vertices))
-            }
-            None => create_file(path, format.create, &self.content(vertices, *fields)),
+        if let Some(document) = self.source(format, extension) {
+            check_finite(vertices)?;
+            write_file(path, |out| document.write(out, vertices))?;
+            return document.companion.as_ref().map_or(Ok(()), |companion| write_companion(path, companion));
         }
+        let content = self.content(vertices, *fields, extension);
+        create_file(path, format.create, &content)?;
+        format.companion.map_or(Ok(()), |companion| write_companion(path, &companion(&content)))
     }
 
     /// Checks that [`MeshFile::write`] to `path` can work, before anything is computed: the format is known, and the
@@ -244,33 +250,50 @@ impl MeshFile {
     ///
     /// [`WriteError::UnknownFormat`]: no format has that extension.
     pub fn losses(&self, path: &Path) -> Result<Vec<String>, WriteError> {
-        let format = output_format(path)?;
-        if self.source(format).is_some() {
+        let (format, extension) = output_format(path)?;
+        if self.source(format, extension).is_some() {
             return Ok(Vec::new());
         }
+        let content = self.content(&self.mesh.vertices, Fields::default(), extension);
         let beside = self.document.iter().flat_map(|document| &document.beside);
         let mut losses: Vec<String> = beside.map(|what| format!("{what}: not carried into the new file")).collect();
-        losses.extend((format.limits)(&self.content(&self.mesh.vertices, Fields::default())));
+        losses.extend((format.limits)(&content));
+        if let Some(companion) = format.companion.map(|companion| (companion(&content).path)(path))
+            && companion.exists()
+        {
+            losses.push(format!("{} is there already, and is left as it is", companion.display()));
+        }
         Ok(losses)
     }
 
-    /// The file that was read, if it is of this format.
-    fn source(&self, format: &Format) -> Option<&Document> {
-        self.document.as_deref().filter(|document| document.format == format.name)
+    /// The file that was read, if it is of this format and variant.
+    fn source(&self, format: &Format, extension: &str) -> Option<&Document> {
+        let document = self.document.as_deref()?;
+        (document.format == format.name && document.extension == extension).then_some(document)
     }
 
-    fn content<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>) -> Content<'a> {
-        Content { vertices, cells: Cells::of(&self.mesh), others: &self.others, fields }
+    fn content<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>, extension: &'static str) -> Content<'a> {
+        Content { vertices, cells: Cells::of(&self.mesh), others: &self.others, fields, extension }
     }
 }
 
-fn output_format(path: &Path) -> Result<&'static Format, WriteError> {
-    Format::of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known(|_| true) })
+fn output_format(path: &Path) -> Result<(&'static Format, &'static str), WriteError> {
+    Format::of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known() })
+}
+
+/// Writes the file that belongs to the one at `path`, unless there is one: it may hold what its owner wrote.
+fn write_companion(path: &Path, companion: &Companion) -> Result<(), WriteError> {
+    let path = (companion.path)(path);
+    if path.exists() {
+        return Ok(());
+    }
+    let written = write_atomically(&path, |out| out.write_all(&companion.bytes));
+    written.map_err(|source| WriteError::Io { path, source })
 }
 
 /// Writes a new file after checking what goes into it.
 fn create_file(path: &Path, create: Creator, content: &Content) -> Result<(), WriteError> {
-    let Content { vertices, cells, others, fields } = content;
+    let Content { vertices, cells, others, fields, .. } = content;
     check_finite(vertices)?;
     check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
     check_length("quadrilateral families", others.quadrilateral_family.len(), others.quadrilaterals.len())?;

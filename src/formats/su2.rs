@@ -41,7 +41,7 @@ struct Parts {
 }
 
 /// Reads an SU2 file from its (decompressed) bytes; `path` is for messages.
-pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
     let mut lines = Lines::new(path, &bytes, b'%');
     // Lines without a keyword are fine after one that idmesh does not know.
@@ -73,7 +73,11 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     beside.extend(assembly.passed_over());
     let (mesh, others) = assembly.finish(path, positions, |marker| markers[marker as usize].clone())?;
     let coordinates = Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots });
-    Ok(Parsed { mesh, others, document: Document { format: NAME, bytes, coordinates, beside } })
+    Ok(Parsed {
+        mesh,
+        others,
+        document: Document { format: NAME, extension, bytes, coordinates, beside, companion: None },
+    })
 }
 
 /// Reads what a keyword announces; false if idmesh does not know it.

@@ -51,7 +51,7 @@ struct Parts {
 }
 
 /// Reads a Gmsh file from its (decompressed) bytes; `path` is for messages.
-pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
     let mut scanner = Scanner::new(path, &bytes);
     while scanner.remaining() > 0 {
@@ -70,7 +70,11 @@ pub(super) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     beside.extend(parts.beside.iter().map(|name| format!("the section ${name}")));
     let (mesh, others) = elements.into_mesh(path, version, &parts.groups, positions)?;
     let coordinates = Box::new(Slots { encoding, width: Width::Double, slots });
-    Ok(Parsed { mesh, others, document: Document { format: NAME, bytes, coordinates, beside } })
+    Ok(Parsed {
+        mesh,
+        others,
+        document: Document { format: NAME, extension, bytes, coordinates, beside, companion: None },
+    })
 }
 
 /// Reads the section whose `$Name` line was just read, up to and with its `$EndName`.

@@ -29,7 +29,11 @@ use crate::mesh::{FamilyId, OtherCells};
 /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
 /// - [`WriteError::Io`]: the file could not be written.
 pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<(), WriteError> {
-    create_file(path, create, &Content { vertices, cells: *cells, others: &OtherCells::default(), fields: *fields })
+    create_file(
+        path,
+        create,
+        &Content { vertices, cells: *cells, others: &OtherCells::default(), fields: *fields, extension: "vtu" },
+    )
 }
 
 /// An array of the appended section.

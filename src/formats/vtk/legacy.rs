@@ -42,7 +42,7 @@ struct Parts {
 }
 
 /// Reads a legacy VTK file from its (decompressed) bytes; `path` is for messages.
-pub(in crate::formats) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut scanner = Scanner::new(path, &bytes);
     let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
     let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
@@ -88,7 +88,11 @@ pub(in crate::formats) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, Re
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
     let (mesh, others) = assembly.finish(path, positions, name)?;
-    Ok(Parsed { mesh, others, document: Document { format: NAME, bytes, coordinates: Box::new(slots), beside } })
+    Ok(Parsed {
+        mesh,
+        others,
+        document: Document { format: NAME, extension, bytes, coordinates: Box::new(slots), beside, companion: None },
+    })
 }
 
 /// Reads what a line of keywords announces.

@@ -62,7 +62,7 @@ struct Header {
 }
 
 /// Reads a VTU file from its (decompressed) bytes; `path` is for messages.
-pub(in crate::formats) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let header = read_header(path, &bytes)?;
     let file = File { path, bytes: &bytes, header: &header };
     let points = file.array("Points", None)?;
@@ -95,7 +95,11 @@ pub(in crate::formats) fn read(path: &Path, bytes: Vec<u8>) -> Result<Parsed, Re
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
     let (mesh, others) = assembly.finish(path, positions, name)?;
-    Ok(Parsed { mesh, others, document: Document { format: VTU, bytes, coordinates, beside } })
+    Ok(Parsed {
+        mesh,
+        others,
+        document: Document { format: VTU, extension, bytes, coordinates, beside, companion: None },
+    })
 }
 
 fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, ReadError> {

@@ -1,0 +1,343 @@
+//! AFLR3 files, `.ugrid`: ascii, or binary as the extension before it says (`.b8.ugrid`), with the names of the families
+//! in a `.mapbc` file beside.
+//!
+//! `b` is big-endian, `lb` little-endian, `r` and `lr` the same in Fortran's records; 8 or 4 is the size of a coordinate;
+//! a last `l` makes counts and indices 64 bits wide. What follows the cells in the file is kept.
+//!
+//! Source: the UG_IO documentation of the SimCenter, "3D Grid File Type UGRID"; for `.mapbc`, the FUN3D manual.
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::Parsed;
+use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
+use super::content::{Content, clean_names, renamed};
+use super::document::{Companion, Document, Slots, narrow, write_shortest};
+use super::error::ReadError;
+use super::lines::Lines;
+use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+
+/// The format's name in [`super::FORMATS`].
+pub(super) const NAME: &str = "AFLR3";
+
+/// The extensions of its variants.
+pub(super) const EXTENSIONS: &[&str] = &[
+    "ugrid",
+    "b8.ugrid",
+    "lb8.ugrid",
+    "b4.ugrid",
+    "lb4.ugrid",
+    "b8l.ugrid",
+    "lb8l.ugrid",
+    "r8.ugrid",
+    "lr8.ugrid",
+    "r4.ugrid",
+    "lr4.ugrid",
+];
+
+/// The cells after the faces, in the order of the file.
+const CELLS: [Shape; 4] = [Shape::Tet, Shape::Pyramid, Shape::Prism, Shape::Hexahedron];
+
+/// Where the corners of a pyramid stand in the file: its base is 2, 1, 4, 5 there, its apex 3.
+const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
+
+/// How numbers are written.
+#[derive(Clone, Copy)]
+struct Variant {
+    encoding: Encoding,
+    width: Width,
+    /// Counts and indices are 64 bits wide.
+    long: bool,
+    /// The counts and the rest are records of Fortran.
+    records: bool,
+}
+
+impl Variant {
+    /// The variant of an extension such as `lb8.ugrid`.
+    fn of(extension: &str) -> Self {
+        let code = extension.strip_suffix("ugrid").unwrap_or(extension).trim_end_matches('.');
+        let endian = if code.starts_with('l') { Endian::Little } else { Endian::Big };
+        Self {
+            encoding: if code.is_empty() { Encoding::Text } else { Encoding::Binary(endian) },
+            width: if code.contains('4') { Width::Single } else { Width::Double },
+            long: code.ends_with('l'),
+            records: code.contains('r'),
+        }
+    }
+
+    fn index_bytes(self) -> u64 {
+        if self.long { 8 } else { 4 }
+    }
+}
+
+/// A position in a file of a variant.
+struct Reader<'a> {
+    scanner: Scanner<'a>,
+    variant: Variant,
+}
+
+impl Reader<'_> {
+    /// A count or an index.
+    #[inline]
+    fn index(&mut self, what: &'static str) -> Result<i64, ReadError> {
+        if self.variant.long { self.scanner.long(what) } else { self.scanner.int(what).map(i64::from) }
+    }
+
+    /// A count of things of at least so many bytes in a text file and numbers in a binary one.
+    fn count(&mut self, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
+        let count = self.index(what)?;
+        let count = u64::try_from(count).map_err(|_| self.scanner.malformed(what, count.to_string()))?;
+        self.scanner.checked(what, count, text, binary)
+    }
+
+    /// The length that Fortran puts before and after a record; `expected` where it is known.
+    fn record(&mut self, expected: Option<i32>) -> Result<(), ReadError> {
+        if self.variant.records {
+            let found = self.scanner.int("the length of a record")?;
+            if expected.is_some_and(|expected| expected != found) {
+                let expected = "a record of 7 counts, of 28 bytes";
+                return Err(self.scanner.malformed(expected, format!("a length of {found}")));
+            }
+        }
+        Ok(())
+    }
+
+    fn elements(
+        &mut self,
+        shape: Shape,
+        count: usize,
+        n_vertices: usize,
+        assembly: &mut Assembly,
+    ) -> Result<(), ReadError> {
+        assembly.reserve(shape, count);
+        for element in 1..=count as u64 {
+            let mut corners = [0; 8];
+            for corner in &mut corners[..shape.n_vertices()] {
+                let vertex = self.index("a vertex of an element")?;
+                if vertex < 1 || vertex > n_vertices as i64 {
+                    return Err(ReadError::UnknownVertex {
+                        place: self.scanner.place(self.scanner.last),
+                        entity: shape.name(),
+                        element,
+                        vertex: vertex as u64,
+                        defined: format!("{n_vertices} vertices, numbered from 1"),
+                    });
+                }
+                *corner = (vertex - 1) as u32;
+            }
+            if shape == Shape::Pyramid {
+                let of_file = corners;
+                corners.iter_mut().zip(PYRAMID).for_each(|(corner, place)| *corner = of_file[place]);
+            }
+            let mut corners = corners.into_iter();
+            assembly.push(shape, 0, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
+        }
+        Ok(())
+    }
+}
+
+/// Reads an AFLR3 file from its (decompressed) bytes; beside `path` a `.mapbc` file is looked for.
+pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let variant = Variant::of(extension);
+    let mut reader = Reader { scanner: Scanner::new(path, &bytes), variant };
+    (reader.scanner.encoding, reader.scanner.width) = (variant.encoding, variant.width);
+    let wide = variant.index_bytes();
+    reader.record(Some(28))?;
+    let n_vertices = reader.count("the number of vertices", 6, 3 * variant.width.bytes() as u64)?;
+    let n_triangles = reader.count("the number of triangles", 8, 4 * wide)?;
+    let n_quadrilaterals = reader.count("the number of quadrilaterals", 10, 5 * wide)?;
+    let mut n_cells = [0; 4];
+    for ((count, shape), what) in n_cells.iter_mut().zip(CELLS).zip([
+        "the number of tets",
+        "the number of pyramids",
+        "the number of prisms",
+        "the number of hexahedra",
+    ]) {
+        let corners = shape.n_vertices() as u64;
+        *count = reader.count(what, 2 * corners, corners * wide)?;
+    }
+    reader.record(Some(28))?;
+    reader.record(None)?;
+    if n_vertices >= MOST_VERTICES {
+        return Err(ReadError::TooMany {
+            path: path.into(),
+            what: "vertices",
+            count: n_vertices,
+            limit: MOST_VERTICES,
+        });
+    }
+    let mut positions = Vec::with_capacity(n_vertices);
+    let mut slots = Vec::with_capacity(n_vertices);
+    for vertex in 1..=n_vertices as u64 {
+        slots.push(reader.scanner.next_number());
+        positions.push(reader.scanner.coordinates(vertex)?.into());
+    }
+    let mut assembly = Assembly::default();
+    reader.elements(Shape::Triangle, n_triangles, n_vertices, &mut assembly)?;
+    reader.elements(Shape::Quadrilateral, n_quadrilaterals, n_vertices, &mut assembly)?;
+    for tag in assembly.triangle_tags.iter_mut().chain(&mut assembly.quadrilateral_tags) {
+        let found = reader.index("the reference of a face")?;
+        let out_of_range = |_| reader.scanner.malformed("the reference of a face", found.to_string());
+        *tag = i32::try_from(found).map_err(out_of_range)?;
+    }
+    for (shape, count) in CELLS.into_iter().zip(n_cells) {
+        reader.elements(shape, count, n_vertices, &mut assembly)?;
+    }
+    reader.record(None)?;
+    let mut beside = Vec::new();
+    if !bytes[reader.scanner.at()..].trim_ascii().is_empty() {
+        beside.push("what follows the cells".to_string());
+    }
+    let companion = mapbc_path(path);
+    let mapbc = fs::read(&companion).ok();
+    let names = mapbc.as_deref().map(|bytes| read_mapbc(&companion, bytes)).transpose()?.unwrap_or_default();
+    let name = |tag: i32| names.get(&tag).cloned().unwrap_or_else(|| surface(tag));
+    let (mesh, others) = assembly.finish(path, positions, name)?;
+    let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
+    let companion = mapbc.map(|bytes| Companion { path: mapbc_path, bytes });
+    Ok(Parsed { mesh, others, document: Document { format: NAME, extension, bytes, coordinates, beside, companion } })
+}
+
+/// Where the names of the families stand: `wing.mapbc` of `wing.b8.ugrid.gz`.
+fn mapbc_path(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let lower = name.to_ascii_lowercase();
+    let stem = lower.strip_suffix(".gz").unwrap_or(&lower);
+    let ends = |extension: &&&str| stem.ends_with(&format!(".{extension}"));
+    let longest = EXTENSIONS.iter().filter(ends).map(|extension| extension.len() + 1).max().unwrap_or(0);
+    // Letters that change their length in lower case do not occur before an ASCII extension's length from the end.
+    let stem = name.get(..stem.len().saturating_sub(longest)).unwrap_or(&name);
+    path.with_file_name(format!("{stem}.mapbc"))
+}
+
+/// Reads a count, and that many lines of `reference boundary-condition name`; the name may be missing.
+fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<HashMap<i32, String>, ReadError> {
+    let mut lines = Lines::new(path, bytes, b'#');
+    let mut line = lines.demand("the number of boundaries")?;
+    let at = line.start;
+    let count = lines.unsigned(&mut line, "the number of boundaries")?;
+    let count = lines.checked(at, "the number of boundaries", count, 4)?;
+    let mut names = HashMap::new();
+    for _ in 0..count {
+        let mut line = lines.demand("a reference, its boundary condition and its name")?;
+        let (at, word) = line.word();
+        let reference = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+        let reference = reference.ok_or_else(|| lines.malformed(at, "the reference of a boundary", shown(word)))?;
+        let (at, condition) = line.word();
+        if !condition.strip_prefix(b"-").unwrap_or(condition).iter().all(u8::is_ascii_digit) || condition.is_empty() {
+            return Err(lines.malformed(at, "the number of a boundary condition", shown(condition)));
+        }
+        let name = line.rest();
+        if !name.is_empty() {
+            names.insert(reference, String::from_utf8_lossy(name).into_owned());
+        }
+    }
+    Ok(names)
+}
+
+/// Writes an AFLR3 file whose arrays have been checked. References are the families' numbers, counted from 1.
+pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+    let variant = Variant::of(content.extension);
+    let index = |out: &mut dyn Write, value: u64, end: &str| match variant.encoding {
+        Encoding::Text => write!(out, "{value}{end}"),
+        Encoding::Binary(endian) => write_index(out, value, endian, variant.long),
+    };
+    let cells = |shape: Shape| content.volume_cells().filter(move |&(of, _)| of == shape).map(|(_, cell)| cell);
+    let faces = |shape: Shape| content.faces().filter(move |&(of, _, _)| of == shape);
+    let n_vertices = content.vertices.len();
+    let mut counts = vec![n_vertices, faces(Shape::Triangle).count(), faces(Shape::Quadrilateral).count()];
+    counts.extend(CELLS.map(|shape| cells(shape).count()));
+    let record = |out: &mut dyn Write, length: usize| match variant.encoding {
+        // Longer records than their length can say are written by others modulo its range, too.
+        Encoding::Binary(Endian::Little) if variant.records => out.write_all(&(length as u32).to_le_bytes()),
+        Encoding::Binary(Endian::Big) if variant.records => out.write_all(&(length as u32).to_be_bytes()),
+        _ => Ok(()),
+    };
+    let corners = [0, 4, 5, 4, 5, 6, 8];
+    let n_indices: usize = counts.iter().zip(corners).map(|(count, corners)| count * corners).sum();
+    let length = 3 * variant.width.bytes() * n_vertices + 4 * n_indices;
+    record(out, 28)?;
+    for (place, &count) in counts.iter().enumerate() {
+        index(out, count as u64, if place == 6 { "\n" } else { " " })?;
+    }
+    record(out, 28)?;
+    record(out, length)?;
+    for vertex in content.vertices {
+        for (axis, value) in vertex.to_array().into_iter().enumerate() {
+            match (variant.encoding, variant.width) {
+                (Encoding::Text, _) => {
+                    write_shortest(out, value)?;
+                    out.write_all(if axis == 2 { b"\n" } else { b" " })?;
+                }
+                (Encoding::Binary(endian), Width::Double) => out.write_all(&endian.double(value))?,
+                (Encoding::Binary(endian), Width::Single) => out.write_all(&endian.single(narrow(value)?))?,
+            }
+        }
+    }
+    let element = |out: &mut dyn Write, corners: &[u32]| {
+        let last = corners.len() - 1;
+        (0..=last).try_for_each(|place| {
+            let end = if place == last { "\n" } else { " " };
+            index(out, u64::from(corners[place]) + 1, end)
+        })
+    };
+    for shape in [Shape::Triangle, Shape::Quadrilateral] {
+        faces(shape).try_for_each(|(_, face, _)| element(out, face))?;
+    }
+    for shape in [Shape::Triangle, Shape::Quadrilateral] {
+        faces(shape).try_for_each(|(_, _, family)| index(out, family.index() as u64 + 1, "\n"))?;
+    }
+    for shape in CELLS {
+        for cell in cells(shape) {
+            if shape == Shape::Pyramid {
+                let mut of_file = [0; 5];
+                PYRAMID.into_iter().zip(cell).for_each(|(place, &vertex)| of_file[place] = vertex);
+                element(out, &of_file)?;
+            } else {
+                element(out, cell)?;
+            }
+        }
+    }
+    record(out, length)
+}
+
+fn write_index(out: &mut dyn Write, value: u64, endian: Endian, long: bool) -> io::Result<()> {
+    if long {
+        return out.write_all(&match endian {
+            Endian::Little => value.to_le_bytes(),
+            Endian::Big => value.to_be_bytes(),
+        });
+    }
+    let value =
+        i32::try_from(value).map_err(|_| io::Error::other("more than 2^31 vertices or cells need .b8l.ugrid"))?;
+    out.write_all(&match endian {
+        Endian::Little => value.to_le_bytes(),
+        Endian::Big => value.to_be_bytes(),
+    })
+}
+
+/// The `.mapbc` file of a new mesh: the families' names, without boundary conditions.
+pub(super) fn companion(content: &Content) -> Companion {
+    let names = clean_names(content.cells.families, fits);
+    let mut text = format!("{}\n", names.len());
+    for (index, name) in names.iter().enumerate() {
+        text += &format!("{} 0 {name}\n", index + 1);
+    }
+    Companion { path: mapbc_path, bytes: text.into_bytes() }
+}
+
+/// What a new file holds otherwise: no boundary conditions, names without spaces, perhaps single precision.
+pub(super) fn limits(content: &Content) -> Vec<String> {
+    let mut limits = renamed(content.cells.families, &clean_names(content.cells.families, fits));
+    limits.push("boundary conditions: the .mapbc file beside it gives every family the number 0".to_string());
+    if Variant::of(content.extension).width == Width::Single {
+        limits.push("coordinates are rounded to single precision".to_string());
+    }
+    limits
+}
+
+fn fits(letter: char) -> bool {
+    !letter.is_whitespace() && !letter.is_control() && letter != '#'
+}
