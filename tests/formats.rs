@@ -4,6 +4,8 @@
 mod aflr3;
 #[path = "formats/broken.rs"]
 mod broken;
+#[path = "formats/medit.rs"]
+mod medit;
 #[path = "formats/mixed.rs"]
 mod mixed;
 #[path = "formats/su2.rs"]

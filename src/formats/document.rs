@@ -86,7 +86,10 @@ impl Coordinates for Slots {
 fn write_text(bytes: &[u8], out: &mut dyn Write, mut copied: usize, slot: usize, vertex: &DVec3) -> io::Result<usize> {
     let mut at = slot;
     for value in vertex.to_array() {
-        let token = next_token(bytes, at);
+        let mut token = next_token(bytes, at);
+        // A comment or a tag may follow a number without white space.
+        let ends = |byte: &u8| matches!(byte, b'%' | b'<');
+        token.end = bytes[token.clone()].iter().position(ends).map_or(token.end, |length| token.start + length);
         at = token.end;
         // Shorter or longer digits of the same number must stay as they are: compare values, by their bits.
         if parse_double(&bytes[token.clone()]).map(f64::to_bits) != Some(value.to_bits()) {

@@ -14,6 +14,7 @@ mod document;
 mod error;
 mod gmsh;
 mod lines;
+mod medit;
 mod scanner;
 mod su2;
 mod vtk;
@@ -84,6 +85,15 @@ pub const FORMATS: &[Format] = &[
         create: aflr3::create,
         limits: aflr3::limits,
         companion: Some(aflr3::companion),
+    },
+    Format {
+        name: medit::NAME,
+        extensions: medit::EXTENSIONS,
+        description: "Medit, text (.mesh) or binary (.meshb); families are the references of the faces",
+        read: medit::read,
+        create: medit::create,
+        limits: medit::limits,
+        companion: None,
     },
 ];
 
@@ -231,6 +241,35 @@ impl MeshFile {
         format.companion.map_or(Ok(()), |companion| write_companion(path, &companion(&content)))
     }
 
+    /// As [`MeshFile::write`], but into `out` and never gzipped; `path` selects the format only. Files that belong to it
+    /// are not written.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`], as [`MeshFile::write`].
+    pub fn write_to(
+        &self,
+        out: &mut dyn Write,
+        path: &Path,
+        vertices: &[DVec3],
+        fields: &Fields,
+    ) -> Result<(), WriteError> {
+        let (format, extension) = output_format(path)?;
+        check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
+        let written = match self.source(format, extension) {
+            Some(document) => {
+                check_finite(vertices)?;
+                document.write(out, vertices)
+            }
+            None => {
+                let content = self.content(vertices, *fields, extension);
+                check_content(&content)?;
+                (format.create)(out, &content)
+            }
+        };
+        written.map_err(|source| WriteError::Io { path: path.into(), source })
+    }
+
     /// Checks that [`MeshFile::write`] to `path` can work, before anything is computed: the format is known, and the
     /// folder exists and takes files.
     ///
@@ -293,6 +332,11 @@ fn write_companion(path: &Path, companion: &Companion) -> Result<(), WriteError>
 
 /// Writes a new file after checking what goes into it.
 fn create_file(path: &Path, create: Creator, content: &Content) -> Result<(), WriteError> {
+    check_content(content)?;
+    write_file(path, |out| create(out, content))
+}
+
+fn check_content(content: &Content) -> Result<(), WriteError> {
     let Content { vertices, cells, others, fields, .. } = content;
     check_finite(vertices)?;
     check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
@@ -306,10 +350,10 @@ fn create_file(path: &Path, create: Creator, content: &Content) -> Result<(), Wr
     if let Some(displacement) = fields.displacement {
         check_length("displacement", displacement.len(), vertices.len())?;
     }
-    if let Some(beta) = fields.beta {
-        check_length("beta", beta.len(), cells.tets.len())?;
+    match fields.beta {
+        Some(beta) => check_length("beta", beta.len(), cells.tets.len()),
+        None => Ok(()),
     }
-    write_file(path, |out| create(out, content))
 }
 
 fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {

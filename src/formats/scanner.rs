@@ -170,6 +170,27 @@ impl<'a> Scanner<'a> {
         ahead.filled_line()
     }
 
+    /// The rest of the line, as it is.
+    pub fn rest_of_line(&mut self) -> &'a [u8] {
+        let start = self.at;
+        self.line();
+        self.bytes[start..self.at].trim_ascii_end()
+    }
+
+    /// The next byte that is no white space.
+    pub fn peek_byte(&self) -> Option<u8> {
+        self.bytes[self.at..].iter().copied().find(|&byte| byte > b' ')
+    }
+
+    /// Goes to an offset.
+    pub fn go_to(&mut self, at: usize) -> Result<(), ReadError> {
+        if at > self.bytes.len() {
+            return Err(self.truncated(format!("byte {at}")));
+        }
+        self.at = at;
+        Ok(())
+    }
+
     /// Where the next thing is read.
     pub fn at(&self) -> usize {
         self.at

@@ -25,11 +25,16 @@ const ROLES: [(&str, &str); 6] = [
 type FamilyName = fn(usize, &str) -> String;
 
 /// What `small.vtu` is converted to, and what its families are called there.
-const CONVERTED: [(&str, FamilyName); 4] = [
+const CONVERTED: [(&str, FamilyName); 9] = [
     ("a.msh", numbered),
-    ("a.su2", |index, _| format!("surface_{}", index + 1)),
+    ("a.su2", joined),
     ("a.vtu.gz", numbered),
     ("a.vtk", numbered),
+    ("a.lb8.ugrid", joined),
+    ("a.b8l.ugrid", joined),
+    ("a.ugrid.gz", joined),
+    ("a.mesh", numbered),
+    ("a.meshb", numbered),
 ];
 
 /// A case for the mesh `small` in some format, with the moved mesh in the same format.
@@ -57,6 +62,11 @@ fn moved(fixture: &Fixture, mesh: &Path, output: &str, family: impl Fn(usize, &s
 
 fn named(_: usize, name: &str) -> String {
     name.to_owned()
+}
+
+/// In formats whose names have no spaces.
+fn joined(index: usize, _: &str) -> String {
+    format!("surface_{}", index + 1)
 }
 
 fn numbered(index: usize, _: &str) -> String {

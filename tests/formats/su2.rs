@@ -46,6 +46,10 @@ fn everything_but_coordinates_is_kept() {
     vertices[1].y = 1.0 / 3.0;
     let expected = TET.replace("1.0000 0 0 1\r", "1.0000 0.3333333333333333 0 1\r");
     assert_eq!(String::from_utf8(written(&file, "moved.su2", &vertices)).unwrap(), expected);
+    // A comment right behind a number.
+    let close = TET.replace("1.50e0 3", "1.50e0% top");
+    let file = read_bytes("close.su2", close.as_bytes()).unwrap();
+    assert!(written(&file, "close.su2", &file.mesh.vertices) == close.as_bytes());
     assert_eq!(file.losses(Path::new("a.msh")).unwrap(), ["FFD boxes: not carried into the new file"]);
     assert!(file.losses(Path::new("a.su2")).unwrap().is_empty());
 }

@@ -78,7 +78,7 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     let malformed =
         |expected: String, found: String| ReadError::Malformed { place: scanner.place(place), expected, found };
     let of_name = |name: &&str| families.iter().find(|(array, _)| array == name);
-    let family = FAMILY_ARRAYS.iter().find_map(|name| of_name(name)).map(|(_, values)| &values[..]);
+    let family = FAMILY_ARRAYS.iter().find_map(of_name).map(|(_, values)| &values[..]);
     let table = Table { types, offsets, connectivity };
     let mut assembly = cells::assemble(path, &table, family, positions.len(), malformed)?;
     assembly.orient_prisms(&positions);
@@ -247,7 +247,7 @@ fn read_array(
     parts: &mut Parts,
 ) -> Result<(), ReadError> {
     let name = name.unwrap_or_default();
-    let count = entries.checked_mul(components).unwrap_or(usize::MAX);
+    let count = entries.saturating_mul(components);
     if FAMILY_ARRAYS.contains(&name) && components == 1 && parts.data.is_some_and(|(of_cells, _)| of_cells) {
         parts.families.push((name.to_string(), integers(scanner, number, count, "the family of a cell")?));
         return Ok(());

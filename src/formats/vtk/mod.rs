@@ -12,6 +12,7 @@ mod xml;
 
 pub(super) use create::create;
 pub use create::write_vtu;
+pub(super) use names::{list_names, parse_names};
 pub(super) use vtu::read;
 
 use super::assembly::{Kind, Shape};

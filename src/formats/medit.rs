@@ -1,0 +1,396 @@
+//! Medit files: `.mesh` as text, `.meshb` binary in versions 1 to 4 and both byte orders.
+//!
+//! A family is a reference of the faces. Text files that idmesh wrote hold the names in a comment.
+//!
+//! Source: L. Maréchal, *Handling unstructured meshes with the libMeshb library*.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::Parsed;
+use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
+use super::content::Content;
+use super::document::{Document, Slots, write_shortest};
+use super::error::ReadError;
+use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+use super::vtk::{list_names, parse_names};
+
+/// The format's name in [`super::FORMATS`].
+pub(super) const NAME: &str = "Medit";
+
+/// The extensions: text, then binary.
+pub(super) const EXTENSIONS: &[&str] = &["mesh", "meshb"];
+
+/// A kind of section: its keyword, its number in a binary file.
+struct Keyword {
+    name: &'static str,
+    number: i32,
+    content: Section,
+}
+
+/// What a section holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Section {
+    Vertices,
+    Elements(Shape),
+    /// Elements of so many vertices that are not read, under that name.
+    Refused(&'static str),
+    /// Elements that do not belong to the mesh.
+    PassedOver(&'static str),
+}
+
+const fn keyword(name: &'static str, number: i32, content: Section) -> Keyword {
+    Keyword { name, number, content }
+}
+
+/// The sections that say something about the mesh; others are passed over.
+const KEYWORDS: [Keyword; 12] = [
+    keyword("Vertices", 4, Section::Vertices),
+    keyword("Edges", 5, Section::PassedOver("edges")),
+    keyword("Triangles", 6, Section::Elements(Shape::Triangle)),
+    keyword("Quadrilaterals", 7, Section::Elements(Shape::Quadrilateral)),
+    keyword("Tetrahedra", 8, Section::Elements(Shape::Tet)),
+    keyword("Prisms", 9, Section::Elements(Shape::Prism)),
+    keyword("Hexahedra", 10, Section::Elements(Shape::Hexahedron)),
+    keyword("Pyramids", 49, Section::Elements(Shape::Pyramid)),
+    keyword("TrianglesP2", 24, Section::Refused("second-order triangles")),
+    keyword("QuadrilateralsQ2", 27, Section::Refused("second-order quadrilaterals")),
+    keyword("TetrahedraP2", 30, Section::Refused("second-order tets")),
+    keyword("HexahedraQ2", 33, Section::Refused("second-order hexahedra")),
+];
+
+/// Number of the section that ends a binary file, and of the one that says the number of dimensions.
+const END: i32 = 54;
+const DIMENSION: i32 = 3;
+
+/// What the sections of the file have given so far.
+struct Reader<'a> {
+    scanner: Scanner<'a>,
+    /// Indices and counts of a binary file are 64 bits wide.
+    long: bool,
+    dimension: bool,
+    positions: Option<Vec<DVec3>>,
+    slots: Vec<usize>,
+    assembly: Assembly,
+    names: Vec<(i32, String)>,
+    beside: Vec<String>,
+}
+
+/// Reads a Medit file from its (decompressed) bytes; `path` is for messages.
+pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let mut reader = Reader {
+        scanner: Scanner::new(path, &bytes),
+        long: false,
+        dimension: false,
+        positions: None,
+        slots: Vec::new(),
+        assembly: Assembly::default(),
+        names: Vec::new(),
+        beside: Vec::new(),
+    };
+    if extension == "mesh" {
+        reader.text()?;
+    } else {
+        reader.binary()?;
+    }
+    let Reader { scanner, positions, slots, assembly, names, mut beside, .. } = reader;
+    let (encoding, width) = (scanner.encoding, scanner.width);
+    let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
+    let positions = positions.ok_or_else(|| missing("Vertices", "is it a complete Medit file?"))?;
+    beside.extend(assembly.passed_over());
+    let name = |tag: i32| {
+        let named = names.iter().find(|(number, _)| *number == tag);
+        named.map_or_else(|| surface(tag), |(_, name)| name.clone())
+    };
+    let (mesh, others) = assembly.finish(path, positions, name)?;
+    let coordinates = Box::new(Slots { encoding, width, slots });
+    let document = Document { format: NAME, extension, bytes, coordinates, beside, companion: None };
+    Ok(Parsed { mesh, others, document })
+}
+
+impl Reader<'_> {
+    /// Reads the sections of a text file.
+    fn text(&mut self) -> Result<(), ReadError> {
+        let mut begun = false;
+        loop {
+            let token = self.scanner.token();
+            match token {
+                b"" => return Ok(()),
+                _ if token[0] == b'#' => {
+                    let comment = [token, self.scanner.rest_of_line()].concat();
+                    self.names.extend(parse_names(&String::from_utf8_lossy(&comment)));
+                }
+                b"MeshVersionFormatted" => {
+                    begun = true;
+                    self.version()?;
+                }
+                _ if !begun => return Err(self.scanner.malformed("MeshVersionFormatted", shown(token))),
+                b"Dimension" => self.dimensions()?,
+                b"End" => return Ok(()),
+                _ => {
+                    let name = String::from_utf8_lossy(token).into_owned();
+                    match KEYWORDS.iter().find(|keyword| keyword.name == name) {
+                        Some(keyword) => self.section(keyword)?,
+                        None if token[0].is_ascii_alphabetic() => {
+                            // The numbers of a section that idmesh does not know.
+                            while self
+                                .scanner
+                                .peek_byte()
+                                .is_some_and(|byte| !byte.is_ascii_alphabetic() && byte != b'#')
+                            {
+                                self.scanner.token();
+                            }
+                            self.beside.push(name);
+                        }
+                        None => return Err(self.scanner.malformed("a keyword such as Vertices", shown(token))),
+                    }
+                }
+            }
+        }
+    }
+
+    /// Reads the sections of a binary file: number, where the next begins, contents.
+    fn binary(&mut self) -> Result<(), ReadError> {
+        self.scanner.encoding = Encoding::Binary(Endian::Little);
+        let one = self.scanner.block::<4>("the number 1")?;
+        self.scanner.encoding = Encoding::Binary(match one {
+            [1, 0, 0, 0] => Endian::Little,
+            [0, 0, 0, 1] => Endian::Big,
+            _ => return Err(self.scanner.malformed("the number 1 of a binary Medit file", shown(&one))),
+        });
+        let version = self.version()?;
+        loop {
+            let number = self.scanner.int("the number of a section")?;
+            let place = self.scanner.last;
+            if number == END {
+                return Ok(());
+            }
+            let next = match version {
+                ..3 => self.scanner.int("where the next section begins").map(i64::from)?,
+                _ => self.scanner.long("where the next section begins")?,
+            };
+            let next = usize::try_from(next).ok().filter(|&next| next == 0 || next > self.scanner.at());
+            let next = next.ok_or_else(|| self.scanner.malformed("where the next section begins", "a place before"))?;
+            match KEYWORDS.iter().find(|keyword| keyword.number == number) {
+                Some(keyword) => self.section(keyword)?,
+                None if number == DIMENSION => self.dimensions()?,
+                None => {
+                    if next == 0 {
+                        return Ok(());
+                    }
+                    self.beside.push(format!("section {number}"));
+                    self.scanner.go_to(next)?;
+                }
+            }
+            if next != 0 && next != self.scanner.at() {
+                self.scanner.last = place;
+                let expected = format!("a section up to byte {next}");
+                return Err(self.scanner.malformed(expected, format!("one up to byte {}", self.scanner.at())));
+            }
+        }
+    }
+
+    fn version(&mut self) -> Result<i32, ReadError> {
+        let version = self.scanner.int("the version of the format, 1 to 4")?;
+        if !(1..=4).contains(&version) {
+            return Err(self.scanner.malformed("the version of the format, 1 to 4", version.to_string()));
+        }
+        self.scanner.width = if version == 1 { Width::Single } else { Width::Double };
+        self.long = version == 4;
+        Ok(version)
+    }
+
+    fn dimensions(&mut self) -> Result<(), ReadError> {
+        let dimensions = self.scanner.int("the number of dimensions")?;
+        if dimensions == 3 {
+            self.dimension = true;
+            return Ok(());
+        }
+        let found = format!("a mesh of {dimensions} dimensions");
+        let hint = "idmesh moves meshes of 3 dimensions";
+        Err(ReadError::Unsupported { path: self.scanner.path().into(), found, hint })
+    }
+
+    #[inline]
+    fn index(&mut self, what: &'static str) -> Result<i64, ReadError> {
+        if self.long { self.scanner.long(what) } else { self.scanner.int(what).map(i64::from) }
+    }
+
+    /// Reads a count and that many vertices or elements, each with its reference.
+    fn section(&mut self, keyword: &Keyword) -> Result<(), ReadError> {
+        let index_bytes = if self.long { 8 } else { 4 };
+        let (text, binary) = match keyword.content {
+            Section::Vertices => (8, 3 * self.scanner.width.bytes() as u64 + index_bytes),
+            Section::Elements(shape) => {
+                (2 * (shape.n_vertices() as u64 + 1), (shape.n_vertices() as u64 + 1) * index_bytes)
+            }
+            Section::PassedOver(_) => (6, 3 * index_bytes),
+            Section::Refused(_) => (2, index_bytes),
+        };
+        let count = self.index("the number of entries of a section")?;
+        let count = u64::try_from(count)
+            .map_err(|_| self.scanner.malformed("the number of entries of a section", count.to_string()))?;
+        let count = self.scanner.checked("the number of entries of a section", count, text, binary)?;
+        match keyword.content {
+            Section::Vertices => self.vertices(count),
+            Section::Elements(shape) => self.elements(shape, count),
+            Section::PassedOver(name) => {
+                self.assembly.pass_over(name, count);
+                for _ in 0..3 * count {
+                    self.index("a vertex of an edge")?;
+                }
+                Ok(())
+            }
+            Section::Refused(name) => {
+                self.assembly.refuse(name, count);
+                self.assembly.check_refused(self.scanner.path())
+            }
+        }
+    }
+
+    fn vertices(&mut self, count: usize) -> Result<(), ReadError> {
+        if self.positions.is_some() {
+            return Err(self.scanner.malformed("one section of vertices", "a second one"));
+        }
+        if !self.dimension {
+            return Err(self.scanner.malformed("Dimension 3 before the vertices", "none"));
+        }
+        if count >= MOST_VERTICES {
+            let path = self.scanner.path().into();
+            return Err(ReadError::TooMany { path, what: "vertices", count, limit: MOST_VERTICES });
+        }
+        let mut positions = Vec::with_capacity(count);
+        self.slots.reserve(count);
+        for vertex in 1..=count as u64 {
+            self.slots.push(self.scanner.next_number());
+            positions.push(self.scanner.coordinates(vertex)?.into());
+            self.index("the reference of a vertex")?;
+        }
+        self.positions = Some(positions);
+        Ok(())
+    }
+
+    fn elements(&mut self, shape: Shape, count: usize) -> Result<(), ReadError> {
+        let Some(n_vertices) = self.positions.as_ref().map(|positions| positions.len() as i64) else {
+            return Err(self.scanner.malformed("the vertices before the elements", "none"));
+        };
+        self.assembly.reserve(shape, count);
+        for element in 1..=count as u64 {
+            let mut corners = [0; 8];
+            for corner in &mut corners[..shape.n_vertices()] {
+                let vertex = self.index("a vertex of an element")?;
+                if vertex < 1 || vertex > n_vertices {
+                    return Err(ReadError::UnknownVertex {
+                        place: self.scanner.place(self.scanner.last),
+                        entity: shape.name(),
+                        element,
+                        vertex: vertex as u64,
+                        defined: format!("{n_vertices} vertices, numbered from 1"),
+                    });
+                }
+                *corner = (vertex - 1) as u32;
+            }
+            let found = self.index("the reference of an element")?;
+            let tag = i32::try_from(found)
+                .map_err(|_| self.scanner.malformed("the reference of an element", found.to_string()))?;
+            let mut corners = corners.into_iter();
+            self.assembly.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
+        }
+        Ok(())
+    }
+}
+
+/// The sections of a new file with their elements and references. Cells have the reference 0.
+type Sections<'a> = Vec<(&'static Keyword, Vec<(&'a [u32], i32)>)>;
+
+fn sections<'a>(content: &Content<'a>) -> Sections<'a> {
+    let faces = content.faces().map(|(shape, face, family)| (shape, face, i32::from(family.0) + 1));
+    let elements: Vec<_> = faces.chain(content.volume_cells().map(|(shape, cell)| (shape, cell, 0))).collect();
+    let of = |keyword: &'static Keyword| {
+        let fits = |&&(shape, _, _): &&(Shape, &[u32], i32)| keyword.content == Section::Elements(shape);
+        (keyword, elements.iter().filter(fits).map(|&(_, corners, tag)| (corners, tag)).collect())
+    };
+    KEYWORDS.iter().map(of).filter(|(_, elements): &(_, Vec<_>)| !elements.is_empty()).collect()
+}
+
+/// Writes a Medit file whose arrays have been checked: version 2, or 3 where version 2 cannot say the file's size.
+/// References are the families' numbers, counted from 1.
+pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+    let sections = sections(content);
+    if content.extension == "mesh" {
+        create_text(out, content, &sections)
+    } else {
+        create_binary(out, content, &sections)
+    }
+}
+
+fn create_text(out: &mut dyn Write, content: &Content, sections: &Sections) -> io::Result<()> {
+    write!(out, "MeshVersionFormatted 2\n# {}\nDimension 3\n", list_names(content.cells.families))?;
+    writeln!(out, "Vertices\n{}", content.vertices.len())?;
+    for vertex in content.vertices {
+        for value in vertex.to_array() {
+            write_shortest(out, value)?;
+            out.write_all(b" ")?;
+        }
+        out.write_all(b"0\n")?;
+    }
+    for (keyword, elements) in sections {
+        write!(out, "{}\n{}\n", keyword.name, elements.len())?;
+        for (corners, tag) in elements {
+            corners.iter().try_for_each(|vertex| write!(out, "{} ", u64::from(*vertex) + 1))?;
+            writeln!(out, "{tag}")?;
+        }
+    }
+    out.write_all(b"End\n")
+}
+
+fn create_binary(out: &mut dyn Write, content: &Content, sections: &Sections) -> io::Result<()> {
+    let int = |out: &mut dyn Write, value: usize| {
+        let value = i32::try_from(value)
+            .map_err(|_| io::Error::other("Medit files idmesh writes hold 2^31 vertices at most"))?;
+        out.write_all(&value.to_le_bytes())
+    };
+    let vertex_bytes = 28 * content.vertices.len();
+    let element_bytes =
+        |elements: &[(&[u32], i32)]| elements.iter().map(|(corners, _)| 4 * corners.len() + 4).sum::<usize>();
+    let size = 100 + vertex_bytes + sections.iter().map(|(_, elements)| 16 + element_bytes(elements)).sum::<usize>();
+    let version = if size < i32::MAX as usize { 2 } else { 3 };
+    let position = if version == 2 { 4 } else { 8 };
+    let mut at = 8;
+    int(out, 1)?;
+    int(out, version)?;
+    // A section's number and where the next begins, `length` bytes of contents later.
+    let mut begin = |out: &mut dyn Write, number: i32, length: usize| {
+        at += 4 + position + length;
+        out.write_all(&number.to_le_bytes())?;
+        out.write_all(&(at as u64).to_le_bytes()[..position])
+    };
+    begin(out, DIMENSION, 4)?;
+    int(out, 3)?;
+    begin(out, 4, 4 + vertex_bytes)?;
+    int(out, content.vertices.len())?;
+    for vertex in content.vertices {
+        vertex.to_array().iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
+        int(out, 0)?;
+    }
+    for (keyword, elements) in sections {
+        begin(out, keyword.number, 4 + element_bytes(elements))?;
+        int(out, elements.len())?;
+        for (corners, tag) in elements {
+            corners.iter().try_for_each(|&vertex| int(out, vertex as usize + 1))?;
+            out.write_all(&tag.to_le_bytes())?;
+        }
+    }
+    out.write_all(&END.to_le_bytes())?;
+    out.write_all(&[0; 8][..position])
+}
+
+/// What a binary Medit file does not hold: names.
+pub(super) fn limits(content: &Content) -> Vec<String> {
+    if content.extension == "mesh" {
+        return Vec::new();
+    }
+    vec![format!("names of families: only their numbers are held ({})", list_names(content.cells.families))]
+}

@@ -1,0 +1,38 @@
+//! No file makes a reader panic, hang or take the machine's memory: damaged copies of every golden file.
+//!
+//! The bounded run of every day; `cargo bench --bench damage -- 1000000` runs on.
+
+#[path = "formats/damage.rs"]
+mod damage;
+
+use damage::{Random, damage as damaged, seeds, survives};
+
+const ROUNDS: usize = 30_000;
+
+/// Greatest size that the process has had, in bytes of addresses, where the system tells.
+fn most_memory() -> Option<usize> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmPeak:"))?;
+    Some(line.split_whitespace().next()?.parse::<usize>().ok()? * 1024)
+}
+
+#[test]
+fn damaged_files_of_every_format_are_survived() {
+    let seeds = seeds();
+    assert!(seeds.len() > 45, "{} golden files", seeds.len());
+    // Once unharmed, so that what the process needs anyway is there.
+    assert!(seeds.iter().all(|seed| survives(&seed.name, &seed.bytes)));
+    let before = most_memory();
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let mut n_read = 0;
+    for round in 0..ROUNDS {
+        let seed = &seeds[round % seeds.len()];
+        let bytes = damaged(&seed.bytes, &mut random);
+        n_read += usize::from(survives(&seed.name, &bytes));
+    }
+    // The files are smaller than 20 kB.
+    if let (Some(before), Some(after)) = (before, most_memory()) {
+        assert!(after - before < 64 << 20, "{} bytes more", after - before);
+    }
+    assert!((ROUNDS / 50..ROUNDS - ROUNDS / 20).contains(&n_read), "{n_read} of {ROUNDS} damaged files were read");
+}

@@ -1,0 +1,94 @@
+//! Medit files.
+
+use super::*;
+
+/// One tet with the sections that other programs add.
+const TET: &str = "MeshVersionFormatted 2
+# families: 1=wing, 2=far field
+Dimension
+3
+Vertices
+4
+0 0 0 0
+1 0 0 0
+0 1 0 0
+0 0 1.50 0
+Corners
+2
+1
+2
+Edges
+1
+1 2 9
+Triangles
+4
+1 3 2 1
+1 2 4 1
+2 3 4 1
+1 4 3 2
+Normals
+1
+0.5 -1e3 nan
+NormalAtVertices
+0
+Tetrahedra
+1
+1 2 3 4 10
+End
+";
+
+#[test]
+fn everything_but_coordinates_is_kept() {
+    let file = read_bytes("tet.mesh", TET.as_bytes()).unwrap();
+    assert_eq!(file.mesh.families, ["wing", "far field"]);
+    assert_eq!((file.mesh.tets.len(), file.mesh.triangles.len()), (1, 4));
+    let mut vertices = file.mesh.vertices.clone();
+    assert!(written(&file, "same.mesh", &vertices) == TET.as_bytes());
+    vertices[2].y = 2.5;
+    assert_eq!(written(&file, "moved.mesh", &vertices), TET.replace("0 1 0 0", "0 2.5 0 0").as_bytes());
+    let losses = file.losses(Path::new("a.meshb")).unwrap().join("; ");
+    for words in ["Corners", "Normals", "1 edges", "names of families: only their numbers"] {
+        assert!(losses.contains(words), "{words} is not in {losses}");
+    }
+}
+
+#[test]
+fn broken_files_are_refused_with_their_place() {
+    for (from, to, expected) in [
+        ("MeshVersionFormatted 2", "MeshVersion 2", "tet.mesh:1: expected MeshVersionFormatted, found 'MeshVersion'"),
+        (
+            "MeshVersionFormatted 2",
+            "MeshVersionFormatted 5",
+            "tet.mesh:1: expected the version of the format, 1 to 4, fo",
+        ),
+        ("Dimension\n3", "Dimension\n2", "tet.mesh: a mesh of 2 dimensions is not read"),
+        ("Dimension\n3", "", "tet.mesh:5: expected Dimension 3 before the vertices, found none"),
+        ("Vertices\n4", "Vertices\n3", "tet.mesh:10: expected a keyword such as Vertices, found '0'"),
+        ("Vertices\n4", "Vertices\n5", "tet.mesh:11: expected a coordinate, found 'Corners'"),
+        ("Vertices\n4", "Vertices\n-5", "tet.mesh:6: expected the number of entries of a section, found -5"),
+        ("Vertices\n4", "Vertices\n999999", "tet.mesh:6: the number of entries of a section is 999999, but only"),
+        ("Vertices\n4", "Vertexes\n4", "expected the vertices before the elements, found none"),
+        ("2 3 4 1\n1 4 3 2", "2 3 5 1\n1 4 3 2", "tet.mesh:22: triangle 3 names vertex 5, but the file defines 4 ver"),
+        ("1.50", "inf", "tet.mesh:10: vertex 4 has coordinate inf"),
+        ("Tetrahedra\n", "TetrahedraP2\n", "a mesh with 1 second-order tets is not read"),
+        ("Tetrahedra\n", "Vertices\n", "expected one section of vertices, found a second one"),
+    ] {
+        assert_eq!(TET.matches(from).count(), 1, "{from:?} must name one spot");
+        let error = read_bytes("tet.mesh", TET.replace(from, to).as_bytes()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{from:?} -> {to:?}\n expected: {expected}\n found:    {error}");
+    }
+    let bytes = fs::read(data("mixed/meshio.meshb")).unwrap();
+    for length in 1..bytes.len() - 8 {
+        assert!(read_bytes("a.meshb", &bytes[..length]).is_err(), "cut to {length} bytes");
+    }
+    assert!(read_bytes("a.meshb", TET.as_bytes()).unwrap_err().to_string().contains("the number 1 of a binary Medit"));
+    assert!(read_bytes("a.mesh", &bytes).is_err());
+    // A section that says it is longer or shorter than its count.
+    let at = 8 + bytes[8..].windows(4).position(|window| window == 4i32.to_le_bytes()).unwrap();
+    for by in [-4i8, 4] {
+        let mut broken = bytes.clone();
+        broken[at + 4] = broken[at + 4].wrapping_add_signed(by);
+        let error = read_bytes("a.meshb", &broken).unwrap_err().to_string();
+        assert!(error.contains("expected a section up to byte"), "{error}");
+    }
+}
