@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use idmesh::case::displacement::{self, DisplacementError};
 use idmesh::case::{Case, CaseError, Position, Role};
+use idmesh::profile::files::SpanAxis;
 use idmesh::relaxation::Method;
 use idmesh::smoothing::Target;
 use idmesh::stages::TipStart;
@@ -433,4 +434,36 @@ fn displacements_match_exactly() {
     let text = "1e6,1e6,1000000.000000001,2,0,0\n1e6,1e6,1e6,1,0,0\n";
     let matched = displacement::match_displacements(&rows(text).unwrap(), &vertices, &[0, 1], 0.0).unwrap();
     assert_eq!(matched, [DVec3::X, 2.0 * DVec3::X]);
+}
+
+#[test]
+fn airfoils_have_a_place() {
+    let placed = |keys: &str| {
+        GOOD.replace("[family.wing]", &format!("[profiles.wing.placement.\"b.csv\"]\n{keys}\n[family.wing]"))
+    };
+    let case = parse(&placed("chord = 2\ntwist = -1.5\nposition = [1, 2.5, -3]\nplane = \"z\"")).unwrap();
+    let placement = &case.profiles["wing"].placements[Path::new("cases/b.csv")];
+    assert_eq!((placement.chord, placement.twist, placement.span), (2.0, -1.5, SpanAxis::Z));
+    assert_eq!(placement.position, DVec3::new(1.0, 2.5, -3.0));
+    let case = parse(&placed("chord = 2\nposition = [1, 2.5, -3]")).unwrap();
+    let placement = &case.profiles["wing"].placements[Path::new("cases/b.csv")];
+    assert_eq!((placement.twist, placement.span), (0.0, SpanAxis::Y));
+    for (keys, line, expected) in [
+        ("position = [1, 2, 3]", 7, "missing key `chord` in [profiles.wing.placement.b.csv]"),
+        ("chord = 2", 7, "missing key `position` in"),
+        ("chord = 0\nposition = [1, 2, 3]", 8, "`chord` is 0, expected a length above 0"),
+        ("chord = 2\nposition = [1, 2]", 9, "is expected to hold three numbers"),
+        ("chord = 2\nposition = [1, inf, 2]", 9, "holds inf, expected finite numbers"),
+        ("chord = 2\nposition = 3", 9, "is a number, expected three numbers"),
+        ("chord = 2\nposition = [1, 2, 3]\ntwist = nan", 10, "`twist` is NaN, expected degrees, nose up"),
+        ("chord = 2\nposition = [1, 2, 3]\nplane = \"x\"", 10, "is \"x\", expected `y` or `z`"),
+        ("chrod = 2", 8, "unknown key `chrod`"),
+    ] {
+        let (position, message) = mistake(&placed(keys));
+        assert!(message.contains(expected), "{message}");
+        assert_eq!(position.line, line, "{message}");
+    }
+    let (_, message) =
+        mistake(&placed("chord = 2\nposition = [1, 2, 3]").replace("\"b.csv\"]\nchord", "\"c.csv\"]\nchord"));
+    assert!(message.contains("a placement is given for \"c.csv\", which is none of the profile files"), "{message}");
 }

@@ -192,6 +192,21 @@ impl<'d> Value<'d> {
         text.parse().map_err(|_| self.unexpected("a number"))
     }
 
+    /// Three finite numbers.
+    pub fn position(&self) -> Result<[f64; 3], CaseError> {
+        let DeValue::Array(array) = self.value else { return Err(self.unexpected("three numbers")) };
+        let numbers = array.iter().map(|value| {
+            let value = Value { name: self.name.clone(), offset: value.span().start, value: value.get_ref(), ..*self };
+            match value.number()? {
+                number if number.is_finite() => Ok(number),
+                number => Err(value.error(format!("`{}` holds {number}, expected finite numbers", self.name))),
+            }
+        });
+        let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
+        <[f64; 3]>::try_from(numbers)
+            .map_err(|_| self.error(format!("`{}` is expected to hold three numbers", self.name)))
+    }
+
     /// A whole number, at least 1.
     pub fn count(&self) -> Result<usize, CaseError> {
         match self.value {

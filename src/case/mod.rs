@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::profile::files::Placement;
 use crate::relaxation::{Accuracy, Method};
 use crate::smoothing::Target;
 use crate::springs::Springs;
@@ -48,12 +49,14 @@ pub struct Case {
 }
 
 /// The files that hold a wing's profiles.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ProfileSource {
     /// Profiles the wing shall have; at least one file, patterns expanded in sorted order.
     pub new: Vec<PathBuf>,
     /// Profiles the wing has; `None` to cut them from the mesh at the new profiles' planes.
     pub old: Option<Vec<PathBuf>>,
+    /// Where the airfoils of files without units go.
+    pub placements: BTreeMap<PathBuf, Placement>,
 }
 
 /// What one family does, and where the case file says so.

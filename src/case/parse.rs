@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::profile::files::{Placement, SpanAxis};
 use crate::relaxation::Method;
 use crate::smoothing::Target;
 use crate::springs::{SPRINGS, Springs};
@@ -94,7 +95,7 @@ fn profiles(
 ) -> Result<BTreeMap<String, ProfileSource>, CaseError> {
     let mut profiles = BTreeMap::new();
     let sections = match top.get("profiles") {
-        Some(table) => table.sections(&["new", "old"])?,
+        Some(table) => table.sections(&["new", "old", "placement"])?,
         None => Vec::new(),
     };
     for (name, section) in sections {
@@ -118,7 +119,19 @@ fn profiles(
         let new = section.require("new", "a profile file, a list of them, or a pattern such as \"new/*.dat\"")?;
         let new = paths::files(&new, folder)?;
         let old = section.get("old").map(|value| paths::files(&value, folder)).transpose()?;
-        profiles.insert(name.to_owned(), ProfileSource { new, old });
+        let mut placements = BTreeMap::new();
+        if let Some(table) = section.get("placement") {
+            for (file, section) in table.sections(&["chord", "twist", "position", "plane"])? {
+                let path = folder.join(file);
+                if !new.iter().chain(old.iter().flatten()).any(|other| *other == path) {
+                    return Err(section.error(format!(
+                        "a placement is given for \"{file}\", which is none of the profile files of `{name}`"
+                    )));
+                }
+                placements.insert(path, placement(&section)?);
+            }
+        }
+        profiles.insert(name.to_owned(), ProfileSource { new, old, placements });
     }
     let without = families.iter().filter(|(name, family)| family.role == Role::Wing && !profiles.contains_key(*name));
     if let Some((name, family)) = without.min_by_key(|(_, family)| family.position.line) {
@@ -131,6 +144,28 @@ fn profiles(
         });
     }
     Ok(profiles)
+}
+
+/// Where the airfoil of a file goes.
+fn placement(section: &Section) -> Result<Placement, CaseError> {
+    let chord = section.require("chord", "the length of the chord")?;
+    let length = chord.number()?;
+    if !(length > 0.0 && length.is_finite()) {
+        return Err(chord.error(format!("`chord` is {length}, expected a length above 0")));
+    }
+    let twist = match section.get("twist") {
+        None => 0.0,
+        Some(value) => match value.number()? {
+            twist if twist.is_finite() => twist,
+            twist => return Err(value.error(format!("`twist` is {twist}, expected degrees, nose up"))),
+        },
+    };
+    let position = section.require("position", "the place of the leading edge, such as [0.0, 1.5, 0.0]")?.position()?;
+    let span = match section.get("plane").map(|value| value.one_of(&["y", "z"])).transpose()? {
+        None | Some("y") => SpanAxis::Y,
+        Some(_) => SpanAxis::Z,
+    };
+    Ok(Placement { chord: length, twist, position: position.into(), span })
 }
 
 fn springs(volume: Option<&Section>) -> Result<&'static Springs, CaseError> {

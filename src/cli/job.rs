@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use super::console::Console;
 use super::failure::Failure;
-use crate::case::{Case, Role, displacement};
+use crate::case::{Case, ProfileSource, Role, displacement};
 use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
-use crate::profile::{self, Plane, Profile};
+use crate::profile::{self, Plane, Profile, files};
 
 /// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
@@ -58,12 +58,12 @@ impl Job {
         }
         for (name, source) in &case.profiles {
             let Some(family) = mesh.family(name) else { continue };
-            let new = read_profiles(&source.new)?;
+            let new = read_profiles(&source.new, source)?;
             inputs.extend(source.new.iter().cloned());
             let old = match &source.old {
                 Some(paths) => {
                     inputs.extend(paths.iter().cloned());
-                    read_profiles(paths)?
+                    read_profiles(paths, source)?
                 }
                 None => {
                     console.step(&format!("cutting the old profiles of {name}"));
@@ -107,17 +107,20 @@ fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam:
 }
 
 /// Reads the profiles of some files.
-fn read_profiles(paths: &[PathBuf]) -> Result<Vec<Profile>, Failure> {
-    let mut texts = Vec::new();
+fn read_profiles(paths: &[PathBuf], of: &ProfileSource) -> Result<Vec<Profile>, Failure> {
+    let mut contents = Vec::new();
     for path in paths {
         let bytes = fs::read(path)
             .map_err(|error| Failure::bad_input(format!("{}: cannot read the profiles: {error}", path.display())))?;
-        // Bytes that are no text become characters that are no number, and are reported as such with their line.
-        texts.push(String::from_utf8_lossy(&bytes).into_owned());
+        contents.push(bytes);
     }
-    let sources: Vec<_> = paths.iter().map(PathBuf::as_path).zip(texts.iter().map(String::as_str)).collect();
-    profile::csv::parse(&sources).map_err(|error| match error {
-        error @ profile::ProfileError::Line { .. } => Failure::bad_input(error.to_string()),
+    let source = |(path, bytes)| files::Source { path, bytes, placement: of.placements.get(path) };
+    let sources: Vec<_> =
+        paths.iter().map(PathBuf::as_path).zip(contents.iter().map(Vec::as_slice)).map(source).collect();
+    files::parse(&sources).map_err(|error| match error {
+        error @ (profile::ProfileError::Line { .. } | profile::ProfileError::File { .. }) => {
+            Failure::bad_input(error.to_string())
+        }
         error => Failure::bad_input(format!("{}: {error}", list(paths))),
     })
 }

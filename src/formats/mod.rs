@@ -34,7 +34,7 @@ use crate::mesh::{OtherCells, TetMesh};
 pub use atomic::write_atomically;
 pub use content::{Cells, Fields};
 pub use error::{Place, ReadError, WriteError};
-pub use vtk::write_vtu;
+pub use vtk::{Polylines, read_polylines, write_vtu};
 
 use content::Content;
 use document::{Companion, Document};

@@ -104,7 +104,7 @@ fn parse_number(field: &str) -> Option<i64> {
 }
 
 /// The beginning of a text, for messages.
-fn shorten(text: &str) -> String {
+pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 40;
     if text.chars().count() <= LONGEST {
         text.to_string()

@@ -21,6 +21,12 @@ pub enum ProfileError {
         /// What should.
         expected: &'static str,
     },
+    /// A profile file cannot be read as what it is.
+    #[error("{what}")]
+    File {
+        /// Which, where, and why.
+        what: String,
+    },
     /// A coordinate is NaN, infinite or beyond 1e100.
     #[error("profile {profile}: point {point} is {position}, expected finite coordinates")]
     NotFinite {

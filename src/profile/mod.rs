@@ -15,7 +15,7 @@
 //!   remainder is interpolated along the profiles and across the planes, so the moved wing passes through the new
 //!   profiles. See [`interpolation`].
 //!
-//! Use: [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`WingLoft::new`] once per mesh,
+//! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`WingLoft::new`] once per mesh,
 //! [`WingLoft::displacements`] once per design, [`distance::max_distance`] to check the result.
 
 mod crossings;
@@ -25,6 +25,7 @@ pub mod cut;
 pub mod distance;
 mod edges;
 mod error;
+pub mod files;
 pub mod interpolation;
 mod least_squares;
 mod locate;

@@ -136,6 +136,33 @@ fn convert_keeps_the_mesh_and_warns_of_losses() {
     fixture.refuses_command(&["convert", "nothing.su2", "x.su2"], 3, &["nothing.su2"]);
 }
 
+/// The new section as coordinates without units, placed by the case, moves the wing as the CSV file does.
+#[test]
+fn airfoils_move_the_wing_like_csv() {
+    let fixture = Fixture::new();
+    // The wing of the fixture in units of its chord, 0.75: its leading edge is where x is 1.
+    let corners = [(1.0, -1.0), (0.5, -1.0), (0.0, -1.0), (0.0, 0.0), (0.0, 1.0), (0.5, 1.0), (1.0, 1.0)];
+    let airfoil: String = corners.iter().rev().map(|(x, side)| format!("{x} {}\n", side / 3.0)).collect();
+    for (name, y, dz) in [("root", 0.3, 0.02), ("tip", 1.2, 0.05)] {
+        fixture.write(&format!("{name}.dat"), &format!("Block, {name}\n{airfoil}"));
+        let csv = profiles(&[(if name == "root" { 0 } else { 1 }, y, dz)]);
+        fixture.write(&format!("{name}.csv"), &csv);
+    }
+    assert_good(&fixture.run());
+    let expected = formats::read(&fixture.path("moved.msh")).unwrap().mesh.vertices;
+    let placement = |name: &str, y: f64, z: f64| {
+        format!("[profiles.wing.placement.\"{name}.dat\"]\nchord = 0.75\nposition = [1.0, {y}, {z}]\n")
+    };
+    let placed =
+        format!("new = [\"root.dat\", \"tip.dat\"]\n{}{}", placement("root", 0.3, 0.02), placement("tip", 1.2, 0.05));
+    fixture.case("new = \"new.csv\"\n", &placed);
+    assert_good(&fixture.run());
+    let moved = formats::read(&fixture.path("moved.msh")).unwrap().mesh.vertices;
+    assert!(moved.iter().zip(&expected).all(|(a, b)| a.abs_diff_eq(*b, 1e-9)));
+    fixture.case("new = \"new.csv\"\n", "new = [\"root.dat\", \"tip.csv\"]\n");
+    fixture.refuses(3, &["root.dat:1", "do not say where it is", "placement"]);
+}
+
 /// Volumes of `mixed`: a unit cube of six equal tets and others.
 #[test]
 fn mixed_meshes_are_measured_but_not_moved() {

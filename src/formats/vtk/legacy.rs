@@ -13,6 +13,7 @@ use super::cells::{self, Table};
 use super::create::families_of_cells;
 use super::names::{list_names, parse_names};
 use super::number::Number;
+use super::polylines::LineArrays;
 use super::{FAMILY_ARRAYS, vtk_number};
 use crate::formats::Parsed;
 use crate::formats::assembly::surface;
@@ -44,37 +45,13 @@ struct Parts {
 /// Reads a legacy VTK file from its (decompressed) bytes; `path` is for messages.
 pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut scanner = Scanner::new(path, &bytes);
-    let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
-    let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
-    if !scanner.line().starts_with(b"# vtk DataFile Version") {
-        return Err(missing("line '# vtk DataFile Version'", "is it a legacy VTK file?"));
-    }
-    let names = parse_names(&String::from_utf8_lossy(scanner.line()));
-    let encoding = match scanner.line() {
-        b"ASCII" => Encoding::Text,
-        b"BINARY" => Encoding::Binary(Endian::Big),
-        other => return Err(scanner.malformed("ASCII or BINARY", shown(other))),
-    };
-    let dataset = scanner.filled_line();
-    if !dataset.eq_ignore_ascii_case(b"DATASET UNSTRUCTURED_GRID") {
-        let found = String::from_utf8_lossy(dataset).into_owned();
-        return Err(unsupported(found, "save it as an unstructured grid"));
-    }
-    scanner.encoding = encoding;
-    let mut parts = Parts::default();
-    loop {
-        let line = scanner.filled_line();
-        if line.is_empty() {
-            break;
-        }
-        let words: Vec<&str> = std::str::from_utf8(line).unwrap_or_default().split_ascii_whitespace().collect();
-        read_section(&mut scanner, &words, line, &mut parts)?;
-    }
+    let (names, parts) = read_sections(&mut scanner, "UNSTRUCTURED_GRID")?;
     let place = scanner.at();
+    let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
     let Parts { points, offsets, connectivity, types, families, mut beside, .. } = parts;
-    let (positions, slots) = points.ok_or_else(|| missing("POINTS", "is it a complete VTK file?"))?;
-    let offsets = offsets.ok_or_else(|| missing("CELLS", "is it a complete VTK file?"))?;
-    let types = types.ok_or_else(|| missing("CELL_TYPES", "is it a complete VTK file?"))?;
+    let (positions, slots) = points.ok_or_else(|| missing("POINTS"))?;
+    let offsets = offsets.ok_or_else(|| missing("CELLS"))?;
+    let types = types.ok_or_else(|| missing("CELL_TYPES"))?;
     let malformed =
         |expected: String, found: String| ReadError::Malformed { place: scanner.place(place), expected, found };
     let of_name = |name: &&str| families.iter().find(|(array, _)| array == name);
@@ -88,11 +65,48 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
     let (mesh, others) = assembly.finish(path, positions, name)?;
-    Ok(Parsed {
-        mesh,
-        others,
-        document: Document { format: NAME, extension, bytes, coordinates: Box::new(slots), beside, companion: None },
-    })
+    let coordinates = Box::new(slots);
+    let document = Document { format: NAME, extension, bytes, coordinates, beside, companion: None };
+    Ok(Parsed { mesh, others, document })
+}
+
+/// The points of a poly data file, and ends and points of its lines.
+pub(super) fn read_lines(path: &Path, bytes: &[u8]) -> Result<LineArrays, ReadError> {
+    let (_, parts) = read_sections(&mut Scanner::new(path, bytes), "POLYDATA")?;
+    let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
+    let (points, _) = parts.points.ok_or_else(|| missing("POINTS"))?;
+    Ok((points, parts.offsets.ok_or_else(|| missing("LINES"))?, parts.connectivity))
+}
+
+/// Reads a file whose data set is of that kind; also the names in its title.
+fn read_sections(scanner: &mut Scanner, kind: &str) -> Result<(Vec<(i32, String)>, Parts), ReadError> {
+    let path = scanner.path();
+    if !scanner.line().starts_with(b"# vtk DataFile Version") {
+        let what = "line '# vtk DataFile Version'";
+        return Err(ReadError::Missing { path: path.into(), what, hint: "is it a legacy VTK file?" });
+    }
+    let names = parse_names(&String::from_utf8_lossy(scanner.line()));
+    let encoding = match scanner.line() {
+        b"ASCII" => Encoding::Text,
+        b"BINARY" => Encoding::Binary(Endian::Big),
+        other => return Err(scanner.malformed("ASCII or BINARY", shown(other))),
+    };
+    let dataset = scanner.filled_line();
+    if !dataset.eq_ignore_ascii_case(format!("DATASET {kind}").as_bytes()) {
+        let found = String::from_utf8_lossy(dataset).into_owned();
+        let hint = if kind == "POLYDATA" { "save the lines as poly data" } else { "save it as an unstructured grid" };
+        return Err(ReadError::Unsupported { path: path.into(), found, hint });
+    }
+    scanner.encoding = encoding;
+    let mut parts = Parts::default();
+    loop {
+        let line = scanner.filled_line();
+        if line.is_empty() {
+            return Ok((names, parts));
+        }
+        let words: Vec<&str> = std::str::from_utf8(line).unwrap_or_default().split_ascii_whitespace().collect();
+        read_section(scanner, &words, line, &mut parts)?;
+    }
 }
 
 /// Reads what a line of keywords announces.
@@ -116,11 +130,11 @@ fn read_section(scanner: &mut Scanner, words: &[&str], line: &[u8], parts: &mut 
             }
             parts.points = Some(read_points(scanner, n_points, number)?);
         }
-        "CELLS" => {
+        "CELLS" | "LINES" => {
             let first = count(scanner, words.get(1), "the number of cells")?;
             let second = count(scanner, words.get(2), "the size of the cells")?;
             if parts.offsets.is_some() {
-                return Err(scanner.malformed("one CELLS section", "a second one"));
+                return Err(scanner.malformed(format!("one {keyword} section"), "a second one"));
             }
             read_cells(scanner, first, second, parts)?;
         }

@@ -7,12 +7,14 @@ pub(super) mod legacy;
 mod names;
 mod number;
 mod payload;
+mod polylines;
 mod vtu;
 mod xml;
 
 pub(super) use create::create;
 pub use create::write_vtu;
 pub(super) use names::{list_names, parse_names};
+pub use polylines::{Polylines, read_polylines};
 pub(super) use vtu::read;
 
 use super::assembly::{Kind, Shape};

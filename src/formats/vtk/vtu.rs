@@ -19,6 +19,7 @@ use super::cells::{self, Table};
 use super::names::parse_names;
 use super::number::Number;
 use super::payload::{Coding, Payload};
+use super::polylines::LineArrays;
 use super::xml::{Tag, Tags, find};
 use super::{FAMILY_ARRAYS, VTU};
 use crate::formats::Parsed;
@@ -63,7 +64,7 @@ struct Header {
 
 /// Reads a VTU file from its (decompressed) bytes; `path` is for messages.
 pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
-    let header = read_header(path, &bytes)?;
+    let header = read_header(path, &bytes, "UnstructuredGrid")?;
     let file = File { path, bytes: &bytes, header: &header };
     let points = file.array("Points", None)?;
     let (positions, coordinates) = file.read_points(points)?;
@@ -102,7 +103,8 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     })
 }
 
-fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, ReadError> {
+/// Reads the tags of a file of that type, up to the appended data.
+fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Header, ReadError> {
     let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
     let mut tags = Tags::new(path, bytes);
     let mut header = Header {
@@ -125,10 +127,14 @@ fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, ReadError> {
             ("VTKFile", false) => {
                 in_file = true;
                 match tag.get("type") {
-                    Some("UnstructuredGrid") => {}
+                    Some(kind) if kind == expected => {}
                     other => {
                         let found = format!("a VTK file of type {}", other.unwrap_or("none"));
-                        return Err(unsupported(found, "save it as an unstructured grid (.vtu)"));
+                        let hint = match expected {
+                            "PolyData" => "save the lines as poly data (.vtp)",
+                            _ => "save it as an unstructured grid (.vtu)",
+                        };
+                        return Err(unsupported(found, hint));
                     }
                 }
                 header.coding = read_coding(&tags, &tag, unsupported)?;
@@ -136,9 +142,12 @@ fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, ReadError> {
             ("Piece", false) => {
                 pieces += 1;
                 header.n_points = count("NumberOfPoints")?;
-                header.n_cells = count("NumberOfCells")?;
+                header.n_cells = count(if expected == "PolyData" { "NumberOfLines" } else { "NumberOfCells" })?;
             }
-            ("Points" | "Cells" | "PointData" | "CellData" | "FieldData", closes) => {
+            (
+                "Points" | "Cells" | "Lines" | "Verts" | "Strips" | "Polys" | "PointData" | "CellData" | "FieldData",
+                closes,
+            ) => {
                 section = if closes { String::new() } else { tag.name.into() };
             }
             ("DataArray" | "Array", false) if !section.is_empty() && section != "FieldData" => {
@@ -166,6 +175,16 @@ fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, ReadError> {
         1 => Ok(header),
         _ => Err(unsupported(format!("a file of {pieces} pieces"), "merge the pieces (in ParaView: Merge Blocks)")),
     }
+}
+
+/// The points of a poly data file, and ends and points of its lines.
+pub(super) fn read_lines(path: &Path, bytes: &[u8]) -> Result<LineArrays, ReadError> {
+    let header = read_header(path, bytes, "PolyData")?;
+    let file = File { path, bytes, header: &header };
+    let (points, _) = file.read_points(file.array("Points", None)?)?;
+    let offsets = file.integers(file.array("Lines", Some("offsets"))?)?;
+    let connectivity = file.integers(file.array("Lines", Some("connectivity"))?)?;
+    Ok((points, offsets, connectivity))
 }
 
 fn read_coding(

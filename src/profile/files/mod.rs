@@ -1,0 +1,132 @@
+//! Profile files of every format that other programs write, recognised by extension: CSV, airfoil coordinates, Tecplot
+//! zones, JSON, polylines of VTK.
+//!
+//! CSV and JSON number their profiles; those of the others are numbered from 0 in the order of the files and of the curves
+//! in them. Nothing here opens a file: the caller hands over paths, for the messages, and contents.
+
+mod airfoil;
+mod chain;
+mod json;
+mod tecplot;
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use glam::DVec3;
+
+pub use airfoil::{Placement, SpanAxis};
+
+use super::{Profile, ProfileError, csv};
+use crate::formats::read_polylines;
+
+/// A profile file.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// Selects the format by its extension, and is named in messages.
+    pub path: &'a Path,
+    /// The file.
+    pub bytes: &'a [u8],
+    /// Where an airfoil without units goes, for files of such.
+    pub placement: Option<&'a Placement>,
+}
+
+impl Source<'_> {
+    fn extension(&self) -> String {
+        self.path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+    }
+
+    fn text(&self) -> Result<&str, ProfileError> {
+        std::str::from_utf8(self.bytes).map_err(|error| {
+            let before = &self.bytes[..error.valid_up_to()];
+            let line = before.iter().filter(|&&byte| byte == b'\n').count();
+            fail(self.path, line, "bytes that are no text".into(), "a text file in UTF-8")
+        })
+    }
+}
+
+/// Reads the profiles of one or several files, perhaps of different formats, in the order they stand in.
+///
+/// - `.csv`, and any extension not named below: [`csv`]
+/// - `.dat`, `.tec`, `.plt`, `.txt`: Tecplot zones if the file has any, else the coordinates of one airfoil in the order of
+///   Selig or Lednicer, put into space by its [`Placement`]
+/// - `.json`: `[{"profile": 0, "points": [[x, y, z], ...]}, ...]`
+/// - `.vtp`, `.vtk`: each connected polyline is a profile
+///
+/// # Errors
+/// [`ProfileError::Line`] with path and line, [`ProfileError::File`] for a file that cannot be read as what it is,
+/// [`ProfileError::Doubled`], [`ProfileError::NoProfiles`].
+pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
+    let is_csv =
+        |source: &Source| !matches!(&*source.extension(), "dat" | "tec" | "plt" | "txt" | "json" | "vtp" | "vtk");
+    if let Some(source) = sources.iter().find(|source| source.placement.is_some() && !is_airfoil(source)) {
+        let what = "a placement is given, but the file says itself where its profiles are".to_string();
+        return Err(fail(source.path, 0, what, "none, or a file with the coordinates of one airfoil"));
+    }
+    if sources.iter().all(is_csv) {
+        let texts = sources.iter().map(|source| Ok((source.path, source.text()?)));
+        return csv::parse(&texts.collect::<Result<Vec<_>, ProfileError>>()?);
+    }
+    let mut profiles: Vec<Profile> = Vec::new();
+    for source in sources {
+        let curves = match &*source.extension() {
+            "json" => {
+                profiles.extend(json::parse(source.path, source.text()?)?);
+                continue;
+            }
+            "vtp" | "vtk" => polylines(source)?,
+            "dat" | "tec" | "plt" | "txt" if tecplot::is_tecplot(source.text()?) => {
+                tecplot::parse(source.path, source.text()?)?
+            }
+            "dat" | "tec" | "plt" | "txt" => {
+                let airfoil = airfoil::parse(source.path, source.text()?)?;
+                let placement = source.placement.ok_or_else(|| {
+                    let expected = "a placement in the case: [profiles.NAME.placement.\"FILE\"]";
+                    fail(source.path, 0, "the coordinates of an airfoil do not say where it is".into(), expected)
+                })?;
+                vec![airfoil.into_iter().map(|point| placement.place(point)).collect()]
+            }
+            _ => {
+                profiles.extend(csv::parse(&[(source.path, source.text()?)])?);
+                continue;
+            }
+        };
+        let first = profiles.len() as i64;
+        profiles.extend((first..).zip(curves).map(|(number, points)| Profile { number, points }));
+    }
+    let mut seen = HashSet::new();
+    if let Some(doubled) = profiles.iter().find(|profile| !seen.insert(profile.number)) {
+        return Err(ProfileError::Doubled { profile: doubled.number });
+    }
+    if profiles.is_empty() { Err(ProfileError::NoProfiles) } else { Ok(profiles) }
+}
+
+fn is_airfoil(source: &Source) -> bool {
+    let extension = matches!(&*source.extension(), "dat" | "tec" | "plt" | "txt");
+    extension && source.text().is_ok_and(|text| !tecplot::is_tecplot(text))
+}
+
+/// The connected polylines of a VTK file.
+fn polylines(source: &Source) -> Result<Vec<Vec<DVec3>>, ProfileError> {
+    let what = |error: &dyn std::fmt::Display| ProfileError::File { what: error.to_string() };
+    let lines = read_polylines(source.path, source.bytes).map_err(|error| what(&error))?;
+    let segments: Vec<[usize; 2]> =
+        lines.lines.iter().flat_map(|line| line.windows(2).map(|pair| [pair[0] as usize, pair[1] as usize])).collect();
+    let chains = chain::chains(lines.points.len(), &segments).map_err(|point| {
+        let at = lines.points[point];
+        ProfileError::File { what: format!("{}: more than two lines meet at {at}", source.path.display()) }
+    })?;
+    Ok(chains.into_iter().map(|chain| chain.into_iter().map(|point| lines.points[point]).collect()).collect())
+}
+
+/// The error of a line, counted from 0.
+fn fail(path: &Path, line: usize, what: String, expected: &'static str) -> ProfileError {
+    ProfileError::Line { path: path.to_path_buf(), line: line + 1, what, expected }
+}
+
+/// A finite number.
+fn number(path: &Path, line: usize, word: &str) -> Result<f64, ProfileError> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(fail(path, line, format!("found '{}'", csv::shorten(word)), "a finite number")),
+    }
+}

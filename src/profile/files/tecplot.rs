@@ -1,0 +1,174 @@
+//! Sections as Tecplot zones in ASCII: ordered points (`I=`) or line segments (`FELINESEG`), as flow solvers write slices.
+//!
+//! Source: the Tecplot 360 data format guide, "ASCII data".
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::{chain, fail, number};
+use crate::profile::ProfileError;
+
+/// Whether a text is Tecplot's rather than a list of airfoil coordinates.
+pub(super) fn is_tecplot(text: &str) -> bool {
+    text.lines().any(|line| begins(line, "ZONE") || begins(line, "VARIABLES"))
+}
+
+fn begins(line: &str, keyword: &str) -> bool {
+    let line = line.trim_start();
+    let after = line.get(keyword.len()..).and_then(|rest| rest.chars().next());
+    line.get(..keyword.len()).is_some_and(|start| start.eq_ignore_ascii_case(keyword))
+        && after.is_none_or(|letter| !letter.is_alphanumeric())
+}
+
+/// What a zone's header says.
+#[derive(Default)]
+struct Zone {
+    line: usize,
+    n_points: Option<usize>,
+    n_segments: usize,
+    segments: bool,
+    block: bool,
+}
+
+/// Reads the curves of all zones, in their order; a zone of segments may hold several.
+pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileError> {
+    let mut columns: Option<([usize; 3], usize)> = None;
+    let mut curves = Vec::new();
+    let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate().peekable();
+    while let Some((line, row)) = lines.next() {
+        let row = row.trim();
+        if row.is_empty() || row.starts_with('#') {
+            continue;
+        }
+        // A header goes on until a line of numbers or the next keyword.
+        let mut header = row.to_string();
+        while let Some((_, next)) = lines.next_if(|(_, next)| continues(next)) {
+            header += " ";
+            header += next.trim();
+        }
+        if begins(&header, "TITLE") || begins(&header, "FILETYPE") || begins(&header, "DATASETAUXDATA") {
+            continue;
+        }
+        if begins(&header, "VARIABLES") {
+            columns = Some(coordinates(path, line, &header)?);
+            continue;
+        }
+        if !begins(&header, "ZONE") {
+            return Err(fail(path, line, format!("found '{}'", super::csv::shorten(row)), "TITLE, VARIABLES or ZONE"));
+        }
+        let (axes, n_variables) = columns.unwrap_or(([0, 1, 2], 3));
+        let zone = Zone::parse(path, line, &header)?;
+        let Some(n_points) = zone.n_points else {
+            return Err(fail(path, line, "a zone without I= or N=".into(), "the number of its points"));
+        };
+        // Every value takes two bytes of the text at least.
+        let n_values = n_points.saturating_mul(n_variables).saturating_add(2 * zone.n_segments);
+        if n_values > text.len() {
+            return Err(fail(path, line, format!("a zone of {n_values} values"), "no more than the file can hold"));
+        }
+        let mut words = Vec::with_capacity(n_values);
+        let mut last = line;
+        while words.len() < n_values {
+            let Some((line, row)) = lines.next_if(|(_, row)| !begins(row, "ZONE")) else {
+                let what = format!("{} of {n_values} values of the zone in line {}", words.len(), zone.line + 1);
+                return Err(fail(path, last, what, "all values of the zone"));
+            };
+            last = line;
+            words.extend(row.split_ascii_whitespace().map(|word| (line, word)));
+        }
+        if words.len() > n_values {
+            return Err(fail(path, last, "more values than the zone has".into(), "I= or N= to count its points"));
+        }
+        let value = |place: usize| number(path, words[place].0, words[place].1);
+        let mut points = Vec::with_capacity(n_points);
+        for point in 0..n_points {
+            let of = |axis: usize| value(if zone.block { axis * n_points + point } else { point * n_variables + axis });
+            points.push(DVec3::new(of(axes[0])?, of(axes[1])?, of(axes[2])?));
+        }
+        if !zone.segments {
+            curves.push(points);
+            continue;
+        }
+        let mut segments = Vec::with_capacity(zone.n_segments);
+        for place in (n_points * n_variables..n_values).step_by(2) {
+            let mut ends = [0; 2];
+            for (end, &(line, word)) in ends.iter_mut().zip(&words[place..]) {
+                let point = word.parse::<usize>().ok().filter(|point| (1..=n_points).contains(point));
+                let what = || format!("found '{}' among {n_points} points", super::csv::shorten(word));
+                *end = point.ok_or_else(|| fail(path, line, what(), "the number of a point, from 1"))? - 1;
+            }
+            segments.push(ends);
+        }
+        let chains = chain::chains(n_points, &segments).map_err(|point| {
+            fail(path, line, format!("more than two segments meet at point {}", point + 1), "curves that do not branch")
+        })?;
+        curves.extend(chains.into_iter().map(|chain| chain.into_iter().map(|point| points[point]).collect()));
+    }
+    Ok(curves)
+}
+
+/// Whether a line goes on with a header: it is no row of numbers and begins nothing else.
+fn continues(line: &str) -> bool {
+    let first = line.split_ascii_whitespace().next().unwrap_or_default();
+    !first.is_empty()
+        && first.parse::<f64>().is_err()
+        && !["ZONE", "VARIABLES", "TITLE"].iter().any(|keyword| begins(line, keyword))
+}
+
+/// The columns of x, y and z among the variables, and how many variables there are.
+fn coordinates(path: &Path, line: usize, header: &str) -> Result<([usize; 3], usize), ProfileError> {
+    let list = header.split_once('=').map_or("", |(_, list)| list);
+    let names: Vec<String> = if list.contains('"') {
+        list.split('"').skip(1).step_by(2).map(str::to_ascii_lowercase).collect()
+    } else {
+        list.split([',', ' ']).filter(|name| !name.is_empty()).map(str::to_ascii_lowercase).collect()
+    };
+    let column = |axis: &str| {
+        let names_of =
+            [axis.to_string(), format!("coordinate{axis}"), format!("{axis} (m)"), format!("{axis}_coordinate")];
+        names.iter().position(|name| names_of.contains(&name.trim().to_string()))
+    };
+    match [column("x"), column("y"), column("z")] {
+        [Some(x), Some(y), Some(z)] => Ok(([x, y, z], names.len())),
+        _ => Err(fail(path, line, format!("variables {}", names.join(", ")), "x, y and z among the variables")),
+    }
+}
+
+impl Zone {
+    fn parse(path: &Path, line: usize, header: &str) -> Result<Self, ProfileError> {
+        let mut zone = Zone { line, ..Zone::default() };
+        // Titles may hold anything: only what stands outside quotes counts.
+        let plain: String = header.split('"').step_by(2).collect::<Vec<_>>().join(" ");
+        let plain = plain.to_ascii_uppercase().replace(',', " ").replace('=', " = ");
+        let words: Vec<&str> = plain.split_ascii_whitespace().collect();
+        for place in 1..words.len().saturating_sub(1) {
+            if words[place] != "=" {
+                continue;
+            }
+            let (key, value) = (words[place - 1], words[place + 1]);
+            let count = || {
+                let count = value.parse::<usize>();
+                count.map_err(|_| fail(path, line, format!("{key}={value}"), "a whole number"))
+            };
+            match key {
+                "I" | "N" | "NODES" => zone.n_points = Some(count()?),
+                "J" | "K" if count()? != 1 => {
+                    return Err(fail(path, line, format!("{key}={value}"), "a zone that is a curve"));
+                }
+                "E" | "ELEMENTS" => zone.n_segments = count()?,
+                "ZONETYPE" | "ET" => match value {
+                    "ORDERED" => {}
+                    "FELINESEG" | "LINESEG" => zone.segments = true,
+                    _ => return Err(fail(path, line, format!("{key}={value}"), "ORDERED or FELINESEG")),
+                },
+                "DATAPACKING" | "F" => zone.block = value.ends_with("BLOCK"),
+                _ => {}
+            }
+        }
+        if !zone.segments {
+            zone.n_segments = 0;
+        }
+        Ok(zone)
+    }
+}
