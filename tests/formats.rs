@@ -4,10 +4,15 @@
 mod aflr3;
 #[path = "formats/broken.rs"]
 mod broken;
+#[path = "formats/damage.rs"]
+#[allow(dead_code, reason = "the rest is for tests/damage.rs")]
+mod damage;
 #[path = "formats/medit.rs"]
 mod medit;
 #[path = "formats/mixed.rs"]
 mod mixed;
+#[path = "formats/openfoam.rs"]
+mod openfoam;
 #[path = "formats/su2.rs"]
 mod su2;
 #[path = "formats/vtu.rs"]

@@ -77,7 +77,10 @@ pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
 /// The first such output.
 pub(super) fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), Failure> {
     let same = |a: &Path, b: &Path| {
-        a == b || matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b && a.is_file())
+        // A mesh may be a folder, and the other path a file in it.
+        let within = |a: &Path, b: &Path| a.is_dir() && b.starts_with(a);
+        let real = (fs::canonicalize(a), fs::canonicalize(b));
+        a == b || matches!(real, (Ok(a), Ok(b)) if (a == b && a.is_file()) || within(&a, &b) || within(&b, &a))
     };
     for (index, output) in outputs.iter().enumerate() {
         if let Some(input) = inputs.iter().find(|input| same(input, output)) {

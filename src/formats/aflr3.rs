@@ -197,7 +197,11 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let (mesh, others) = assembly.finish(path, positions, name)?;
     let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
     let companion = mapbc.map(|bytes| Companion { path: mapbc_path, bytes });
-    Ok(Parsed { mesh, others, document: Document { format: NAME, extension, bytes, coordinates, beside, companion } })
+    Ok(Parsed {
+        mesh,
+        others,
+        document: Document { format: NAME, extension, bytes, coordinates, beside, companion, siblings: Vec::new() },
+    })
 }
 
 /// Where the names of the families stand: `wing.mapbc` of `wing.b8.ugrid.gz`.

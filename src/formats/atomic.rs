@@ -39,6 +39,31 @@ pub(super) fn check(path: &Path) -> io::Result<()> {
     temporary(&target(path)?.1).map(drop)
 }
 
+/// Writes the files of a folder, which is made if it is missing. All are complete before the first takes its place, and the
+/// last, without which the folder is no mesh, takes it last.
+pub(super) fn write_folder(path: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
+    let (target, parent) = target(path)?;
+    let stage = Builder::new().prefix(".idmesh-").tempdir_in(&parent)?;
+    for (name, bytes) in files {
+        fs::write(stage.path().join(name), bytes)?;
+    }
+    if !target.is_dir() {
+        fs::create_dir(&target)?;
+    }
+    for (name, _) in files {
+        fs::rename(stage.path().join(name), target.join(name))?;
+    }
+    Ok(())
+}
+
+/// Checks that [`write_folder`] to `path` can work.
+pub(super) fn check_folder(path: &Path) -> io::Result<()> {
+    if path.exists() && !path.is_dir() {
+        return Err(io::ErrorKind::NotADirectory.into());
+    }
+    Builder::new().prefix(".idmesh-").tempdir_in(target(path)?.1).map(drop)
+}
+
 /// The file to replace, with symbolic links followed, and its folder.
 fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());

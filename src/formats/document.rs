@@ -23,7 +23,12 @@ pub(super) struct Document {
     pub beside: Vec<String>,
     /// A file that belongs to it and is not changed.
     pub companion: Option<Companion>,
+    /// Of a mesh that is a folder: the other files in it, as they are.
+    pub siblings: NamedFiles,
 }
+
+/// Files of a folder: their names and contents.
+pub(super) type NamedFiles = Vec<(String, Vec<u8>)>;
 
 /// A small file beside a mesh file, that holds what the mesh file cannot.
 #[derive(Debug)]
@@ -87,8 +92,8 @@ fn write_text(bytes: &[u8], out: &mut dyn Write, mut copied: usize, slot: usize,
     let mut at = slot;
     for value in vertex.to_array() {
         let mut token = next_token(bytes, at);
-        // A comment or a tag may follow a number without white space.
-        let ends = |byte: &u8| matches!(byte, b'%' | b'<');
+        // A comment, a tag or a parenthesis may follow a number without white space.
+        let ends = |byte: &u8| matches!(byte, b'%' | b'<' | b')');
         token.end = bytes[token.clone()].iter().position(ends).map_or(token.end, |length| token.start + length);
         at = token.end;
         // Shorter or longer digits of the same number must stay as they are: compare values, by their bits.

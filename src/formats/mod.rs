@@ -15,6 +15,7 @@ mod error;
 mod gmsh;
 mod lines;
 mod medit;
+mod openfoam;
 mod scanner;
 mod su2;
 mod vtk;
@@ -37,7 +38,7 @@ pub use error::{Place, ReadError, WriteError};
 pub use vtk::{Polylines, read_polylines, write_vtu};
 
 use content::Content;
-use document::{Companion, Document};
+use document::{Companion, Document, NamedFiles};
 
 /// The mesh file formats, in the order in which messages list them.
 pub const FORMATS: &[Format] = &[
@@ -46,7 +47,7 @@ pub const FORMATS: &[Format] = &[
         extensions: &["msh"],
         description: "Gmsh 4.1 or 2.2, ascii or binary; families are the surface's physical groups",
         read: gmsh::read,
-        create: gmsh::create,
+        create: Create::File(gmsh::create),
         limits: gmsh::limits,
         companion: None,
     },
@@ -55,7 +56,7 @@ pub const FORMATS: &[Format] = &[
         extensions: &["su2"],
         description: "SU2 native; families are the markers",
         read: su2::read,
-        create: su2::create,
+        create: Create::File(su2::create),
         limits: su2::limits,
         companion: None,
     },
@@ -64,7 +65,7 @@ pub const FORMATS: &[Format] = &[
         extensions: &["vtu"],
         description: "VTK unstructured grid for ParaView, with families, displacement and beta",
         read: vtk::read,
-        create: vtk::create,
+        create: Create::File(vtk::create),
         limits: |_| Vec::new(),
         companion: None,
     },
@@ -73,7 +74,7 @@ pub const FORMATS: &[Format] = &[
         extensions: &["vtk"],
         description: "legacy VTK unstructured grid, ascii or binary; families as in VTU",
         read: vtk::legacy::read,
-        create: vtk::legacy::create,
+        create: Create::File(vtk::legacy::create),
         limits: vtk::legacy::limits,
         companion: None,
     },
@@ -82,7 +83,7 @@ pub const FORMATS: &[Format] = &[
         extensions: aflr3::EXTENSIONS,
         description: "AFLR3, ascii or binary by extension (.b8.ugrid, ...); families are named in a .mapbc file beside",
         read: aflr3::read,
-        create: aflr3::create,
+        create: Create::File(aflr3::create),
         limits: aflr3::limits,
         companion: Some(aflr3::companion),
     },
@@ -91,8 +92,17 @@ pub const FORMATS: &[Format] = &[
         extensions: medit::EXTENSIONS,
         description: "Medit, text (.mesh) or binary (.meshb); families are the references of the faces",
         read: medit::read,
-        create: medit::create,
+        create: Create::File(medit::create),
         limits: medit::limits,
+        companion: None,
+    },
+    Format {
+        name: openfoam::NAME,
+        extensions: openfoam::NAMES,
+        description: "OpenFOAM, a folder polyMesh or its points, ascii or binary; families are the patches",
+        read: openfoam::read,
+        create: Create::Folder(openfoam::create),
+        limits: openfoam::limits,
         companion: None,
     },
 ];
@@ -106,7 +116,7 @@ pub struct Format {
     /// What it holds, one line.
     pub description: &'static str,
     read: Reader,
-    create: Creator,
+    create: Create,
     /// What a new file will not hold or hold otherwise, in words.
     limits: fn(&Content) -> Vec<String>,
     /// A small file that belongs to a new one.
@@ -115,7 +125,14 @@ pub struct Format {
 
 /// Reads the (decompressed) bytes of the file at that path, which that extension selected.
 type Reader = fn(&Path, &'static str, Vec<u8>) -> Result<Parsed, ReadError>;
-/// Writes a new file.
+
+/// How a new mesh is written.
+enum Create {
+    File(Creator),
+    /// Names and contents of the files of a folder, the one that makes it a mesh last.
+    Folder(fn(&Content) -> io::Result<NamedFiles>),
+}
+
 type Creator = fn(&mut dyn Write, &Content) -> io::Result<()>;
 
 /// What a reader makes of a file.
@@ -126,20 +143,30 @@ struct Parsed {
 }
 
 impl Format {
+    /// Whether a mesh of this format is a folder, which its whole name selects, and cannot be read from one file's bytes.
+    pub fn is_folder(&self) -> bool {
+        matches!(self.create, Create::Folder(_))
+    }
+
     /// The format that the path's extension selects, and that extension: of several that fit, the longest.
     fn of(path: &Path) -> Option<(&'static Format, &'static str)> {
         let name = path.file_name()?.to_string_lossy().to_lowercase();
         let stem = name.strip_suffix(".gz").unwrap_or(&name);
         let all = FORMATS.iter().flat_map(|format| format.extensions.iter().map(move |&extension| (format, extension)));
-        let fits = |extension: &str| stem.strip_suffix(extension).is_some_and(|stem| stem.ends_with('.'));
-        all.filter(|(_, extension)| fits(extension)).max_by_key(|(_, extension)| extension.len())
+        let fits = |format: &Format, extension: &str| match format.is_folder() {
+            // `polyMesh.invalid` is one, too.
+            true => stem.strip_prefix(extension).is_some_and(|rest| matches!(rest, "" | ".invalid")),
+            false => stem.strip_suffix(extension).is_some_and(|stem| stem.ends_with('.')),
+        };
+        all.filter(|(format, extension)| fits(format, extension)).max_by_key(|(_, extension)| extension.len())
     }
 }
 
 /// The known extensions, for messages: `.msh (Gmsh), .vtu (VTU)`.
 fn known() -> String {
     let extensions = |format: &Format| {
-        format.extensions.iter().map(|extension| format!(".{extension}")).collect::<Vec<_>>().join(", ")
+        let dot = if format.is_folder() { "" } else { "." };
+        format.extensions.iter().map(|extension| format!("{dot}{extension}")).collect::<Vec<_>>().join(", ")
     };
     FORMATS.iter().map(|format| format!("{} ({})", extensions(format), format.name)).collect::<Vec<_>>().join(", ")
 }
@@ -178,7 +205,8 @@ pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
 ///
 /// [`ReadError`], as [`read()`].
 pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
-    input_format(path)?;
+    let (format, _) = input_format(path)?;
+    let path = &if format.is_folder() { openfoam::points_path(path) } else { path.to_path_buf() };
     let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
     read_bytes(path, bytes)
 }
@@ -231,13 +259,17 @@ impl MeshFile {
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
         check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
+        if format.is_folder() && names_folder(path) {
+            return self.write_folder(path, format, vertices);
+        }
         if let Some(document) = self.source(format, extension) {
             check_finite(vertices)?;
             write_file(path, |out| document.write(out, vertices))?;
             return document.companion.as_ref().map_or(Ok(()), |companion| write_companion(path, companion));
         }
         let content = self.content(vertices, *fields, extension);
-        create_file(path, format.create, &content)?;
+        let Create::File(create) = format.create else { return Err(needs_folder(path)) };
+        create_file(path, create, &content)?;
         format.companion.map_or(Ok(()), |companion| write_companion(path, &companion(&content)))
     }
 
@@ -264,7 +296,8 @@ impl MeshFile {
             None => {
                 let content = self.content(vertices, *fields, extension);
                 check_content(&content)?;
-                (format.create)(out, &content)
+                let Create::File(create) = format.create else { return Err(needs_folder(path)) };
+                create(out, &content)
             }
         };
         written.map_err(|source| WriteError::Io { path: path.into(), source })
@@ -278,8 +311,13 @@ impl MeshFile {
     /// - [`WriteError::UnknownFormat`]: no format has that extension.
     /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or takes no new files.
     pub fn check_output(&self, path: &Path) -> Result<(), WriteError> {
-        output_format(path)?;
-        atomic::check(path).map_err(|source| WriteError::Io { path: path.into(), source })
+        let (format, extension) = output_format(path)?;
+        let checked = match format.is_folder() && names_folder(path) {
+            true => atomic::check_folder(path),
+            false if format.is_folder() && self.source(format, extension).is_none() => return Err(needs_folder(path)),
+            false => atomic::check(path),
+        };
+        checked.map_err(|source| WriteError::Io { path: path.into(), source })
     }
 
     /// What a file that [`MeshFile::write`] makes at `path` will not hold or hold otherwise, in words; nothing where the
@@ -305,10 +343,33 @@ impl MeshFile {
         Ok(losses)
     }
 
+    /// Writes a mesh that is a folder: that of the source with other points, or a new one.
+    fn write_folder(&self, path: &Path, format: &Format, vertices: &[DVec3]) -> Result<(), WriteError> {
+        let io = |source| WriteError::Io { path: path.into(), source };
+        let files = match (self.source(format, ""), &format.create) {
+            (Some(document), _) => {
+                check_finite(vertices)?;
+                let mut points = Vec::new();
+                document.write(&mut points, vertices).map_err(io)?;
+                let mut files = document.siblings.clone();
+                files.push(("points".to_string(), points));
+                files
+            }
+            (None, Create::Folder(create)) => {
+                let content = self.content(vertices, Fields::default(), "");
+                check_content(&content)?;
+                create(&content).map_err(io)?
+            }
+            (None, Create::File(_)) => return Ok(()),
+        };
+        atomic::write_folder(path, &files).map_err(io)
+    }
+
     /// The file that was read, if it is of this format and variant.
     fn source(&self, format: &Format, extension: &str) -> Option<&Document> {
         let document = self.document.as_deref()?;
-        (document.format == format.name && document.extension == extension).then_some(document)
+        let same_variant = document.extension == extension || format.is_folder();
+        (document.format == format.name && same_variant).then_some(document)
     }
 
     fn content<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>, extension: &'static str) -> Content<'a> {
@@ -318,6 +379,17 @@ impl MeshFile {
 
 fn output_format(path: &Path) -> Result<(&'static Format, &'static str), WriteError> {
     Format::of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known() })
+}
+
+/// Whether a path of a folder's format names the folder, not the file in it.
+fn names_folder(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    name.starts_with(openfoam::NAMES[0])
+}
+
+fn needs_folder(path: &Path) -> WriteError {
+    let message = "a new OpenFOAM mesh is a folder with the name polyMesh";
+    WriteError::Io { path: path.into(), source: io::Error::new(io::ErrorKind::InvalidInput, message) }
 }
 
 /// Writes the file that belongs to the one at `path`, unless there is one: it may hold what its owner wrote.

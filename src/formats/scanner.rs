@@ -191,6 +191,16 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
+    /// The byte so far ahead.
+    pub fn byte(&self, ahead: usize) -> Option<u8> {
+        self.bytes.get(self.at + ahead).copied()
+    }
+
+    /// Goes past so many bytes, at most to the end.
+    pub fn advance(&mut self, length: usize) {
+        self.at = (self.at + length).min(self.bytes.len());
+    }
+
     /// Where the next thing is read.
     pub fn at(&self) -> usize {
         self.at

@@ -13,7 +13,7 @@ mod validate;
 
 use glam::DVec3;
 
-pub use other_cells::OtherCells;
+pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
 pub use validate::{MeshError, Topology, validate};
 

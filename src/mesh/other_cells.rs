@@ -24,6 +24,7 @@ pub struct OtherCells {
 /// Faces of a cell by its corners, normals outward; of three corners or four.
 type Faces = &'static [&'static [usize]];
 
+const TET: Faces = &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]];
 const PYRAMID: Faces = &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]];
 const PRISM: Faces = &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
 const HEXAHEDRON: Faces = &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
@@ -61,6 +62,17 @@ impl OtherCells {
         self.prisms.iter().for_each(|cell| split(cell, PRISM, &mut tets));
         self.hexahedra.iter().for_each(|cell| split(cell, HEXAHEDRON, &mut tets));
         tets
+    }
+}
+
+/// The faces of a cell of 4, 5, 6 or 8 vertices by its corners, normals outward; none of another.
+pub fn cell_faces(n_vertices: usize) -> &'static [&'static [usize]] {
+    match n_vertices {
+        4 => TET,
+        5 => PYRAMID,
+        6 => PRISM,
+        8 => HEXAHEDRON,
+        _ => &[],
     }
 }
 

@@ -163,6 +163,24 @@ fn airfoils_move_the_wing_like_csv() {
     fixture.refuses(3, &["root.dat:1", "do not say where it is", "placement"]);
 }
 
+/// A folder in, a folder out; the source is never written to.
+#[test]
+fn openfoam_folders_are_moved() {
+    let fixture = Fixture::new();
+    assert_good(&fixture.idmesh(&["convert", data("small.msh.gz").to_str().unwrap(), "polyMesh"]));
+    std::fs::create_dir(fixture.path("moved")).unwrap();
+    let mesh = fixture.path("polyMesh");
+    fixture.write("case.toml", &case(&mesh, "moved/polyMesh", named));
+    assert_good(&fixture.run());
+    let before = formats::read(&mesh).unwrap().mesh;
+    let after = formats::read(&fixture.path("moved/polyMesh")).unwrap().mesh;
+    assert_eq!((&after.tets, &after.triangles, &after.families), (&before.tets, &before.triangles, &before.families));
+    assert!(after.vertices.iter().zip(&before.vertices).filter(|(a, b)| a != b).count() > 500);
+    fixture.write("case.toml", &case(&mesh, "polyMesh/points", named));
+    fixture.refuses(3, &["would overwrite the input"]);
+    assert_eq!(formats::read(&mesh).unwrap().mesh.vertices, before.vertices);
+}
+
 /// Volumes of `mixed`: a unit cube of six equal tets and others.
 #[test]
 fn mixed_meshes_are_measured_but_not_moved() {

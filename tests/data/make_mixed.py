@@ -173,6 +173,81 @@ def with_vtk():
         writer.Write()
 
 
+def foam(folder, binary):
+    """A polyMesh folder after the OpenFOAM user guide; VTK's reader of OpenFOAM must find the same cells in it."""
+    faces_of = {
+        4: [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
+        5: [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
+        6: [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)],
+        8: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
+    }
+    found = {}
+    for cell, corners in enumerate([hexahedron, prism, pyramid, tet]):
+        for face in faces_of[len(corners)]:
+            face = [corners[place] for place in face]
+            found.setdefault(tuple(sorted(face)), []).append((cell, face))
+    inside = sorted((sides for sides in found.values() if len(sides) == 2), key=lambda sides: (sides[0][0], sides[1][0]))
+    patches = [found[tuple(sorted(face))] for face in wing_quads + far_quads + far_triangles]
+    faces = [sides[0][1] for sides in inside + patches]
+    owner = [sides[0][0] for sides in inside + patches]
+    neighbour = [sides[1][0] for sides in inside]
+    path = os.path.join(here, folder, "constant", "polyMesh")
+    os.makedirs(path, exist_ok=True)
+
+    def write(name, kind, count, body):
+        form = "binary" if binary else "ascii"
+        with open(os.path.join(path, name), "wb") as out:
+            header = f"""/*---- by hand, after the user guide ----*/
+FoamFile
+{{
+    version     2.0;
+    format      {form};
+    arch        "LSB;label=32;scalar=64";
+    class       {kind};
+    note        "nPoints: {len(points)}; nCells: 4";
+    location    "constant/polyMesh";
+    object      {name};
+}}
+// * * * //
+
+"""
+            out.write(header.encode() + (b"" if count is None else f"{count}\n(".encode()) + body + b")\n\n// ** //\n")
+
+    def ints(values):
+        return struct.pack(f"<{len(values)}i", *values)
+
+    if binary:
+        write("points", "vectorField", len(points), struct.pack(f"<{3 * len(points)}d", *[x for p in points for x in p]))
+        starts = [0]
+        for face in faces:
+            starts.append(starts[-1] + len(face))
+        corners = [v for face in faces for v in face]
+        body = f"{len(starts)}\n(".encode() + ints(starts) + f")\n{len(corners)}\n(".encode() + ints(corners)
+        write("faces", "faceCompactList", None, body)
+        write("owner", "labelList", len(owner), ints(owner))
+        write("neighbour", "labelList", len(neighbour), ints(neighbour))
+    else:
+        lines = lambda texts: ("\n" + "\n".join(texts) + "\n").encode()
+        write("points", "vectorField", len(points), lines("(%r %r %r)" % tuple(p) for p in points))
+        write("faces", "faceList", len(faces), lines(f"{len(f)}({' '.join(map(str, f))})" for f in faces))
+        write("owner", "labelList", len(owner), lines(map(str, owner)))
+        write("neighbour", "labelList", len(neighbour), lines(map(str, neighbour)))
+    entry = "    %s\n    {\n        type            %s;\n        inGroups        1(%s);\n"
+    entry += "        nFaces          %d;\n        startFace       %d;\n    }\n"
+    body = entry % ("wing_skin", "wall", "wall", 1, len(inside)) + entry % ("far_field", "patch", "free", 13, len(inside) + 1)
+    write("boundary", "polyBoundaryMesh", 2, b"\n" + body.encode())
+    case = os.path.join(here, folder, "case.foam")
+    open(case, "w").close()
+    reader = vtk.vtkOpenFOAMReader()
+    reader.SetFileName(case)
+    reader.Update()
+    grid = reader.GetOutput().GetBlock(0)
+    assert sorted(grid.GetCellType(cell) for cell in range(grid.GetNumberOfCells())) == [10, 12, 13, 14]
+    os.remove(case)
+
+
+foam("foam.ascii", False)
+foam("foam.binary", True)
 with_gmsh()
 with_meshio()
 with_vtk()

@@ -82,7 +82,7 @@ fn mixed(name: &str) -> PathBuf {
 }
 
 /// Everything about the mesh that its cells and faces say, whatever their order.
-fn fingerprint(file: &MeshFile) -> Vec<Vec<Vec<String>>> {
+pub fn fingerprint(file: &MeshFile) -> Vec<Vec<Vec<String>>> {
     let MeshFile { mesh, others, .. } = file;
     vec![
         shape(mesh, &mesh.tets),

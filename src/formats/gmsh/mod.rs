@@ -73,7 +73,15 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     Ok(Parsed {
         mesh,
         others,
-        document: Document { format: NAME, extension, bytes, coordinates, beside, companion: None },
+        document: Document {
+            format: NAME,
+            extension,
+            bytes,
+            coordinates,
+            beside,
+            companion: None,
+            siblings: Vec::new(),
+        },
     })
 }
 

@@ -66,7 +66,8 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     };
     let (mesh, others) = assembly.finish(path, positions, name)?;
     let coordinates = Box::new(slots);
-    let document = Document { format: NAME, extension, bytes, coordinates, beside, companion: None };
+    let document =
+        Document { format: NAME, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() };
     Ok(Parsed { mesh, others, document })
 }
 

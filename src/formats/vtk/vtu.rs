@@ -99,7 +99,15 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     Ok(Parsed {
         mesh,
         others,
-        document: Document { format: VTU, extension, bytes, coordinates, beside, companion: None },
+        document: Document {
+            format: VTU,
+            extension,
+            bytes,
+            coordinates,
+            beside,
+            companion: None,
+            siblings: Vec::new(),
+        },
     })
 }
 

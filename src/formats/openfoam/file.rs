@@ -1,0 +1,286 @@
+//! One file of a `polyMesh` folder: its header, and lists of numbers, faces and patches.
+
+use std::ops::Range;
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::formats::document::Slots;
+use crate::formats::error::ReadError;
+use crate::formats::scanner::{Encoding, Endian, Scanner, Width, parse_double, shown};
+
+/// A position in a file whose header was read.
+pub(super) struct File<'a> {
+    scanner: Scanner<'a>,
+    /// Size of an index in a binary file.
+    label: usize,
+}
+
+/// Faces as runs of vertices.
+pub(super) struct Faces {
+    /// Where each face begins in `vertices`, and the end `[n_faces + 1]`.
+    starts: Vec<usize>,
+    vertices: Vec<u32>,
+}
+
+impl Faces {
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    pub fn corners(&self, face: usize) -> &[u32] {
+        &self.vertices[self.starts[face]..self.starts[face + 1]]
+    }
+}
+
+/// A patch of the boundary.
+pub(super) struct Patch {
+    pub name: String,
+    pub faces: Range<usize>,
+}
+
+impl<'a> File<'a> {
+    /// Reads the header: `FoamFile { format ascii; arch "LSB;label=32;scalar=64"; ... }`.
+    pub fn open(path: &'a Path, bytes: &'a [u8]) -> Result<Self, ReadError> {
+        let mut file = Self { scanner: Scanner::new(path, bytes), label: 4 };
+        let found = file.word("FoamFile")?;
+        if found != b"FoamFile" {
+            return Err(file.scanner.malformed("FoamFile", shown(found)));
+        }
+        file.expect(b'{')?;
+        let (mut binary, mut endian) = (false, Endian::Little);
+        while file.peek() != Some(b'}') {
+            let key = file.word("an entry of the header")?;
+            let value = file.until_semicolon()?;
+            match key {
+                b"format" => match value {
+                    b"ascii" => {}
+                    b"binary" => binary = true,
+                    _ => return Err(file.scanner.malformed("the format ascii or binary", shown(value))),
+                },
+                b"arch" => {
+                    let says = |text: &[u8]| value.windows(text.len()).any(|window| window == text);
+                    endian = if says(b"MSB") { Endian::Big } else { Endian::Little };
+                    file.label = if says(b"label=64") { 8 } else { 4 };
+                    file.scanner.width = if says(b"scalar=32") { Width::Single } else { Width::Double };
+                }
+                _ => {}
+            }
+        }
+        file.expect(b'}')?;
+        file.scanner.encoding = if binary { Encoding::Binary(endian) } else { Encoding::Text };
+        Ok(file)
+    }
+
+    /// Goes past white space and comments.
+    fn skip(&mut self) {
+        while let Some(byte) = self.scanner.byte(0) {
+            match (byte, self.scanner.byte(1)) {
+                (b'/', Some(b'/')) => drop(self.scanner.rest_of_line()),
+                (b'/', Some(b'*')) => {
+                    let mut length = 2;
+                    while self.scanner.byte(length).is_some()
+                        && (self.scanner.byte(length), self.scanner.byte(length + 1)) != (Some(b'*'), Some(b'/'))
+                    {
+                        length += 1;
+                    }
+                    self.scanner.advance(length + 2);
+                }
+                _ if byte.is_ascii_whitespace() => self.scanner.advance(1),
+                _ => break,
+            }
+        }
+    }
+
+    fn peek(&mut self) -> Option<u8> {
+        self.skip();
+        self.scanner.byte(0)
+    }
+
+    /// A punctuation mark; the position is right behind it.
+    fn expect(&mut self, mark: u8) -> Result<(), ReadError> {
+        let expected = format!("'{}'", mark as char);
+        match self.peek() {
+            Some(found) if found == mark => {
+                self.scanner.advance(1);
+                Ok(())
+            }
+            Some(_) => {
+                let found = self.word("")?;
+                Err(self.scanner.malformed(expected, shown(found)))
+            }
+            None => Err(self.scanner.truncated(expected)),
+        }
+    }
+
+    /// A run of letters up to white space or punctuation; a punctuation mark alone.
+    fn word(&mut self, what: &str) -> Result<&'a [u8], ReadError> {
+        self.skip();
+        let ends = |byte: u8| byte.is_ascii_whitespace() || matches!(byte, b'(' | b')' | b'{' | b'}' | b';');
+        let mut length = 0;
+        while self.scanner.byte(length).is_some_and(|byte| !ends(byte)) {
+            length += 1;
+        }
+        if self.scanner.byte(0).is_none() {
+            return Err(self.scanner.truncated(what));
+        }
+        self.scanner.take(length.max(1), "")
+    }
+
+    /// What stands before the next `;` outside quotes and parentheses.
+    fn until_semicolon(&mut self) -> Result<&'a [u8], ReadError> {
+        self.skip();
+        let (mut length, mut quoted) = (0, false);
+        loop {
+            match self.scanner.byte(length) {
+                None => return Err(self.scanner.truncated("';'")),
+                Some(b'"') => quoted = !quoted,
+                Some(b';') if !quoted => break,
+                Some(_) => {}
+            }
+            length += 1;
+        }
+        let value = self.scanner.take(length, "")?;
+        self.scanner.advance(1);
+        Ok(value.trim_ascii())
+    }
+
+    fn number<T: std::str::FromStr>(&mut self, what: &'static str) -> Result<T, ReadError> {
+        let word = self.word(what)?;
+        let number = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+        number.ok_or_else(|| self.scanner.malformed(what, shown(word)))
+    }
+
+    /// The count of a list and its opening parenthesis.
+    fn begin(&mut self, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
+        let count = self.number(what)?;
+        let count = self.scanner.checked(what, count, text, binary)?;
+        self.expect(b'(')?;
+        Ok(count)
+    }
+
+    /// Reads a list of points; slots are where they stand.
+    pub fn points(mut self) -> Result<(Vec<DVec3>, Slots), ReadError> {
+        let width = self.scanner.width;
+        let count = self.begin("the number of points", 7, 3 * width.bytes() as u64)?;
+        let mut positions = Vec::with_capacity(count);
+        let mut slots = Vec::with_capacity(count);
+        for vertex in 0..count as u64 {
+            if self.scanner.encoding == Encoding::Text {
+                self.expect(b'(')?;
+                self.skip();
+                slots.push(self.scanner.at());
+                let mut position = [0.0; 3];
+                for value in &mut position {
+                    let word = self.word("a coordinate")?;
+                    *value = parse_double(word).ok_or_else(|| self.scanner.malformed("a coordinate", shown(word)))?;
+                }
+                let place = || self.scanner.place(self.scanner.last);
+                crate::formats::assembly::check_finite_at(position, vertex, place)?;
+                positions.push(position.into());
+                self.expect(b')')?;
+            } else {
+                slots.push(self.scanner.at());
+                positions.push(self.scanner.coordinates(vertex)?.into());
+            }
+        }
+        self.expect(b')')?;
+        Ok((positions, Slots { encoding: self.scanner.encoding, width, slots }))
+    }
+
+    /// Reads a list of indices.
+    fn labels(&mut self) -> Result<Vec<i64>, ReadError> {
+        let count = self.begin("the number of indices", 2, self.label as u64)?;
+        let mut labels = Vec::with_capacity(count);
+        for _ in 0..count {
+            labels.push(match (self.scanner.encoding, self.label) {
+                (Encoding::Text, _) => self.number("an index")?,
+                (_, 8) => self.scanner.long("an index")?,
+                _ => self.scanner.int("an index")?.into(),
+            });
+        }
+        self.expect(b')')?;
+        Ok(labels)
+    }
+
+    /// Reads a list of indices below `limit`; -1 is let through.
+    pub fn labels_below(mut self, limit: usize) -> Result<Vec<i64>, ReadError> {
+        let labels = self.labels()?;
+        match labels.iter().find(|&&label| label < -1 || (label >= 0 && label as u64 >= limit as u64)) {
+            Some(label) => Err(self.scanner.malformed("indices from 0 on", label.to_string())),
+            None => Ok(labels),
+        }
+    }
+
+    /// Reads the faces: each a list of its own, or in a binary file all their starts and then all vertices.
+    pub fn faces(mut self, n_vertices: usize) -> Result<Faces, ReadError> {
+        let mut starts = vec![0];
+        let mut vertices = Vec::new();
+        let vertex = |file: &Self, label: i64| match u32::try_from(label) {
+            Ok(vertex) if (vertex as usize) < n_vertices => Ok(vertex),
+            _ => Err(file.scanner.malformed(format!("a vertex below {n_vertices}"), label.to_string())),
+        };
+        if self.scanner.encoding == Encoding::Text {
+            let count = self.begin("the number of faces", 4, 4)?;
+            starts.reserve(count);
+            for _ in 0..count {
+                for label in self.labels()? {
+                    vertices.push(vertex(&self, label)?);
+                }
+                starts.push(vertices.len());
+            }
+            self.expect(b')')?;
+            return Ok(Faces { starts, vertices });
+        }
+        let ends = self.labels()?;
+        vertices = self.labels()?.into_iter().map(|label| vertex(&self, label)).collect::<Result<_, _>>()?;
+        let rising = ends.windows(2).all(|pair| pair[0] <= pair[1]);
+        if !rising || ends.first() != Some(&0) || ends.last() != Some(&(vertices.len() as i64)) {
+            let expected = format!("starts of faces from 0 to {}", vertices.len());
+            return Err(self.scanner.malformed(expected, "others"));
+        }
+        Ok(Faces { starts: ends.into_iter().map(|end| end as usize).collect(), vertices })
+    }
+
+    /// Reads the patches, which are text in binary files too; they must hold every face from `n_internal` on, once.
+    pub fn patches(mut self, n_internal: usize, n_faces: usize) -> Result<Vec<Patch>, ReadError> {
+        self.scanner.encoding = Encoding::Text;
+        let count = self.begin("the number of patches", 20, 20)?;
+        let mut patches = Vec::with_capacity(count);
+        let mut end = n_internal;
+        for _ in 0..count {
+            let name = String::from_utf8_lossy(self.word("the name of a patch")?).into_owned();
+            self.expect(b'{')?;
+            let (mut length, mut start) = (None, None);
+            while self.peek() != Some(b'}') {
+                let key = self.word("an entry of a patch")?;
+                let value = self.until_semicolon()?;
+                let number = || std::str::from_utf8(value).ok().and_then(|value| value.parse::<usize>().ok());
+                let malformed = || self.scanner.malformed("a whole number", shown(value));
+                match key {
+                    b"nFaces" => length = Some(number().ok_or_else(malformed)?),
+                    b"startFace" => start = Some(number().ok_or_else(malformed)?),
+                    _ => {}
+                }
+            }
+            self.expect(b'}')?;
+            let expected = format!("patch {name} with startFace {end} and at most {n_faces} faces in all");
+            let (Some(start), Some(length)) = (start, length) else {
+                return Err(self.scanner.malformed(expected, "no startFace or nFaces"));
+            };
+            if start != end && length > 0 || start.checked_add(length).is_none_or(|end| end > n_faces) {
+                return Err(self.scanner.malformed(expected, format!("startFace {start}, nFaces {length}")));
+            }
+            if length > 0 {
+                end = start + length;
+            }
+            patches.push(Patch { name, faces: start..start + length });
+        }
+        self.expect(b')')?;
+        if end != n_faces {
+            let expected = format!("patches that hold the faces {n_internal} to {n_faces}");
+            return Err(self.scanner.malformed(expected, format!("an end at face {end}")));
+        }
+        Ok(patches)
+    }
+}

@@ -1,0 +1,136 @@
+//! OpenFOAM meshes: a folder `polyMesh` with points, faces, owner, neighbour and boundary, ascii or binary.
+//!
+//! A family is a patch. Cells are recognised by their faces; polyhedra are counted and refused. Written back, only `points`
+//! changes: to a folder `polyMesh` all its files go, to a file named `points` (in a time folder, say) that one alone.
+//!
+//! Source: the OpenFOAM user guide, "Mesh description", and the files of OpenFOAM 1912 to 2312.
+
+mod cells;
+mod create;
+mod file;
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use flate2::read::MultiGzDecoder;
+use glam::DVec3;
+
+use super::Parsed;
+use super::assembly::{Assembly, MOST_VERTICES, Shape};
+use super::document::{Document, NamedFiles, Slots};
+use super::error::ReadError;
+
+pub(super) use create::{create, limits};
+
+use file::File;
+
+/// The format's name in [`super::FORMATS`].
+pub(super) const NAME: &str = "OpenFOAM";
+
+/// The names that select it, lower case: of the folder, of its file of points.
+pub(super) const NAMES: &[&str] = &["polymesh", "points"];
+
+/// Where the points of a mesh stand: the path itself, or in that folder.
+pub(super) fn points_path(path: &Path) -> PathBuf {
+    if !path.is_dir() {
+        return path.to_path_buf();
+    }
+    let [plain, zipped] = ["points", "points.gz"].map(|name| path.join(name));
+    if zipped.exists() && !plain.exists() { zipped } else { plain }
+}
+
+/// Reads a mesh from the (decompressed) bytes of its points at `path`; the other files stand beside.
+pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (positions, slots) = read_points(path, &bytes)?;
+    let load = |name: &str| load(folder, name);
+    let (faces_path, faces) = load("faces")?;
+    let faces = File::open(&faces_path, &faces)?.faces(positions.len())?;
+    let labels = |name| {
+        let (path, bytes) = load(name)?;
+        File::open(&path, &bytes)?.labels_below(usize::MAX)
+    };
+    let owner = labels("owner")?;
+    // Old files give the faces of the boundary the neighbour -1.
+    let mut neighbour = labels("neighbour")?;
+    neighbour.truncate(neighbour.iter().position(|&cell| cell < 0).unwrap_or(neighbour.len()));
+    let (boundary_path, boundary) = load("boundary")?;
+    let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
+    let malformed = |expected: String, found: String| ReadError::Malformed {
+        place: super::Place::Byte(faces_path.clone(), 0),
+        expected,
+        found,
+    };
+    if owner.len() != faces.len() || neighbour.len() > faces.len() {
+        let found = format!("{} faces, {} owners, {} neighbours", faces.len(), owner.len(), neighbour.len());
+        return Err(malformed("an owner for every face, and no more neighbours".into(), found));
+    }
+    let mut assembly = Assembly::default();
+    cells::assemble(&faces, &owner, &neighbour, &mut assembly)
+        .map_err(|cell| malformed(format!("cells numbered from 0, below {}", faces.len()), format!("cell {cell}")))?;
+    for (tag, patch) in (0..).zip(&patches) {
+        for face in patch.faces.clone() {
+            let corners = faces.corners(face);
+            let shape = match corners.len() {
+                3 => Shape::Triangle,
+                4 => Shape::Quadrilateral,
+                _ => {
+                    assembly.refuse("polygons on the boundary", 1);
+                    continue;
+                }
+            };
+            let mut corners = corners.iter().copied();
+            assembly.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
+        }
+    }
+    let (mesh, others) = assembly.finish(path, positions, |tag| patches[tag as usize].name.clone())?;
+    let siblings = siblings(folder).map_err(|source| ReadError::Io { path: folder.into(), source })?;
+    let document = Document {
+        format: NAME,
+        extension,
+        bytes,
+        coordinates: Box::new(slots),
+        beside: Vec::new(),
+        companion: None,
+        siblings,
+    };
+    Ok(Parsed { mesh, others, document })
+}
+
+fn read_points(path: &Path, bytes: &[u8]) -> Result<(Vec<DVec3>, Slots), ReadError> {
+    let (positions, slots) = File::open(path, bytes)?.points()?;
+    if positions.len() >= MOST_VERTICES {
+        let (count, limit) = (positions.len(), MOST_VERTICES);
+        return Err(ReadError::TooMany { path: path.into(), what: "vertices", count, limit });
+    }
+    Ok((positions, slots))
+}
+
+/// A file of the folder, decompressed, with its path.
+fn load(folder: &Path, name: &str) -> Result<(PathBuf, Vec<u8>), ReadError> {
+    let [plain, zipped] = [name.to_string(), format!("{name}.gz")].map(|name| folder.join(name));
+    let path = if zipped.exists() && !plain.exists() { zipped } else { plain };
+    let io = |source| ReadError::Io { path: path.clone(), source };
+    let mut bytes = fs::read(&path).map_err(io)?;
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        let mut unpacked = Vec::new();
+        MultiGzDecoder::new(&bytes[..]).read_to_end(&mut unpacked).map_err(io)?;
+        bytes = unpacked;
+    }
+    Ok((path, bytes))
+}
+
+/// All other files of the folder as they are.
+fn siblings(folder: &Path) -> std::io::Result<NamedFiles> {
+    let mut siblings = Vec::new();
+    for entry in fs::read_dir(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if entry.path().is_file() && name != "points" && name != "points.gz" {
+            siblings.push((name, fs::read(entry.path())?));
+        }
+    }
+    siblings.sort();
+    Ok(siblings)
+}

@@ -1,0 +1,176 @@
+//! OpenFOAM meshes.
+
+use super::*;
+
+fn folder(kind: &str) -> PathBuf {
+    data("mixed").join(format!("foam.{kind}/constant/polyMesh"))
+}
+
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = entries
+        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap()))
+        .collect();
+    files.sort();
+    files
+}
+
+/// The mesh of `make_mixed.py`, checked there with VTK's reader of OpenFOAM.
+#[test]
+fn cells_are_recognised_by_their_faces() {
+    let reference = read_mixed(&data("mixed/gmsh.v41.ascii.msh")).unwrap();
+    for kind in ["ascii", "binary"] {
+        for path in [folder(kind), folder(kind).join("points")] {
+            let file = read_mixed(&path).unwrap();
+            assert_eq!(file.mesh.families, ["wing_skin", "far_field"]);
+            assert_eq!(mixed::fingerprint(&file), mixed::fingerprint(&reference), "{kind}");
+            let tets = file.mesh.tets.iter().copied().chain(file.others.tets());
+            let at = |vertex: u32| file.mesh.vertices[vertex as usize];
+            let volumes: Vec<f64> = tets.map(|tet| quality::volume(tet.map(at))).collect();
+            assert!(volumes.iter().all(|&volume| volume > 0.01), "{kind}: {volumes:?}");
+            assert!((volumes.iter().sum::<f64>() - 1.8).abs() < 1e-14);
+            assert_eq!(file.others.quadrilateral_family.iter().filter(|family| family.0 == 0).count(), 1);
+        }
+    }
+}
+
+#[test]
+fn only_points_change() {
+    for kind in ["ascii", "binary"] {
+        let out = tempfile::tempdir().unwrap();
+        let file = read_mixed(&folder(kind)).unwrap();
+        let same = out.path().join("polyMesh");
+        file.check_output(&same).unwrap();
+        // Twice: the second replaces the files of the first.
+        for _ in 0..2 {
+            file.write(&same, &file.mesh.vertices, &Fields::default()).unwrap();
+            assert!(files(&same) == files(&folder(kind)), "{kind}");
+        }
+        let mut vertices = file.mesh.vertices.clone();
+        vertices[3].y = 1.0 / 3.0;
+        file.write(&same, &vertices, &Fields::default()).unwrap();
+        let (before, after) = (files(&folder(kind)), files(&same));
+        let changed: Vec<&String> =
+            before.iter().zip(&after).filter(|(a, b)| a != b).map(|((name, _), _)| name).collect();
+        assert_eq!(changed, ["points"]);
+        assert_eq!(read_mixed(&same).unwrap().mesh.vertices, vertices);
+        // Into a time folder go the points alone.
+        fs::create_dir(out.path().join("1")).unwrap();
+        file.write(&out.path().join("1/points"), &vertices, &Fields::default()).unwrap();
+        assert_eq!(files(&out.path().join("1")), [("points".to_string(), fs::read(same.join("points")).unwrap())]);
+        assert!(file.losses(&same).unwrap().is_empty());
+    }
+}
+
+#[test]
+fn new_folders_hold_the_mesh() {
+    let out = tempfile::tempdir().unwrap();
+    let target = out.path().join("polyMesh");
+    for name in ["mixed/gmsh.v41.binary.msh", "small.msh.gz", "box.v22.ascii.msh"] {
+        let file = read_mixed(&data(name)).unwrap();
+        file.write(&target, &file.mesh.vertices, &Fields::default()).unwrap();
+        let again = read_mixed(&target).unwrap();
+        assert_eq!(again.mesh.vertices, file.mesh.vertices, "{name}");
+        assert!(mixed::fingerprint(&again) == mixed::fingerprint(&file), "{name}");
+        assert_eq!(again.mesh.families.len(), file.mesh.families.len());
+        // What OpenFOAM demands of the order: a face's owner is below its neighbour, and owners rise.
+        let labels = |name: &str| -> Vec<usize> {
+            let text = fs::read_to_string(target.join(name)).unwrap();
+            text.lines().skip(3).take_while(|line| *line != ")").map(|line| line.parse().unwrap()).collect()
+        };
+        let (owner, neighbour) = (labels("owner"), labels("neighbour"));
+        let inside: Vec<_> = owner.into_iter().zip(neighbour).collect();
+        assert!(inside.windows(2).all(|pair| pair[0] < pair[1]) && inside.iter().all(|(a, b)| a < b), "{name}");
+    }
+    let box_file = boxed("box.v22.ascii.msh");
+    let error = box_file.check_output(&out.path().join("points")).unwrap_err().to_string();
+    assert!(error.contains("a new OpenFOAM mesh is a folder with the name polyMesh"), "{error}");
+    let mut open = box_file.mesh.clone();
+    open.triangles.pop();
+    open.triangle_family.pop();
+    let error = MeshFile::from_mesh(open).write(&target, &box_file.mesh.vertices, &Fields::default()).unwrap_err();
+    assert!(error.to_string().contains("1 faces on the boundary of the cells belong to no family"), "{error}");
+}
+
+/// Reads a copy of the golden folder with one file changed.
+fn changed(kind: &str, name: &str, change: impl Fn(Vec<u8>) -> Vec<u8>) -> Result<MeshFile, ReadError> {
+    let copy = tempfile::tempdir().unwrap();
+    for (file, bytes) in files(&folder(kind)) {
+        fs::write(copy.path().join(&file), if file == name { change(bytes) } else { bytes }).unwrap();
+    }
+    read_mixed(&copy.path().join("points"))
+}
+
+#[test]
+fn broken_folders_are_refused() {
+    let mut wrong = String::new();
+    for (file, from, to, expected) in [
+        ("points", "FoamFile", "FoamFiles", "points:2: expected FoamFile, found 'FoamFiles'"),
+        ("points", "ascii;", "ascii", "points"),
+        ("points", "ascii;", "utf8;", "points:5: expected the format ascii or binary, found 'utf8'"),
+        ("points", "12\n(", "13\n(", "points:28: expected '('"),
+        ("points", "12\n(", "11\n(", "points:27: expected ')'"),
+        ("points", "12\n(", "99999999999\n(", "points:14: the number of points is 99999999999, but only"),
+        ("points", "12\n(", "-12\n(", "points:14: expected the number of points, found '-12'"),
+        ("points", "(0.5 -0.7 1.36)", "(0.5 nan 1.36)", "vertex 11 has coordinate NaN"),
+        ("points", "(0.5 -0.7 1.36)", "(0.5 -0.7)", "points:27: expected a coordinate, found ')'"),
+        ("faces", "4(3 0 4 7)", "4(3 0 4 12)", "faces:19: expected a vertex below 12, found 12"),
+        ("faces", "4(3 0 4 7)", "5(3 0 4 7)", "faces:19: expected an index, found ')'"),
+        ("owner", "\n0\n0\n0\n", "\n0\n0\n-5\n", "expected indices from 0 on, found -5"),
+        ("owner", "\n3\n)", "\n99\n)", "expected cells numbered from 0, below 17, found cell 99"),
+        ("owner", "17\n(", "16\n(", "owner:32: expected ')'"),
+        (
+            "boundary",
+            "nFaces          13",
+            "nFaces          12",
+            "expected patches that hold the faces 3 to 17, found an end",
+        ),
+        (
+            "boundary",
+            "nFaces          13",
+            "nFaces          14",
+            "and at most 17 faces in all, found startFace 4, nFaces 14",
+        ),
+        ("boundary", "startFace       4", "startFace       5", "found startFace 5, nFaces 13"),
+        ("boundary", "nFaces          1;", "", "found no startFace or nFaces"),
+        // A face less of the hexahedron makes it no hexahedron, but a polyhedron.
+        ("owner", "\n0\n0\n0\n", "\n0\n3\n0\n", "polyhedra is not read; split polyhedra into tets"),
+    ] {
+        let change = |bytes: Vec<u8>| {
+            let text = String::from_utf8(bytes).unwrap();
+            assert!(text.contains(from), "{file}: {from:?}");
+            text.replacen(from, to, 1).into_bytes()
+        };
+        let error = changed("ascii", file, change).expect_err(&format!("{file}: {from} -> {to}")).to_string();
+        if !error.contains(expected) {
+            wrong += &format!("{file}: {from:?} -> {to:?}\n expected: {expected}\n found:    {error}\n");
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    for kind in ["ascii", "binary"] {
+        for (name, bytes) in files(&folder(kind)) {
+            let needed = bytes.windows(4).rposition(|window| window == b")\n\n/").unwrap();
+            for length in (0..needed).step_by(3) {
+                let cut = changed(kind, &name, |bytes| bytes[..length].to_vec());
+                assert!(cut.is_err(), "{kind} {name} cut to {length} of {needed} bytes");
+            }
+        }
+    }
+    let empty = tempfile::tempdir().unwrap();
+    assert!(matches!(read(&empty.path().join("polyMesh")), Err(ReadError::Io { .. })));
+}
+
+/// Random damage to any of the files gives an error or a mesh.
+#[test]
+fn damaged_folders_are_survived() {
+    let mut random = damage::Random(7);
+    let mut n_read = 0;
+    for round in 0..600 {
+        let kind = ["ascii", "binary"][round % 2];
+        let name = ["points", "faces", "owner", "neighbour", "boundary"][round % 5];
+        let seed = fs::read(folder(kind).join(name)).unwrap();
+        let broken = damage::damage(&seed, &mut random);
+        n_read += usize::from(changed(kind, name, |_| broken.clone()).is_ok());
+    }
+    assert!((20..500).contains(&n_read), "{n_read} of 600");
+}
