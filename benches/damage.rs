@@ -16,7 +16,7 @@ use std::time::Instant;
 use common::Failure;
 use damage::{Random, damage as damaged, seeds, survives};
 
-/// A reader that takes longer for a file of 20 kB hangs, or might as well, s.
+/// A reader that takes longer for a file of 45 kB hangs, or might as well, s.
 const PATIENCE: f64 = 1.0;
 
 fn main() -> ExitCode {

@@ -30,7 +30,7 @@ fn damaged_files_of_every_format_are_survived() {
         let bytes = damaged(&seed.bytes, &mut random);
         n_read += usize::from(survives(&seed.name, &bytes));
     }
-    // The files are smaller than 20 kB.
+    // The files are smaller than 45 kB.
     if let (Some(before), Some(after)) = (before, most_memory()) {
         assert!(after - before < 64 << 20, "{} bytes more", after - before);
     }

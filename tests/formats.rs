@@ -4,6 +4,9 @@
 mod aflr3;
 #[path = "formats/broken.rs"]
 mod broken;
+#[cfg(feature = "cgns")]
+#[path = "formats/cgns.rs"]
+mod cgns;
 #[path = "formats/damage.rs"]
 #[allow(dead_code, reason = "the rest is for tests/damage.rs")]
 mod damage;

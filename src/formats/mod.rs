@@ -9,6 +9,8 @@
 mod aflr3;
 mod assembly;
 mod atomic;
+#[cfg(feature = "cgns")]
+mod cgns;
 mod content;
 mod document;
 mod error;
@@ -105,6 +107,16 @@ pub const FORMATS: &[Format] = &[
         limits: openfoam::limits,
         companion: None,
     },
+    #[cfg(feature = "cgns")]
+    Format {
+        name: cgns::NAME,
+        extensions: &["cgns"],
+        description: "CGNS in HDF5, one unstructured zone, written back only; families are the boundary conditions",
+        read: cgns::read,
+        create: Create::Never,
+        limits: |_| Vec::new(),
+        companion: None,
+    },
 ];
 
 /// One mesh file format: a row of [`FORMATS`]. Every format may also be gzipped (`.msh.gz`).
@@ -130,6 +142,9 @@ type Reader = fn(&Path, &'static str, Vec<u8>) -> Result<Parsed, ReadError>;
 enum Create {
     File(Creator),
     /// Names and contents of the files of a folder, the one that makes it a mesh last.
+    /// Only the file that was read can be written, with other coordinates.
+    #[cfg_attr(not(feature = "cgns"), allow(dead_code, reason = "CGNS is the only one"))]
+    Never,
     Folder(fn(&Content) -> io::Result<NamedFiles>),
 }
 
@@ -143,6 +158,20 @@ struct Parsed {
 }
 
 impl Format {
+    /// Whether a mesh of another format can become one of this.
+    pub fn is_created(&self) -> bool {
+        !matches!(self.create, Create::Never)
+    }
+
+    /// How a new file is written, if it is one file.
+    fn creator(&self, path: &Path) -> Result<Creator, WriteError> {
+        match self.create {
+            Create::File(create) => Ok(create),
+            Create::Folder(_) => Err(needs_folder(path)),
+            Create::Never => Err(WriteError::NeedsSource { path: path.into(), format: self.name }),
+        }
+    }
+
     /// Whether a mesh of this format is a folder, which its whole name selects, and cannot be read from one file's bytes.
     pub fn is_folder(&self) -> bool {
         matches!(self.create, Create::Folder(_))
@@ -268,7 +297,7 @@ impl MeshFile {
             return document.companion.as_ref().map_or(Ok(()), |companion| write_companion(path, companion));
         }
         let content = self.content(vertices, *fields, extension);
-        let Create::File(create) = format.create else { return Err(needs_folder(path)) };
+        let create = format.creator(path)?;
         create_file(path, create, &content)?;
         format.companion.map_or(Ok(()), |companion| write_companion(path, &companion(&content)))
     }
@@ -296,8 +325,7 @@ impl MeshFile {
             None => {
                 let content = self.content(vertices, *fields, extension);
                 check_content(&content)?;
-                let Create::File(create) = format.create else { return Err(needs_folder(path)) };
-                create(out, &content)
+                format.creator(path)?(out, &content)
             }
         };
         written.map_err(|source| WriteError::Io { path: path.into(), source })
@@ -314,8 +342,12 @@ impl MeshFile {
         let (format, extension) = output_format(path)?;
         let checked = match format.is_folder() && names_folder(path) {
             true => atomic::check_folder(path),
-            false if format.is_folder() && self.source(format, extension).is_none() => return Err(needs_folder(path)),
-            false => atomic::check(path),
+            false => {
+                if self.source(format, extension).is_none() {
+                    format.creator(path)?;
+                }
+                atomic::check(path)
+            }
         };
         checked.map_err(|source| WriteError::Io { path: path.into(), source })
     }
@@ -360,7 +392,7 @@ impl MeshFile {
                 check_content(&content)?;
                 create(&content).map_err(io)?
             }
-            (None, Create::File(_)) => return Ok(()),
+            (None, _) => return Err(needs_folder(path)),
         };
         atomic::write_folder(path, &files).map_err(io)
     }

@@ -23,7 +23,7 @@ pub fn seeds() -> Vec<Seed> {
         paths.extend(fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()));
     }
     let readable = |path: &PathBuf| {
-        let small = fs::metadata(path).is_ok_and(|metadata| metadata.is_file() && metadata.len() < 20_000);
+        let small = fs::metadata(path).is_ok_and(|metadata| metadata.is_file() && metadata.len() < 45_000);
         small && formats::read_mixed(path).is_ok()
     };
     let mut seeds: Vec<Seed> = paths

@@ -1,0 +1,366 @@
+//! CGNS files in HDF5, of one unstructured zone: read and written back.
+//!
+//! A family is a boundary condition (`BC_t`), called as its family says (`FamilyName_t`, and the name that the `Family_t`
+//! may carry itself), else as the condition; faces of no condition belong to a family of their section's name. Written
+//! back, the numbers of the coordinates are replaced where they stand, and nothing else.
+//!
+//! Source: the CGNS standard, SIDS and "SIDS file mapping, HDF5".
+
+use std::collections::HashMap;
+use std::io::{self, Write};
+use std::path::Path;
+
+use glam::DVec3;
+use hdf5_pure::{AttrValue, Dataset, File, Group, Layout};
+
+use super::Parsed;
+use super::assembly::{Assembly, Kind, MOST_VERTICES, Shape, check_finite_at};
+use super::document::{Coordinates, Document, narrow};
+use super::error::{Place, ReadError};
+use super::scanner::{Endian, Width};
+
+/// The format's name in [`super::FORMATS`].
+pub(super) const NAME: &str = "CGNS";
+
+/// CGNS's number for a type of element: how many vertices it has, and what it is.
+fn element_type(number: i64) -> Option<(usize, Kind)> {
+    let mesh = |shape: Shape| (shape.n_vertices(), Kind::Mesh(shape));
+    Some(match number {
+        2 => (1, Kind::PassOver("points")),
+        3 => (2, Kind::PassOver("lines")),
+        5 => mesh(Shape::Triangle),
+        7 => mesh(Shape::Quadrilateral),
+        10 => mesh(Shape::Tet),
+        12 => mesh(Shape::Pyramid),
+        14 => mesh(Shape::Prism),
+        17 => mesh(Shape::Hexahedron),
+        4 | 6 | 8 | 9 | 11 | 13 | 15 | 16 | 18 | 19 | 21 | 24..=56 => (0, Kind::Refuse("elements of higher order")),
+        22 | 23 => (0, Kind::Refuse("polyhedra")),
+        _ => return None,
+    })
+}
+
+/// A section whose elements have types of their own.
+const MIXED: i64 = 20;
+
+/// A node of the file and its name.
+struct Node {
+    name: String,
+    group: Group,
+}
+
+/// What is read from.
+struct Reader<'a> {
+    path: &'a Path,
+    assembly: Assembly,
+    n_vertices: usize,
+    /// The number of each face in the zone, of triangles and of quadrilaterals, with its section.
+    faces: [Vec<(i64, usize)>; 2],
+    sections: Vec<String>,
+}
+
+/// Reads a CGNS file from its (decompressed) bytes; `path` is for messages.
+pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let unsupported = |found: &str, hint| ReadError::Unsupported { path: path.into(), found: found.into(), hint };
+    if bytes.windows(4).take(64).any(|window| window == b"@(#)") {
+        return Err(unsupported("CGNS in ADF", "turn it into HDF5: adf2hdf old.cgns new.cgns"));
+    }
+    let file = File::from_bytes(bytes.clone()).map_err(|error| broken(path, "an HDF5 file", &error))?;
+    let mut reader = Reader {
+        path,
+        assembly: Assembly::default(),
+        n_vertices: 0,
+        faces: [Vec::new(), Vec::new()],
+        sections: Vec::new(),
+    };
+    let base = reader.only(&file.root(), "CGNSBase_t", "a base")?;
+    let zone = reader.only(&base.group, "Zone_t", "an unstructured zone")?;
+    for kind in reader.children(&zone.group, "ZoneType_t")? {
+        if reader.text(&kind)? != "Unstructured" {
+            return Err(unsupported("a structured zone", "convert it to an unstructured mesh"));
+        }
+    }
+    let grid = reader.children(&zone.group, "GridCoordinates_t")?;
+    let grid = grid.first().ok_or_else(|| reader.missing("grid coordinates"))?;
+    let (positions, columns) = reader.coordinates(&grid.group, &bytes)?;
+    reader.n_vertices = positions.len();
+    for section in reader.sorted_sections(&zone.group)? {
+        reader.elements(&section)?;
+    }
+    let names = reader.tag_faces(&base.group, &zone.group)?;
+    let beside = Vec::new();
+    let (mesh, others) = reader.assembly.finish(path, positions, |tag| names[tag as usize].clone())?;
+    let coordinates = Box::new(columns);
+    let document =
+        Document { format: NAME, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() };
+    Ok(Parsed { mesh, others, document })
+}
+
+/// The error that HDF5 or what it holds is not `expected`.
+fn broken(path: &Path, expected: &str, found: &dyn std::fmt::Display) -> ReadError {
+    ReadError::Malformed { place: Place::Byte(path.into(), 0), expected: expected.into(), found: found.to_string() }
+}
+
+impl Reader<'_> {
+    fn missing(&self, what: &'static str) -> ReadError {
+        ReadError::Missing { path: self.path.into(), what, hint: "is it a complete CGNS file?" }
+    }
+
+    /// The nodes of that label in a node, by name: HDF5 keeps no other order.
+    fn children(&self, parent: &Group, label: &str) -> Result<Vec<Node>, ReadError> {
+        let mut nodes = Vec::new();
+        for name in parent.groups().map_err(|error| broken(self.path, "nodes of CGNS", &error))? {
+            let group =
+                parent.group(&name).map_err(|error| broken(self.path, &format!("the node '{name}'"), &error))?;
+            let attributes = group.attrs().map_err(|error| broken(self.path, &format!("the node '{name}'"), &error))?;
+            let found = match attributes.get("label") {
+                Some(AttrValue::String(text) | AttrValue::AsciiString(text)) => text.trim_end_matches('\0'),
+                Some(AttrValue::AsciiStringSized { value, .. } | AttrValue::StringSized { value, .. }) => {
+                    value.trim_end_matches('\0')
+                }
+                _ => "",
+            };
+            if found == label {
+                nodes.push(Node { name, group });
+            }
+        }
+        nodes.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(nodes)
+    }
+
+    /// The only node of that label.
+    fn only(&self, parent: &Group, label: &str, what: &'static str) -> Result<Node, ReadError> {
+        let mut nodes = self.children(parent, label)?;
+        match (nodes.pop(), nodes.len()) {
+            (Some(node), 0) => Ok(node),
+            (None, _) => Err(self.missing(what)),
+            (_, more) => Err(ReadError::Unsupported {
+                path: self.path.into(),
+                found: format!("a file with {} nodes of {label}", more + 1),
+                hint: "leave one base and one zone in it",
+            }),
+        }
+    }
+
+    fn child(&self, parent: &Group, name: &str) -> Option<Group> {
+        parent.group(name).ok()
+    }
+
+    fn data(&self, node: &Group, what: &str) -> Result<Dataset, ReadError> {
+        // The name begins with a space.
+        node.dataset(" data").map_err(|error| broken(self.path, what, &error))
+    }
+
+    fn integers(&self, node: &Group, what: &str) -> Result<Vec<i64>, ReadError> {
+        self.data(node, what)?.read_i64().map_err(|error| broken(self.path, what, &error))
+    }
+
+    fn text(&self, node: &Node) -> Result<String, ReadError> {
+        let bytes =
+            self.data(&node.group, &node.name)?.read_i8().map_err(|error| broken(self.path, &node.name, &error))?;
+        let bytes: Vec<u8> = bytes.into_iter().map(|byte| byte as u8).collect();
+        Ok(String::from_utf8_lossy(&bytes).trim_end_matches(['\0', ' ']).to_string())
+    }
+
+    /// The vertices, and where their coordinates stand in the file.
+    fn coordinates(&self, grid: &Group, bytes: &[u8]) -> Result<(Vec<DVec3>, Columns), ReadError> {
+        let mut values = Vec::new();
+        let mut starts = [0; 3];
+        let mut kinds = Vec::new();
+        for (axis, start) in ["X", "Y", "Z"].into_iter().zip(&mut starts) {
+            let what = format!("Coordinate{axis}");
+            let node =
+                self.child(grid, &what).ok_or_else(|| self.missing("CoordinateX, CoordinateY and CoordinateZ"))?;
+            let data = self.data(&node, &what)?;
+            let column = data.read_f64().map_err(|error| broken(self.path, &what, &error))?;
+            let layout = data.layout().map_err(|error| broken(self.path, &what, &error))?;
+            let Layout::Contiguous { address: Some(address), size } = layout else {
+                return Err(ReadError::Unsupported {
+                    path: self.path.into(),
+                    found: format!("{what} in pieces or compressed"),
+                    hint: "save it without compression (h5repack -l CONTI old.cgns new.cgns)",
+                });
+            };
+            *start = address as usize;
+            let stored = usize::try_from(size).ok().and_then(|size| bytes.get(*start..start.checked_add(size)?));
+            let stored = stored.ok_or_else(|| broken(self.path, &what, &"an end of the file"))?;
+            let kind = Columns::KINDS.into_iter().find(|&kind| Columns::holds(kind, stored, &column));
+            kinds.push(kind.ok_or_else(|| broken(self.path, &format!("{what} of 4 or 8 bytes"), &"other numbers"))?);
+            values.push(column);
+        }
+        let n_vertices = values[0].len();
+        if values.iter().any(|column| column.len() != n_vertices) || kinds.iter().any(|kind| *kind != kinds[0]) {
+            return Err(broken(self.path, "three coordinates of one kind for every vertex", &"others"));
+        }
+        if n_vertices >= MOST_VERTICES {
+            let path = self.path.into();
+            return Err(ReadError::TooMany { path, what: "vertices", count: n_vertices, limit: MOST_VERTICES });
+        }
+        let mut positions = Vec::with_capacity(n_vertices);
+        for vertex in 0..n_vertices {
+            let position = [values[0][vertex], values[1][vertex], values[2][vertex]];
+            check_finite_at(position, vertex as u64 + 1, || Place::Byte(self.path.into(), starts[0]))?;
+            positions.push(position.into());
+        }
+        Ok((positions, Columns { starts, kind: kinds[0] }))
+    }
+
+    /// The sections of elements by their first number.
+    fn sorted_sections(&self, zone: &Group) -> Result<Vec<(i64, Node)>, ReadError> {
+        let mut sections = Vec::new();
+        for node in self.children(zone, "Elements_t")? {
+            let range = self.child(&node.group, "ElementRange").ok_or_else(|| self.missing("ElementRange"))?;
+            let range = self.integers(&range, "ElementRange")?;
+            let &[first, _] = &range[..] else {
+                return Err(broken(self.path, "two numbers in ElementRange", &range.len()));
+            };
+            sections.push((first, node));
+        }
+        sections.sort_by_key(|(first, _)| *first);
+        Ok(sections)
+    }
+
+    /// Reads a section of elements.
+    fn elements(&mut self, (first, node): &(i64, Node)) -> Result<(), ReadError> {
+        let path = self.path;
+        let name = &node.name;
+        let kind = self.integers(&node.group, name)?.first().copied().unwrap_or_default();
+        let connectivity =
+            self.child(&node.group, "ElementConnectivity").ok_or_else(|| self.missing("ElementConnectivity"))?;
+        let connectivity = self.integers(&connectivity, "ElementConnectivity")?;
+        self.sections.push(name.clone());
+        let mut rest = connectivity.iter().copied();
+        let mut element = *first;
+        while rest.len() > 0 {
+            let kind = if kind == MIXED { rest.next().unwrap_or_default() } else { kind };
+            let known = element_type(kind);
+            let (count, kind) = known.ok_or_else(|| broken(path, &format!("a type of element in '{name}'"), &kind))?;
+            match kind {
+                Kind::Refuse(what) => {
+                    self.assembly.refuse(what, 1);
+                    return self.assembly.check_refused(path);
+                }
+                Kind::PassOver(what) => {
+                    self.assembly.pass_over(what, 1);
+                    rest.by_ref().take(count).for_each(drop);
+                }
+                Kind::Mesh(shape) => {
+                    if shape.is_face() {
+                        let place = usize::from(shape == Shape::Quadrilateral);
+                        self.faces[place].push((element, self.sections.len() - 1));
+                    }
+                    let n_vertices = self.n_vertices;
+                    self.assembly.push(shape, 0, || {
+                        let vertex = rest.next().unwrap_or_default();
+                        match u32::try_from(vertex - 1) {
+                            Ok(vertex) if (vertex as usize) < n_vertices => Ok(vertex),
+                            _ => {
+                                let expected = format!("a vertex of element {element} in '{name}', 1 to {n_vertices}");
+                                Err(broken(path, &expected, &vertex))
+                            }
+                        }
+                    })?;
+                }
+            }
+            element += 1;
+        }
+        Ok(())
+    }
+
+    /// Gives every face the number of its boundary condition or section, and the names of both.
+    fn tag_faces(&mut self, base: &Group, zone: &Group) -> Result<Vec<String>, ReadError> {
+        let mut names = Vec::new();
+        let mut of_face: HashMap<i64, i32> = HashMap::new();
+        for zone_bc in self.children(zone, "ZoneBC_t")? {
+            for bc in self.children(&zone_bc.group, "BC_t")? {
+                let tag = names.len() as i32;
+                names.push(self.family_name(base, &bc)?);
+                let integers = |name: &str| -> Result<Option<Vec<i64>>, ReadError> {
+                    self.child(&bc.group, name).map(|node| self.integers(&node, name)).transpose()
+                };
+                let on_vertices = match self.children(&bc.group, "GridLocation_t")?.first() {
+                    Some(location) => self.text(location)? == "Vertex",
+                    None => integers("ElementRange")?.is_none() && integers("ElementList")?.is_none(),
+                };
+                if on_vertices {
+                    return Err(ReadError::Unsupported {
+                        path: self.path.into(),
+                        found: format!("the boundary condition '{}', which is given on vertices,", bc.name),
+                        hint: "save boundary conditions on faces (GridLocation FaceCenter)",
+                    });
+                }
+                let range = integers("PointRange")?.or(integers("ElementRange")?);
+                let list = integers("PointList")?.or(integers("ElementList")?);
+                let list: std::collections::HashSet<i64> = list.unwrap_or_default().into_iter().collect();
+                for (face, _) in self.faces.iter().flatten() {
+                    let in_range = matches!(range.as_deref(), Some(&[first, last]) if (first..=last).contains(face));
+                    if in_range || list.contains(face) {
+                        of_face.entry(*face).or_insert(tag);
+                    }
+                }
+            }
+        }
+        let n_conditions = names.len();
+        names.extend(self.sections.iter().cloned());
+        let [triangles, quadrilaterals] = &self.faces;
+        let tag =
+            |&(face, section): &(i64, usize)| of_face.get(&face).copied().unwrap_or((n_conditions + section) as i32);
+        self.assembly.triangle_tags = triangles.iter().map(tag).collect();
+        self.assembly.quadrilateral_tags = quadrilaterals.iter().map(tag).collect();
+        Ok(names)
+    }
+
+    /// What a boundary condition's family is called: two hops to the name, where there are.
+    fn family_name(&self, base: &Group, bc: &Node) -> Result<String, ReadError> {
+        let names = self.children(&bc.group, "FamilyName_t")?;
+        let Some(family) = names.first().map(|name| self.text(name)).transpose()? else { return Ok(bc.name.clone()) };
+        let Some(node) = self.child(base, &family) else { return Ok(family) };
+        match self.children(&node, "FamilyName_t")?.first() {
+            Some(name) => self.text(name),
+            None => Ok(family),
+        }
+    }
+}
+
+/// Coordinates that stand in the file axis by axis.
+#[derive(Debug)]
+struct Columns {
+    /// Where x, y and z begin.
+    starts: [usize; 3],
+    kind: (Width, Endian),
+}
+
+impl Columns {
+    const KINDS: [(Width, Endian); 4] = [
+        (Width::Double, Endian::Little),
+        (Width::Double, Endian::Big),
+        (Width::Single, Endian::Little),
+        (Width::Single, Endian::Big),
+    ];
+
+    /// Whether these bytes hold these numbers in that way.
+    fn holds((width, endian): (Width, Endian), bytes: &[u8], values: &[f64]) -> bool {
+        bytes.len() == values.len() * width.bytes()
+            && bytes.chunks_exact(width.bytes()).zip(values).all(|(bytes, &value)| match width {
+                Width::Double => bytes == endian.double(value),
+                Width::Single => bytes == endian.single(value as f32),
+            })
+    }
+}
+
+impl Coordinates for Columns {
+    fn write(&self, bytes: &[u8], out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()> {
+        let mut bytes = bytes.to_vec();
+        let (width, endian) = self.kind;
+        for (axis, start) in self.starts.into_iter().enumerate() {
+            let column = &mut bytes[start..start + vertices.len() * width.bytes()];
+            for (place, vertex) in column.chunks_exact_mut(width.bytes()).zip(vertices) {
+                match width {
+                    Width::Double => place.copy_from_slice(&endian.double(vertex[axis])),
+                    Width::Single => place.copy_from_slice(&endian.single(narrow(vertex[axis])?)),
+                }
+            }
+        }
+        out.write_all(&bytes)
+    }
+}

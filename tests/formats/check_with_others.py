@@ -1,0 +1,118 @@
+"""Opens what idmesh writes with the programs it is written for: a check for developers, not part of tests/run.
+
+    pip install gmsh meshio vtk h5py numpy
+    cargo build --release
+    python tests/formats/check_with_others.py [target/release/idmesh]
+
+Converts the meshes `small` and `mixed` of tests/data to every format, and compares numbers of vertices and cells, the volume
+and the box with the original, read by gmsh, meshio and VTK.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+
+import gmsh
+import meshio
+import numpy
+import vtk
+
+here = os.path.dirname(os.path.abspath(__file__))
+data = os.path.join(here, "..", "data")
+idmesh = sys.argv[1] if len(sys.argv) > 1 else os.path.join(here, "../../target/release/idmesh")
+failures = []
+
+
+def check(what, found, expected):
+    good = numpy.allclose(found, expected, rtol=1e-6)
+    print("good" if good else "BAD ", what, numpy.round(found, 6))
+    if not good:
+        failures.append(what)
+
+
+def by_meshio(path):
+    mesh = meshio.read(path)
+    names = {"tetra": 0, "pyramid": 1, "wedge": 2, "hexahedron": 3, "triangle": 4, "quad": 5}
+    counts = [0] * 6
+    for block in mesh.cells:
+        if block.type in names:
+            counts[names[block.type]] += len(block.data)
+    return [len(mesh.points), *counts, *mesh.points.min(axis=0), *mesh.points.max(axis=0)]
+
+
+def by_gmsh(path):
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.open(path)
+    counts = []
+    for kind in [4, 7, 6, 5, 2, 3]:
+        counts.append(len(gmsh.model.mesh.getElementsByType(kind)[0]))
+    tags, points, _ = gmsh.model.mesh.getNodes()
+    names = sorted(gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups(2))
+    gmsh.finalize()
+    points = numpy.array(points).reshape(-1, 3)
+    print("     families:", ", ".join(names))
+    return [len(tags), *counts, *points.min(axis=0), *points.max(axis=0)]
+
+
+def by_vtk(path):
+    if path.endswith("polyMesh"):
+        case = os.path.join(os.path.dirname(path), "..", "case.foam")
+        open(case, "w").close()
+        reader = vtk.vtkOpenFOAMReader()
+        reader.SetFileName(case)
+        reader.Update()
+        grid = reader.GetOutput().GetBlock(0)
+    else:
+        kind = vtk.vtkXMLUnstructuredGridReader if path.endswith("vtu") else vtk.vtkUnstructuredGridReader
+        reader = kind()
+        reader.SetFileName(path)
+        reader.Update()
+        grid = reader.GetOutput()
+    counts = [0] * 6
+    kinds = {10: 0, 14: 1, 13: 2, 12: 3, 5: 4, 9: 5}
+    for cell in range(grid.GetNumberOfCells()):
+        counts[kinds[grid.GetCellType(cell)]] += 1
+    box = grid.GetBounds()
+    return [grid.GetNumberOfPoints(), *counts, *box[0::2], *box[1::2]]
+
+
+for source in ["small.msh.gz", "mixed/gmsh.v41.binary.msh"]:
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(data, source)
+        if path.endswith(".gz"):
+            plain = os.path.join(folder, "original.msh")
+            with open(plain, "wb") as out:
+                out.write(subprocess.check_output(["gzip", "-dc", path]))
+            path = plain
+        expected = by_gmsh(path)
+        foam = os.path.join(folder, "constant", "polyMesh")
+        os.makedirs(os.path.dirname(foam))
+        targets = [
+            ("a.msh", [by_gmsh, by_meshio]),
+            ("a.vtu", [by_vtk, by_meshio]),
+            ("a.vtk", [by_vtk, by_meshio]),
+            # gmsh 4.15.2 reads neither prisms nor pyramids from Medit files.
+            ("a.mesh", [by_meshio] if "mixed" in source else [by_gmsh, by_meshio]),
+            ("a.meshb", [by_meshio]),
+            ("a.su2", [by_meshio]),
+            *[(f"a.{kind}ugrid", [by_meshio]) for kind in ["", "b8.", "lb8.", "b4.", "lb4.", "b8l.", "lb8l."]],
+            (foam, [by_vtk]),
+        ]
+        for name, readers in targets:
+            target = os.path.join(folder, name)
+            subprocess.check_call([idmesh, "-q", "convert", path, target])
+            for reader in readers:
+                what = f"{source} to {os.path.basename(name)} by {reader.__name__[3:]}"
+                try:
+                    found = reader(target)
+                except Exception as error:
+                    print("BAD ", what, error)
+                    failures.append(what)
+                    continue
+                # OpenFOAM's reader gives the inside only.
+                drop = slice(5, 7) if name == foam else slice(0, 0)
+                check(what, numpy.delete(found, drop), numpy.delete(expected, drop))
+print(f"{len(failures)} bad")
+sys.exit(len(failures) > 0)
