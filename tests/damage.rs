@@ -7,7 +7,7 @@ mod damage;
 
 use damage::{Random, damage as damaged, seeds, survives};
 
-const ROUNDS: usize = 30_000;
+const ROUNDS: usize = 300_000;
 
 /// Greatest size that the process has had, in bytes of addresses, where the system tells.
 fn most_memory() -> Option<usize> {

@@ -197,9 +197,9 @@ impl Reader<'_> {
             return Err(ReadError::TooMany { path, what: "vertices", count: n_vertices, limit: MOST_VERTICES });
         }
         let mut positions = Vec::with_capacity(n_vertices);
-        for vertex in 0..n_vertices {
-            let position = [values[0][vertex], values[1][vertex], values[2][vertex]];
-            check_finite_at(position, vertex as u64 + 1, || Place::Byte(self.path.into(), starts[0]))?;
+        for (vertex, ((&x, &y), &z)) in (1..).zip(values[0].iter().zip(&values[1]).zip(&values[2])) {
+            let position = [x, y, z];
+            check_finite_at(position, vertex, || Place::Byte(self.path.into(), starts[0]))?;
             positions.push(position.into());
         }
         Ok((positions, Columns { starts, kind: kinds[0] }))
