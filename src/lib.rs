@@ -8,7 +8,7 @@
 //! A mesh is a [`mesh::TetMesh`] whose boundary triangles belong to named families; [`formats::read`] makes one from a
 //! file and [`formats::MeshFile::write`] puts the moved vertices back into that file. Each family has a
 //! [`stages::Role`]: a wing follows its profiles, a carenage slides on its original surface, a far field stays. Old and new
-//! [`profile::Profile`]s come from CSV text ([`profile::csv`]) or are cut from the wing ([`profile::cut`]).
+//! [`profile::Profile`]s come from files ([`profile::files`]) or are cut from the wing ([`profile::cut`]).
 //!
 //! [`mover::Mover::new`] does what depends on the mesh alone. [`mover::Mover::update`] then moves the undeformed mesh to one
 //! [`mover::Design`] after another, stage by stage ([`stages`]). The wing's displacement is interpolated from its profiles;

@@ -9,6 +9,10 @@ use crate::formats::{self, Fields};
 
 /// Arguments of `idmesh convert`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The extension selects the format, also before .gz: .msh (Gmsh), .su2, .vtu, .vtk,
+.ugrid, .b8.ugrid, .lb8.ugrid, ... (AFLR3), .mesh, .meshb (Medit); a folder of the
+name polyMesh is OpenFOAM's; .cgns is read where idmesh was built with it.")]
 pub(super) struct Arguments {
     /// The mesh file.
     #[arg(value_name = "IN")]
