@@ -107,3 +107,18 @@ fn some_cells_can_be_written() {
     assert_eq!(longs(&arrays[1].1), [1, 2, 3, 4]);
     assert_eq!(doubles(&arrays[6].1), [0.3]);
 }
+
+/// An appended array of points that says it has some bytes more than its numbers.
+#[test]
+fn arrays_hold_whole_numbers() {
+    let bytes = fs::read(data("mixed/vtk.raw.vtu")).unwrap();
+    let size = 288u32.to_le_bytes();
+    let marker = b"<AppendedData encoding=\"raw\">\n   _";
+    let start = bytes.windows(marker.len()).position(|window| window == marker).unwrap() + marker.len();
+    let at = start + 324;
+    assert_eq!(bytes[at..at + 4], size, "the points stand at offset 324");
+    let mut broken = bytes.clone();
+    broken[at] += 3;
+    let error = read_bytes("a.vtu", &broken).unwrap_err().to_string();
+    assert!(error.contains("expected the array 'Points' of numbers of 8 bytes, found 291 bytes"), "{error}");
+}

@@ -295,6 +295,11 @@ impl File<'_> {
         let payload = self.header.coding.decode(bytes, base64);
         let payload =
             payload.map_err(|found| self.malformed(array.tag, format!("the array '{}'", array.name), found))?;
+        let (length, size) = (payload.data.len(), array.number.bytes());
+        if length % size != 0 {
+            let expected = format!("the array '{}' of numbers of {size} bytes", array.name);
+            return Err(self.malformed(array.tag, expected, format!("{length} bytes")));
+        }
         Ok(Some((start, payload)))
     }
 
