@@ -36,6 +36,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let start = Instant::now();
     let job = Job::read(&arguments.case, console)?;
     let targets = Targets::check(&job, arguments)?;
+    targets.tell_losses(&job, console)?;
     let backend: Arc<dyn Backend> = choose_backend(arguments.backend, console)?.into();
 
     let setup = Instant::now();
@@ -169,6 +170,19 @@ impl Targets {
             outputs::check_writable(path)?;
         }
         Ok(Self { meshes, histogram, _folder: folder })
+    }
+
+    /// Warns of what the meshes will not hold; of those to look at in ParaView only `-v` tells it.
+    fn tell_losses(&self, job: &Job, console: &Console) -> Result<(), Failure> {
+        for path in &self.meshes {
+            let name = path.to_string_lossy().to_lowercase();
+            let to_look_at = name.trim_end_matches(".gz").ends_with(".vtu");
+            for loss in job.file.losses(path)? {
+                let loss = format!("{}: {loss}", path.display());
+                if to_look_at { console.detail(loss) } else { console.warn(loss) }
+            }
+        }
+        Ok(())
     }
 
     /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and what is wrong alone.

@@ -163,6 +163,22 @@ fn airfoils_move_the_wing_like_csv() {
     fixture.refuses(3, &["root.dat:1", "do not say where it is", "placement"]);
 }
 
+/// An output in another format tells of what it cannot hold.
+#[test]
+fn run_warns_of_losses() {
+    let fixture = Fixture::new();
+    fixture.case("mesh = \"moved.msh\"", "mesh = [\"moved.vtu\", \"moved.lb8.ugrid\", \"moved.msh\"]");
+    let output = fixture.run();
+    assert_good(&output);
+    let warnings: Vec<_> =
+        stderr(&output).lines().filter(|line| line.starts_with("warning")).map(str::to_owned).collect();
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].contains("moved.lb8.ugrid: boundary conditions: the .mapbc file"), "{warnings:?}");
+    let moved = formats::read(&fixture.path("moved.msh")).unwrap().mesh;
+    let other = formats::read(&fixture.path("moved.lb8.ugrid")).unwrap().mesh;
+    assert_eq!((&moved.vertices, &moved.families), (&other.vertices, &other.families));
+}
+
 /// A folder in, a folder out; the source is never written to.
 #[test]
 fn openfoam_folders_are_moved() {
