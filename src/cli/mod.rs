@@ -14,6 +14,7 @@ mod inverted;
 mod job;
 mod outputs;
 mod quality;
+mod refine;
 mod run;
 
 use std::path::PathBuf;
@@ -61,6 +62,8 @@ enum Command {
     Cut(cut::Arguments),
     /// Write a mesh in another format, with its families.
     Convert(convert::Arguments),
+    /// Cut every tet into eight, families kept.
+    Refine(refine::Arguments),
     /// List the GPUs and say which one would be taken.
     Adapters(adapters::Arguments),
 }
@@ -115,6 +118,7 @@ pub fn main() -> ExitCode {
         Command::Quality(arguments) => quality::run(&arguments, &console),
         Command::Cut(arguments) => cut::run(&arguments, &console),
         Command::Convert(arguments) => convert::run(&arguments, &console),
+        Command::Refine(arguments) => refine::run(&arguments, &console),
         Command::Adapters(arguments) => adapters::run(&arguments, &console),
     };
     console.finish();

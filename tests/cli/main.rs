@@ -4,6 +4,7 @@ mod commands;
 mod fixture;
 mod formats;
 mod gpu;
+mod refine;
 mod refusals;
 mod results;
 mod wing_box;

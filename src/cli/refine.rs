@@ -1,0 +1,39 @@
+//! `idmesh refine`: every tet of a mesh into eight.
+
+use std::path::PathBuf;
+
+use super::console::Console;
+use super::failure::Failure;
+use super::outputs;
+use crate::formats::{self, Fields, MeshFile};
+use crate::mesh;
+
+/// Arguments of `idmesh refine`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The mesh file; tets and triangles only.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// The file to write; its extension selects the format.
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    let Arguments { input, output } = arguments;
+    outputs::check_distinct(std::slice::from_ref(input), &[output])?;
+    console.step(&format!("reading {}", input.display()));
+    let coarse = formats::read(input)?.mesh;
+    console.step("refining");
+    let fine = mesh::refine(&coarse).map_err(|error| Failure::bad_input(format!("{}: {error}", input.display())))?;
+    let fine = MeshFile::from_mesh(fine);
+    fine.check_output(output)?;
+    for loss in fine.losses(output)? {
+        console.warn(format_args!("{}: {loss}", output.display()));
+    }
+    console.step("writing");
+    fine.write(output, &fine.mesh.vertices, &Fields::default())?;
+    console.note(format_args!("wrote {}: {} tets", output.display(), fine.mesh.tets.len()));
+    Ok(())
+}
