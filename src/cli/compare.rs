@@ -8,10 +8,10 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::console::Console;
+use super::design::{choose_backend, on_mesh};
 use super::failure::{Exit, Failure};
 use super::job::Job;
 use super::outputs;
-use super::run::{choose_backend, on_mesh};
 use super::{BackendChoice, JsonTarget, json_target};
 use crate::backend::Backend;
 use crate::formats;
@@ -126,7 +126,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         return Ok(());
     }
     Err(Failure::new(
-        Exit::OutOfTolerance,
+        Exit::Unfit,
         format!(
             "out of tolerance: the relative difference is {:e}, expected at most {:e}",
             comparison.relative_difference, comparison.tolerance
@@ -148,7 +148,7 @@ fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Compa
             b.display(),
             read[1].len()
         );
-        return Err(Failure::new(Exit::OutOfTolerance, message));
+        return Err(Failure::new(Exit::Unfit, message));
     }
     let first = read[0].first().copied().unwrap_or_default();
     let (low, high) = read[0].iter().fold((first, first), |(low, high), &at| (low.min(at), high.max(at)));

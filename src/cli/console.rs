@@ -41,6 +41,25 @@ impl Console {
         }
     }
 
+    /// Turns the spinner into a bar for so many pieces of work, with the time left.
+    pub(super) fn count(&self, pieces: usize) {
+        if let Some(spinner) = &self.spinner {
+            spinner.set_length(pieces as u64);
+            spinner.set_position(0);
+            spinner.reset_eta();
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {bar:30} {pos}/{len}, {eta} left: {msg}") {
+                spinner.set_style(style);
+            }
+        }
+    }
+
+    /// One piece of those counted is done.
+    pub(super) fn advance(&self) {
+        if let Some(spinner) = &self.spinner {
+            spinner.inc(1);
+        }
+    }
+
     /// Something worth knowing.
     pub(super) fn note(&self, what: impl Display) {
         if self.level >= 0 {

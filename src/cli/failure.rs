@@ -10,8 +10,8 @@ use crate::mover::MoveError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Exit {
-    /// `compare`: out of tolerance.
-    OutOfTolerance = 1,
+    /// `compare`: out of tolerance. `batch`: a design failed.
+    Unfit = 1,
     /// A file or the case is wrong, or an output cannot be written.
     BadInput = 3,
     /// A relaxation did not converge.

@@ -17,6 +17,9 @@ use crate::profile::{self, Plane, Profile, files};
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
 const MATCH: f64 = 1e-3;
 
+/// Profiles lie in the same plane within this fraction of their size, as the points of one do.
+const PLANES: f64 = 1e-6;
+
 /// A case, its mesh, what a mover needs and the design.
 pub(super) struct Job {
     pub(super) case: Case,
@@ -85,6 +88,95 @@ impl Job {
         };
         Ok(Self { case, file, settings, design, inputs, read_seconds: start.elapsed().as_secs_f64() })
     }
+}
+
+/// What a design replaces in a case.
+#[derive(Clone, Debug)]
+pub(super) enum Varied {
+    /// The new profiles of a wing.
+    Profiles(String, FamilyId),
+    /// The displacement of a prescribed family.
+    Displacement(FamilyId),
+}
+
+impl Varied {
+    /// The one set of profiles, or, where there is none, the one displacement.
+    ///
+    /// # Errors
+    /// There is none or more than one.
+    pub(super) fn of(job: &Job) -> Result<Self, Failure> {
+        let (profiles, prescribed) = (&job.design.profiles, &job.design.prescribed);
+        match (profiles.len(), prescribed.len()) {
+            (1, _) => {
+                let family = profiles.keys().next().copied().unwrap_or(FamilyId(0));
+                Ok(Self::Profiles(job.file.mesh.families[family.index()].clone(), family))
+            }
+            (0, 1) => Ok(Self::Displacement(prescribed.keys().next().copied().unwrap_or(FamilyId(0)))),
+            (profiles, prescribed) => Err(Failure::bad_input(format!(
+                "{}: {profiles} tables [profiles.NAME] and {prescribed} prescribed families, expected exactly one table \
+                 whose profiles the designs replace, or none and one prescribed family",
+                job.case.path.display()
+            ))),
+        }
+    }
+
+    /// The extensions that designs have in a folder.
+    pub(super) fn extensions(&self) -> &'static [&'static str] {
+        match self {
+            Self::Profiles(..) => files::EXTENSIONS,
+            Self::Displacement(_) => &["csv"],
+        }
+    }
+
+    /// The job's design with what a file says in place of what it varies.
+    ///
+    /// # Errors
+    /// The file cannot be read or is wrong, or its profiles lie in other planes than those cut from the mesh.
+    pub(super) fn read(&self, job: &Job, path: &Path) -> Result<Design, Failure> {
+        let mut design = job.design.clone();
+        match self {
+            Self::Displacement(family) => {
+                design.prescribed.insert(*family, prescribed(&job.file.mesh, *family, path)?);
+            }
+            Self::Profiles(name, family) => {
+                let mut source = job.case.profiles[name].clone();
+                // An airfoil takes the place of the case's.
+                if let [only] = source.new.as_slice()
+                    && let Some(placement) = source.placements.get(only).cloned()
+                {
+                    source.placements.insert(path.to_path_buf(), placement);
+                }
+                let paths = [path.to_path_buf()];
+                let new = read_profiles(&paths, &source)?;
+                if source.old.is_none() {
+                    same_planes(&job.design.profiles[family], &new)
+                        .map_err(|failure| about_profiles(failure, name, &paths))?;
+                }
+                design.profiles.insert(*family, new);
+            }
+        }
+        Ok(design)
+    }
+}
+
+/// Refuses profiles in other planes than those at which the old ones were cut: their motion would be another than in a
+/// run of their own, where the old ones are cut at their planes.
+fn same_planes(cut: &[Profile], new: &[Profile]) -> Result<(), Failure> {
+    let bad = |error: profile::ProfileError| Failure::bad_input(error.to_string());
+    for profile in new {
+        let Some(like) = cut.iter().find(|other| other.number == profile.number) else { continue };
+        let plane = Plane::of_profile(like).map_err(bad)?;
+        let size = profile.points.iter().map(|point| point.distance(profile.points[0])).fold(0.0, f64::max);
+        let off = profile.points.iter().map(|&point| plane.distance(point).abs()).fold(0.0, f64::max);
+        if off > PLANES * size {
+            let message = format!(
+                "profile {} is up to {off:.1e} away from the plane at which the case's new profiles let the old one be cut",
+                profile.number
+            );
+            return Err(Failure::bad_input(message).with_hint("name the old profiles in the case: old = \"FILE\""));
+        }
+    }
+    Ok(())
 }
 
 /// The triangles of a family.

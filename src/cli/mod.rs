@@ -5,13 +5,17 @@
 //! prints.
 
 mod adapters;
+mod batch;
 mod compare;
 mod console;
 mod convert;
 mod cut;
+mod design;
+mod designs;
 mod failure;
 mod inverted;
 mod job;
+mod lines;
 mod outputs;
 mod quality;
 mod refine;
@@ -28,7 +32,7 @@ use console::Console;
 const EXIT_CODES: &str = "\
 Exit codes:
   0  good
-  1  compare: out of tolerance
+  1  compare: out of tolerance; batch: a design failed
   2  wrong usage
   3  bad input, nothing was written
   4  not converged
@@ -54,6 +58,8 @@ struct Arguments {
 enum Command {
     /// Move a mesh to one design.
     Run(run::Arguments),
+    /// Move a mesh to many designs, set up once.
+    Batch(batch::Arguments),
     /// Compare CPU and GPU on a case, or two meshes vertex by vertex.
     Compare(compare::Arguments),
     /// Measure a mesh.
@@ -114,6 +120,7 @@ pub fn main() -> ExitCode {
     let console = Console::new(arguments.quiet, arguments.verbose);
     let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments, &console),
+        Command::Batch(arguments) => batch::run(&arguments, &console),
         Command::Compare(arguments) => compare::run(&arguments, &console),
         Command::Quality(arguments) => quality::run(&arguments, &console),
         Command::Cut(arguments) => cut::run(&arguments, &console),

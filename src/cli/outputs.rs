@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::JsonTarget;
 use super::console::Console;
 use super::failure::Failure;
-use crate::formats::write_atomically;
+use crate::formats::{FORMATS, write_atomically};
 
 /// A folder for outputs that is there when it is needed, and gone again if nothing was written into it.
 #[derive(Debug, Default)]
@@ -141,6 +141,21 @@ pub(super) fn inverted_name(path: &Path) -> PathBuf {
     path.with_file_name(format!("{}.inverted.vtu", split_name(path).0))
 }
 
+/// `moved.msh.gz` becomes `DESIGN.msh.gz`.
+///
+/// # Errors
+/// There is no extension, by which the file would keep its format.
+pub(super) fn named_after(path: &Path, design: &str) -> Result<PathBuf, Failure> {
+    let extension = split_name(path).1;
+    if extension.is_empty() || extension.eq_ignore_ascii_case(".gz") {
+        let message = format!("the output {} has no extension to put after a design's name", path.display());
+        return Err(
+            Failure::bad_input(message).with_hint("`batch` writes single files, such as moved.msh or moved.vtu")
+        );
+    }
+    Ok(path.with_file_name(format!("{design}{extension}")))
+}
+
 /// A file's name before its extension, and the extension: `.msh.gz`, `.vtu` or nothing.
 fn split_name(path: &Path) -> (String, String) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -148,8 +163,15 @@ fn split_name(path: &Path) -> (String, String) {
         Some((stem, gz)) if gz.eq_ignore_ascii_case(".gz") => (stem, gz),
         _ => (&*name, ""),
     };
-    match stem.rsplit_once('.') {
-        Some((stem, extension)) => (stem.to_owned(), format!(".{extension}{gz}")),
+    // Extensions of formats may have two parts: `.b8.ugrid`.
+    let known = FORMATS.iter().filter(|format| !format.is_folder()).flat_map(|format| format.extensions);
+    let at = known.filter_map(|extension| {
+        let at = stem.len().checked_sub(extension.len() + 1)?;
+        let (_, end) = stem.split_at_checked(at)?;
+        end.strip_prefix('.').is_some_and(|end| end.eq_ignore_ascii_case(extension)).then_some(at)
+    });
+    match at.min().or_else(|| stem.rfind('.')) {
+        Some(at) => (stem[..at].to_owned(), format!("{}{gz}", &stem[at..])),
         None => (stem.to_owned(), gz.to_owned()),
     }
 }
@@ -165,6 +187,11 @@ mod tests {
         assert_eq!(name("moved.v2.msh.gz"), Path::new("moved.v2.invalid.msh.gz"));
         assert_eq!(name("moved"), Path::new("moved.invalid"));
         assert_eq!(name("gz"), Path::new("gz.invalid"));
+        assert_eq!(name("moved.b8.ugrid"), Path::new("moved.invalid.b8.ugrid"));
+        assert_eq!(named_after(Path::new("a/moved.lb8.ugrid.gz"), "d.1").unwrap(), Path::new("a/d.1.lb8.ugrid.gz"));
+        assert!(
+            named_after(Path::new("a/polyMesh"), "d").is_err() && named_after(Path::new("points.gz"), "d").is_err()
+        );
         assert_eq!(inverted_name(Path::new("a/moved.v2.msh.gz")), Path::new("a/moved.v2.inverted.vtu"));
     }
 

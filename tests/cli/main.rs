@@ -1,5 +1,6 @@
 //! The command line: what works, what bad input is told, which exit code it gets, and that it leaves no file behind.
 
+mod batch;
 mod commands;
 mod fixture;
 mod formats;

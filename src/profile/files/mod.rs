@@ -19,6 +19,9 @@ pub use airfoil::{Placement, SpanAxis};
 use super::{Profile, ProfileError, csv};
 use crate::formats::read_polylines;
 
+/// The extensions by which profile files are found in a folder.
+pub const EXTENSIONS: &[&str] = &["csv", "dat", "tec", "plt", "txt", "json", "vtp", "vtk"];
+
 /// A profile file.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {

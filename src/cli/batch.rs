@@ -1,0 +1,173 @@
+//! `idmesh batch`: many designs on one mesh, set up once.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::console::Console;
+use super::design::{Moved, Ready, Targets};
+use super::designs::{self, DesignFile, Shard};
+use super::failure::{Exit, Failure};
+use super::job::{Job, Varied};
+use super::lines::{Kept, Lines};
+use super::outputs::{self, Folder};
+use super::{BackendChoice, JsonTarget, json_target};
+use crate::report::RunReport;
+
+/// Arguments of `idmesh batch`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The case file (TOML), whole as for `run`; each design replaces its new profiles or its prescribed displacement.
+    case: PathBuf,
+    /// The designs: a folder of profile files, or a text file that names them, one a line.
+    #[arg(long, value_name = "DIR|LIST")]
+    designs: PathBuf,
+    /// Where to compute.
+    #[arg(long, value_enum, default_value = "auto")]
+    backend: BackendChoice,
+    /// Put the outputs into this folder, made if missing, instead of where the case says.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Append the report of each design as a line of JSON; `-` is standard output.
+    #[arg(long, value_name = "FILE", value_parser = json_target)]
+    json: Option<JsonTarget>,
+    /// Leave out designs that have their line in the JSON file and their outputs.
+    #[arg(long, requires = "json")]
+    resume: bool,
+    /// Take every N-th design from the I-th on.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+/// A design's line where it failed: the report as far as there is one, and why.
+#[derive(Serialize)]
+struct Failed<'a> {
+    #[serde(flatten)]
+    report: Option<&'a RunReport>,
+    /// Only where no report holds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    design: Option<&'a str>,
+    error: &'a str,
+    /// The exit code `run` would have had.
+    exit: u8,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    let job = Job::read(&arguments.case, console)?;
+    let varied = Varied::of(&job)?;
+    let all = designs::find(&arguments.designs, varied.extensions())?;
+    let pattern = Targets::of(&job, arguments.out.as_deref());
+    let _folder = check(&pattern, &all, &job, arguments, console)?;
+    let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
+
+    let kept = kept(&designs, &pattern, arguments)?;
+    let is_done = |design: &&DesignFile| kept.failed.contains_key(&design.name);
+    let (done, left): (Vec<_>, Vec<_>) = designs.iter().partition(is_done);
+    if !done.is_empty() {
+        console.note(format_args!("{} of {} designs are done already", done.len(), designs.len()));
+    }
+    let mut failed = done.iter().filter(|design| kept.failed[&design.name]).count();
+    let ready = (!left.is_empty()).then(|| Ready::new(&job, arguments.backend, console)).transpose()?;
+    let mut lines = Lines::open(arguments.json.as_ref(), &kept, console)?;
+    if let Some(mut ready) = ready {
+        console.count(left.len());
+        for design in left {
+            failed += usize::from(!finish(design, &varied, &job, &mut ready, &pattern, &mut lines, console)?);
+            console.advance();
+        }
+    }
+    if failed > 0 {
+        return Err(Failure::new(Exit::Unfit, format!("{failed} of {} designs failed", designs.len())));
+    }
+    Ok(())
+}
+
+/// Moves the mesh to one design and tells about it; whether all was good.
+///
+/// # Errors
+/// What would fail for every other design too: the line cannot be written, or the GPU failed.
+fn finish(
+    design: &DesignFile,
+    varied: &Varied,
+    job: &Job,
+    ready: &mut Ready,
+    pattern: &Targets,
+    lines: &mut Lines,
+    console: &Console,
+) -> Result<bool, Failure> {
+    let name = design.name.as_str();
+    let start = Instant::now();
+    let moved = pattern.named(name).and_then(|targets| {
+        let what = varied.read(job, &design.path)?;
+        ready.move_to(&what, Some(name), start.elapsed().as_secs_f64(), &targets, console)
+    });
+    let (report, failure) = match moved {
+        Ok(Moved { report, verdict, .. }) => (Some(report), verdict.err()),
+        Err(failure) if failure.exit == Exit::NoGpu => return Err(failure),
+        Err(failure) => (None, Some(failure)),
+    };
+    match (&report, &failure) {
+        (_, Some(failure)) => {
+            console.warn(format_args!("{name}: {}", failure.message));
+            let design = report.is_none().then_some(name);
+            let (error, exit) = (failure.message.as_str(), failure.exit as u8);
+            lines.append(&Failed { report: report.as_ref(), design, error, exit })?;
+        }
+        (Some(report), None) => {
+            lines.append(report)?;
+            console.note(format_args!("{name}: moved in {:.3} s", report.seconds.total));
+        }
+        (None, None) => {}
+    }
+    Ok(failure.is_none())
+}
+
+/// Checks everything that will be written, and makes the folder for it, to be held until then.
+fn check(
+    pattern: &Targets,
+    all: &[DesignFile],
+    job: &Job,
+    arguments: &Arguments,
+    console: &Console,
+) -> Result<Folder, Failure> {
+    let mut inputs = job.inputs.clone();
+    inputs.push(arguments.designs.clone());
+    inputs.retain(|path| !path.is_dir() || *path == job.case.mesh);
+    let json = match &arguments.json {
+        Some(JsonTarget::File(path)) => Some(path.as_path()),
+        _ => None,
+    };
+    for design in all {
+        let targets = pattern.named(&design.name)?;
+        inputs.push(design.path.clone());
+        outputs::check_distinct(&inputs, &targets.paths().chain(json).collect::<Vec<_>>())?;
+        inputs.pop();
+    }
+    if let Some(json) = json {
+        inputs.extend(all.iter().map(|design| design.path.clone()));
+        outputs::check_distinct(&inputs, &[json])?;
+    }
+    let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
+    // One design stands for all: they go into the same folder.
+    if let Some(first) = all.first() {
+        let targets = pattern.named(&first.name)?;
+        targets.check(job)?;
+        targets.tell_losses(job, console)?;
+    }
+    outputs::check_json(arguments.json.as_ref())?;
+    Ok(folder)
+}
+
+/// What an earlier run of these designs left: lines of designs whose outputs are there, and of designs not asked for.
+fn kept(designs: &[DesignFile], pattern: &Targets, arguments: &Arguments) -> Result<Kept, Failure> {
+    match &arguments.json {
+        _ if !arguments.resume => Ok(Kept::default()),
+        Some(JsonTarget::File(path)) => Kept::read(path, |name| {
+            let there = |targets: Targets| targets.paths().all(Path::exists);
+            designs.iter().any(|design| design.name == name) && !pattern.named(name).is_ok_and(there)
+        }),
+        _ => Err(Failure::bad_input("--resume needs the reports in a file: --json FILE")),
+    }
+}

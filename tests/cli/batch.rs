@@ -1,0 +1,240 @@
+//! `idmesh batch`: many designs give what as many runs give, and one that fails stops no other.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::fixture::*;
+use crate::wing_box::*;
+
+const BATCH: [&str; 6] = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs"];
+
+/// A case with designs whose wings go up by these at their tips, and with old profiles, so that every run pairs the same.
+fn designs(raised: &[(&str, f64)]) -> Fixture {
+    let fixture = Fixture::new();
+    fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
+    fixture.write("old.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
+    fs::create_dir(fixture.path("designs")).unwrap();
+    for &(name, dz) in raised {
+        fixture.write(&format!("designs/{name}.csv"), &profiles(&[(0, 0.3, 0.02), (1, 1.2, dz)]));
+    }
+    fixture
+}
+
+fn batch(fixture: &Fixture, more: &[&str]) -> std::process::Output {
+    fixture.idmesh(&[&BATCH, more].concat())
+}
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn names(lines: &[Value]) -> Vec<&str> {
+    lines.iter().map(|line| line["design"].as_str().unwrap()).collect()
+}
+
+/// A line without what differs from run to run.
+fn timeless(mut line: Value) -> Value {
+    line.as_object_mut().unwrap().remove("seconds");
+    for stage in line["stages"].as_array_mut().into_iter().flatten() {
+        stage.as_object_mut().unwrap().remove("seconds");
+    }
+    line
+}
+
+fn listed(fixture: &Fixture, folder: &str) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(fixture.path(folder)).unwrap().map(|entry| entry.unwrap());
+    let mut files: Vec<_> =
+        entries.map(|entry| (entry.file_name().into_string().unwrap(), fs::read(entry.path()).unwrap())).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn a_batch_gives_what_single_runs_give() {
+    let fixture = designs(&[("c", 0.03), ("a", 0.06), ("b.2", -0.05)]);
+    fixture.write("designs/notes.md", "no design");
+    assert_good(&batch(&fixture, &["--out", "moved", "--json", "all.jsonl"]));
+    let lines = lines(&fixture.read("all.jsonl"));
+    assert_eq!(names(&lines), ["a", "b.2", "c"]);
+    assert_eq!(listed(&fixture, "moved").len(), 3);
+    for line in lines {
+        let name = line["design"].as_str().unwrap().to_owned();
+        fs::copy(fixture.path(&format!("designs/{name}.csv")), fixture.path("new.csv")).unwrap();
+        let alone = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "-"]);
+        assert_good(&alone);
+        assert!(fixture.read(&format!("moved/{name}.msh")) == fixture.read("moved.msh"), "{name}");
+        let mut alone = timeless(serde_json::from_str(&stdout(&alone)).unwrap());
+        alone["design"] = name.into();
+        assert_eq!(timeless(line), alone);
+    }
+}
+
+#[test]
+fn designs_come_from_a_list_and_lines_go_to_standard_output() {
+    let fixture = designs(&[("a", 0.06), ("b", 0.03)]);
+    fixture.write("list.txt", "# the second first\ndesigns/b.csv # well\n\n  designs/a.csv\n");
+    let output =
+        fixture.idmesh(&["batch", "case.toml", "--backend", "cpu", "--designs", "list.txt", "--json", "-", "-q"]);
+    assert_good(&output);
+    assert_eq!(names(&lines(&stdout(&output))), ["b", "a"]);
+    assert_eq!(stderr(&output), "");
+    assert!(fixture.path("a.msh").is_file() && fixture.path("b.msh").is_file());
+    assert!(!fixture.path("moved.msh").exists());
+}
+
+/// One that cannot be read, one that ends with inverted tets, and one whose file is missing stop no other.
+#[test]
+fn failed_designs_stop_no_other() {
+    let fixture = designs(&[("a", 0.06), ("c", 0.05), ("e", 0.03)]);
+    fixture.write("designs/b.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    fixture.write("designs/d.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
+    let output = batch(&fixture, &["--out", "moved", "--json", "all.jsonl"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("error: 2 of 5 designs failed"), "{}", stderr(&output));
+    let all = lines(&fixture.read("all.jsonl"));
+    assert_eq!(names(&all), ["a", "b", "c", "d", "e"]);
+    let exits: Vec<_> = all.iter().map(|line| line["exit"].as_u64()).collect();
+    assert_eq!(exits, [None, Some(3), None, Some(5), None]);
+    let error = all[1]["error"].as_str().unwrap();
+    assert!(error.contains("b.csv") && error.contains("zwei"), "{error}");
+    assert!(all[3]["stages"][3]["inverted"].as_u64().unwrap() > 0);
+    let files: Vec<_> = listed(&fixture, "moved").into_iter().map(|file| file.0).collect();
+    assert_eq!(files, ["a.msh", "c.msh", "d.invalid.msh", "d.inverted.vtu", "e.msh"]);
+
+    fixture.write("list.txt", "designs/a.csv\ngone.csv\n");
+    let output = fixture.idmesh(&["batch", "case.toml", "--backend", "cpu", "--designs", "list.txt", "--json", "-"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(lines(&stdout(&output))[1]["error"].as_str().unwrap().contains("gone.csv"));
+}
+
+#[test]
+fn a_stopped_batch_is_taken_up_again() {
+    let fixture = designs(&[("a", 0.06), ("b", 0.05), ("c", 0.04), ("d", 0.03)]);
+    assert_good(&batch(&fixture, &["--out", "whole", "--json", "whole.jsonl"]));
+    let whole = fixture.read("whole.jsonl");
+    let ends: Vec<usize> = whole.match_indices('\n').map(|(at, _)| at + 1).collect();
+    // Torn at a line's first byte, in its middle, before its line end, and after it.
+    for (cut, kept) in [(ends[1] + 1, 2), ((ends[1] + ends[2]) / 2, 2), (ends[2] - 1, 3), (ends[2], 3)] {
+        fixture.write("part.jsonl", &whole[..cut]);
+        fs::create_dir_all(fixture.path("part")).unwrap();
+        for (index, (name, bytes)) in listed(&fixture, "whole").iter().enumerate() {
+            // Those of lines that are torn or missing are not there, or are not what they should be.
+            match index {
+                _ if index < kept => fs::write(fixture.path(&format!("part/{name}")), bytes).unwrap(),
+                2 => fs::write(fixture.path(&format!("part/{name}")), "old").unwrap(),
+                _ => drop(fs::remove_file(fixture.path(&format!("part/{name}")))),
+            }
+        }
+        let output = batch(&fixture, &["--out", "part", "--json", "part.jsonl", "--resume"]);
+        assert_good(&output);
+        assert!(stderr(&output).contains(&format!("{kept} of 4 designs are done already")), "{}", stderr(&output));
+        assert!(listed(&fixture, "part") == listed(&fixture, "whole"), "cut at {cut}");
+        let part = fixture.read("part.jsonl");
+        assert_eq!(part[..ends[kept - 1]], whole[..ends[kept - 1]]);
+        let timeless = |text: &str| lines(text).into_iter().map(timeless).collect::<Vec<_>>();
+        assert_eq!(timeless(&part), timeless(&whole));
+    }
+    // A lost mesh is made again, its line replaced.
+    fs::remove_file(fixture.path("part/b.msh")).unwrap();
+    assert_good(&batch(&fixture, &["--out", "part", "--json", "part.jsonl", "--resume"]));
+    assert!(listed(&fixture, "part") == listed(&fixture, "whole"));
+    assert_eq!(names(&lines(&fixture.read("part.jsonl"))), ["a", "c", "d", "b"]);
+    // Without --resume all begins anew.
+    assert_good(&batch(&fixture, &["--out", "part", "--json", "part.jsonl"]));
+    assert_eq!(names(&lines(&fixture.read("part.jsonl"))), ["a", "b", "c", "d"]);
+}
+
+#[test]
+fn shards_share_the_designs() {
+    let fixture = designs(&[("a", 0.06), ("b", 0.05), ("c", 0.04)]);
+    for (shard, expected) in [("1/2", &["a", "c"][..]), ("2/2", &["b"]), ("4/4", &[])] {
+        let output = batch(&fixture, &["--out", "moved", "--json", "-", "--shard", shard]);
+        assert_good(&output);
+        assert_eq!(names(&lines(&stdout(&output))), expected, "{shard}");
+    }
+    let moved: Vec<_> = listed(&fixture, "moved").into_iter().map(|file| file.0).collect();
+    assert_eq!(moved, ["a.msh", "b.msh", "c.msh"]);
+    for wrong in ["0/2", "3/2", "x"] {
+        assert_eq!(batch(&fixture, &["--shard", wrong]).status.code(), Some(2), "{wrong}");
+    }
+}
+
+#[test]
+fn prescribed_displacements_are_designs_too() {
+    let fixture = designs(&[]);
+    let mesh = WingBox::new();
+    let rows = |dz: f64| -> String {
+        let wing = mesh.family_vertices(0).into_iter().map(|vertex| mesh.vertices[vertex]);
+        wing.map(|[x, y, z]| format!("{x},{y},{z},0,0,{dz}\n")).collect()
+    };
+    fixture.write("wing.csv", &rows(0.0));
+    fixture.write("designs/a.csv", &rows(0.02));
+    let case = CASE.replace("[profiles.wing]\nnew = \"new.csv\"\n", "");
+    let case = case.replace("role = \"wing\"\n", "role = \"prescribed\"\ndisplacement = \"wing.csv\"\n");
+    fixture.write("case.toml", &case);
+    assert_good(&batch(&fixture, &["--out", "moved"]));
+    fixture.write("wing.csv", &rows(0.02));
+    assert_good(&fixture.run());
+    assert!(fixture.read("moved/a.msh") == fixture.read("moved.msh"));
+}
+
+/// Airfoils without a place take that of the case's.
+#[test]
+fn airfoils_take_the_cases_place() {
+    let fixture = designs(&[]);
+    let airfoil = |thickness: f64| format!("box\n1 {thickness}\n0 {thickness}\n0 0\n0 -{thickness}\n1 -{thickness}\n");
+    fixture.write("old.csv", &profiles(&[(0, 0.75, 0.0)]));
+    fixture.write("new.dat", &airfoil(0.33));
+    fixture.write("designs/a.dat", &airfoil(0.35));
+    let place = "\n[profiles.wing.placement.\"new.dat\"]\nchord = 0.75\nposition = [1.0, 0.75, 0.0]\n";
+    let case = CASE.replace("new = \"new.csv\"\n", &format!("new = \"new.dat\"\nold = \"old.csv\"\n{place}"));
+    fixture.write("case.toml", &case);
+    assert_good(&batch(&fixture, &["--out", "moved"]));
+    fs::copy(fixture.path("designs/a.dat"), fixture.path("new.dat")).unwrap();
+    assert_good(&fixture.run());
+    assert!(fixture.read("moved/a.msh") == fixture.read("moved.msh"));
+    assert_ne!(fixture.read("moved.msh"), fixture.read("box.msh"));
+}
+
+/// Old profiles cut at other planes than a design's would move the wing otherwise than in a run of its own.
+#[test]
+fn designs_in_other_planes_need_old_profiles() {
+    let fixture = designs(&[("a", 0.06)]);
+    fixture.write("case.toml", CASE);
+    fixture.write("designs/b.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.1, 0.05)]));
+    let output = batch(&fixture, &["--json", "-"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let all = lines(&stdout(&output));
+    assert_eq!(all[0].get("error"), None);
+    assert!(all[1]["error"].as_str().unwrap().contains("profile 1 is up to 1.0e-1 away"), "{}", all[1]);
+}
+
+#[test]
+fn bad_batches_write_nothing() {
+    let refuses = |fixture: &Fixture, more: &[&str], words: &[&str]| {
+        fixture.refuses_command(&[&BATCH, &["--out", "moved"][..], more].concat(), 3, words);
+    };
+    let fixture = designs(&[]);
+    refuses(&fixture, &["--json", "all.jsonl"], &["designs: no designs"]);
+    fixture.write("designs/a.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
+    refuses(&fixture, &["--json", "designs/a.csv"], &["would overwrite the input"]);
+    refuses(&fixture, &["--json", "none/all.jsonl"], &["none/all.jsonl"]);
+    refuses(&fixture, &["--json", "-", "--resume"], &["--resume needs"]);
+    fixture.write("all.jsonl", "my notes\n");
+    refuses(&fixture, &["--json", "all.jsonl", "--resume"], &["all.jsonl: line 1 is no report"]);
+    assert_eq!(fixture.read("all.jsonl"), "my notes\n");
+    fixture.write("designs/a.dat", "");
+    refuses(&fixture, &[], &["a.csv", "a.dat", "both be named a"]);
+    fs::remove_file(fixture.path("designs/a.dat")).unwrap();
+    fixture.case("mesh = \"moved.msh\"", "mesh = [\"moved.msh\", \"other.msh\"]");
+    refuses(&fixture, &[], &["is the name of two outputs"]);
+    fixture.case("mesh = \"moved.msh\"", "mesh = \"polyMesh\"");
+    refuses(&fixture, &[], &["polyMesh has no extension"]);
+    fixture.case("[profiles.wing]\nnew = \"new.csv\"\n", "");
+    let case = fixture.read("case.toml").replace("role = \"wing\"\n", "role = \"fixed\"\n");
+    fixture.write("case.toml", &case);
+    refuses(&fixture, &[], &["expected exactly one table"]);
+    fixture.case("role = \"plane\"", "role = \"flat\"");
+    refuses(&fixture, &["--json", "new.jsonl"], &["flat"]);
+}
