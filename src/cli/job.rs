@@ -105,17 +105,17 @@ impl Varied {
     /// # Errors
     /// There is none or more than one.
     pub(super) fn of(job: &Job) -> Result<Self, Failure> {
-        let (profiles, prescribed) = (&job.design.profiles, &job.design.prescribed);
-        match (profiles.len(), prescribed.len()) {
-            (1, _) => {
-                let family = profiles.keys().next().copied().unwrap_or(FamilyId(0));
-                Ok(Self::Profiles(job.file.mesh.families[family.index()].clone(), family))
-            }
-            (0, 1) => Ok(Self::Displacement(prescribed.keys().next().copied().unwrap_or(FamilyId(0)))),
+        let profiles: Vec<FamilyId> = job.design.profiles.keys().copied().collect();
+        let prescribed: Vec<FamilyId> = job.design.prescribed.keys().copied().collect();
+        match (profiles.as_slice(), prescribed.as_slice()) {
+            (&[family], _) => Ok(Self::Profiles(job.file.mesh.families[family.index()].clone(), family)),
+            (&[], &[family]) => Ok(Self::Displacement(family)),
             (profiles, prescribed) => Err(Failure::bad_input(format!(
-                "{}: {profiles} tables [profiles.NAME] and {prescribed} prescribed families, expected exactly one table \
-                 whose profiles the designs replace, or none and one prescribed family",
-                job.case.path.display()
+                "{}: {} tables [profiles.NAME] and {} prescribed families, expected exactly one table whose profiles \
+                 the designs replace, or none and one prescribed family",
+                job.case.path.display(),
+                profiles.len(),
+                prescribed.len()
             ))),
         }
     }
