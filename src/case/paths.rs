@@ -52,20 +52,26 @@ fn expand(value: &Value, text: &str, folder: &Path, files: &mut Vec<PathBuf>) ->
 /// Whether a name fits a pattern: `*` is any run of characters, `?` any one. Like a shell's, `*` does not match a leading
 /// dot.
 fn matches(pattern: &str, name: &str) -> bool {
-    fn rest(pattern: &[char], name: &[char]) -> bool {
-        match pattern.split_first() {
-            None => name.is_empty(),
-            Some(('*', after)) => (0..=name.len()).any(|skipped| rest(after, &name[skipped..])),
-            Some((first, after)) => {
-                name.split_first().is_some_and(|(letter, left)| (*first == '?' || first == letter) && rest(after, left))
-            }
-        }
-    }
     if name.starts_with('.') && !pattern.starts_with('.') {
         return false;
     }
-    let (pattern, name): (Vec<_>, Vec<_>) = (pattern.chars().collect(), name.chars().collect());
-    rest(&pattern, &name)
+    let pattern: Vec<char> = pattern.chars().collect();
+    let name: Vec<char> = name.chars().collect();
+    // `fits[n]`: the pattern so far fits the first `n` characters. One row a character of the pattern takes time of their
+    // product, where trying every run for every `*` would take a power of it.
+    let mut fits = vec![false; name.len() + 1];
+    fits[0] = true;
+    for &wanted in &pattern {
+        let mut before = fits[0];
+        fits[0] &= wanted == '*';
+        for (end, &letter) in (1..).zip(&name) {
+            let here = fits[end];
+            fits[end] =
+                if wanted == '*' { here || fits[end - 1] } else { before && (wanted == '?' || wanted == letter) };
+            before = here;
+        }
+    }
+    fits[name.len()]
 }
 
 #[cfg(test)]
@@ -80,5 +86,15 @@ mod tests {
         assert!(!matches("s?.dat", "s10.dat"));
         assert!(!matches("*.dat", "section.data"));
         assert!(!matches("*.dat", ".hidden.dat"));
+        assert!(matches("", "") && matches("**", "") && matches("*", "a") && matches(".*", ".hidden"));
+        assert!(!matches("?", "") && !matches("", "a") && !matches("a", "ab") && !matches("*a", "ab"));
+    }
+
+    /// With a run tried for every star this would outlast the universe.
+    #[test]
+    fn many_stars_do_not_hang() {
+        let name = "a".repeat(200);
+        assert!(matches(&"*a".repeat(40), &name));
+        assert!(!matches(&("*a".repeat(40) + "*b"), &name));
     }
 }
