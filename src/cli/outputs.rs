@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::JsonTarget;
 use super::console::Console;
 use super::failure::Failure;
-use crate::formats::{FORMATS, write_atomically};
+use crate::formats::{self, FORMATS, write_atomically};
 
 /// A folder for outputs that is there when it is needed, and gone again if nothing was written into it.
 #[derive(Debug, Default)]
@@ -56,19 +56,7 @@ fn cannot_write(path: &Path, error: &io::Error) -> Failure {
 /// # Errors
 /// The path is a folder, or its folder is missing or takes no files.
 pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
-    match fs::metadata(path) {
-        Ok(metadata) if metadata.is_dir() => return Err(cannot_write(path, &io::ErrorKind::IsADirectory.into())),
-        // A device or a pipe is written in place.
-        Ok(metadata) if !metadata.is_file() => return Ok(()),
-        _ => {}
-    }
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let probe = tempfile::Builder::new().prefix(".idmesh-").tempfile_in(folder);
-    // The temporary file's own name would only confuse.
-    probe.map(drop).map_err(|error| cannot_write(path, &error.kind().into()))
+    formats::check_writable(path).map_err(|error| cannot_write(path, &error))
 }
 
 /// Refuses outputs that would overwrite an input or each other.

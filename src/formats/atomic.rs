@@ -30,13 +30,13 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 }
 
 /// Checks that [`write_atomically`] to `path` can work, by making and removing an empty temporary file beside it.
-pub(super) fn check(path: &Path) -> io::Result<()> {
+pub(crate) fn check(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
         Ok(metadata) if !metadata.is_file() => return Ok(()),
         _ => {}
     }
-    temporary(&target(path)?.1).map(drop)
+    without_name(temporary(&target(path)?.1))
 }
 
 /// Writes the files of a folder, which is made if it is missing. All are complete before the first takes its place, and the
@@ -61,7 +61,12 @@ pub(super) fn check_folder(path: &Path) -> io::Result<()> {
     if path.exists() && !path.is_dir() {
         return Err(io::ErrorKind::NotADirectory.into());
     }
-    Builder::new().prefix(".idmesh-").tempdir_in(target(path)?.1).map(drop)
+    without_name(Builder::new().prefix(".idmesh-").tempdir_in(target(path)?.1))
+}
+
+/// The error of making a temporary file without the file's name, which nobody asked for and which would only confuse.
+fn without_name<T>(made: io::Result<T>) -> io::Result<()> {
+    made.map(drop).map_err(|error| error.kind().into())
 }
 
 /// The file to replace, with symbolic links followed, and its folder.
@@ -72,6 +77,10 @@ fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
         Some(folder) => folder.to_path_buf(),
         None => return Err(io::ErrorKind::IsADirectory.into()),
     };
+    if !folder.is_dir() {
+        let message = format!("there is no folder {}", folder.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, message));
+    }
     Ok((target, folder))
 }
 

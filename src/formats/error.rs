@@ -29,12 +29,20 @@ impl fmt::Display for Place {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The file is missing or cannot be read, or its gzip stream is broken.
+    /// The file is missing or cannot be read.
     #[error("{}: {source}", path.display())]
     Io {
         /// The mesh file.
         path: PathBuf,
         /// What the system said.
+        source: io::Error,
+    },
+    /// The file's gzip stream is broken.
+    #[error("{}: cannot be unzipped, the file is damaged or cut short: {source}", path.display())]
+    Zipped {
+        /// The mesh file.
+        path: PathBuf,
+        /// What is wrong with the stream.
         source: io::Error,
     },
     /// No format has that extension.

@@ -34,6 +34,7 @@ use glam::DVec3;
 
 use crate::mesh::{OtherCells, TetMesh};
 
+pub(crate) use atomic::check as check_writable;
 pub use atomic::write_atomically;
 pub use content::{Cells, Fields};
 pub use error::{Place, ReadError, WriteError};
@@ -246,19 +247,26 @@ pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
 /// # Errors
 ///
 /// [`ReadError`], as [`read()`].
-pub fn read_bytes(path: &Path, mut bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
+pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     let (format, extension) = input_format(path)?;
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        let mut plain = Vec::new();
-        let unpacked = MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain);
-        unpacked.map_err(|source| ReadError::Io { path: path.into(), source })?;
-        bytes = plain;
-    }
+    let bytes = unzipped(path, bytes)?;
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
     let Parsed { mesh, others, document } = (format.read)(path, extension, bytes)?;
     Ok(MeshFile { mesh, others, document: Some(Arc::new(document)) })
+}
+
+/// The contents of a file that may be gzipped; `path` is for messages.
+fn unzipped(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>, ReadError> {
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return Ok(bytes);
+    }
+    let mut plain = Vec::new();
+    match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain) {
+        Ok(_) => Ok(plain),
+        Err(source) => Err(ReadError::Zipped { path: path.into(), source }),
+    }
 }
 
 fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadError> {

@@ -100,9 +100,15 @@ fn outputs_are_checked_before_anything_is_computed() {
     fixture.write("file", "");
     fixture.refuses_command(&["run", "case.toml", "--backend", "cpu", "--out", "file"], 3, &["cannot write file"]);
     fixture.refuses_command(&["run", "case.toml", "--backend", "cpu", "--out", "file/a"], 3, &["cannot write file"]);
-    fixture.refuses_command(&["run", "case.toml", "--json", "no/report.json"], 3, &["cannot write no/report.json"]);
+    fixture.refuses_command(
+        &["run", "case.toml", "--json", "no/report.json"],
+        3,
+        &["no/report.json: there is no folder no"],
+    );
     fixture.case("\"moved.msh\"", "\"file/moved.msh\"");
-    fixture.refuses(3, &["cannot write file"]);
+    fixture.refuses(3, &["cannot write file/moved.msh: there is no folder file"]);
+    fixture.case("\"moved.msh\"", "\"no/polyMesh\"");
+    fixture.refuses(3, &["cannot write no/polyMesh: there is no folder no"]);
     fixture.case("\"moved.msh\"", "\"moved.stl\"");
     fixture.refuses(3, &["moved.stl", "unknown mesh format"]);
     fixture.case("\"moved.msh\"", "\"new.csv\"");

@@ -216,7 +216,9 @@ fn truncated_files_are_refused() {
     }
     let zipped = zipped(TET_41.as_bytes());
     for length in 2..zipped.len() {
-        assert!(read_bytes("tet.msh.gz", &zipped[..length]).is_err(), "gzip cut to {length} bytes");
+        let found = message(&zipped[..length]);
+        let expected = "tet.msh: cannot be unzipped, the file is damaged or cut short: ";
+        assert!(found.starts_with(expected), "gzip cut to {length} bytes: {found}");
     }
 }
 

@@ -231,3 +231,13 @@ fn one_moved_coordinate_changes_no_other_byte() {
         assert!((1..=most).contains(&changed), "{name}: {changed} bytes changed");
     }
 }
+
+/// What is wrong with the cells of a VTK file is said where they begin, not at the file's end.
+#[test]
+fn broken_cells_of_vtk_are_said_where_cells_begin() {
+    let text = "# vtk DataFile Version 2.0\ntwo triangles\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n0 0 0\n1 0 0\n\
+                0 1 0\nCELLS 2 8\n3 0 1 2\n3 0 2 3\nCELL_TYPES 2\n5\n5\nCELL_DATA 2\nSCALARS family int 1\n\
+                LOOKUP_TABLE default\n1\n1\n";
+    let error = read_bytes("cells.vtk", text.as_bytes()).unwrap_err().to_string();
+    assert!(error.ends_with("cells.vtk:10: expected a vertex of cell 1 below 3, found 3"), "{error}");
+}

@@ -116,8 +116,8 @@ fn broken_folders_are_refused() {
         ("points", "(0.5 -0.7 1.36)", "(0.5 -0.7)", "points:27: expected a coordinate, found ')'"),
         ("faces", "4(3 0 4 7)", "4(3 0 4 12)", "faces:19: expected a vertex below 12, found 12"),
         ("faces", "4(3 0 4 7)", "5(3 0 4 7)", "faces:19: expected an index, found ')'"),
-        ("owner", "\n0\n0\n0\n", "\n0\n0\n-5\n", "expected indices from 0 on, found -5"),
-        ("owner", "\n3\n)", "\n99\n)", "expected cells numbered from 0, below 17, found cell 99"),
+        ("owner", "\n0\n0\n0\n", "\n0\n0\n-5\n", "expected cells numbered from 0, below 17, found cell -5 for face"),
+        ("owner", "\n3\n)", "\n99\n)", "owner:32: expected cells numbered from 0, below 17, found cell 99 for face 16"),
         ("owner", "17\n(", "16\n(", "owner:32: expected ')'"),
         (
             "boundary",

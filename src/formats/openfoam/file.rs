@@ -203,12 +203,15 @@ impl<'a> File<'a> {
         Ok(labels)
     }
 
-    /// Reads a list of indices below `limit`; -1 is let through.
-    pub fn labels_below(mut self, limit: usize) -> Result<Vec<i64>, ReadError> {
-        let labels = self.labels()?;
-        match labels.iter().find(|&&label| label < -1 || (label >= 0 && label as u64 >= limit as u64)) {
-            Some(label) => Err(self.scanner.malformed("indices from 0 on", label.to_string())),
-            None => Ok(labels),
+    /// Reads the cell of each face, below `limit`; -1 is let through.
+    pub fn cells_below(mut self, limit: usize) -> Result<Vec<i64>, ReadError> {
+        let cells = self.labels()?;
+        match cells.iter().position(|&cell| cell < -1 || (cell >= 0 && cell as u64 >= limit as u64)) {
+            Some(face) => {
+                let found = format!("cell {} for face {face}", cells[face]);
+                Err(self.scanner.malformed(format!("cells numbered from 0, below {limit}"), found))
+            }
+            None => Ok(cells),
         }
     }
 

@@ -10,16 +10,14 @@ mod create;
 mod file;
 
 use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use flate2::read::MultiGzDecoder;
 use glam::DVec3;
 
-use super::Parsed;
 use super::assembly::{Assembly, MOST_VERTICES, Shape};
 use super::document::{Document, NamedFiles, Slots};
 use super::error::ReadError;
+use super::{Parsed, unzipped};
 
 pub(super) use create::{create, limits};
 
@@ -47,13 +45,14 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let load = |name: &str| load(folder, name);
     let (faces_path, faces) = load("faces")?;
     let faces = File::open(&faces_path, &faces)?.faces(positions.len())?;
-    let labels = |name| {
+    // Every cell has a face, so no number reaches theirs.
+    let cells = |name| {
         let (path, bytes) = load(name)?;
-        File::open(&path, &bytes)?.labels_below(usize::MAX)
+        File::open(&path, &bytes)?.cells_below(faces.len())
     };
-    let owner = labels("owner")?;
+    let owner = cells("owner")?;
     // Old files give the faces of the boundary the neighbour -1.
-    let mut neighbour = labels("neighbour")?;
+    let mut neighbour = cells("neighbour")?;
     neighbour.truncate(neighbour.iter().position(|&cell| cell < 0).unwrap_or(neighbour.len()));
     let (boundary_path, boundary) = load("boundary")?;
     let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
@@ -111,13 +110,8 @@ fn read_points(path: &Path, bytes: &[u8]) -> Result<(Vec<DVec3>, Slots), ReadErr
 fn load(folder: &Path, name: &str) -> Result<(PathBuf, Vec<u8>), ReadError> {
     let [plain, zipped] = [name.to_string(), format!("{name}.gz")].map(|name| folder.join(name));
     let path = if zipped.exists() && !plain.exists() { zipped } else { plain };
-    let io = |source| ReadError::Io { path: path.clone(), source };
-    let mut bytes = fs::read(&path).map_err(io)?;
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        let mut unpacked = Vec::new();
-        MultiGzDecoder::new(&bytes[..]).read_to_end(&mut unpacked).map_err(io)?;
-        bytes = unpacked;
-    }
+    let bytes = fs::read(&path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
+    let bytes = unzipped(&path, bytes)?;
     Ok((path, bytes))
 }
 

@@ -35,6 +35,8 @@ struct Parts {
     offsets: Option<Vec<i64>>,
     connectivity: Vec<i64>,
     types: Option<Vec<i64>>,
+    /// Where the cells begin in the file.
+    cells_at: usize,
     /// Whether data of cells is being read, and of how many entries.
     data: Option<(bool, usize)>,
     /// Cell arrays that may be the families.
@@ -46,14 +48,13 @@ struct Parts {
 pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut scanner = Scanner::new(path, &bytes);
     let (names, parts) = read_sections(&mut scanner, "UNSTRUCTURED_GRID")?;
-    let place = scanner.at();
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
-    let Parts { points, offsets, connectivity, types, families, mut beside, .. } = parts;
+    let Parts { points, offsets, connectivity, types, cells_at, families, mut beside, .. } = parts;
     let (positions, slots) = points.ok_or_else(|| missing("POINTS"))?;
     let offsets = offsets.ok_or_else(|| missing("CELLS"))?;
     let types = types.ok_or_else(|| missing("CELL_TYPES"))?;
     let malformed =
-        |expected: String, found: String| ReadError::Malformed { place: scanner.place(place), expected, found };
+        |expected: String, found: String| ReadError::Malformed { place: scanner.place(cells_at), expected, found };
     let of_name = |name: &&str| families.iter().find(|(array, _)| array == name);
     let family = FAMILY_ARRAYS.iter().find_map(of_name).map(|(_, values)| &values[..]);
     let table = Table { types, offsets, connectivity };
@@ -137,6 +138,7 @@ fn read_section(scanner: &mut Scanner, words: &[&str], line: &[u8], parts: &mut 
             if parts.offsets.is_some() {
                 return Err(scanner.malformed(format!("one {keyword} section"), "a second one"));
             }
+            parts.cells_at = scanner.at();
             read_cells(scanner, first, second, parts)?;
         }
         "CELL_TYPES" => {

@@ -176,7 +176,7 @@ fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Head
         }
     }
     if !in_file {
-        return Err(ReadError::Missing { path: path.into(), what: "<VTKFile> tag", hint: "is it a VTU file?" });
+        return Err(ReadError::Missing { path: path.into(), what: "<VTKFile> tag", hint: "is it an XML file of VTK?" });
     }
     match pieces {
         0 => Err(ReadError::Missing { path: path.into(), what: "<Piece>", hint: "is it a complete VTU file?" }),
