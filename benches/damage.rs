@@ -1,10 +1,14 @@
-//! Damages golden files of all mesh formats at random, on and on: no reader may panic, hang or write back other bytes.
+//! Damages golden files of all mesh formats, cases, profiles and displacements at random, on and on: no reader may panic,
+//! hang or write back other bytes.
 //!
 //! `cargo bench --bench damage -- [ROUNDS] [SEED]`: a million rounds from the seed 1. What a reader did not survive lies in
 //! `target/damage`.
 
 #[path = "../tests/formats/damage.rs"]
 mod damage;
+
+#[path = "../tests/formats/damage_inputs.rs"]
+mod damage_inputs;
 
 mod common;
 
@@ -26,12 +30,14 @@ fn main() -> ExitCode {
 fn run() -> Result<(), Failure> {
     let numbers = common::numbers(&[1_000_000, 1])?;
     let (rounds, seed) = (numbers[0], numbers.get(1).copied().unwrap_or(1));
-    let seeds = seeds();
+    let meshes = seeds().into_iter().map(|seed| (seed, survives as fn(&str, &[u8]) -> bool));
+    let inputs = damage_inputs::seeds().into_iter().map(|seed| (seed, damage_inputs::survives as _));
+    let seeds: Vec<_> = meshes.chain(inputs).collect();
     let mut random = Random(seed as u64);
     let (mut n_read, mut n_failed) = (0, 0);
     let start = Instant::now();
     for round in 0..rounds {
-        let seed = &seeds[round % seeds.len()];
+        let (seed, survives) = &seeds[round % seeds.len()];
         let bytes = damaged(&seed.bytes, &mut random);
         let begin = Instant::now();
         let outcome = catch_unwind(|| survives(&seed.name, &bytes));

@@ -1,13 +1,20 @@
-//! No file makes a reader panic, hang or take the machine's memory: damaged copies of every golden file.
+//! No file makes a reader panic, hang or take the machine's memory: damaged copies of every golden file, and of the files
+//! beside a mesh.
 //!
 //! The bounded run of every day; `cargo bench --bench damage -- 1000000` runs on.
 
 #[path = "formats/damage.rs"]
 mod damage;
 
+#[path = "formats/damage_inputs.rs"]
+mod damage_inputs;
+
 use damage::{Random, damage as damaged, seeds, survives};
 
 const ROUNDS: usize = 300_000;
+
+/// Rounds for the case, profiles and displacements.
+const INPUT_ROUNDS: usize = 100_000;
 
 /// Greatest size that the process has had, in bytes of addresses, where the system tells.
 fn most_memory() -> Option<usize> {
@@ -35,4 +42,20 @@ fn damaged_files_of_every_format_are_survived() {
         assert!(after - before < 64 << 20, "{} bytes more", after - before);
     }
     assert!((ROUNDS / 50..ROUNDS - ROUNDS / 20).contains(&n_read), "{n_read} of {ROUNDS} damaged files were read");
+}
+
+#[test]
+fn damaged_cases_profiles_and_displacements_are_survived() {
+    let seeds = damage_inputs::seeds();
+    for seed in &seeds {
+        assert!(damage_inputs::survives(&seed.name, &seed.bytes), "{}", seed.name);
+    }
+    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    let mut n_read = 0;
+    for round in 0..INPUT_ROUNDS {
+        let seed = &seeds[round % seeds.len()];
+        n_read += usize::from(damage_inputs::survives(&seed.name, &damaged(&seed.bytes, &mut random)));
+    }
+    let some = INPUT_ROUNDS / 50..INPUT_ROUNDS - INPUT_ROUNDS / 20;
+    assert!(some.contains(&n_read), "{n_read} of {INPUT_ROUNDS} damaged files were read");
 }
