@@ -24,7 +24,7 @@ fn no_gpu_is_an_error_only_where_one_is_asked_for() {
     assert_eq!(stdout(&output), "no adapters; auto computes on the CPU\n");
 }
 
-fn gpu_tests_are_off() -> bool {
+pub fn gpu_tests_are_off() -> bool {
     let off = !cfg!(feature = "gpu") || std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off");
     if off {
         eprintln!("skipped: no GPU tests are wanted (IDMESH_TEST_GPU=off, or built without the gpu feature)");
