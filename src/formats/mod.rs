@@ -270,6 +270,11 @@ fn unzipped(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>, ReadError> {
 }
 
 fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadError> {
+    let name = path.to_string_lossy().to_ascii_lowercase();
+    if cfg!(not(feature = "cgns")) && name.trim_end_matches(".gz").ends_with(".cgns") {
+        let hint = "install an idmesh with it: cargo install --path . --features cgns";
+        return Err(ReadError::Unsupported { path: path.into(), found: "CGNS".into(), hint });
+    }
     Format::of(path).ok_or_else(|| ReadError::UnknownFormat { path: path.into(), known: known() })
 }
 

@@ -172,6 +172,10 @@ fn files_that_are_no_mesh_are_refused() {
     assert!(matches!(error("."), ReadError::UnknownFormat { .. }));
     let unknown = error("wing.stl.gz").to_string();
     assert!(unknown.contains("unknown mesh format; known are .msh (Gmsh), .su2 (SU2)"), "{unknown}");
+    if cfg!(not(feature = "cgns")) {
+        let left_out = read_bytes("wing.CGNS.gz", &[0; 9]).unwrap_err().to_string();
+        assert!(left_out.contains("CGNS is not read; install an idmesh with it"), "{left_out}");
+    }
 }
 
 /// A header that says binary over text, and the other way round.
