@@ -113,6 +113,9 @@ fn the_commands_of_the_readme_run() {
             fs::copy(entry.path(), example.join(entry.file_name())).unwrap();
         }
     }
+    // The user's own designs.
+    fs::create_dir(folder.path().join("designs")).unwrap();
+    fs::copy(example.join("new.csv"), folder.path().join("designs/a.csv")).unwrap();
     let blocks = readme.split("```").skip(1).step_by(2).filter_map(|block| block.strip_prefix("sh\n"));
     let commands: Vec<Vec<&str>> = blocks
         .flat_map(str::lines)
