@@ -314,7 +314,7 @@ impl Mover {
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
         let folded = self.folded(&vertices);
-        let pierced = self.pierced(&vertices);
+        let pierced = crossing::pierced_anew(&self.mesh.vertices, &vertices, &self.topology.surface.triangles);
         let families = self.family_reports(&vertices, &folded, &pierced);
         Ok(Outcome {
             strayed: self.strayed(&families),
@@ -365,19 +365,6 @@ impl Mover {
             (distance.is_nan() || distance > STRAYED * size(name)).then(|| (name.clone(), distance))
         });
         strayed.collect()
-    }
-
-    fn pierced(&self, vertices: &[DVec3]) -> Vec<u32> {
-        if vertices.iter().any(|at| !at.is_finite()) {
-            return Vec::new();
-        }
-        let triangles = &self.topology.surface.triangles;
-        let mut pierced = crossing::pierced(vertices, triangles);
-        if !pierced.is_empty() {
-            let before = crossing::pierced(&self.mesh.vertices, triangles);
-            pierced.retain(|triangle| before.binary_search(triangle).is_err());
-        }
-        pierced
     }
 
     fn family_reports(

@@ -200,3 +200,16 @@ fn a_spike_pierces_the_triangle_it_comes_out_of() {
     moved[tip].z = 0.01;
     assert_eq!(crossing::pierced(&moved, &surface.triangles), [0u32; 0]);
 }
+
+/// A relaxation that diverges leaves vertices nowhere: nothing is said of them, and nothing hangs.
+#[test]
+fn vertices_that_are_nowhere_pierce_nothing() {
+    let (mesh, surface) = block();
+    let mut moved = mesh.vertices.clone();
+    let through = vertex_at(&mesh, DVec3::new(2.0, 2.0, 3.0));
+    moved[through] += DVec3::new(0.3, 0.2, -5.0);
+    assert!(!crossing::pierced_anew(&mesh.vertices, &moved, &surface.triangles).is_empty());
+    assert!(crossing::pierced_anew(&moved, &moved, &surface.triangles).is_empty());
+    moved[through] = DVec3::NAN;
+    assert!(crossing::pierced_anew(&mesh.vertices, &moved, &surface.triangles).is_empty());
+}

@@ -38,6 +38,22 @@ pub fn pierced(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     found
 }
 
+/// The triangles that are pierced after a motion and were not before, ascending; none where a vertex is no place, of
+/// which nothing can be said.
+///
+/// - `original` `[n_vertices]`, finite; `moved` `[n_vertices]`
+pub fn pierced_anew(original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
+    if moved.iter().any(|at| !at.is_finite()) {
+        return Vec::new();
+    }
+    let mut now = pierced(moved, triangles);
+    if !now.is_empty() {
+        let before = pierced(original, triangles);
+        now.retain(|triangle| before.binary_search(triangle).is_err());
+    }
+    now
+}
+
 /// Whether a segment passes through the inside of a triangle.
 fn passes(from: DVec3, to: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     let normal = (b - a).cross(c - a).normalize_or_zero();

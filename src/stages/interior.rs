@@ -180,8 +180,18 @@ impl Interior {
         let mut state = State::new(displaced(&mesh.vertices, motion), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
         // No volume fits surfaces that pass through each other.
-        let mut stuck = state.inverted > 0 && overlaps(set_up, &state.vertices);
-        if state.inverted > 0 && !stuck && self.stepping.max_steps > 1 && !self.surfaces_invert(&state, mesh) {
+        let passes = |state: &State| {
+            !crossing::pierced_anew(&mesh.vertices, &state.vertices, &set_up.surface.triangles).is_empty()
+        };
+        let mut stuck = state.inverted > 0 && passes(&state);
+        // A relaxation that diverged left no place to go to.
+        let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
+        if state.inverted > 0
+            && somewhere
+            && !stuck
+            && self.stepping.max_steps > 1
+            && !self.surfaces_invert(&state, mesh)
+        {
             let route = self.bodies.route(mesh, set_up.families, &surfaces);
             let followed = self.stepping.follow(&route, self.smoothing.as_mut(), set_up, accuracy, observer)?;
             convergence = convergence.and(followed.convergence);
@@ -283,14 +293,6 @@ struct Followed {
     state: State,
     convergence: Convergence,
     path: Path,
-}
-
-/// Whether the moved surface passes through itself where the original does not.
-fn overlaps(set_up: &SetUp, vertices: &[DVec3]) -> bool {
-    let triangles = &set_up.surface.triangles;
-    let now = crossing::pierced(vertices, triangles);
-    let before = if now.is_empty() { Vec::new() } else { crossing::pierced(&set_up.mesh.vertices, triangles) };
-    now.iter().any(|triangle| before.binary_search(triangle).is_err())
 }
 
 /// The vertices where a motion puts them; see [`moved`].
