@@ -1,15 +1,18 @@
 // One step of the local quality optimisation: a vertex moves by a Newton step to lower E = sum over its tets of
-// (27 q)^power, q = f^3 / (27 h^2), all others fixed. One invocation per vertex of a list; vertices of one dispatch share
-// no tet, so `correction` is updated in place.
+// (27 q w^size)^power, q = f^3 / (27 h^2), w = (h + 1 / h) / 2, all others fixed. One invocation per vertex of a colour;
+// vertices of one dispatch share no tet, so `correction` is updated in place. Needs constraint.wgsl and star.wgsl before
+// it.
 //
 // Of a tet with edge vectors A (columns) and target W: S = A W^-1, f = |S|_F^2, sigma = det S,
-// r = sqrt(sigma^2 + 4 delta^2), h = (sigma + r) / 2.
+// r = sqrt(sigma^2 + 4 delta^2), h = (sigma + r) / 2. `base` holds S.
 
 struct Params {
     first: u32,
     n_vertices: u32,
     // 1 to 15.
     power: u32,
+    // 0 to 15; 0: only the shape counts.
+    size: u32,
     // Zero: tets are valid and must stay so.
     delta_squared: f32,
     // A vertex stays where its step would lower E by less than this fraction.
@@ -17,28 +20,9 @@ struct Params {
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
-// The vertices to move, colour by colour.
-@group(0) @binding(1) var<storage, read> vertices: array<u32>;
-// Where each vertex's tets start in `vertex_tets` [n_vertices + 1].
-@group(0) @binding(2) var<storage, read> row_start: array<u32>;
-// Tets around each vertex, each entry tet * 4 + local vertex.
-@group(0) @binding(3) var<storage, read> vertex_tets: array<u32>;
-// Vertices of each tet [n_tets].
-@group(0) @binding(4) var<storage, read> tets: array<vec4<u32>>;
-// S of each tet at zero correction [n_tets * 9], its columns one after another.
-@group(0) @binding(5) var<storage, read> base: array<f32>;
 // W^-1 of each tet [n_tets * 9], its rows one after another.
-@group(0) @binding(6) var<storage, read> inverse_target: array<f32>;
-// Per vertex [n_vertices]: xyz = unit normal or direction, w = one of the kinds below.
-@group(0) @binding(7) var<storage, read> constraint: array<vec4<f32>>;
-// Per vertex [n_vertices]: how far it has moved since `base` was taken; w = 0.
-@group(0) @binding(8) var<storage, read_write> correction: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read> inverse_target: array<f32>;
 
-const FREE = 0.0;
-const IN_PLANE = 2.0;
-const ON_LINE = 3.0;
-
-const HALVINGS = 8u;
 const SHIFTS = 6u;
 
 struct Shape {
@@ -65,28 +49,21 @@ struct Local {
     size: f32,
 }
 
-fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-fn power(x: f32) -> f32 {
+// `x^n` for `n` from 0 to 15.
+fn power(x: f32, n: u32) -> f32 {
     let squared = x * x;
     let fourth = squared * squared;
     var result = 1.0;
-    if ((params.power & 1u) != 0u) {
+    if ((n & 1u) != 0u) {
         result = x;
     }
-    if ((params.power & 2u) != 0u) {
+    if ((n & 2u) != 0u) {
         result *= squared;
     }
-    if ((params.power & 4u) != 0u) {
+    if ((n & 4u) != 0u) {
         result *= fourth;
     }
-    if ((params.power & 8u) != 0u) {
+    if ((n & 8u) != 0u) {
         result *= fourth * fourth;
     }
     return result;
@@ -95,11 +72,6 @@ fn power(x: f32) -> f32 {
 fn row_of(tet: u32, row: u32) -> vec3<f32> {
     let first = 9u * tet + 3u * row;
     return vec3<f32>(inverse_target[first], inverse_target[first + 1u], inverse_target[first + 2u]);
-}
-
-fn column_of(tet: u32, column: u32) -> vec3<f32> {
-    let first = 9u * tet + 3u * column;
-    return vec3<f32>(base[first], base[first + 1u], base[first + 2u]);
 }
 
 // A tet with one of its vertices at `at`.
@@ -142,17 +114,22 @@ fn regularised(sigma: f32) -> vec2<f32> {
     return vec2<f32>(r, 2.0 * params.delta_squared / (r - sigma));
 }
 
-// 27 q; -1 where it is infinite.
+// 27 q w^size.
+fn measure(f: f32, h: f32) -> f32 {
+    let to_h = f / h;
+    return to_h * to_h * f * power(0.5 * (h + 1.0 / h), params.size);
+}
+
+// 27 q w^size; -1 where it is infinite.
 fn quality_of(entry: u32, at: vec3<f32>) -> f32 {
     let shape = shape_of(entry, at);
     if (params.delta_squared == 0.0 && shape.sigma <= 0.0) {
         return -1.0;
     }
-    let to_h = shape.f / regularised(shape.sigma).y;
-    return to_h * to_h * shape.f;
+    return measure(shape.f, regularised(shape.sigma).y);
 }
 
-// Greatest 27 q around a vertex: E is computed of q over it, so that its powers stay inside f32. -1 where it is
+// Greatest of them around a vertex: E is computed of them over it, so that its powers stay inside f32. -1 where it is
 // infinite.
 fn greatest_quality(first: u32, end: u32, at: vec3<f32>) -> f32 {
     var greatest = 0.0;
@@ -174,13 +151,14 @@ fn energy(first: u32, end: u32, at: vec3<f32>, scale: f32) -> f32 {
         if (q < 0.0) {
             return -1.0;
         }
-        sum += power(q * scale);
+        sum += power(q * scale, params.power);
     }
     return sum;
 }
 
 fn derivatives(first: u32, end: u32, at: vec3<f32>, scale: f32) -> Local {
     let m = f32(params.power);
+    let size = f32(params.size);
     var local: Local;
     var count = 0.0;
     for (var i = first; i < end; i++) {
@@ -188,20 +166,26 @@ fn derivatives(first: u32, end: u32, at: vec3<f32>, scale: f32) -> Local {
         let g = shape.g;
         let r_h = regularised(shape.sigma);
         let f = shape.f;
-        let to_h = f / r_h.y;
-        let weight = power(to_h * to_h * f * scale);
+        let h = r_h.y;
+        let weight = power(measure(f, h) * scale, params.power);
         let of_f = 2.0 * (shape.s0 * g.x + shape.s1 * g.y + shape.s2 * g.z);
         let cofactor0 = cross3(shape.s1, shape.s2);
         let cofactor1 = cross3(shape.s2, shape.s0);
         let of_sigma = cofactor0 * g.x + cofactor1 * g.y + shape.normal * g.z;
         let to_f = 1.0 / f;
         let to_r = 1.0 / r_h.x;
-        // Gradient of ln q, and the factors of its Hessian's parts.
-        let a = 3.0 * to_f * of_f - 2.0 * to_r * of_sigma;
+        // d ln w / d ln h, and - d ln (q w^size) / d ln h.
+        let h_squared = h * h;
+        let to_one = 1.0 / (h_squared + 1.0);
+        let grows = (h_squared - 1.0) * to_one;
+        let of_h = 2.0 - size * grows;
+        // Gradient of ln (q w^size), and the factors of its Hessian's parts.
+        let a = 3.0 * to_f * of_f - of_h * to_r * of_sigma;
         let g_squared = dot3(g, g);
         let by_unit = 6.0 * g_squared * to_f;
         let by_f = 3.0 * to_f * to_f;
-        let by_sigma = 2.0 * (shape.sigma * to_r) * to_r * to_r;
+        let of_size = size * (1.0 - grows * grows);
+        let by_sigma = (of_h * (shape.sigma * to_r) + of_size) * to_r * to_r;
         local.energy += weight;
         let by_weight = weight * m;
         local.gradient += by_weight * a;
@@ -216,27 +200,13 @@ fn derivatives(first: u32, end: u32, at: vec3<f32>, scale: f32) -> Local {
     return local;
 }
 
-// The part of a vector its vertex may follow.
-fn project(c: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
-    let along = c.x * v.x + c.y * v.y + c.z * v.z;
-    if (c.w == FREE) {
-        return v;
-    }
-    if (c.w == IN_PLANE) {
-        return v - along * c.xyz;
-    }
-    if (c.w == ON_LINE) {
-        return along * c.xyz;
-    }
-    return vec3<f32>(0.0);
-}
-
 // The Newton step in the subspace of the constraint, by Cholesky's factors of the Hessian with the least shift tried
 // that makes them exist; zero where none does.
-fn newton(c: vec4<f32>, local: Local) -> vec3<f32> {
+fn newton(vertex: u32, local: Local) -> vec3<f32> {
+    let c = constraint[vertex];
     var d = local.diagonal;
     var o = local.off_diagonal;
-    let gradient = project(c, local.gradient);
+    let gradient = project(vertex, local.gradient);
     let of_diagonal = abs(d.x) + abs(d.y) + abs(d.z);
     let size = of_diagonal + 2.0 * (abs(o.x) + abs(o.y) + abs(o.z));
     let n = c.xyz;
@@ -300,7 +270,7 @@ fn smooth_vertices(
     if (place >= params.n_vertices) {
         return;
     }
-    let vertex = vertices[params.first + place];
+    let vertex = params.first + place;
     let first = row_start[vertex];
     let end = row_start[vertex + 1u];
     let at = correction[vertex].xyz;
@@ -310,8 +280,7 @@ fn smooth_vertices(
     }
     let scale = 1.0 / greatest;
     let local = derivatives(first, end, at, scale);
-    let c = constraint[vertex];
-    var step = project(c, newton(c, local));
+    var step = project(vertex, newton(vertex, local));
     let falls = -dot3(local.gradient, step) * 0.5;
     // Not `<`: a NaN stays too.
     if (!(falls > params.tolerance * local.energy)) {
@@ -323,7 +292,7 @@ fn smooth_vertices(
         step *= longest / length;
     }
     for (var i = 0u; i < HALVINGS; i++) {
-        let trial = at + step;
+        let trial = within(vertex, at + step);
         let lower = energy(first, end, trial, scale);
         if (lower >= 0.0 && lower < local.energy) {
             correction[vertex] = vec4<f32>(trial, 0.0);

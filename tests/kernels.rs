@@ -15,7 +15,8 @@ use idmesh::backend::{
 };
 use idmesh::kernels::row::Entry;
 use idmesh::kernels::{
-    KERNELS, PARTS, accelerate, convergence, defect, edge_stiffness, relax_sweep, smooth_vertices, transfer,
+    KERNELS, PARTS, accelerate, climb_vertices, convergence, defect, edge_stiffness, relax_sweep, smooth_vertices,
+    transfer,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, TypeInner};
@@ -116,9 +117,11 @@ fn structs_are_laid_out_as_in_wgsl() {
         first,
         n_vertices,
         power,
+        size,
         delta_squared,
         tolerance
     );
+    assert_layout!("climb_vertices", "Params", climb_vertices::Params, first, n_vertices, six_goal, gain);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use common::aircraft::*;
 use common::faults::distance_to;
 use glam::DVec3;
-use idmesh::backend::{Constraint, CpuBackend, Precision};
+use idmesh::backend::{Ball, Constraint, CpuBackend, Precision};
 use idmesh::mesh::{self, FamilyId, TetMesh, csr::Csr};
 use idmesh::mover::{Outcome, Settings};
 use idmesh::projection::TriangleTree;
@@ -195,6 +195,10 @@ impl Slide for Lid {
         Constraint::InPlane(DVec3::new(-0.3 * (1.0 - 2.0 * at.x), -0.1, 1.0).normalize())
     }
 
+    fn reach(&self, _: u32) -> Option<Ball> {
+        None
+    }
+
     fn back(&self, _: u32, at: DVec3) -> DVec3 {
         at.with_z(Self::height(at.x, at.y))
     }
@@ -212,9 +216,9 @@ fn run(mesh: &TetMesh, lid: &[u32], slide: Option<&dyn Slide>, backend: CpuBacke
     };
     let constraint: Vec<Constraint> =
         (0..mesh.vertices.len()).map(|v| if inside(v) { Constraint::Free } else { Constraint::Held }).collect();
-    let mut smoother = Smoother::new(&backend, &mesh.tets, &mesh.vertices, &constraint, lid, Target::Original).unwrap();
+    let mut smoother = Smoother::new(&backend, &mesh.tets, &mesh.vertices, &constraint, lid, Target::Original);
     let goal = Goal { beta: 0.95 * worst(&quality::betas(&mesh.vertices, &mesh.tets)), max_sweeps: 200 };
-    smoother.run(at, &goal, slide).unwrap()
+    smoother.run(at, &mut quality::betas(at, &mesh.tets), &goal, slide).unwrap()
 }
 
 /// A vertex pushed within the lid nearly to an edge of the triangles around it: the tets on these are bad, wherever
@@ -252,13 +256,13 @@ fn sliding_repairs_what_held_surfaces_cannot() {
 fn a_run_without_surfaces_holds_them() {
     let (mesh, lid, slide) = Lid::new();
     let constraint = vec![Constraint::Held; mesh.vertices.len()];
-    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, Target::Original).unwrap();
+    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, Target::Original);
     let goal = Goal { beta: 1.0, max_sweeps: 12 };
-    let mut at = pushed(&mesh, &lid);
-    assert!(smoother.run(&mut at, &goal, Some(&slide)).unwrap().moved > 0);
     let before = pushed(&mesh, &lid);
+    let betas = quality::betas(&before, &mesh.tets);
+    assert!(smoother.run(&mut before.clone(), &mut betas.clone(), &goal, Some(&slide)).unwrap().moved > 0);
     let mut at = before.clone();
-    assert_eq!(smoother.run(&mut at, &goal, None).unwrap().moved, 0);
+    assert_eq!(smoother.run(&mut at, &mut betas.clone(), &goal, None).unwrap().moved, 0);
     assert_eq!(at, before);
 }
 
@@ -281,9 +285,10 @@ fn a_slide_that_folds_is_not_kept() {
 fn an_unmoved_mesh_keeps_its_bits() {
     let (mesh, lid, slide) = Lid::new();
     let constraint = vec![Constraint::Held; mesh.vertices.len()];
-    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, Target::Original).unwrap();
+    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, Target::Original);
     let mut at = mesh.vertices.clone();
-    let smoothed = smoother.run(&mut at, &Goal { beta: 1.0, max_sweeps: 40 }, Some(&slide)).unwrap();
+    let mut betas = quality::betas(&at, &mesh.tets);
+    let smoothed = smoother.run(&mut at, &mut betas, &Goal { beta: 1.0, max_sweeps: 40 }, Some(&slide)).unwrap();
     assert!(smoothed.sweeps > 0);
     assert!(at.iter().zip(&mesh.vertices).all(|(a, b)| bits(*a) == bits(*b)));
 }

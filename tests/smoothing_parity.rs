@@ -5,15 +5,17 @@
 #![cfg(feature = "gpu")]
 
 mod common;
+#[path = "common/patches.rs"]
+mod patches;
 
 use common::brick::{Brick, noise_vector};
 use common::compare;
 use glam::DVec3;
 use idmesh::backend::gpu::{Bounds, Choice, GpuBackend};
-use idmesh::backend::{Backend, BackendError, Constraint, CpuBackend, Precision, SmoothingData, SmoothingSweeps};
-use idmesh::mesh::csr::Csr;
+use idmesh::backend::{Backend, BackendError, Ball, Constraint, CpuBackend, Objective, Precision};
 use idmesh::quality::{Statistics, betas, volume};
-use idmesh::smoothing::{Goal, NONE, Smoother, Target, colour, inverse_targets};
+use idmesh::smoothing::{Goal, Smoother, Target, inverse_targets};
+use patches::Whole;
 
 const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
 
@@ -59,35 +61,33 @@ fn shaken(mesh: &Brick, amount: f64) -> Vec<DVec3> {
 
 /// Several batches of sweeps with all that a run changes between them; the corrections after each.
 fn corrections(backend: &dyn Backend, mesh: &Brick, target: Target) -> Result<Vec<DVec3>, BackendError> {
-    let slots = 0..4 * mesh.tets.len() as u32;
-    let vertex_tets =
-        Csr::from_pairs(mesh.points.len(), slots.map(|slot| (mesh.tets[slot as usize / 4][slot as usize % 4], slot)));
-    let inverse_target = inverse_targets(target, &mesh.tets, &mesh.points);
-    let constraint = constraints(mesh, 0);
-    let data = SmoothingData {
-        tets: &mesh.tets,
-        vertex_tets: &vertex_tets,
-        inverse_target: &inverse_target,
-        constraint: &constraint,
-    };
-    let mut smoother = backend.smoother(&data)?;
-    // Every vertex, held ones too: they must stay.
-    let all = colour(&mesh.tets, &vertex_tets, &vec![true; mesh.points.len()]);
-    let mut colours = vec![Vec::new(); *all.iter().max().unwrap() as usize + 1];
-    all.iter().enumerate().for_each(|(vertex, &colour)| colours[colour as usize].push(vertex as u32));
-    assert!(!all.contains(&NONE));
+    let mut smoother = backend.smoother();
+    let all: Vec<u32> = (0..mesh.points.len() as u32).collect();
     let mut found = Vec::new();
-    for (round, (amount, power, delta_squared, count)) in
-        [(0.1, 2, 0.0, 3), (0.6, 1, 1e-4, 5), (0.3, 7, 1e-6, 2)].into_iter().enumerate()
-    {
-        // What may move, and in which directions, changes from round to round.
-        if round > 0 {
-            smoother.constrain(&constraints(mesh, round))?;
-        }
-        smoother.start(&shaken(mesh, amount))?;
-        for colours in [&colours[..], &colours[1..3], &[]] {
-            smoother.sweep(&SmoothingSweeps { colours, power, delta_squared, count })?;
-            found.extend(smoother.correction()?);
+    // Every vertex, held ones too: they must stay. Then fewer, then more again.
+    for (round, moving) in [&all[..], &all[50..90], &all[..all.len() / 2], &[]].into_iter().enumerate() {
+        let mut whole = Whole::new(&mesh.tets, mesh.points.len(), moving);
+        let constraint = whole.ordered(&constraints(mesh, round));
+        let inverse_target = inverse_targets(target, &whole.tets, &whole.ordered(&mesh.points));
+        let shape = |power, size, delta_squared| Objective::Shape {
+            inverse_target: &inverse_target,
+            power,
+            size,
+            delta_squared,
+        };
+        let beta = |goal| Objective::Beta { goal, gain: 1e-5 };
+        for (amount, objective, count) in [
+            (0.1, shape(2, 0, 0.0), 3),
+            (0.1, beta(0.02), 4),
+            (0.6, shape(1, 1, 1e-4), 5),
+            (0.6, beta(0.03), 2),
+            (0.3, shape(7, 2, 1e-6), 2),
+        ] {
+            let positions = whole.ordered(&shaken(mesh, amount));
+            for (vertex, reach) in whole.reach.iter_mut().enumerate().skip(round).step_by(3) {
+                *reach = Some(Ball { centre: positions[vertex] + noise_vector(vertex) * 1e-3, radius: 1e-2 });
+            }
+            found.extend(smoother.sweep(&whole.patch(&positions, &constraint), &objective, count)?);
         }
     }
     Ok(found)
@@ -130,11 +130,12 @@ fn runs_agree_with_the_twin() {
         mesh.on_boundary.iter().map(|&held| if held { Constraint::Held } else { Constraint::Free }).collect();
     let goal = Goal { beta: 0.01, max_sweeps: 80 };
     let run = |backend: &dyn Backend| {
-        let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.points, &held, &[], Target::Improve).unwrap();
+        let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.points, &held, &[], Target::Improve);
         // The second run finds the buffers of the first.
         let runs = [0.3, 0.5].map(|amount| {
             let mut positions = shaken(&mesh, amount);
-            let smoothed = smoother.run(&mut positions, &goal, None).unwrap();
+            let smoothed =
+                smoother.run(&mut positions, &mut betas(&shaken(&mesh, amount), &mesh.tets), &goal, None).unwrap();
             (positions, smoothed)
         });
         runs.to_vec()
@@ -161,8 +162,8 @@ fn a_mesh_that_does_not_fit_is_refused() {
 fn an_empty_mesh_is_no_error() {
     let Some(gpu) = gpu(Bounds::default()) else { return };
     for backend in [&gpu as &dyn Backend, &TWIN] {
-        let mut smoother = Smoother::new(backend, &[], &[], &[], &[], Target::Original).unwrap();
-        let smoothed = smoother.run(&mut [], &Goal { beta: 1.0, max_sweeps: 10 }, None).unwrap();
+        let mut smoother = Smoother::new(backend, &[], &[], &[], &[], Target::Original);
+        let smoothed = smoother.run(&mut [], &mut [], &Goal { beta: 1.0, max_sweeps: 10 }, None).unwrap();
         assert_eq!((smoothed.sweeps, smoothed.inverted, smoothed.moved), (0, 0, 0));
     }
 }

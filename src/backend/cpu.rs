@@ -13,7 +13,7 @@ use super::packed::{Packed, PackedEdges};
 use super::smoother::CpuSmoother;
 use super::{
     Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
-    NetworkData, SmoothingData, Sweep, Torsion,
+    NetworkData, Sweep, Torsion,
 };
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
@@ -92,11 +92,11 @@ impl Backend for CpuBackend {
         })
     }
 
-    fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError> {
-        Ok(match self.precision {
-            Precision::F64 => Box::new(CpuSmoother::<f64>::new(data, self.epsilon())),
-            Precision::F32 => Box::new(CpuSmoother::<f32>::new(data, self.epsilon())),
-        })
+    fn smoother(&self) -> Box<dyn DeviceSmoother> {
+        match self.precision {
+            Precision::F64 => Box::new(CpuSmoother::<f64>::new(self.epsilon())),
+            Precision::F32 => Box::new(CpuSmoother::<f32>::new(self.epsilon())),
+        }
     }
 }
 

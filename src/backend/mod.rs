@@ -13,7 +13,7 @@ mod smoother;
 
 pub use cpu::{CpuBackend, Precision};
 pub use select::{AdapterSummary, Selection, adapters, select};
-pub use smoother::{DeviceSmoother, SmoothingData, SmoothingSweeps};
+pub use smoother::{Ball, DeviceSmoother, Objective, Patch};
 
 use glam::DVec3;
 use thiserror::Error;
@@ -193,11 +193,8 @@ pub trait Backend: Send + Sync {
     /// The device failed or the networks do not fit.
     fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError>;
 
-    /// Takes a mesh to the device, ready for [`DeviceSmoother::start`].
-    ///
-    /// # Errors
-    /// The device failed or the mesh does not fit.
-    fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError>;
+    /// What smooths patches of a mesh on the device.
+    fn smoother(&self) -> Box<dyn DeviceSmoother>;
 }
 
 /// A network on its device. It relaxes a *correction* `e` to the displacement: zero at held vertices, driven by a load.

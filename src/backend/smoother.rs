@@ -1,140 +1,158 @@
 //! Local quality optimisation as a backend sees it, the number type it is packed in, and the CPU's way to do it.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::packed::{pack_constraint, power_of_two};
 use super::{BackendError, Constraint};
-use crate::kernels::Real;
-use crate::kernels::smooth_vertices::{self, Objective, Tets};
+use crate::kernels::star::{FAR, Star};
+use crate::kernels::{Real, climb_vertices, smooth_vertices};
 use crate::mesh::csr::Csr;
 
-/// A mesh whose vertices are to be smoothed.
+/// Some vertices of a mesh that are to be moved, with the tets around them. The vertices that move have the first numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct SmoothingData<'a> {
+pub struct Patch<'a> {
+    /// Where the vertices are `[n_vertices]`.
+    pub positions: &'a [DVec3],
     /// Vertices of each tet `[n_tets]`.
     pub tets: &'a [[u32; 4]],
-    /// Tets around each vertex `[n_vertices]` rows, each entry `tet * 4 + local vertex`.
+    /// Tets around each moving vertex `[n_moving]` rows, each entry `tet * 4 + local vertex`.
     pub vertex_tets: &'a Csr,
-    /// Inverse of each tet's target `[n_tets]`: of the matrix whose columns are the target's edges from its first vertex.
-    pub inverse_target: &'a [DMat3],
-    /// What each vertex may do `[n_vertices]`.
+    /// What each moving vertex may do `[n_moving]`.
     pub constraint: &'a [Constraint],
+    /// A ball each moving vertex stays in `[n_moving]`, none where it may go anywhere.
+    pub reach: &'a [Option<Ball>],
+    /// The moving vertices by colour, one colour after another. Two of one colour may not share a tet.
+    pub colours: &'a [Range<u32>],
 }
 
-/// A batch of sweeps: each visits all colours in order, and moves the vertices of one colour at once.
+/// The places within some distance of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Its middle.
+    pub centre: DVec3,
+    /// Its radius.
+    pub radius: f64,
+}
+
+/// What sweeps over a patch minimise.
 #[derive(Clone, Copy, Debug)]
-pub struct SmoothingSweeps<'a> {
-    /// The vertices of each colour. Two of one colour may not share a tet, and a vertex stands here at most once.
-    pub colours: &'a [Vec<u32>],
-    /// Power of `q` in the objective, 1 to 15, see [`smooth_vertices`].
-    pub power: u32,
-    /// Square of the objective's regularisation, dimensionless; 0 where all tets are valid.
-    pub delta_squared: f64,
-    /// Number of sweeps.
-    pub count: usize,
+pub enum Objective<'a> {
+    /// The sum over tets of a power of how far they are from their targets, see [`smooth_vertices`].
+    Shape {
+        /// Inverse of each tet's target `[n_tets]`: of the matrix whose columns are the target's edges from its first
+        /// vertex.
+        inverse_target: &'a [DMat3],
+        /// Power, 1 to 15.
+        power: u32,
+        /// Power of the part of it that measures volume, 0 to 15.
+        size: u32,
+        /// Square of the regularisation, dimensionless; 0 where all tets are valid.
+        delta_squared: f64,
+    },
+    /// The sum over tets of the fourth power of how far their beta falls short of a goal, see [`climb_vertices`].
+    Beta {
+        /// The beta above which tets do not count.
+        goal: f64,
+        /// A vertex stays where its step would lower the sum by less than this fraction.
+        gain: f64,
+    },
 }
 
-/// A mesh on its device, ready to be smoothed. The device moves a *correction* to positions that stay in f64.
+/// A device that smooths one patch after another.
 pub trait DeviceSmoother: Send {
-    /// Replaces the constraints `[n_vertices]`.
+    /// Sweeps over a patch this many times, each time through all colours in order, the vertices of one colour at once.
+    /// Returns how far each vertex has moved `[n_vertices]`.
     ///
     /// # Errors
-    /// The device failed.
-    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError>;
-
-    /// Begins anew from these positions `[n_vertices]`: the correction is zero.
+    /// The device failed or the patch does not fit.
     ///
-    /// # Errors
-    /// The device failed.
-    fn start(&mut self, positions: &[DVec3]) -> Result<(), BackendError>;
-
-    /// Runs a batch of sweeps. Nothing is read back.
-    ///
-    /// # Errors
-    /// The device failed.
-    fn sweep(&mut self, sweeps: &SmoothingSweeps) -> Result<(), BackendError>;
-
-    /// The correction `[n_vertices]` as it stands.
-    ///
-    /// # Errors
-    /// The device failed.
-    fn correction(&mut self) -> Result<Vec<DVec3>, BackendError>;
+    /// # Panics
+    /// The patch's arrays do not belong to one mesh.
+    fn sweep(&mut self, patch: &Patch, objective: &Objective, count: usize) -> Result<Vec<DVec3>, BackendError>;
 }
 
-/// A mesh in a device's number type, in a unit near the size of its smallest target.
-pub(super) struct PackedTets<T> {
-    vertex_tets: Csr,
-    tets: Vec<[u32; 4]>,
-    inverse_target: Vec<[T; 9]>,
+/// A patch in a device's number type.
+pub(super) struct PackedPatch<T> {
     constraint: Vec<[T; 4]>,
+    reach: Vec<[T; 4]>,
     base: Vec<[T; 9]>,
-    /// The targets before rounding: `S` is taken in f64.
-    exact: Vec<DMat3>,
-    /// What one of the correction stands for, a power of two.
+    /// Empty where the objective is beta.
+    inverse_target: Vec<[T; 9]>,
+    /// What one of the correction stands for, a power of two near the shortest edge.
     unit: f64,
 }
 
-impl<T: Real> PackedTets<T> {
-    /// # Panics
-    /// The arrays do not belong to one mesh.
-    pub(super) fn new(data: &SmoothingData) -> Self {
-        let (n_vertices, n_tets) = (data.constraint.len(), data.tets.len());
-        assert_eq!(data.vertex_tets.n_rows(), n_vertices, "one row of tets per vertex");
-        assert_eq!(data.inverse_target.len(), n_tets, "one target per tet");
+impl<T: Real> PackedPatch<T> {
+    pub(super) fn new(patch: &Patch, objective: &Objective) -> Self {
+        let (n_vertices, n_moving, n_tets) = (patch.positions.len(), patch.constraint.len(), patch.tets.len());
+        assert!(n_moving <= n_vertices, "the moving vertices are vertices");
+        assert_eq!(patch.vertex_tets.n_rows(), n_moving, "one row of tets per moving vertex");
+        assert_eq!(patch.reach.len(), n_moving, "one reach per moving vertex");
         // A GPU reads zero outside an array and says nothing.
-        assert!(data.tets.iter().flatten().all(|&vertex| (vertex as usize) < n_vertices), "every corner is a vertex");
-        let entries = &data.vertex_tets.entries;
+        assert!(patch.tets.iter().flatten().all(|&vertex| (vertex as usize) < n_vertices), "every corner is a vertex");
+        let entries = &patch.vertex_tets.entries;
         assert!(entries.iter().all(|&entry| (entry as usize) < 4 * n_tets), "every entry is in a tet");
-        let greatest = data.inverse_target.iter().flat_map(DMat3::to_cols_array).map(f64::abs).fold(0.0, f64::max);
-        let unit = power_of_two(greatest).recip();
-        let pack = |target: &DMat3| target.transpose().to_cols_array().map(|entry| T::from_f64(entry * unit));
-        let mut vertex_tets = data.vertex_tets.clone();
-        if n_vertices == 0 {
-            vertex_tets.row_start = vec![0];
+        assert!(
+            patch.colours.iter().all(|colour| colour.end as usize <= n_moving),
+            "every colour is of moving vertices"
+        );
+        let edges = |tet: &[u32; 4]| {
+            let [a, b, c, d] = tet.map(|vertex| patch.positions[vertex as usize]);
+            DMat3::from_cols(b - a, c - a, d - a)
+        };
+        let pack = |matrix: DMat3| matrix.to_cols_array().map(T::from_f64);
+        let constraint = patch.constraint.iter().map(pack_constraint).collect();
+        let reach = |unit: f64| {
+            let of_vertex = |(ball, at): (&Option<Ball>, &DVec3)| {
+                let (centre, radius) = ball.map_or((*at, f64::INFINITY), |ball| (ball.centre, ball.radius));
+                ((centre - *at) / unit).extend((radius / unit).min(FAR)).to_array().map(T::from_f64)
+            };
+            patch.reach.iter().zip(patch.positions).map(of_vertex).collect()
+        };
+        match *objective {
+            Objective::Shape { inverse_target, .. } => {
+                assert_eq!(inverse_target.len(), n_tets, "one target per tet");
+                let greatest = inverse_target.iter().flat_map(DMat3::to_cols_array).map(f64::abs).fold(0.0, f64::max);
+                let unit = power_of_two(greatest).recip();
+                let of_tets = patch.tets.par_iter().zip(inverse_target);
+                // In f64: where a tet is near its target, S is near 1, and small edges must not lose their digits.
+                let base = of_tets.map(|(tet, inverse)| pack(edges(tet) * *inverse)).collect();
+                let inverse_target =
+                    inverse_target.par_iter().map(|inverse| pack(inverse.transpose() * unit)).collect();
+                Self { constraint, reach: reach(unit), base, inverse_target, unit }
+            }
+            Objective::Beta { .. } => {
+                let shortest = |tet: &[u32; 4]| {
+                    let edges = edges(tet);
+                    [edges.x_axis, edges.y_axis, edges.z_axis]
+                        .map(DVec3::length_squared)
+                        .into_iter()
+                        .fold(f64::INFINITY, f64::min)
+                };
+                let shortest = patch.tets.par_iter().map(shortest).reduce(|| f64::INFINITY, f64::min);
+                let unit = power_of_two(shortest.sqrt());
+                let base = patch.tets.par_iter().map(|tet| pack(edges(tet) * unit.recip())).collect();
+                Self { constraint, reach: reach(unit), base, inverse_target: Vec::new(), unit }
+            }
         }
-        Self {
-            vertex_tets,
-            tets: data.tets.to_vec(),
-            inverse_target: data.inverse_target.iter().map(pack).collect(),
-            constraint: data.constraint.iter().map(pack_constraint).collect(),
-            base: vec![[T::ZERO; 9]; n_tets],
-            exact: data.inverse_target.to_vec(),
-            unit,
-        }
     }
 
-    pub(super) fn n_vertices(&self) -> usize {
-        self.constraint.len()
-    }
-
-    /// Replaces what each vertex may do.
-    pub(super) fn constrain(&mut self, constraint: &[Constraint]) {
-        assert_eq!(constraint.len(), self.n_vertices(), "one constraint per vertex");
-        self.constraint.clear();
-        self.constraint.extend(constraint.iter().map(pack_constraint));
-    }
-
-    /// Takes `S` of each tet at these positions.
-    pub(super) fn start(&mut self, positions: &[DVec3]) {
-        assert_eq!(positions.len(), self.n_vertices(), "one position per vertex");
-        let of_tet = (self.tets.par_iter()).zip(&self.exact);
-        self.base.par_iter_mut().zip(of_tet).for_each(|(base, (tet, inverse_target))| {
-            let [a, b, c, d] = tet.map(|vertex| positions[vertex as usize]);
-            let s = DMat3::from_cols(b - a, c - a, d - a) * *inverse_target;
-            *base = s.to_cols_array().map(T::from_f64);
-        });
-    }
-
-    pub(super) fn tets(&self) -> Tets<'_, T> {
-        Tets {
-            row_start: &self.vertex_tets.row_start,
-            vertex_tets: &self.vertex_tets.entries,
-            tets: &self.tets,
+    pub(super) fn star<'a>(&'a self, patch: &Patch<'a>) -> Star<'a, T> {
+        Star {
+            row_start: &patch.vertex_tets.row_start,
+            vertex_tets: &patch.vertex_tets.entries,
+            tets: patch.tets,
             base: &self.base,
-            inverse_target: &self.inverse_target,
             constraint: &self.constraint,
+            reach: &self.reach,
         }
+    }
+
+    pub(super) fn inverse_target(&self) -> &[[T; 9]] {
+        &self.inverse_target
     }
 
     /// The correction in the caller's unit.
@@ -146,9 +164,8 @@ impl<T: Real> PackedTets<T> {
 /// Vertices in a task: a vertex takes some 5 microseconds, handing a task over about two.
 const CHUNK: usize = 16;
 
-/// A mesh in the CPU's memory.
+/// Smooths in the CPU's memory.
 pub(super) struct CpuSmoother<T> {
-    packed: PackedTets<T>,
     correction: Vec<[T; 4]>,
     /// New corrections of the vertices of one colour.
     moved: Vec<[T; 4]>,
@@ -163,44 +180,48 @@ pub(super) fn tolerance(epsilon: f64) -> f64 {
 
 impl<T: Real> CpuSmoother<T> {
     /// `epsilon`: unit roundoff of `T`.
-    pub(super) fn new(data: &SmoothingData, epsilon: f64) -> Self {
-        let packed = PackedTets::new(data);
-        let correction = vec![[T::ZERO; 4]; packed.n_vertices()];
-        Self { packed, correction, moved: Vec::new(), tolerance: T::from_f64(tolerance(epsilon)) }
+    pub(super) fn new(epsilon: f64) -> Self {
+        Self { correction: Vec::new(), moved: Vec::new(), tolerance: T::from_f64(tolerance(epsilon)) }
+    }
+
+    /// Visits all colours in order, `run` moving consecutive vertices from a first one on.
+    fn visit(&mut self, colours: &[Range<u32>], run: impl Fn(usize, &[[T; 4]], &mut [[T; 4]]) + Sync) {
+        for colour in colours {
+            let colour = colour.start as usize..colour.end as usize;
+            self.moved.resize(colour.len(), [T::ZERO; 4]);
+            let correction = &self.correction;
+            let tasks = self.moved.par_chunks_mut(CHUNK).enumerate();
+            tasks.for_each(|(task, moved)| run(colour.start + task * CHUNK, correction, moved));
+            self.correction[colour].copy_from_slice(&self.moved);
+        }
     }
 }
 
 impl<T: Real> DeviceSmoother for CpuSmoother<T> {
-    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
-        self.packed.constrain(constraint);
-        Ok(())
-    }
-
-    fn start(&mut self, positions: &[DVec3]) -> Result<(), BackendError> {
-        self.packed.start(positions);
-        self.correction.fill([T::ZERO; 4]);
-        Ok(())
-    }
-
-    fn sweep(&mut self, sweeps: &SmoothingSweeps) -> Result<(), BackendError> {
-        let tets = self.packed.tets();
-        let delta_squared = T::from_f64(sweeps.delta_squared);
-        let objective = Objective { power: sweeps.power, delta_squared, tolerance: self.tolerance };
-        for colour in std::iter::repeat_n(sweeps.colours, sweeps.count).flatten() {
-            self.moved.resize(colour.len(), [T::ZERO; 4]);
-            let correction = &self.correction;
-            let tasks = colour.par_chunks(CHUNK).zip(self.moved.par_chunks_mut(CHUNK));
-            tasks.for_each(|(vertices, moved)| {
-                smooth_vertices::run(vertices, &tets, &objective, correction, moved);
-            });
-            for (&vertex, moved) in colour.iter().zip(&self.moved) {
-                self.correction[vertex as usize] = *moved;
+    fn sweep(&mut self, patch: &Patch, objective: &Objective, count: usize) -> Result<Vec<DVec3>, BackendError> {
+        let packed = PackedPatch::new(patch, objective);
+        let star = packed.star(patch);
+        self.correction.clear();
+        self.correction.resize(patch.positions.len(), [T::ZERO; 4]);
+        for _ in 0..count {
+            match *objective {
+                Objective::Shape { power, size, delta_squared, .. } => {
+                    let (delta_squared, tolerance) = (T::from_f64(delta_squared), self.tolerance);
+                    let objective = smooth_vertices::Objective { power, size, delta_squared, tolerance };
+                    let tets = smooth_vertices::Tets { star, inverse_target: packed.inverse_target() };
+                    self.visit(patch.colours, |first, correction, moved| {
+                        smooth_vertices::run(first, &tets, &objective, correction, moved);
+                    });
+                }
+                Objective::Beta { goal, gain } => {
+                    let objective =
+                        climb_vertices::Objective { six_goal: T::from_f64(6.0 * goal), gain: T::from_f64(gain) };
+                    self.visit(patch.colours, |first, correction, moved| {
+                        climb_vertices::run(first, &star, &objective, correction, moved);
+                    });
+                }
             }
         }
-        Ok(())
-    }
-
-    fn correction(&mut self) -> Result<Vec<DVec3>, BackendError> {
-        Ok(self.packed.correction(&self.correction))
+        Ok(packed.correction(&self.correction))
     }
 }

@@ -8,6 +8,7 @@
 //! wherever the compiler does not contract `a * b + c`.
 
 pub mod accelerate;
+pub mod climb_vertices;
 pub mod constraint;
 pub mod convergence;
 pub mod defect;
@@ -16,6 +17,7 @@ mod real;
 pub mod relax_sweep;
 pub mod row;
 pub mod smooth_vertices;
+pub mod star;
 pub mod transfer;
 
 pub use real::Real;
@@ -32,11 +34,11 @@ pub struct Kernel {
 }
 
 /// Every kernel, one file each.
-pub const KERNELS: [Kernel; 7] =
-    [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, DEFECT, TRANSFER, ACCELERATE, SMOOTH_VERTICES];
+pub const KERNELS: [Kernel; 8] =
+    [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, DEFECT, TRANSFER, ACCELERATE, SMOOTH_VERTICES, CLIMB_VERTICES];
 
 /// Stems of the files several kernels share.
-pub const PARTS: [&str; 2] = ["constraint", "row"];
+pub const PARTS: [&str; 3] = ["constraint", "row", "star"];
 
 /// See [`edge_stiffness`].
 pub const EDGE_STIFFNESS: Kernel =
@@ -90,5 +92,23 @@ pub const ACCELERATE: Kernel = Kernel {
 };
 
 /// See [`smooth_vertices`].
-pub const SMOOTH_VERTICES: Kernel =
-    Kernel { name: "smooth_vertices", parts: &[], source: include_str!("../../kernels/smooth_vertices.wgsl") };
+pub const SMOOTH_VERTICES: Kernel = Kernel {
+    name: "smooth_vertices",
+    parts: &["constraint", "star"],
+    source: concat!(
+        include_str!("../../kernels/constraint.wgsl"),
+        include_str!("../../kernels/star.wgsl"),
+        include_str!("../../kernels/smooth_vertices.wgsl")
+    ),
+};
+
+/// See [`climb_vertices`].
+pub const CLIMB_VERTICES: Kernel = Kernel {
+    name: "climb_vertices",
+    parts: &["constraint", "star"],
+    source: concat!(
+        include_str!("../../kernels/constraint.wgsl"),
+        include_str!("../../kernels/star.wgsl"),
+        include_str!("../../kernels/climb_vertices.wgsl")
+    ),
+};

@@ -1,28 +1,33 @@
 //! One step of the local quality optimisation at some vertices; twin of `kernels/smooth_vertices.wgsl`.
 //!
-//! A vertex moves to lower `E = sum over its tets of q^power`, all others fixed. Of a tet with edge vectors `A`
+//! A vertex moves to lower `E = sum over its tets of (q w^size)^power`, all others fixed. Of a tet with edge vectors `A`
 //! (columns) and target `W`: `S = A W^-1`, `f = |S|_F^2`, `sigma = det S`, `r = sqrt(sigma^2 + 4 delta^2)`,
-//! `h = (sigma + r) / 2`, `q = f^3 / (27 h^2)`. It is 1 where the tet has its target's shape in any size, and greater
-//! elsewhere; `delta > 0` keeps it finite in an inverted tet.
+//! `h = (sigma + r) / 2`, `q = f^3 / (27 h^2)`, `w = (h + 1 / h) / 2`. `q` is 1 where the tet has its target's shape in
+//! any size, `w` where it has its target's volume, and both are greater elsewhere; `delta > 0` keeps them finite in an
+//! inverted tet.
 //!
 //! Source: regularised inverse mean ratio, Escobar et al. 2003 (CMAME 192, 2775-2787). Theirs is `|S|^2 / (3 h^(2/3))`;
-//! `q` is its third power, which needs no cube root.
+//! `q` is its third power, which needs no cube root. Size as a factor beside the shape: Knupp 2003 (Finite Elements in
+//! Analysis and Design 39, 217-241), whose `min(sigma, 1 / sigma)` is not smooth.
 
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
 use super::constraint::{kind, project};
+use super::star::{HALVINGS, Star, cross, difference, dot, each, scaled, sum};
 
 /// Parameters of one dispatch.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Params {
-    /// Place of the dispatch's first vertex in the list of vertices.
+    /// The dispatch's first vertex.
     pub first: u32,
     /// Number of its vertices.
     pub n_vertices: u32,
-    /// Power of `q`, 1 to 15.
+    /// Power of `q w^size`, 1 to 15.
     pub power: u32,
+    /// Power of `w`, 0 to 15.
+    pub size: u32,
     /// Square of the regularisation `delta`, dimensionless.
     pub delta_squared: f32,
     /// A vertex stays where its step would lower `E` by less than this fraction.
@@ -32,34 +37,25 @@ pub struct Params {
 /// Most tets around a vertex times this many is what the loops of one invocation run over.
 pub const PASSES: u32 = 2 + HALVINGS;
 
-/// Steps tried before a vertex stays, each half the one before.
-const HALVINGS: u32 = 8;
-
 /// Shifts of the Hessian tried: none, then from 1e-3 of its size up by tens, until it is positive definite.
 const SHIFTS: u32 = 6;
 
-/// Tets and their vertices as the twin reads them.
+/// Tets as the twin reads them, their `base` the `S` of each, dimensionless.
 #[derive(Clone, Copy, Debug)]
 pub struct Tets<'a, T> {
-    /// Where each vertex's tets start in `vertex_tets` `[n_vertices + 1]`.
-    pub row_start: &'a [u32],
-    /// Tets around each vertex `[4 n_tets]`, each entry `tet * 4 + local vertex`.
-    pub vertex_tets: &'a [u32],
-    /// Vertices of each tet `[n_tets]`.
-    pub tets: &'a [[u32; 4]],
-    /// `S` of each tet at zero correction `[n_tets]`, its three columns one after another, dimensionless.
-    pub base: &'a [[T; 9]],
+    /// The tets around the moving vertices.
+    pub star: Star<'a, T>,
     /// `W^-1` of each tet `[n_tets]`, its three rows one after another, one over the unit of a correction.
     pub inverse_target: &'a [[T; 9]],
-    /// Unit normal or direction, and a [`kind`] `[n_vertices]`.
-    pub constraint: &'a [[T; 4]],
 }
 
 /// What is minimised.
 #[derive(Clone, Copy, Debug)]
 pub struct Objective<T> {
-    /// Power of `q`, 1 to 15.
+    /// Power of `q w^size`, 1 to 15.
     pub power: u32,
+    /// Power of `w`, 0 to 15. 0: only the shape counts.
+    pub size: u32,
     /// Square of the regularisation; zero asks for valid tets and keeps them so.
     pub delta_squared: T,
     /// A vertex stays where its step would lower `E` by less than this fraction.
@@ -69,20 +65,21 @@ pub struct Objective<T> {
 /// Moves some vertices that share no tet, each by a Newton step as its constraint allows, at most half the size of its
 /// tets, and only if `E` falls.
 ///
-/// - `vertices` `[n]`: the vertices; none of them may be in a tet with another
+/// - `first`: the first of the vertices, which follow one another; none of them may be in a tet with another
 /// - `correction` `[n_vertices]`: where all vertices are, counted from where `base` was taken; the fourth component is
 ///   not used
-/// - `moved` `[n]`: the new correction of each of `vertices`
+/// - `moved` `[n]`: the new correction of each of them
 pub fn run<T: Real>(
-    vertices: &[u32],
+    first: usize,
     tets: &Tets<T>,
     objective: &Objective<T>,
     correction: &[[T; 4]],
     moved: &mut [[T; 4]],
 ) {
-    for (&vertex, moved) in vertices.iter().zip(moved) {
-        let at = correction[vertex as usize];
-        let new = step(vertex as usize, tets, objective, correction, [at[0], at[1], at[2]]);
+    for (place, moved) in moved.iter_mut().enumerate() {
+        let vertex = first + place;
+        let at = correction[vertex];
+        let new = step(vertex, tets, objective, correction, [at[0], at[1], at[2]]);
         *moved = [new[0], new[1], new[2], T::ZERO];
     }
 }
@@ -91,7 +88,7 @@ fn step<T: Real>(vertex: usize, tets: &Tets<T>, objective: &Objective<T>, correc
     let Some(greatest) = greatest(vertex, tets, objective, correction, at) else { return at };
     let scale = T::ONE / greatest;
     let local = derivatives(vertex, tets, objective, correction, at, scale);
-    let constraint = &tets.constraint[vertex];
+    let constraint = &tets.star.constraint[vertex];
     let Some(step) = newton(constraint, &local) else { return at };
     let mut step = project(constraint, step);
     let half = T::from_f64(0.5);
@@ -107,7 +104,7 @@ fn step<T: Real>(vertex: usize, tets: &Tets<T>, objective: &Objective<T>, correc
         step = scaled(step, longest / length);
     }
     for _ in 0..HALVINGS {
-        let trial = [at[0] + step[0], at[1] + step[1], at[2] + step[2]];
+        let trial = tets.star.within(vertex, sum(at, step));
         if let Some(energy) = energy(vertex, tets, objective, correction, trial, scale)
             && energy < local.energy
         {
@@ -133,7 +130,7 @@ pub struct Local<T> {
     pub size: T,
 }
 
-/// `E` around a vertex at `at`, of `27 q` times `scale`; none where a tet would have to be valid and is not.
+/// `E` around a vertex at `at`, of `27 q w^size` times `scale`; none where a tet would have to be valid and is not.
 pub fn energy<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
@@ -143,8 +140,8 @@ pub fn energy<T: Real>(
     scale: T,
 ) -> Option<T> {
     let mut sum = T::ZERO;
-    for &entry in around(vertex, tets) {
-        let q = Shape::new(tets, correction, entry, at).quality(objective.delta_squared)?;
+    for &entry in tets.star.around(vertex) {
+        let q = Shape::new(tets, correction, entry, at).quality(objective)?;
         sum = sum + power(q * scale, objective.power);
     }
     Some(sum)
@@ -160,6 +157,7 @@ pub fn derivatives<T: Real>(
     scale: T,
 ) -> Local<T> {
     let m = T::from_f64(f64::from(objective.power));
+    let size = T::from_f64(f64::from(objective.size));
     let (two, three, six) = (T::from_f64(2.0), T::from_f64(3.0), T::from_f64(6.0));
     let mut local = Local {
         energy: T::ZERO,
@@ -169,24 +167,28 @@ pub fn derivatives<T: Real>(
         size: T::ZERO,
     };
     let mut count = T::ZERO;
-    for &entry in around(vertex, tets) {
+    for &entry in tets.star.around(vertex) {
         let shape = Shape::new(tets, correction, entry, at);
         let (s, g) = (shape.s, shape.g);
         let (r, h) = regularised(shape.sigma, objective.delta_squared);
         let f = shape.f;
-        let to_h = f / h;
-        let weight = power(to_h * to_h * f * scale, objective.power);
-        let of_f = [0, 1, 2].map(|axis| two * (s[0][axis] * g[0] + s[1][axis] * g[1] + s[2][axis] * g[2]));
+        let weight = power(measure(f, h, objective.size) * scale, objective.power);
+        let of_f = each(|axis| two * (s[0][axis] * g[0] + s[1][axis] * g[1] + s[2][axis] * g[2]));
         let cofactor = [cross(s[1], s[2]), cross(s[2], s[0]), shape.normal];
-        let of_sigma =
-            [0, 1, 2].map(|axis| cofactor[0][axis] * g[0] + cofactor[1][axis] * g[1] + cofactor[2][axis] * g[2]);
+        let of_sigma = each(|axis| cofactor[0][axis] * g[0] + cofactor[1][axis] * g[1] + cofactor[2][axis] * g[2]);
         let (to_f, to_r) = (T::ONE / f, T::ONE / r);
-        // Gradient of ln q, and the factors of its Hessian's parts.
-        let a = [0, 1, 2].map(|axis| three * to_f * of_f[axis] - two * to_r * of_sigma[axis]);
+        // d ln w / d ln h, and - d ln (q w^size) / d ln h.
+        let h_squared = h * h;
+        let to_one = T::ONE / (h_squared + T::ONE);
+        let grows = (h_squared - T::ONE) * to_one;
+        let of_h = two - size * grows;
+        // Gradient of ln (q w^size), and the factors of its Hessian's parts.
+        let a = each(|axis| three * to_f * of_f[axis] - of_h * to_r * of_sigma[axis]);
         let g_squared = dot(g, g);
         let by_unit = six * g_squared * to_f;
         let by_f = three * to_f * to_f;
-        let by_sigma = two * (shape.sigma * to_r) * to_r * to_r;
+        let of_size = size * (T::ONE - grows * grows);
+        let by_sigma = (of_h * (shape.sigma * to_r) + of_size) * to_r * to_r;
         local.energy = local.energy + weight;
         let first = weight * m;
         for axis in 0..3 {
@@ -205,7 +207,7 @@ pub fn derivatives<T: Real>(
     local
 }
 
-/// Greatest `27 q` around a vertex: `E` is computed of `q` over it, so that its powers stay inside f32.
+/// Greatest `27 q w^size` around a vertex: `E` is computed of them over it, so that its powers stay inside f32.
 fn greatest<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
@@ -214,8 +216,8 @@ fn greatest<T: Real>(
     at: [T; 3],
 ) -> Option<T> {
     let mut greatest = T::ZERO;
-    for &entry in around(vertex, tets) {
-        greatest = greatest.max(Shape::new(tets, correction, entry, at).quality(objective.delta_squared)?);
+    for &entry in tets.star.around(vertex) {
+        greatest = greatest.max(Shape::new(tets, correction, entry, at).quality(objective)?);
     }
     (greatest > T::ZERO).then_some(greatest)
 }
@@ -236,15 +238,18 @@ impl<T: Real> Shape<T> {
     #[inline(always)]
     fn new(tets: &Tets<T>, correction: &[[T; 4]], entry: u32, at: [T; 3]) -> Self {
         let (tet, local) = (entry as usize / 4, entry as usize % 4);
-        let mut corner = tets.tets[tet].map(|vertex| {
+        let point = |vertex: u32| {
             let c = &correction[vertex as usize];
             [c[0], c[1], c[2]]
-        });
+        };
+        let [a, b, c, d] = tets.star.tets[tet];
+        let mut corner = [point(a), point(b), point(c), point(d)];
         corner[local] = at;
-        let d = [1, 2, 3].map(|k: usize| [0, 1, 2].map(|axis| corner[k][axis] - corner[0][axis]));
-        let (base, w) = (&tets.base[tet], &tets.inverse_target[tet]);
-        let s = [0, 1, 2].map(|column: usize| {
-            [0, 1, 2].map(|axis: usize| {
+        let [a, b, c, d] = corner;
+        let d = [difference(b, a), difference(c, a), difference(d, a)];
+        let (base, w) = (&tets.star.base[tet], &tets.inverse_target[tet]);
+        let s = each(|column: usize| {
+            each(|axis: usize| {
                 base[3 * column + axis]
                     + d[0][axis] * w[column]
                     + d[1][axis] * w[3 + column]
@@ -252,24 +257,30 @@ impl<T: Real> Shape<T> {
             })
         });
         let g = if local == 0 {
-            [0, 1, 2].map(|column| -(w[column] + w[3 + column] + w[6 + column]))
+            each(|column| -(w[column] + w[3 + column] + w[6 + column]))
         } else {
-            [0, 1, 2].map(|column| w[3 * local - 3 + column])
+            each(|column| w[3 * local - 3 + column])
         };
         let normal = cross(s[0], s[1]);
         Self { s, g, normal, f: dot(s[0], s[0]) + dot(s[1], s[1]) + dot(s[2], s[2]), sigma: dot(normal, s[2]) }
     }
 
-    /// `27 q`; none where it is infinite.
+    /// `27 q w^size`; none where it is infinite.
     #[inline(always)]
-    fn quality(&self, delta_squared: T) -> Option<T> {
-        if delta_squared == T::ZERO && self.sigma <= T::ZERO {
+    fn quality(&self, objective: &Objective<T>) -> Option<T> {
+        if objective.delta_squared == T::ZERO && self.sigma <= T::ZERO {
             return None;
         }
-        let (_, h) = regularised(self.sigma, delta_squared);
-        let to_h = self.f / h;
-        Some(to_h * to_h * self.f)
+        let (_, h) = regularised(self.sigma, objective.delta_squared);
+        Some(measure(self.f, h, objective.size))
     }
+}
+
+/// `27 q w^size`.
+#[inline(always)]
+fn measure<T: Real>(f: T, h: T, size: u32) -> T {
+    let to_h = f / h;
+    to_h * to_h * f * power(T::from_f64(0.5) * (h + T::ONE / h), size)
 }
 
 /// `r = sqrt(sigma^2 + 4 delta^2)` and `h = (sigma + r) / 2`, the latter without cancellation.
@@ -342,7 +353,7 @@ fn newton<T: Real>(constraint: &[T; 4], local: &Local<T>) -> Option<[T; 3]> {
     None
 }
 
-/// `x^n` for `n` from 1 to 15.
+/// `x^n` for `n` from 0 to 15.
 #[inline(always)]
 fn power<T: Real>(x: T, n: u32) -> T {
     let squared = x * x;
@@ -358,24 +369,4 @@ fn power<T: Real>(x: T, n: u32) -> T {
         result = result * (fourth * fourth);
     }
     result
-}
-
-#[inline(always)]
-fn around<'a, T>(vertex: usize, tets: &Tets<'a, T>) -> &'a [u32] {
-    &tets.vertex_tets[tets.row_start[vertex] as usize..tets.row_start[vertex + 1] as usize]
-}
-
-#[inline(always)]
-fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline(always)]
-fn scaled<T: Real>(v: [T; 3], factor: T) -> [T; 3] {
-    [v[0] * factor, v[1] * factor, v[2] * factor]
 }

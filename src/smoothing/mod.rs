@@ -1,21 +1,22 @@
 //! Local quality optimisation: untangles inverted tets and improves bad ones, vertex by vertex.
 //!
-//! Each vertex moves to lower `E = sum over its tets of q^m` ([`crate::kernels::smooth_vertices`]), the vertices of one
-//! colour at once, so the result does not depend on the order of threads. Only where a tet is below the goal vertices
-//! move; elsewhere the mesh keeps its bits.
+//! Each vertex moves to lower `E = sum over its tets of (q w^size)^m` ([`crate::kernels::smooth_vertices`]), the vertices
+//! of one colour at once, so the result does not depend on the order of threads. Only where a tet is below the goal
+//! vertices move; elsewhere the mesh keeps its bits, and nothing is computed.
 //!
 //! A run goes in rounds of a few sweeps. After each, quality is measured in f64, and the active vertices, the
-//! regularisation and the power `m` follow from it: 1 while a tet is inverted, then 2. When the worst tet stops
-//! improving below the goal, the vertices of bad tets climb on beta itself, whatever the target, which costs far less.
+//! regularisation and the power `m` follow from it: 1 while a tet is inverted, then 2. That sum settles where good tets
+//! balance bad ones, and its mean ratio is not beta. So when the worst tet stops improving below the goal, the vertices
+//! of bad tets climb on beta itself ([`crate::kernels::climb_vertices`]), whatever the target, which costs far less.
 //!
 //! Vertices of surfaces are held at first. Where that does not reach the goal and a run has a [`Slide`], they take part:
-//! constrained to tangents in a round and brought back after it, and after every step of a climb.
+//! constrained to tangents in a round and brought back after it.
 //!
 //! Source: Escobar et al. 2003 (CMAME 192, 2775-2787) for the regularised measure; the sum over powers of the mean ratio
 //! as in Freitag Diachin et al. 2006 (Eng. Comput. 22, 61-74).
 
-mod climb;
 mod colouring;
+mod neighbourhood;
 mod slide;
 mod state;
 mod target;
@@ -27,10 +28,10 @@ pub use colouring::{NONE, colour};
 pub use slide::Slide;
 pub use target::{Target, inverse_targets};
 
-use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, SmoothingData, SmoothingSweeps};
-use crate::mesh::csr::Csr;
+use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, Objective, Patch};
 use crate::quality;
-use state::State;
+use neighbourhood::{Neighbourhood, Topology};
+use state::{State, Worst};
 
 /// Sweeps between two looks at the mesh.
 const ROUND: usize = 4;
@@ -60,8 +61,20 @@ const POWER_TANGLED: u32 = 1;
 /// 4 ends at a lower one: the worst `q` is not the worst beta.
 const POWER: u32 = 2;
 
+/// Power of the part that measures size where the original tets are the target.
+const SIZE: u32 = 1;
+
 /// The regularisation acts in tets that have less than this fraction of their original volume.
 const EPSILON: f64 = 1e-4;
+
+/// Steps of a climb that lower its sum by less than this fraction are not worth taking.
+const GAIN: f64 = 1e-5;
+
+/// The goal of a climb lies higher by this fraction, or tets would come close to it and never reach it.
+const MARGIN: f64 = 0.02;
+
+/// Most vertices a device is given at once: with all the tets around them they fit its smallest bindings.
+const MOST_AT_ONCE: usize = 1 << 17;
 
 /// What a run is to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,31 +101,38 @@ pub struct Smoothed {
 /// The two ways a round goes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Method {
-    /// Lower the sum of powers, on the device.
+    /// Lower the sum of powers.
     Energy,
-    /// Raise the low betas around the vertices of bad tets, see [`climb`].
+    /// Raise the low betas around the vertices of bad tets.
     Climb,
 }
 
-/// The best mesh seen.
+/// A mesh on its way.
 #[derive(Clone)]
-struct Best {
+struct Moved {
     state: State,
     at: Vec<DVec3>,
 }
 
+/// What rounds share.
+#[derive(Clone, Copy)]
+struct Round<'a> {
+    method: Method,
+    /// The beta aimed at.
+    goal: f64,
+    slide: Option<&'a dyn Slide>,
+}
+
 /// Smooths one mesh again and again. Set up once per mesh.
 pub struct Smoother {
-    tets: Vec<[u32; 4]>,
-    vertex_tets: Csr,
-    /// What each vertex may do; those that slide are held but for their sweeps.
+    topology: Topology,
+    /// The undeformed mesh's vertices.
+    original: Vec<DVec3>,
+    target: Target,
+    /// What each vertex may do; those that slide are held but for their rounds.
     constraint: Vec<Constraint>,
     /// Whether a vertex may slide `[n_vertices]`.
     slides: Vec<bool>,
-    /// Colour of each vertex, [`NONE`] for held ones.
-    colour: Vec<u32>,
-    /// Volume of each original tet.
-    volume: Vec<f64>,
     /// The beta up to which vertices climb: that of the worst original tet where its shape is the target, so that an
     /// unmoved mesh keeps its bits; else without bound.
     highest_climb: f64,
@@ -120,14 +140,11 @@ pub struct Smoother {
 }
 
 impl Smoother {
-    /// Takes a mesh to the backend.
+    /// Gets ready to smooth a mesh.
     ///
     /// - `tets` `[n_tets]`, `original` `[n_vertices]`: the undeformed mesh, whose tets have positive volume
     /// - `constraints` `[n_vertices]`: what each vertex may do
     /// - `slides`: held vertices that may slide in runs with a [`Slide`]
-    ///
-    /// # Errors
-    /// The device failed or the mesh does not fit.
     ///
     /// # Panics
     /// The arrays do not belong to one mesh.
@@ -138,56 +155,48 @@ impl Smoother {
         constraints: &[Constraint],
         slides: &[u32],
         target: Target,
-    ) -> Result<Self, BackendError> {
-        let corners = tets.iter().enumerate().flat_map(|(tet, corners)| {
-            corners.iter().enumerate().map(move |(local, &vertex)| (vertex, (4 * tet + local) as u32))
-        });
-        let vertex_tets = Csr::from_pairs(original.len(), corners);
+    ) -> Self {
+        assert_eq!(constraints.len(), original.len(), "one constraint per vertex");
         let held = |vertex: usize| constraints[vertex] == Constraint::Held;
         let mut slide = vec![false; original.len()];
         slides.iter().for_each(|&vertex| slide[vertex as usize] = held(vertex as usize));
-        let moves: Vec<bool> = (0..original.len()).map(|vertex| !held(vertex) || slide[vertex]).collect();
-        let inverse_target = inverse_targets(target, tets, original);
-        let data =
-            SmoothingData { tets, vertex_tets: &vertex_tets, inverse_target: &inverse_target, constraint: constraints };
-        let volume: Vec<f64> =
-            tets.iter().map(|tet| quality::volume(tet.map(|vertex| original[vertex as usize]))).collect();
         let highest_climb = match target {
-            Target::Original => State::new(original, tets, &volume).beta_min,
+            Target::Original => Worst::of(&quality::betas(original, tets)).beta,
             Target::Improve => f64::INFINITY,
         };
-        Ok(Self {
-            device: backend.smoother(&data)?,
-            colour: colour(tets, &vertex_tets, &moves),
-            volume,
-            highest_climb,
-            tets: tets.to_vec(),
+        Self {
+            topology: Topology::new(tets, original.len()),
+            original: original.to_vec(),
+            target,
             constraint: constraints.to_vec(),
             slides: slide,
-            vertex_tets,
-        })
+            highest_climb,
+            device: backend.smoother(),
+        }
     }
 
     /// Moves vertices until no tet is below the goal, the smallest beta has stopped rising, or the sweeps are used up.
     ///
     /// - `positions` `[n_vertices]`: replaced by the best seen, that with the fewest inverted tets and then the greatest
     ///   smallest beta; so they never get worse, and where no tet is below the goal they keep their bits
+    /// - `betas` `[n_tets]`: those of the positions, before and after
     /// - `slide`: where vertices slide that may, once the rest alone does not reach the goal; what they gain is kept if no
     ///   further triangle is folded. Without it they are held
     ///
     /// # Errors
-    /// The device failed; `positions` are as they were.
+    /// The device failed; `positions` and `betas` are as they were.
     pub fn run(
         &mut self,
         positions: &mut [DVec3],
+        betas: &mut [f64],
         goal: &Goal,
         slide: Option<&dyn Slide>,
     ) -> Result<Smoothed, BackendError> {
-        let state = State::new(positions, &self.tets, &self.volume);
-        let mut best = Best { state, at: positions.to_vec() };
+        let mut best = Moved { state: State::new(betas.to_vec()), at: positions.to_vec() };
         let mut sweeps = self.improve_both_ways(&mut best, goal, None)?;
         if let Some(slide) = slide
             && self.slides.contains(&true)
+            && !best.state.worst.reaches(goal.beta)
         {
             let held = best.clone();
             let left = Goal { max_sweeps: goal.max_sweeps - sweeps, ..*goal };
@@ -199,64 +208,66 @@ impl Smoother {
         let changed = |(a, b): &(&DVec3, &DVec3)| a.to_array().map(f64::to_bits) != b.to_array().map(f64::to_bits);
         let moved = positions.iter().zip(&best.at).filter(changed).count();
         positions.copy_from_slice(&best.at);
-        Ok(Smoothed { sweeps, inverted: best.state.inverted, beta_min: best.state.beta_min, moved })
+        betas.copy_from_slice(&best.state.beta);
+        let Worst { inverted, beta } = best.state.worst;
+        Ok(Smoothed { sweeps, inverted, beta_min: beta, moved })
     }
 
     /// First lowers the sum of powers, then climbs. Returns the sweeps.
     fn improve_both_ways(
         &mut self,
-        best: &mut Best,
+        best: &mut Moved,
         goal: &Goal,
         slide: Option<&dyn Slide>,
     ) -> Result<usize, BackendError> {
         let mut sweeps = 0;
-        for (method, beta) in [(Method::Energy, goal.beta), (Method::Climb, goal.beta.min(self.highest_climb))] {
-            sweeps += self.improve(best, method, &Goal { beta, max_sweeps: goal.max_sweeps - sweeps }, slide)?;
+        for (method, goal_of_method) in
+            [(Method::Energy, goal.beta), (Method::Climb, goal.beta.min(self.highest_climb))]
+        {
+            let round = Round { method, goal: goal_of_method, slide };
+            sweeps += self.improve(best, round, goal.max_sweeps - sweeps)?;
         }
         Ok(sweeps)
     }
 
     /// Rounds of one method until it no longer helps. Returns its sweeps.
-    fn improve(
-        &mut self,
-        best: &mut Best,
-        method: Method,
-        goal: &Goal,
-        slide: Option<&dyn Slide>,
-    ) -> Result<usize, BackendError> {
-        let Best { mut state, mut at } = best.clone();
-        let mut record = state.clone();
+    fn improve(&mut self, best: &mut Moved, round: Round, max_sweeps: usize) -> Result<usize, BackendError> {
+        if best.state.worst.reaches(round.goal) {
+            return Ok(0);
+        }
+        let Moved { mut state, mut at } = best.clone();
+        let mut record = (state.worst, f64::NEG_INFINITY);
         let (mut sweeps, mut waited) = (0, 0);
-        while !state.reaches(goal.beta) && sweeps < goal.max_sweeps {
-            if waited >= if state.inverted > 0 { PATIENCE_TANGLED } else { PATIENCE } {
+        while !state.worst.reaches(round.goal) && sweeps < max_sweeps {
+            if waited >= if state.worst.inverted > 0 { PATIENCE_TANGLED } else { PATIENCE } {
                 break;
             }
-            let rings = if method == Method::Energy { 1 } else { 0 };
-            let colours = self.active(&state, goal.beta, rings, slide.is_some());
-            if colours.is_empty() {
+            let active = self.active(&state, &round);
+            if active.is_empty() {
                 break;
             }
-            let count = ROUND.min(goal.max_sweeps - sweeps);
-            match method {
-                Method::Energy => self.minimise(&state, &colours, count, slide, &mut at)?,
-                Method::Climb => {
-                    let Self { tets, vertex_tets, constraint, slides, .. } = &*self;
-                    let mesh = climb::Mesh { tets, vertex_tets, constraint, slides, slide };
-                    (0..count).for_each(|_| climb::sweep(&mesh, goal.beta, &colours, &mut at));
-                }
+            let count = ROUND.min(max_sweeps - sweeps);
+            let mut smallest = f64::INFINITY;
+            for moving in active.chunks(MOST_AT_ONCE) {
+                let around = self.topology.around(moving);
+                let of_these = self.smallest_volume(&around, &at);
+                smallest = smallest.min(of_these);
+                self.sweep(&around, &round, of_these, count, &mut at)?;
+                state.measure(&at, &self.topology.tets, &around.tets);
             }
+            state.worst = Worst::of(&state.beta);
             sweeps += count;
-            state = State::new(&at, &self.tets, &self.volume);
-            if state.beats(&best.state, 0.0) {
-                *best = Best { state: state.clone(), at: at.clone() };
+            if state.worst.beats(&best.state.worst, 0.0) {
+                best.state.copy(&state);
+                best.at.copy_from_slice(&at);
             }
-            let far = state.inverted == 0 && state.beta_min < NEAR * goal.beta;
-            if method == Method::Energy && far && !state.beats(&record, FADES) {
+            let far = state.worst.inverted == 0 && state.worst.beta < NEAR * round.goal;
+            if round.method == Method::Energy && far && !state.worst.beats(&record.0, FADES) {
                 break;
             }
-            let untangles = state.inverted > 0 && state.inverted == record.inverted;
-            if state.beats(&record, IMPROVES) || (untangles && state.sigma_min > record.sigma_min) {
-                record = state.clone();
+            let untangles = state.worst.inverted > 0 && state.worst.inverted == record.0.inverted;
+            if state.worst.beats(&record.0, IMPROVES) || (untangles && smallest > record.1) {
+                record = (state.worst, smallest);
                 waited = 0;
             } else {
                 waited += 1;
@@ -265,78 +276,97 @@ impl Smoother {
         Ok(sweeps)
     }
 
-    /// Sweeps that lower the objective at these vertices, on the device.
-    fn minimise(
+    /// Sweeps over some vertices, on the device.
+    ///
+    /// - `smallest`: their tets' smallest volume over that of the original tet
+    fn sweep(
         &mut self,
-        state: &State,
-        colours: &[Vec<u32>],
+        around: &Neighbourhood,
+        round: &Round,
+        smallest: f64,
         count: usize,
-        slide: Option<&dyn Slide>,
         at: &mut [DVec3],
     ) -> Result<(), BackendError> {
-        let sliding: Vec<u32> = colours.iter().flatten().copied().filter(|&v| self.slides[v as usize]).collect();
-        if let Some(slide) = slide
-            && !sliding.is_empty()
-        {
-            let tangent = |&vertex: &u32| slide.tangent(vertex, at[vertex as usize]);
-            let tangents: Vec<Constraint> = sliding.par_iter().map(tangent).collect();
-            sliding.iter().zip(tangents).for_each(|(&vertex, tangent)| self.constraint[vertex as usize] = tangent);
-            self.device.constrain(&self.constraint)?;
-        }
-        let power = if state.inverted > 0 { POWER_TANGLED } else { POWER };
-        let delta_squared = regularisation(state);
-        self.device.start(at)?;
-        self.device.sweep(&SmoothingSweeps { colours, power, delta_squared, count })?;
-        let correction = self.device.correction()?;
-        let by = |vertex: u32| self.constraint[vertex as usize].limit(correction[vertex as usize]);
-        let place = |&vertex: &u32| {
-            let moved = moved(at[vertex as usize], by(vertex));
-            match slide {
-                Some(slide) if self.slides[vertex as usize] && moved != at[vertex as usize] => {
-                    slide.back(vertex, moved)
-                }
-                _ => moved,
+        let moving = &around.vertices[..around.n_moving()];
+        let slides = |vertex: u32| round.slide.filter(|_| self.slides[vertex as usize]);
+        let may = |&vertex: &u32| match slides(vertex) {
+            Some(slide) => slide.tangent(vertex, at[vertex as usize]),
+            None => self.constraint[vertex as usize],
+        };
+        let constraint: Vec<Constraint> = moving.par_iter().map(may).collect();
+        let patch = Patch {
+            positions: &around.positions(at),
+            tets: &around.corners,
+            vertex_tets: &around.vertex_tets,
+            constraint: &constraint,
+            reach: &moving.iter().map(|&vertex| slides(vertex)?.reach(vertex)).collect::<Vec<_>>(),
+            colours: &around.colours,
+        };
+        let correction = match round.method {
+            Method::Energy => {
+                let original = around.positions(&self.original);
+                let objective = Objective::Shape {
+                    inverse_target: &inverse_targets(self.target, &around.corners, &original),
+                    power: if smallest > 0.0 { POWER } else { POWER_TANGLED },
+                    size: if self.target == Target::Original { SIZE } else { 0 },
+                    delta_squared: regularisation(smallest),
+                };
+                self.device.sweep(&patch, &objective, count)?
+            }
+            Method::Climb => {
+                let objective = Objective::Beta { goal: (1.0 + MARGIN) * round.goal, gain: GAIN };
+                self.device.sweep(&patch, &objective, count)?
             }
         };
-        let active: Vec<u32> = colours.concat();
-        let placed: Vec<DVec3> = active.par_iter().map(place).collect();
-        active.iter().zip(placed).for_each(|(&vertex, placed)| at[vertex as usize] = placed);
-        sliding.iter().for_each(|&vertex| self.constraint[vertex as usize] = Constraint::Held);
+        let place = |((&vertex, constraint), correction): ((&u32, &Constraint), &DVec3)| {
+            let was = at[vertex as usize];
+            let moved = moved(was, constraint.limit(*correction));
+            slides(vertex).filter(|_| moved != was).map_or(moved, |slide| slide.back(vertex, moved))
+        };
+        let placed: Vec<DVec3> =
+            moving.par_iter().zip(&constraint).zip(&correction[..moving.len()]).map(place).collect();
+        moving.iter().zip(placed).for_each(|(&vertex, placed)| at[vertex as usize] = placed);
         Ok(())
     }
 
-    /// The vertices of tets below the goal, and of this many rings of tets around those, by colour; empty if none of them
-    /// may move.
-    fn active(&self, state: &State, goal: f64, rings: usize, slide: bool) -> Vec<Vec<u32>> {
-        let bad = |beta: f64| beta.is_nan() || beta <= 0.0 || beta < goal;
-        let mut active = vec![false; self.colour.len()];
-        for (tet, &beta) in self.tets.iter().zip(&state.beta) {
-            if bad(beta) {
-                tet.iter().for_each(|&vertex| active[vertex as usize] = true);
-            }
-        }
-        for _ in 0..rings {
+    /// The smallest volume of some tets over that of the original tet; NaN if one is.
+    fn smallest_volume(&self, around: &Neighbourhood, at: &[DVec3]) -> f64 {
+        let volume = |tet: &u32, at: &[DVec3]| {
+            quality::volume(self.topology.tets[*tet as usize].map(|vertex| at[vertex as usize]))
+        };
+        let ratio = |tet: &u32| volume(tet, at) / volume(tet, &self.original);
+        let lesser = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
+        around.tets.iter().map(ratio).fold(f64::INFINITY, lesser)
+    }
+
+    /// The vertices of tets below the goal, and where the sum of powers is lowered one ring of tets more; without those
+    /// that may not move.
+    fn active(&self, state: &State, round: &Round) -> Vec<u32> {
+        let Topology { tets, vertex_tets, .. } = &self.topology;
+        let mut active = vec![false; self.constraint.len()];
+        let bad = tets
+            .iter()
+            .zip(&state.beta)
+            .filter(|(_, beta)| quality::faults::is_inverted(**beta) || **beta < round.goal);
+        bad.for_each(|(tet, _)| tet.iter().for_each(|&vertex| active[vertex as usize] = true));
+        if round.method == Method::Energy {
             let inner: Vec<usize> = (0..active.len()).filter(|&vertex| active[vertex]).collect();
-            for &entry in inner.iter().flat_map(|&vertex| self.vertex_tets.row(vertex)) {
-                self.tets[entry as usize / 4].iter().for_each(|&vertex| active[vertex as usize] = true);
+            for &entry in inner.iter().flat_map(|&vertex| vertex_tets.row(vertex)) {
+                tets[entry as usize / 4].iter().for_each(|&vertex| active[vertex as usize] = true);
             }
         }
-        let mut colours: Vec<Vec<u32>> = Vec::new();
-        for (vertex, &colour) in self.colour.iter().enumerate().filter(|&(vertex, _)| active[vertex]) {
-            if colour != NONE && (slide || !self.slides[vertex]) {
-                if colours.len() <= colour as usize {
-                    colours.resize(colour as usize + 1, Vec::new());
-                }
-                colours[colour as usize].push(vertex as u32);
-            }
-        }
-        colours
+        let moves = |&vertex: &u32| {
+            let vertex = vertex as usize;
+            active[vertex]
+                && (self.constraint[vertex] != Constraint::Held || (self.slides[vertex] && round.slide.is_some()))
+        };
+        (0..active.len() as u32).filter(moves).collect()
     }
 }
 
 /// `delta^2`, so that the tet with the smallest volume has `h` near [`EPSILON`]; zero where all tets have more.
-fn regularisation(state: &State) -> f64 {
-    if state.sigma_min < EPSILON { EPSILON * (EPSILON - state.sigma_min) } else { 0.0 }
+fn regularisation(smallest: f64) -> f64 {
+    if smallest < EPSILON { EPSILON * (EPSILON - smallest) } else { 0.0 }
 }
 
 /// A position moved by a displacement. A coordinate that does not move keeps its bits, also those of -0.

@@ -2,12 +2,15 @@
 
 use glam::DVec3;
 
-use crate::backend::Constraint;
+use crate::backend::{Ball, Constraint};
 
 /// Surfaces and curves for vertices to slide on, which are otherwise held.
 pub trait Slide: Sync {
     /// What a vertex on its surface or curve may do there, to first order.
     fn tangent(&self, vertex: u32, at: DVec3) -> Constraint;
+
+    /// How far the vertex may slide; `None` if anywhere.
+    fn reach(&self, vertex: u32) -> Option<Ball>;
 
     /// The place near `at` on the vertex's surface or curve.
     fn back(&self, vertex: u32, at: DVec3) -> DVec3;

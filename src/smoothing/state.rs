@@ -3,47 +3,63 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::quality;
+use crate::quality::{self, faults::is_inverted};
 
 /// Quality of a mesh in f64.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     /// Beta of each tet `[n_tets]`.
     pub(super) beta: Vec<f64>,
+    pub(super) worst: Worst,
+}
+
+/// The worst of a mesh.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Worst {
     /// Tets without positive volume, and those whose volume is no number.
     pub(super) inverted: usize,
     /// Smallest beta; infinite without tets, NaN if one is.
-    pub(super) beta_min: f64,
-    /// Smallest volume over that of the original tet.
-    pub(super) sigma_min: f64,
+    pub(super) beta: f64,
 }
 
 impl State {
-    /// - `volume` `[n_tets]`: volume of each original tet
-    pub(super) fn new(positions: &[DVec3], tets: &[[u32; 4]], volume: &[f64]) -> Self {
-        let mut beta = vec![0.0; tets.len()];
-        let of_tets = beta.par_iter_mut().zip(tets).zip(volume);
-        let of_tet = |((beta, tet), volume): ((&mut f64, &[u32; 4]), &f64)| {
-            let corners = tet.map(|vertex| positions[vertex as usize]);
-            *beta = quality::beta(corners);
-            let inverted = usize::from(beta.is_nan() || *beta <= 0.0);
-            (inverted, *beta, quality::volume(corners) / volume)
-        };
-        let worst = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
-        let (inverted, beta_min, sigma_min) = of_tets
-            .map(of_tet)
-            .reduce(|| (0, f64::INFINITY, f64::INFINITY), |a, b| (a.0 + b.0, worst(a.1, b.1), worst(a.2, b.2)));
-        Self { beta, inverted, beta_min, sigma_min }
+    pub(super) fn new(beta: Vec<f64>) -> Self {
+        let worst = Worst::of(&beta);
+        Self { beta, worst }
+    }
+
+    /// Measures some tets anew, whose vertices have moved. [`State::worst`] is as it was.
+    pub(super) fn measure(&mut self, at: &[DVec3], tets: &[[u32; 4]], moved: &[u32]) {
+        for &tet in moved {
+            self.beta[tet as usize] = quality::beta(tets[tet as usize].map(|vertex| at[vertex as usize]));
+        }
+    }
+
+    /// Takes over another mesh's.
+    pub(super) fn copy(&mut self, other: &Self) {
+        self.beta.copy_from_slice(&other.beta);
+        self.worst = other.worst;
+    }
+}
+
+impl Worst {
+    /// Of the betas of a mesh.
+    pub(super) fn of(beta: &[f64]) -> Self {
+        let of_tet = |&beta: &f64| Self { inverted: usize::from(is_inverted(beta)), beta };
+        let none = || Self { inverted: 0, beta: f64::INFINITY };
+        let lesser = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
+        let both = |a: Self, b: Self| Self { inverted: a.inverted + b.inverted, beta: lesser(a.beta, b.beta) };
+        beta.par_iter().with_min_len(1 << 14).map(of_tet).reduce(none, both)
     }
 
     /// Whether no tet is below this beta.
     pub(super) fn reaches(&self, beta: f64) -> bool {
-        self.inverted == 0 && self.beta_min >= beta
+        self.inverted == 0 && self.beta >= beta
     }
 
     /// Whether it has fewer inverted tets, or as many and a greater smallest beta, by this fraction of it.
     pub(super) fn beats(&self, other: &Self, by: f64) -> bool {
         self.inverted < other.inverted
-            || (self.inverted == other.inverted && self.beta_min > other.beta_min + by * other.beta_min.abs())
+            || (self.inverted == other.inverted && self.beta > other.beta + by * other.beta.abs())
     }
 }

@@ -113,6 +113,10 @@ struct State {
 impl State {
     fn new(vertices: Vec<DVec3>, tets: &[[u32; 4]]) -> Self {
         let beta = quality::betas(&vertices, tets);
+        Self::of(vertices, beta)
+    }
+
+    fn of(vertices: Vec<DVec3>, beta: Vec<f64>) -> Self {
         let Statistics { inverted, min: worst, .. } = Statistics::new(&beta);
         Self { vertices, beta, worst, inverted }
     }
@@ -144,7 +148,7 @@ impl Interior {
                 let slides = Slides::new(mesh, surface, families);
                 let constraint = volume.constraint();
                 let smoother =
-                    Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, &slides.vertices(), target)?;
+                    Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, &slides.vertices(), target);
                 let (enough, goal) = match target {
                     Target::Original => (ENOUGH * lowest, lowest),
                     Target::Improve => (IMPROVED * lowest, IMPROVED * lowest),
@@ -210,8 +214,8 @@ impl Interior {
             let before = state.vertices.clone();
             let sliding = slides.on(mesh, set_up.surface, set_up.families, &before);
             let goal = Goal { beta: *goal, max_sweeps: MOST_SWEEPS };
-            smoothed = Some(smoother.run(&mut state.vertices, &goal, Some(&sliding))?);
-            state = State::new(state.vertices, &mesh.tets);
+            smoothed = Some(smoother.run(&mut state.vertices, &mut state.beta, &goal, Some(&sliding))?);
+            state = State::of(state.vertices, state.beta);
         }
         for ((displacement, from), to) in motion.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
             // What the springs or the surfaces gave keeps its bits.
@@ -281,8 +285,8 @@ impl Stepping {
                 && state.worst < REPAIR.0 * self.lowest
             {
                 let goal = Goal { beta: REPAIR.1 * self.lowest, max_sweeps: REPAIR_SWEEPS };
-                smoother.run(&mut state.vertices, &goal, None)?;
-                state = State::new(state.vertices, &mesh.tets);
+                smoother.run(&mut state.vertices, &mut state.beta, &goal, None)?;
+                state = State::of(state.vertices, state.beta);
             }
         }
         Ok(Followed { state, convergence, path })

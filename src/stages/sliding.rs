@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::{Families, Owner, families::Shape};
 use crate::{
-    backend::Constraint,
+    backend::{Ball, Constraint},
     mesh::{
         TetMesh,
         csr::Csr,
@@ -134,7 +134,7 @@ impl Sliding<'_> {
 
     /// How far a vertex may slide: less where its triangles turn more. Carenages and planes keep their shape without a
     /// limit.
-    fn reach(&self, vertex: u32) -> f64 {
+    fn true_to_shape(&self, vertex: u32) -> f64 {
         if self.families.owner[vertex as usize] == Owner::Carenage {
             return f64::INFINITY;
         }
@@ -174,9 +174,14 @@ impl Slide for Sliding<'_> {
         }
     }
 
+    fn reach(&self, vertex: u32) -> Option<Ball> {
+        let radius = self.true_to_shape(vertex);
+        radius.is_finite().then(|| Ball { centre: self.parts.points[vertex as usize], radius })
+    }
+
     fn back(&self, vertex: u32, at: DVec3) -> DVec3 {
         let start = self.parts.points[vertex as usize];
-        let at = start + (at - start).clamp_length_max(self.reach(vertex));
+        let at = start + (at - start).clamp_length_max(self.true_to_shape(vertex));
         let near = match self.freedom[vertex as usize] {
             Freedom::Held => return at,
             Freedom::Surface(_) if self.original_surface(vertex).is_some() => at,

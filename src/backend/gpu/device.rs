@@ -40,6 +40,7 @@ pub(super) struct Device {
     pub(super) transfer: Pipeline,
     pub(super) accelerate: Pipeline,
     pub(super) smooth_vertices: Pipeline,
+    pub(super) climb_vertices: Pipeline,
 }
 
 impl Device {
@@ -69,7 +70,8 @@ impl Device {
         if let Some(message) = error {
             return Err(fail(message));
         }
-        let [edge_stiffness, relax_sweep, convergence, defect, transfer, accelerate, smooth_vertices] = pipelines;
+        let [edge_stiffness, relax_sweep, convergence, defect, transfer, accelerate, smooth_vertices, climb_vertices] =
+            pipelines;
         Ok(Self {
             max_chunk: bounds.matrix_bytes.unwrap_or(max_array).min(max_array),
             max_workgroups: bounds.workgroups.unwrap_or(u32::MAX).min(limits.max_compute_workgroups_per_dimension),
@@ -80,6 +82,7 @@ impl Device {
             transfer: transfer.map_err(fail)?,
             accelerate: accelerate.map_err(fail)?,
             smooth_vertices: smooth_vertices.map_err(fail)?,
+            climb_vertices: climb_vertices.map_err(fail)?,
             device,
             queue,
             failure,

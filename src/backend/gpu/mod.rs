@@ -16,10 +16,7 @@ use std::sync::Arc;
 pub use adapter::{Choice, adapters};
 use device::Device;
 
-use super::{
-    Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, NetworkData,
-    SmoothingData,
-};
+use super::{Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, NetworkData};
 
 /// Bounds tighter than the adapter's own, so that tests reach what otherwise only the largest meshes do.
 #[derive(Clone, Copy, Debug, Default)]
@@ -82,7 +79,7 @@ impl Backend for GpuBackend {
         Ok(Box::new(hierarchy::GpuHierarchy::new(Arc::clone(&self.device), levels)?))
     }
 
-    fn smoother(&self, data: &SmoothingData) -> Result<Box<dyn DeviceSmoother>, BackendError> {
-        Ok(Box::new(smoother::GpuSmoother::new(Arc::clone(&self.device), data)?))
+    fn smoother(&self) -> Box<dyn DeviceSmoother> {
+        Box::new(smoother::GpuSmoother::new(Arc::clone(&self.device)))
     }
 }

@@ -2,151 +2,160 @@
 
 use std::sync::Arc;
 
+use bytemuck::NoUninit;
 use glam::DVec3;
 use wgpu::{BindGroup, Buffer, BufferUsages, ComputePassDescriptor};
 
 use super::device::Device;
 use super::network::{SLOT, slots};
-use crate::backend::smoother::{PackedTets, tolerance};
-use crate::backend::{BackendError, Constraint, DeviceSmoother, SmoothingData, SmoothingSweeps};
-use crate::kernels::smooth_vertices::{PASSES, Params};
+use super::pipeline::Pipeline;
+use crate::backend::smoother::{PackedPatch, tolerance};
+use crate::backend::{BackendError, DeviceSmoother, Objective, Patch};
+use crate::kernels::{climb_vertices, smooth_vertices};
 
 /// Most dispatches in one submission: a submission of seconds would have a display's driver reset its GPU.
 const BATCH: usize = 256;
 
-/// A mesh in the GPU's memory. Buffers and bindings are made once.
+/// Smooths in the GPU's memory.
 pub(super) struct GpuSmoother {
     device: Arc<Device>,
-    packed: PackedTets<f32>,
-    vertices: Buffer,
-    constraint: Buffer,
-    base: Buffer,
-    correction: Buffer,
+    room: Option<Room>,
+}
+
+/// Buffers for patches up to a size, and what they are bound with.
+struct Room {
+    buffers: Vec<(&'static str, Buffer)>,
     staging: Buffer,
-    params: Option<Slots>,
-    /// All that does not change, by name.
-    constant: Vec<(&'static str, Buffer)>,
+    smooth_vertices: BindGroup,
+    climb_vertices: BindGroup,
+}
+
+impl Room {
+    fn new(device: &Device, sizes: &[(&'static str, u64)]) -> Self {
+        let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+        let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let buffer = |&(name, size): &(&'static str, u64)| {
+            // The next patch is often a little larger; but never more than a binding holds.
+            let size = size.next_power_of_two().min(device.max_array).max(size);
+            (name, device.buffer(name, size, if name == "params" { uniform } else { storage }))
+        };
+        let buffers: Vec<_> = sizes.iter().map(buffer).collect();
+        let named: Vec<_> = buffers.iter().map(|(name, buffer)| (*name, buffer)).collect();
+        let smooth_vertices = device.bind(&device.smooth_vertices, &named);
+        let climb_vertices = device.bind(&device.climb_vertices, &named);
+        let size = buffers.iter().find(|(name, _)| *name == "correction").map_or(0, |(_, buffer)| buffer.size());
+        let staging = device.buffer("staging", size, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        Self { buffers, staging, smooth_vertices, climb_vertices }
+    }
+
+    fn holds(&self, sizes: &[(&'static str, u64)]) -> bool {
+        self.buffers.iter().zip(sizes).all(|((_, buffer), (_, size))| buffer.size() >= *size)
+    }
+
+    fn buffer(&self, name: &str) -> &Buffer {
+        let found = self.buffers.iter().find(|(found, _)| *found == name);
+        found.map(|(_, buffer)| buffer).unwrap_or_else(|| panic!("no buffer for `{name}`"))
+    }
 }
 
 impl GpuSmoother {
-    pub(super) fn new(device: Arc<Device>, data: &SmoothingData) -> Result<Self, BackendError> {
-        let packed = PackedTets::new(data);
-        let tets = packed.tets();
-        let n_vertices = packed.n_vertices() as u64;
-        for bytes in [size_of_val(tets.base) as u64, size_of_val(tets.vertex_tets) as u64, 16 * n_vertices] {
-            device.fits(bytes, device.max_chunk)?;
+    pub(super) fn new(device: Arc<Device>) -> Self {
+        Self { device, room: None }
+    }
+
+    /// Dispatches the colours, over and over.
+    ///
+    /// - `params`: those of each colour
+    fn dispatch<P: NoUninit>(
+        &self,
+        (pipeline, group): (&Pipeline, &BindGroup),
+        params: impl Fn(u32, u32) -> P,
+        patch: &Patch,
+        count: usize,
+        room: &Room,
+    ) {
+        let of_colour = |colour: &std::ops::Range<u32>| params(colour.start, colour.end - colour.start);
+        self.device.write(room.buffer("params"), &slots(patch.colours.iter().map(of_colour)));
+        let dispatches: Vec<usize> = (0..count).flat_map(|_| 0..patch.colours.len()).collect();
+        for batch in dispatches.chunks(BATCH) {
+            let mut encoder = self.device.encoder();
+            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+            pass.set_pipeline(&pipeline.pipeline);
+            for &colour in batch {
+                pass.set_bind_group(0, group, &[(colour * SLOT) as u32]);
+                let (x, y) = self.device.workgroups(patch.colours[colour].len(), pipeline);
+                pass.dispatch_workgroups(x, y, 1);
+            }
+            drop(pass);
+            self.device.submit(encoder);
         }
-        device.rows_fit(tets.row_start, PASSES, "vertex")?;
-        let of_device = Arc::clone(&device);
-        of_device.guarded(|| {
-            let tets = packed.tets();
-            let constant = vec![
-                ("row_start", device.filled("row_start", tets.row_start)),
-                ("vertex_tets", device.filled("vertex_tets", tets.vertex_tets)),
-                ("tets", device.filled("tets", tets.tets)),
-                ("inverse_target", device.filled("inverse_target", tets.inverse_target)),
-            ];
-            let all = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-            let vertices = device.buffer("vertices", 4 * n_vertices, all);
-            let base = device.buffer("base", size_of_val(tets.base) as u64, all);
-            let correction = device.buffer("correction", 16 * n_vertices, all);
-            let constraint = device.filled("constraint", tets.constraint);
-            let staging = device.buffer("staging", 16 * n_vertices, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-            Ok(Self { vertices, constraint, base, correction, staging, params: None, constant, packed, device })
-        })
     }
-
-    /// Room for the parameters of this many dispatches.
-    fn slots(&mut self, n_dispatches: usize) -> &Slots {
-        let fitting = self.params.take().filter(|slots| slots.count >= n_dispatches);
-        let slots = fitting.unwrap_or_else(|| {
-            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-            let params = self.device.buffer("parameters", (n_dispatches * SLOT) as u64, usage);
-            let mut buffers = vec![
-                ("params", &params),
-                ("vertices", &self.vertices),
-                ("constraint", &self.constraint),
-                ("base", &self.base),
-                ("correction", &self.correction),
-            ];
-            buffers.extend(self.constant.iter().map(|(name, buffer)| (*name, buffer)));
-            let group = self.device.bind(&self.device.smooth_vertices, &buffers);
-            Slots { params, group, count: n_dispatches }
-        });
-        self.params.insert(slots)
-    }
-}
-
-/// Parameters of the colours' dispatches, and what they are bound with.
-struct Slots {
-    params: Buffer,
-    group: BindGroup,
-    count: usize,
 }
 
 impl DeviceSmoother for GpuSmoother {
-    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
-        self.packed.constrain(constraint);
-        self.device.guarded(|| {
-            self.device.write(&self.constraint, self.packed.tets().constraint);
-            Ok(())
-        })
-    }
-
-    fn start(&mut self, positions: &[DVec3]) -> Result<(), BackendError> {
-        self.packed.start(positions);
-        self.device.guarded(|| {
-            self.device.write(&self.base, self.packed.tets().base);
-            let mut encoder = self.device.encoder();
-            encoder.clear_buffer(&self.correction, 0, None);
-            self.device.submit(encoder);
-            Ok(())
-        })
-    }
-
-    fn sweep(&mut self, sweeps: &SmoothingSweeps) -> Result<(), BackendError> {
+    fn sweep(&mut self, patch: &Patch, objective: &Objective, count: usize) -> Result<Vec<DVec3>, BackendError> {
+        let packed = PackedPatch::<f32>::new(patch, objective);
+        let star = packed.star(patch);
+        let passes = match objective {
+            Objective::Shape { .. } => smooth_vertices::PASSES,
+            Objective::Beta { .. } => climb_vertices::PASSES,
+        };
+        self.device.rows_fit(star.row_start, passes, "vertex")?;
+        let correction = vec![[0f32; 4]; patch.positions.len()];
+        let sizes = [
+            ("row_start", size_of_val(star.row_start)),
+            ("vertex_tets", size_of_val(star.vertex_tets)),
+            ("tets", size_of_val(star.tets)),
+            ("base", size_of_val(star.base)),
+            ("constraint", size_of_val(star.constraint)),
+            ("reach", size_of_val(star.reach)),
+            ("correction", size_of_val(&correction[..])),
+            ("inverse_target", size_of_val(packed.inverse_target())),
+            ("params", patch.colours.len() * SLOT),
+        ]
+        .map(|(name, size)| (name, size as u64));
+        for (_, size) in sizes {
+            self.device.fits(size, self.device.max_chunk)?;
+        }
         let device = Arc::clone(&self.device);
-        let colours: Vec<&[u32]> =
-            sweeps.colours.iter().map(Vec::as_slice).filter(|colour| !colour.is_empty()).collect();
-        let mut first = 0;
-        let params = colours.iter().map(|colour| {
-            let params = Params {
-                first,
-                n_vertices: colour.len() as u32,
-                power: sweeps.power,
-                delta_squared: sweeps.delta_squared as f32,
-                tolerance: tolerance(f64::from(f32::EPSILON)) as f32,
-            };
-            first += params.n_vertices;
-            params
-        });
-        let params = slots(params);
-        device.guarded(|| {
-            device.write(&self.vertices, &colours.concat());
-            let slots = self.slots(colours.len());
-            device.write(&slots.params, &params);
-            let dispatches: Vec<usize> = (0..sweeps.count).flat_map(|_| 0..colours.len()).collect();
-            for batch in dispatches.chunks(BATCH) {
-                let mut encoder = device.encoder();
-                let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-                pass.set_pipeline(&device.smooth_vertices.pipeline);
-                for &colour in batch {
-                    pass.set_bind_group(0, &slots.group, &[(colour * SLOT) as u32]);
-                    let (x, y) = device.workgroups(colours[colour].len(), &device.smooth_vertices);
-                    pass.dispatch_workgroups(x, y, 1);
+        device
+            .guarded(|| {
+                let room = match self.room.take().filter(|room| room.holds(&sizes)) {
+                    Some(room) => room,
+                    None => Room::new(&device, &sizes),
+                };
+                device.write(room.buffer("row_start"), star.row_start);
+                device.write(room.buffer("vertex_tets"), star.vertex_tets);
+                device.write(room.buffer("tets"), star.tets);
+                device.write(room.buffer("base"), star.base);
+                device.write(room.buffer("constraint"), star.constraint);
+                device.write(room.buffer("reach"), star.reach);
+                device.write(room.buffer("correction"), &correction);
+                device.write(room.buffer("inverse_target"), packed.inverse_target());
+                match *objective {
+                    Objective::Shape { power, size, delta_squared, .. } => {
+                        let tolerance = tolerance(f64::from(f32::EPSILON)) as f32;
+                        let delta_squared = delta_squared as f32;
+                        let params = |first, n_vertices| smooth_vertices::Params {
+                            first,
+                            n_vertices,
+                            power,
+                            size,
+                            delta_squared,
+                            tolerance,
+                        };
+                        self.dispatch((&device.smooth_vertices, &room.smooth_vertices), params, patch, count, &room);
+                    }
+                    Objective::Beta { goal, gain } => {
+                        let (six_goal, gain) = ((6.0 * goal) as f32, gain as f32);
+                        let params = |first, n_vertices| climb_vertices::Params { first, n_vertices, six_goal, gain };
+                        self.dispatch((&device.climb_vertices, &room.climb_vertices), params, patch, count, &room);
+                    }
                 }
-                drop(pass);
-                device.submit(encoder);
-            }
-            Ok(())
-        })
-    }
-
-    fn correction(&mut self) -> Result<Vec<DVec3>, BackendError> {
-        let n_vertices = self.packed.n_vertices();
-        let encoder = self.device.encoder();
-        let correction: Vec<[f32; 4]> =
-            self.device.guarded(|| self.device.read(encoder, &self.correction, &self.staging, n_vertices))?;
-        Ok(self.packed.correction(&correction))
+                let found = device.read(device.encoder(), room.buffer("correction"), &room.staging, correction.len());
+                self.room = Some(room);
+                found
+            })
+            .map(|found: Vec<[f32; 4]>| packed.correction(&found))
     }
 }

@@ -1,0 +1,42 @@
+// What the kernels that move vertices within the tets around them share: its bindings, and vectors. Stands before
+// smooth_vertices.wgsl and climb_vertices.wgsl. Needs constraint.wgsl before it.
+
+// Where each moving vertex's tets start in `vertex_tets` [n_moving + 1].
+@group(0) @binding(1) var<storage, read> row_start: array<u32>;
+// Tets around each moving vertex, each entry tet * 4 + local vertex.
+@group(0) @binding(2) var<storage, read> vertex_tets: array<u32>;
+// Vertices of each tet [n_tets].
+@group(0) @binding(4) var<storage, read> tets: array<vec4<u32>>;
+// A matrix of each tet at zero correction [n_tets * 9], its columns one after another: see the kernels.
+@group(0) @binding(5) var<storage, read> base: array<f32>;
+// Per vertex [n_vertices], the moving ones first: how far it has moved since `base` was taken; w = 0.
+@group(0) @binding(6) var<storage, read_write> correction: array<vec4<f32>>;
+
+// Per moving vertex [n_moving]: it stays within w of xyz, counted as the correction is; w at most 1e18.
+@group(0) @binding(8) var<storage, read> reach: array<vec4<f32>>;
+
+const HALVINGS = 8u;
+
+fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+// The place nearest to `at` within the vertex's reach.
+fn within(vertex: u32, at: vec3<f32>) -> vec3<f32> {
+    let ball = reach[vertex];
+    let away = at - ball.xyz;
+    let squared = dot3(away, away);
+    if (squared > ball.w * ball.w) {
+        return ball.xyz + away * (ball.w / sqrt(squared));
+    }
+    return at;
+}
+
+fn column_of(tet: u32, column: u32) -> vec3<f32> {
+    let first = 9u * tet + 3u * column;
+    return vec3<f32>(base[first], base[first + 1u], base[first + 2u]);
+}

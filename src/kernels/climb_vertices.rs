@@ -1,0 +1,228 @@
+//! One step of the climb on beta at some vertices; twin of `kernels/climb_vertices.wgsl`.
+//!
+//! A vertex moves downhill on `E = sum over its tets of max(0, 1 - beta / goal)^4`, all others fixed. Tets above the goal
+//! do not count, and are not pushed below it for the sake of others; the power lets the worst count most. Climbing on
+//! the smallest beta around a vertex alone reaches the goal too, but lays many good tets down to its level: on a wing
+//! turned by 180 degrees the mean beta falls to 0.023, with the fourth power to 0.043. With the second power the
+//! smallest beta stops at a fifth of the goal.
+//!
+//! The paper measures beta (equation 1) and leaves the mesh as the springs made it.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::Real;
+use super::constraint::project;
+use super::star::{HALVINGS, Star, cross, difference, dot, scaled, sum};
+
+/// Parameters of one dispatch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Params {
+    /// The dispatch's first vertex.
+    pub first: u32,
+    /// Number of its vertices.
+    pub n_vertices: u32,
+    /// Six times the beta below which tets count: compilers may join constant factors, and round otherwise.
+    pub six_goal: f32,
+    /// A vertex stays where its step would lower `E` by less than this fraction.
+    pub gain: f32,
+}
+
+/// Most tets around a vertex times this many is what the loops of one invocation run over.
+pub const PASSES: u32 = 1 + HALVINGS;
+
+/// What is minimised.
+#[derive(Clone, Copy, Debug)]
+pub struct Objective<T> {
+    /// Six times the beta below which tets count.
+    pub six_goal: T,
+    /// A vertex stays where its step would lower `E` by less than this fraction.
+    pub gain: T,
+}
+
+/// Moves some vertices that share no tet, each against the gradient as its constraint allows, by a quarter of its
+/// shortest edge or the first half, quarter and so on of that which lowers `E`: tets that are not among the worst let
+/// no longer steps pass.
+///
+/// - `first`: the first of the vertices, which follow one another; none of them may be in a tet with another
+/// - `star`: its `base` holds each tet's edge vectors from its first vertex
+/// - `correction` `[n_vertices]`: where all vertices are, counted from where `base` was taken; the fourth component is
+///   not used
+/// - `moved` `[n]`: the new correction of each of them
+pub fn run<T: Real>(
+    first: usize,
+    star: &Star<T>,
+    objective: &Objective<T>,
+    correction: &[[T; 4]],
+    moved: &mut [[T; 4]],
+) {
+    let mut corners = Vec::new();
+    for (place, moved) in moved.iter_mut().enumerate() {
+        let vertex = first + place;
+        let at = correction[vertex];
+        corners.clear();
+        corners.extend(star.around(vertex).iter().map(|&entry| Corner::new(star, correction, entry)));
+        let new = step(vertex, star, &corners, objective, [at[0], at[1], at[2]]);
+        *moved = [new[0], new[1], new[2], T::ZERO];
+    }
+}
+
+fn step<T: Real>(vertex: usize, star: &Star<T>, corners: &[Corner<T>], objective: &Objective<T>, at: [T; 3]) -> [T; 3] {
+    let local = derivatives(corners, objective, at);
+    let direction = project(&star.constraint[vertex], local.uphill);
+    let length = dot(direction, direction).sqrt();
+    // False of a NaN too.
+    let leads_somewhere = length > T::ZERO;
+    if !leads_somewhere {
+        return at;
+    }
+    let mut step = scaled(direction, T::from_f64(0.25) * local.shortest.sqrt() / length);
+    let enough = local.energy - objective.gain * local.energy;
+    for _ in 0..HALVINGS {
+        let trial = star.within(vertex, sum(at, step));
+        if is_below(corners, objective, trial, enough) {
+            return trial;
+        }
+        step = scaled(step, T::from_f64(0.5));
+    }
+    at
+}
+
+/// `E` around a vertex and the way down from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Local<T> {
+    /// `E`.
+    pub energy: T,
+    /// Its gradient with respect to the vertex times `-6 goal / 4`.
+    pub uphill: [T; 3],
+    /// Square of the vertex's shortest edge.
+    pub shortest: T,
+}
+
+/// Whether `E` at `at` is below a bound. Its terms are not negative: the sum ends where it reaches the bound.
+fn is_below<T: Real>(corners: &[Corner<T>], objective: &Objective<T>, at: [T; 3], bound: T) -> bool {
+    let mut total = T::ZERO;
+    for corner in corners {
+        let short = corner.edges(at).shortfall(objective.six_goal);
+        let squared = short * short;
+        total = total + squared * squared;
+        // False of a NaN too.
+        let below = total < bound;
+        if !below {
+            return false;
+        }
+    }
+    true
+}
+
+/// `E` around a vertex at `at`, from its tets, and its gradient.
+pub fn derivatives<T: Real>(corners: &[Corner<T>], objective: &Objective<T>, at: [T; 3]) -> Local<T> {
+    let mut local = Local { energy: T::ZERO, uphill: [T::ZERO; 3], shortest: T::ZERO };
+    for (place, corner) in corners.iter().enumerate() {
+        let edges = corner.edges(at);
+        let short = edges.shortfall(objective.six_goal);
+        let squared = short * short;
+        local.energy = local.energy + squared * squared;
+        local.uphill = sum(local.uphill, scaled(edges.slope(), squared * short));
+        let own = edges.shortest();
+        if place == 0 || own < local.shortest {
+            local.shortest = own;
+        }
+    }
+    local
+}
+
+/// A tet as one of its vertices sees it, while that moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Corner<T> {
+    /// The vectors to the other three before any of the four moved, in an order that keeps the sign of the volume.
+    base: [[T; 3]; 3],
+    /// How far those three have moved.
+    others: [[T; 3]; 3],
+}
+
+impl<T: Real> Corner<T> {
+    /// The tet of an entry of [`Star::vertex_tets`].
+    #[inline(always)]
+    pub fn new(star: &Star<T>, correction: &[[T; 4]], entry: u32) -> Self {
+        let base = &star.base[entry as usize / 4];
+        let edge = |k: usize| [base[3 * k], base[3 * k + 1], base[3 * k + 2]];
+        let (a1, a2, a3) = (edge(0), edge(1), edge(2));
+        let negative = |v: [T; 3]| [-v[0], -v[1], -v[2]];
+        let [a, b, c, d] = star.tets[entry as usize / 4];
+        let (others, base) = match entry % 4 {
+            0 => ([b, c, d], [a1, a2, a3]),
+            1 => ([a, d, c], [negative(a1), difference(a3, a1), difference(a2, a1)]),
+            2 => ([a, b, d], [negative(a2), difference(a1, a2), difference(a3, a2)]),
+            _ => ([a, c, b], [negative(a3), difference(a2, a3), difference(a1, a3)]),
+        };
+        let point = |vertex: u32| {
+            let c = &correction[vertex as usize];
+            [c[0], c[1], c[2]]
+        };
+        Self { base, others: [point(others[0]), point(others[1]), point(others[2])] }
+    }
+
+    #[inline(always)]
+    fn edges(&self, at: [T; 3]) -> Edges<T> {
+        let to = |k: usize| sum(self.base[k], difference(self.others[k], at));
+        let (u, v, w) = (to(0), to(1), to(2));
+        let opposite = longer(longer(difference(v, u), difference(w, v)), difference(u, w));
+        let longest = longer(longer(longer(u, v), w), opposite);
+        Edges { u, v, w, longest: dot(longest, longest) }
+    }
+}
+
+/// A tet as one of its vertices sees it.
+struct Edges<T> {
+    /// The vectors to the other three.
+    u: [T; 3],
+    v: [T; 3],
+    w: [T; 3],
+    /// Squared length of the longest edge of all.
+    longest: T,
+}
+
+impl<T: Real> Edges<T> {
+    /// Six times beta, the signed volume over the cube of the longest edge; by lengths over that edge: they stay inside
+    /// f32.
+    #[inline(always)]
+    fn six_beta(&self) -> T {
+        let shrink = T::ONE / self.longest.sqrt();
+        let (u, v, w) = (scaled(self.u, shrink), scaled(self.v, shrink), scaled(self.w, shrink));
+        dot(cross(u, v), w)
+    }
+
+    /// `max(0, 1 - beta / goal)`. A NaN stays one.
+    #[inline(always)]
+    fn shortfall(&self, six_goal: T) -> T {
+        let short = T::ONE - self.six_beta() / six_goal;
+        if short < T::ZERO { T::ZERO } else { short }
+    }
+
+    /// Squared length of the shortest edge at the vertex.
+    #[inline(always)]
+    fn shortest(&self) -> T {
+        let lesser = |a: T, b: T| if b < a { b } else { a };
+        lesser(lesser(dot(self.u, self.u), dot(self.v, self.v)), dot(self.w, self.w))
+    }
+
+    /// Gradient of six times beta with respect to the vertex.
+    #[inline(always)]
+    fn slope(&self) -> [T; 3] {
+        let shrink = T::ONE / self.longest.sqrt();
+        let (along, across) = (difference(self.w, self.u), difference(self.v, self.u));
+        let of_volume = scaled(cross(scaled(along, shrink), scaled(across, shrink)), shrink);
+        let own = longer(longer(self.u, self.v), self.w);
+        if dot(own, own) < self.longest {
+            return of_volume;
+        }
+        sum(of_volume, scaled(scaled(own, shrink), T::from_f64(3.0) * self.six_beta() * shrink))
+    }
+}
+
+/// The longer of two edges.
+#[inline(always)]
+fn longer<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    if dot(b, b) > dot(a, a) { b } else { a }
+}
