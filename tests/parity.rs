@@ -6,10 +6,11 @@
 
 mod common;
 
+use common::adapter::gpu;
 use common::brick::{Brick, noise, noise_vector};
 use common::{Mismatch, Network, as_vectors, compare, compare_by};
 use glam::DVec3;
-use idmesh::backend::gpu::{Bounds, Choice, GpuBackend};
+use idmesh::backend::gpu::Bounds;
 use idmesh::backend::{
     Backend, BackendError, Constraint, CpuBackend, DeviceNetwork, Length, Measure, Precision, Selection, Sweep,
     Torsion, adapters, select,
@@ -31,19 +32,6 @@ const SWEEPS: [Sweep; 8] = [
     Sweep { relaxation: 0.95, momentum: 0.25 },
     Sweep { relaxation: 0.85, momentum: 0.3 },
 ];
-
-/// The adapter under test; none where the user said so.
-fn gpu(bounds: Bounds) -> Option<GpuBackend> {
-    if std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off") {
-        let thread = std::thread::current();
-        eprintln!("SKIPPED by IDMESH_TEST_GPU=off: {}", thread.name().unwrap_or("a GPU test"));
-        return None;
-    }
-    match GpuBackend::with_bounds(Choice::Any, bounds) {
-        Ok(backend) => Some(backend),
-        Err(error) => panic!("{error}; to go without, set IDMESH_TEST_GPU=off"),
-    }
-}
 
 /// A network with everything in it: boundary-layer tets, all four constraints, anchors, rows of many lengths, one
 /// without stiffness.

@@ -8,29 +8,17 @@ mod common;
 #[path = "common/patches.rs"]
 mod patches;
 
+use common::adapter::gpu;
 use common::brick::{Brick, noise_vector};
 use common::compare;
 use glam::DVec3;
-use idmesh::backend::gpu::{Bounds, Choice, GpuBackend};
+use idmesh::backend::gpu::Bounds;
 use idmesh::backend::{Backend, BackendError, Ball, Constraint, CpuBackend, Objective, Precision};
 use idmesh::quality::{Statistics, betas, volume};
 use idmesh::smoothing::{Goal, Smoother, Target, inverse_targets};
 use patches::Whole;
 
 const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
-
-/// The adapter under test; none where the user said so.
-fn gpu(bounds: Bounds) -> Option<GpuBackend> {
-    if std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off") {
-        let thread = std::thread::current();
-        eprintln!("SKIPPED by IDMESH_TEST_GPU=off: {}", thread.name().unwrap_or("a GPU test"));
-        return None;
-    }
-    match GpuBackend::with_bounds(Choice::Any, bounds) {
-        Ok(backend) => Some(backend),
-        Err(error) => panic!("{error}; to go without, set IDMESH_TEST_GPU=off"),
-    }
-}
 
 /// All four constraints, other ones each round; boundary held.
 fn constraints(mesh: &Brick, round: usize) -> Vec<Constraint> {
