@@ -96,8 +96,8 @@ pub struct Outcome {
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`faults::folded`].
     pub folded: BTreeMap<String, usize>,
-    /// Surface triangles that the moved surface passes through, and did not before, ascending. Where there are any, the
-    /// mesh overlaps itself even if no tet is inverted.
+    /// Triangles of [`Topology::surface`] that the moved surface passes through, and did not before, ascending. Where
+    /// there are any, the mesh overlaps itself even if no tet is inverted.
     pub pierced: Vec<u32>,
 }
 
@@ -169,12 +169,13 @@ impl Mover {
     /// # Errors
     /// The mesh is not valid, its roles or old profiles do not fit it, or the backend failed.
     pub fn new(
-        mesh: TetMesh,
+        mut mesh: TetMesh,
         settings: Settings,
         backend: Arc<dyn Backend>,
         observer: &dyn Fn(&str),
     ) -> Result<Self, MoveError> {
         observer("topology");
+        mesh.turn_tets();
         let topology = mesh::validate(&mesh)?;
         let surface = &topology.surface;
         let Settings { roles, old_profiles, springs, method, accuracy, quality, max_steps } = settings;
@@ -208,7 +209,7 @@ impl Mover {
         })
     }
 
-    /// The undeformed mesh.
+    /// The undeformed mesh, its tets turned as by [`TetMesh::turn_tets`].
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
     }

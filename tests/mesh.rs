@@ -73,6 +73,38 @@ fn surface_is_oriented_from_the_tets() {
     }
 }
 
+/// One mesh as two files may list it: other triangles first, begun and turned otherwise, and tets begun at any vertex.
+#[test]
+fn order_of_the_file_does_not_matter() {
+    let mut mesh = brick(3);
+    let mut other = mesh.clone();
+    let n = mesh.triangles.len();
+    other.triangles = (0..n).map(|at| mesh.triangles[7 * at % n]).collect();
+    other.triangle_family = (0..n).map(|at| mesh.triangle_family[7 * at % n]).collect();
+    other.triangles.iter_mut().enumerate().for_each(|(at, triangle)| triangle.rotate_left(at % 3));
+    other.triangles.iter_mut().step_by(2).for_each(|triangle| triangle.swap(0, 1));
+    for (at, tet) in other.tets.iter_mut().enumerate() {
+        let [a, b, c, d] = *tet;
+        *tet = [[b, a, d, c], [c, d, a, b], [d, c, b, a], [a, c, d, b], [a, d, b, c]][at % 5];
+    }
+    let before = mesh.tets.clone();
+    mesh.turn_tets();
+    other.turn_tets();
+    assert_eq!(mesh.tets, other.tets);
+    let at = |vertex: u32| mesh.vertices[vertex as usize];
+    for (tet, before) in mesh.tets.iter().zip(before) {
+        assert!(tet[0] < tet[1] && tet[1] < tet[2].min(tet[3]) && before.iter().all(|vertex| tet.contains(vertex)));
+        assert!(quality::volume(tet.map(at)) > 0.0);
+    }
+    let [surface, same] = [&mesh, &other].map(|mesh| validate(mesh).unwrap().surface);
+    assert_eq!((&surface.triangles, &surface.family), (&same.triangles, &same.family));
+    assert_eq!(surface.opposite, same.opposite);
+    for (triangle, &family) in surface.triangles.iter().zip(&surface.family) {
+        let of_file = other.triangles.iter().position(|other| triangle.iter().all(|vertex| other.contains(vertex)));
+        assert_eq!(other.triangle_family[of_file.unwrap()], family);
+    }
+}
+
 #[test]
 fn families_have_their_triangles_vertices_and_curves() {
     let n = 4;

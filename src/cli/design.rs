@@ -71,7 +71,7 @@ impl<'a> Ready<'a> {
 
         let write = Instant::now();
         console.step("writing");
-        let written = targets.write_meshes(job, &outcome)?;
+        let written = targets.write_meshes(&self.mover, job, &outcome)?;
         let write = write.elapsed().as_secs_f64();
         if let Some(path) = &targets.histogram {
             let series = [
@@ -208,7 +208,7 @@ impl Targets {
     }
 
     /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and what is wrong alone.
-    fn write_meshes(&self, job: &Job, outcome: &Outcome) -> Result<Vec<PathBuf>, Failure> {
+    fn write_meshes(&self, mover: &Mover, job: &Job, outcome: &Outcome) -> Result<Vec<PathBuf>, Failure> {
         let lost = outcome.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
         if lost > 0 {
             let message = format!("not converged: {lost} vertices have no finite position; no mesh was written");
@@ -224,7 +224,7 @@ impl Targets {
         if (outcome.inverted > 0 || !outcome.pierced.is_empty())
             && let Some(first) = self.meshes.first()
         {
-            written.push(inverted::write_inverted(first, job, outcome)?);
+            written.push(inverted::write_inverted(first, mover, outcome)?);
         }
         Ok(written)
     }

@@ -18,15 +18,15 @@ use crate::report::StageName;
 ///
 /// # Errors
 /// The file cannot be written.
-pub(super) fn write_inverted(output: &Path, job: &Job, outcome: &Outcome) -> Result<PathBuf, Failure> {
+pub(super) fn write_inverted(output: &Path, mover: &Mover, outcome: &Outcome) -> Result<PathBuf, Failure> {
     let path = outputs::inverted_name(output);
-    let all = &job.file.mesh.tets;
-    let mesh = &job.file.mesh;
+    let all = &mover.mesh().tets;
+    let triangles = &mover.topology().surface.triangles;
     let shown = if outcome.inverted > 0 {
         faults::around(all, outcome.vertices.len(), &faults::inverted(&outcome.beta))
     } else {
         let mut at_pierced: Vec<u32> =
-            outcome.pierced.iter().flat_map(|&triangle| mesh.triangles[triangle as usize]).collect();
+            outcome.pierced.iter().flat_map(|&triangle| triangles[triangle as usize]).collect();
         at_pierced.sort_unstable();
         let touches = |tet: &[u32; 4]| tet.iter().any(|vertex| at_pierced.binary_search(vertex).is_ok());
         (0..all.len() as u32).filter(|&tet| touches(&all[tet as usize])).collect()

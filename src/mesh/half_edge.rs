@@ -1,14 +1,15 @@
 //! Surface half-edge structure (SHE): the oriented boundary triangles, their neighbours and their families.
 //!
 //! Array-based: half-edge `3 * triangle + k` runs from the triangle's vertex `k` to the next one. Files come with mixed
-//! orientation, so the triangles are turned here: their normal points into the tets, that is *out of the body*. The
+//! orientation, so the triangles are turned here: their normal points into the tets, that is *out of the body*. Formats
+//! also list them in different orders, family by family or not, so they are sorted, and one mesh gives one surface. The
 //! paper (section 4) asks of SHE the traversal of a family's triangles, vertices and boundary curves.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::{FamilyId, MeshError, TetMesh, csr::Csr, half_face};
+use super::{FamilyId, MeshError, TetMesh, csr::Csr, half_face, lowest_of};
 
 /// A run of boundary edges of a family with the same family on the other side.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +24,8 @@ pub struct Curve {
 /// The oriented boundary surface.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Vertices of each triangle `[n_triangles]`, in the file's order of triangles, normal out of the body.
+    /// Vertices of each triangle `[n_triangles]`, the lowest first, normal out of the body; ascending, not in the file's
+    /// order.
     pub triangles: Vec<[u32; 3]>,
     /// Family of each triangle `[n_triangles]`.
     pub family: Vec<FamilyId>,
@@ -38,12 +40,14 @@ impl Surface {
     /// # Errors
     /// The triangles are not exactly the boundary of the tets, or three or more of them meet in an edge.
     pub fn new(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Self, MeshError> {
-        let triangles = oriented_triangles(mesh, faces)?;
+        let mut sorted: Vec<_> =
+            oriented_triangles(mesh, faces)?.into_iter().zip(mesh.triangle_family.iter().copied()).collect();
+        sorted.sort_unstable();
+        let (triangles, family): (Vec<_>, Vec<FamilyId>) = sorted.into_iter().unzip();
         let opposite = join_edges(mesh, &triangles)?;
-        let pairs =
-            mesh.triangle_family.iter().enumerate().map(|(triangle, family)| (family.0 as u32, triangle as u32));
+        let pairs = family.iter().enumerate().map(|(triangle, family)| (family.0 as u32, triangle as u32));
         let of_family = Csr::from_pairs(mesh.families.len(), pairs);
-        Ok(Self { triangles, family: mesh.triangle_family.clone(), opposite, of_family })
+        Ok(Self { triangles, family, opposite, of_family })
     }
 
     /// The triangles of a family, ascending.
@@ -154,6 +158,7 @@ pub fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
+/// The mesh's triangles in their order, each from its lowest vertex, normal out of the body.
 fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Vec<[u32; 3]>, MeshError> {
     let sorted = |mut triangle: [u32; 3]| {
         triangle.sort_unstable();
@@ -172,7 +177,10 @@ fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Ve
                 *taken = true;
                 // A tet's faces look out of the fluid; the surface looks out of the body.
                 let [a, b, c] = half_face::face_vertices(mesh, *half_face);
-                triangles.push([a, c, b]);
+                let mut outward = [a, c, b];
+                let lowest = lowest_of(&outward);
+                outward.rotate_left(lowest);
+                triangles.push(outward);
             }
             None => stray.push(index as u32),
         }

@@ -48,4 +48,27 @@ impl TetMesh {
     pub fn family(&self, name: &str) -> Option<FamilyId> {
         self.families.iter().position(|family| family == name).map(|index| FamilyId(index as u16))
     }
+
+    /// Turns every tet so that its two lowest vertices come first, ascending; its orientation stays.
+    ///
+    /// Formats begin a tet with different vertices, and OpenFOAM keeps only its faces: turned, a mesh gives the same sums
+    /// to the last bit whatever file it came from.
+    pub fn turn_tets(&mut self) {
+        for tet in &mut self.tets {
+            // Two swaps of vertices keep the orientation.
+            match lowest_of(tet) {
+                0 => {}
+                1 => *tet = [tet[1], tet[0], tet[3], tet[2]],
+                2 => *tet = [tet[2], tet[3], tet[0], tet[1]],
+                _ => *tet = [tet[3], tet[2], tet[1], tet[0]],
+            }
+            let second = lowest_of(&tet[1..]);
+            tet[1..].rotate_left(second);
+        }
+    }
+}
+
+/// The place of the lowest of a cell's or face's vertices.
+fn lowest_of(vertices: &[u32]) -> usize {
+    (0..vertices.len()).min_by_key(|&place| vertices[place]).unwrap_or(0)
 }

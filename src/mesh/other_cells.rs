@@ -1,6 +1,6 @@
 //! Cells and boundary faces of other shapes than tets and triangles, and the tets they split into.
 
-use super::FamilyId;
+use super::{FamilyId, lowest_of};
 
 /// The pyramids, prisms, hexahedra and boundary quadrilaterals of a mesh, beside the tets and triangles of its
 /// [`super::TetMesh`], whose vertices and families they name.
@@ -78,8 +78,7 @@ pub fn cell_faces(n_vertices: usize) -> &'static [&'static [usize]] {
 
 /// Joins the lowest vertex of a cell to the triangles of the faces that do not touch it.
 fn split(cell: &[u32], faces: Faces, tets: &mut Vec<[u32; 4]>) {
-    let lowest = |corners: &[u32]| (0..corners.len()).min_by_key(|&corner| corners[corner]).unwrap_or(0);
-    let apex = cell[lowest(cell)];
+    let apex = cell[lowest_of(cell)];
     for face in faces {
         let mut corners = [0; 4];
         let corners = &mut corners[..face.len()];
@@ -87,7 +86,7 @@ fn split(cell: &[u32], faces: Faces, tets: &mut Vec<[u32; 4]>) {
         if corners.contains(&apex) {
             continue;
         }
-        corners.rotate_left(lowest(corners));
+        corners.rotate_left(lowest_of(corners));
         // Seen from inside, the outward triangle turns the other way: its normal points at the apex.
         for pair in corners[1..].windows(2) {
             tets.push([corners[0], pair[1], pair[0], apex]);

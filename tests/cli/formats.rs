@@ -25,7 +25,7 @@ const ROLES: [(&str, &str); 6] = [
 type FamilyName = fn(usize, &str) -> String;
 
 /// What `small.vtu` is converted to, and what its families are called there.
-const CONVERTED: [(&str, FamilyName); 9] = [
+const CONVERTED: [(&str, FamilyName); 10] = [
     ("a.msh", numbered),
     ("a.su2", joined),
     ("a.vtu.gz", numbered),
@@ -35,13 +35,16 @@ const CONVERTED: [(&str, FamilyName); 9] = [
     ("a.ugrid.gz", joined),
     ("a.mesh", numbered),
     ("a.meshb", numbered),
+    ("polyMesh", joined),
 ];
 
-/// A case for the mesh `small` in some format, with the moved mesh in the same format.
-fn case(mesh: &Path, output: &str, family: impl Fn(usize, &str) -> String) -> String {
+/// A case for a half aircraft in some format, with the moved mesh in the same format.
+///
+/// - `profiles`: the keys `new` and `old` with their files
+fn case(profiles: &[(&str, PathBuf); 2], mesh: &Path, output: &str, family: FamilyName) -> String {
     let mut text = format!("mesh = {mesh:?}\n[profiles.\"{}\"]\n", family(0, "wing"));
-    for key in ["new", "old"] {
-        text += &format!("{key} = {:?}\n", data(&format!("profiles/{}_2.csv", key.replace("new", "planform"))));
+    for (key, path) in profiles {
+        text += &format!("{key} = {path:?}\n");
     }
     for (index, (name, role)) in ROLES.iter().enumerate() {
         text += &format!("[family.\"{}\"]\nrole = \"{role}\"\n", family(index, name));
@@ -49,9 +52,25 @@ fn case(mesh: &Path, output: &str, family: impl Fn(usize, &str) -> String) -> St
     text + &format!("[output]\nmesh = \"{output}\"\n")
 }
 
-/// Moves the mesh of a file, and gives its vertices before and after.
-fn moved(fixture: &Fixture, mesh: &Path, output: &str, family: impl Fn(usize, &str) -> String) -> [Vec<DVec3>; 2] {
-    fixture.write("case.toml", &case(mesh, output, family));
+/// New and old profiles of the mesh `small`.
+fn small_profiles() -> [(&'static str, PathBuf); 2] {
+    [("new", data("profiles/planform_2.csv")), ("old", data("profiles/old_2.csv"))]
+}
+
+/// Moves the mesh `small` of a file, and gives its vertices before and after.
+fn moved(fixture: &Fixture, mesh: &Path, output: &str, family: FamilyName) -> [Vec<DVec3>; 2] {
+    moved_to(fixture, &small_profiles(), mesh, output, family)
+}
+
+/// Moves the mesh of a file to new profiles, and gives its vertices before and after.
+fn moved_to(
+    fixture: &Fixture,
+    profiles: &[(&str, PathBuf); 2],
+    mesh: &Path,
+    output: &str,
+    family: FamilyName,
+) -> [Vec<DVec3>; 2] {
+    fixture.write("case.toml", &case(profiles, mesh, output, family));
     assert_good(&fixture.run());
     let before = formats::read(mesh).unwrap().mesh;
     let after = formats::read(&fixture.path(output)).unwrap().mesh;
@@ -73,31 +92,48 @@ fn numbered(index: usize, _: &str) -> String {
     format!("surface {}", index + 1)
 }
 
-/// The same mesh as gmsh and meshio wrote it, with the same numbers of vertices and tets, gives the same motion: but for
-/// rounding, since the order of triangles differs, and text files of gmsh hold 16 digits.
+/// The same mesh as gmsh and meshio wrote it, with the same vertices and tets and the triangles in another order, gives the
+/// same motion to the last bit of what the files hold: 16 digits in Gmsh's text.
 #[test]
 fn one_motion_comes_out_of_every_program_s_files() {
     let fixture = Fixture::new();
-    let [start, reference] = moved(&fixture, &data("small.msh.gz"), "moved.msh", named);
-    let files = [
-        moved(&fixture, &data("small.v22.msh.gz"), "moved.v22.msh", named),
-        moved(&fixture, &data("small.su2.gz"), "moved.su2", named),
-        moved(&fixture, &data("small.vtu"), "moved.vtu", numbered),
-    ];
-    for [before, after] in &files {
-        let close = |a: &[DVec3], b: &[DVec3], exact| a.iter().zip(b).all(|(a, b)| a.abs_diff_eq(*b, exact));
-        assert!(close(before, &start, 1e-14) && close(after, &reference, 1e-11));
+    let reference = moved(&fixture, &data("small.msh.gz"), "moved.msh", named);
+    assert!(moved(&fixture, &data("small.su2.gz"), "moved.su2", named) == reference, "SU2");
+    assert!(moved(&fixture, &data("small.vtu"), "moved.vtu", numbered) == reference, "VTU");
+    let digits = moved(&fixture, &data("small.v22.msh.gz"), "moved.v22.msh", named);
+    for ((a, b), tolerance) in digits.iter().zip(&reference).zip([1e-14, 1e-11]) {
+        assert!(a.iter().zip(b).all(|(a, b)| a.abs_diff_eq(*b, tolerance)));
     }
 }
 
-/// Converted, the mesh also keeps its order, and the motion its bits.
+/// Converted, the mesh also keeps its motion to the bit, in files that list triangles family by family and in those that
+/// keep the faces of tets only.
 #[test]
 fn one_motion_comes_out_of_every_format() {
     let fixture = Fixture::new();
+    std::fs::create_dir(fixture.path("moved")).unwrap();
     let reference = moved(&fixture, &data("small.vtu"), "moved.vtu", numbered);
     for (name, family) in CONVERTED {
         assert_good(&fixture.idmesh(&["convert", data("small.vtu").to_str().unwrap(), name]));
-        assert!(moved(&fixture, &fixture.path(name), &format!("moved.{name}"), family) == reference, "{name}");
+        assert!(moved(&fixture, &fixture.path(name), &format!("moved/{name}"), family) == reference, "{name}");
+    }
+}
+
+/// The example, whose triangles gmsh lists by surface, not by vertex.
+#[test]
+fn the_example_moves_alike_from_every_kind_of_file() {
+    let fixture = Fixture::new();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/wing-body");
+    std::fs::create_dir(fixture.path("moved")).unwrap();
+    let profiles = ["new", "old"].map(|key| (key, example.join(format!("{key}.csv"))));
+    let mesh = example.join("wing-body.msh.gz");
+    let reference = moved_to(&fixture, &profiles, &mesh, "moved/a.msh", named);
+    let files: [(&str, FamilyName); 5] =
+        [("a.su2", named), ("a.vtu", named), ("a.lb8.ugrid", named), ("a.meshb", numbered), ("polyMesh", named)];
+    for (name, family) in files {
+        assert_good(&fixture.idmesh(&["convert", mesh.to_str().unwrap(), name]));
+        let moved = moved_to(&fixture, &profiles, &fixture.path(name), &format!("moved/{name}"), family);
+        assert!(moved == reference, "{name}");
     }
 }
 
@@ -186,13 +222,13 @@ fn openfoam_folders_are_moved() {
     assert_good(&fixture.idmesh(&["convert", data("small.msh.gz").to_str().unwrap(), "polyMesh"]));
     std::fs::create_dir(fixture.path("moved")).unwrap();
     let mesh = fixture.path("polyMesh");
-    fixture.write("case.toml", &case(&mesh, "moved/polyMesh", named));
+    fixture.write("case.toml", &case(&small_profiles(), &mesh, "moved/polyMesh", named));
     assert_good(&fixture.run());
     let before = formats::read(&mesh).unwrap().mesh;
     let after = formats::read(&fixture.path("moved/polyMesh")).unwrap().mesh;
     assert_eq!((&after.tets, &after.triangles, &after.families), (&before.tets, &before.triangles, &before.families));
     assert!(after.vertices.iter().zip(&before.vertices).filter(|(a, b)| a != b).count() > 500);
-    fixture.write("case.toml", &case(&mesh, "polyMesh/points", named));
+    fixture.write("case.toml", &case(&small_profiles(), &mesh, "polyMesh/points", named));
     fixture.refuses(3, &["would overwrite the input"]);
     assert_eq!(formats::read(&mesh).unwrap().mesh.vertices, before.vertices);
 }
