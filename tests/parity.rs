@@ -10,7 +10,7 @@ use common::adapter::gpu;
 use common::brick::{Brick, noise, noise_vector};
 use common::{Mismatch, Network, as_vectors, compare, compare_by};
 use glam::DVec3;
-use idmesh::backend::gpu::Bounds;
+use idmesh::backend::gpu::{Bounds, GpuBackend};
 use idmesh::backend::{
     Backend, BackendError, Constraint, CpuBackend, DeviceNetwork, Length, Measure, Precision, Selection, Sweep,
     Torsion, adapters, select,
