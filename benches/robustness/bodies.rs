@@ -1,15 +1,11 @@
 //! What moves, and how: a body of which every vertex is prescribed, or a wing that follows profiles.
 
-use std::path::Path;
-
 use idmesh::{
     mesh::TetMesh,
     mover::{Design, Mover, Settings},
     smoothing::Target,
     springs::Springs,
 };
-
-use crate::common::Failure;
 
 /// One kind of motion, from small to absurd.
 pub struct Kind {
@@ -40,15 +36,4 @@ pub trait Body {
 
     /// The design that makes so much of the motion number `kind`.
     fn design(&self, mover: &Mover, kind: usize, amount: f64) -> Design;
-}
-
-/// The body that the file names: a case, or a mesh of which the family of that name moves.
-///
-/// # Errors
-/// A file cannot be read, or there is no such body.
-pub fn body(path: &Path, family: Option<&str>) -> Result<Box<dyn Body>, Failure> {
-    Ok(match family {
-        Some(family) => Box::new(crate::prescribed::Prescribed::read(path, family)?),
-        None => Box::new(crate::sections::Sections::read(path)?),
-    })
 }

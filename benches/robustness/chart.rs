@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::{Run, TARGETS, bodies::Kind};
+use crate::{
+    bodies::Kind,
+    runs::{Run, TARGETS},
+};
 
 const PANEL: f64 = 300.0;
 const HEIGHT: f64 = 400.0;

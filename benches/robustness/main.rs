@@ -10,6 +10,7 @@ mod chart;
 #[path = "../common/mod.rs"]
 mod common;
 mod prescribed;
+mod runs;
 mod sections;
 
 use std::{
@@ -25,25 +26,8 @@ use idmesh::{
     backend::{self, Selection},
     mover::Mover,
     quality::{Statistics, betas},
-    smoothing::Target,
 };
-
-/// The targets of local optimisation, as a case calls them.
-const TARGETS: [(&str, Option<Target>); 3] =
-    [("off", None), ("original", Some(Target::Original)), ("improve", Some(Target::Improve))];
-
-/// What one motion came to.
-struct Run {
-    kind: usize,
-    amount: f64,
-    target: usize,
-    inverted: usize,
-    folded: usize,
-    pierced: usize,
-    worst: f64,
-    mean: f64,
-    seconds: f64,
-}
+use runs::{Run, TARGETS};
 
 struct Arguments {
     /// A file each, with the family that moves, or a case.
@@ -83,7 +67,7 @@ fn run() -> Result<(), Failure> {
     let Arguments { bodies, charts } = arguments()?;
     print_machine(&[backend::select(Selection::Cpu)?.info()]);
     for (path, family) in bodies {
-        let body = bodies::body(&path, family.as_deref())?;
+        let body = body(&path, family.as_deref())?;
         let name = name(&path)?;
         let original = Statistics::new(&betas(&body.mesh().vertices, &body.mesh().tets));
         println!(
@@ -107,6 +91,14 @@ fn run() -> Result<(), Failure> {
         eprintln!("chart: {}", svg.display());
     }
     Ok(())
+}
+
+/// The body that the file names: a case, or a mesh of which the family of that name moves.
+fn body(path: &Path, family: Option<&str>) -> Result<Box<dyn Body>, Failure> {
+    Ok(match family {
+        Some(family) => Box::new(prescribed::Prescribed::read(path, family)?),
+        None => Box::new(sections::Sections::read(path)?),
+    })
 }
 
 /// What to call a body: its mesh without extensions, its case's folder.
