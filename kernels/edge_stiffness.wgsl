@@ -25,14 +25,30 @@ struct Params {
 // 1 / sin^2 of a dihedral angle counts at most this much: sin^2 is clamped below at 1e-6, also in a flat tet.
 const LARGEST = 1e6;
 
-// For local edge ij the local edges ik il jk jl kl, with k < l the other two vertices.
-const AROUND = array<array<u32, 5>, 6>(
-    array<u32, 5>(1u, 2u, 3u, 4u, 5u),
-    array<u32, 5>(0u, 2u, 3u, 5u, 4u),
-    array<u32, 5>(0u, 1u, 4u, 5u, 3u),
-    array<u32, 5>(0u, 4u, 1u, 5u, 2u),
-    array<u32, 5>(0u, 3u, 2u, 5u, 1u),
-    array<u32, 5>(1u, 3u, 2u, 4u, 0u),
+// Local vertices of each local edge; that with number 5 - local has the other two.
+const ENDS = array<array<u32, 2>, 6>(
+    array<u32, 2>(0u, 1u),
+    array<u32, 2>(0u, 2u),
+    array<u32, 2>(0u, 3u),
+    array<u32, 2>(1u, 2u),
+    array<u32, 2>(1u, 3u),
+    array<u32, 2>(2u, 3u),
+);
+
+// Local edges of the face opposite each local vertex.
+const FACE = array<array<u32, 3>, 4>(
+    array<u32, 3>(3u, 4u, 5u),
+    array<u32, 3>(1u, 2u, 5u),
+    array<u32, 3>(0u, 2u, 4u),
+    array<u32, 3>(0u, 1u, 3u),
+);
+
+// Local edges at each local vertex.
+const STAR = array<array<u32, 3>, 4>(
+    array<u32, 3>(0u, 1u, 2u),
+    array<u32, 3>(0u, 3u, 4u),
+    array<u32, 3>(1u, 3u, 5u),
+    array<u32, 3>(2u, 4u, 5u),
 );
 
 fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
@@ -71,46 +87,37 @@ fn shortest(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     return c;
 }
 
-fn vector(tet: u32, local: u32) -> vec3<f32> {
-    return edge_vector[tet_edges[tet * 6u + local] / 2u].xyz;
-}
-
 // 1 / sin^2 of the dihedral angle that faces an edge of a tet: the angle at the opposite edge.
 //
 // For edge ij and opposite edge kl: sin^2 = 36 V^2 l_kl^2 / (S_i S_j), S_i = 4 A_i^2 of the face opposite i. Squares
 // only, so the direction in which an edge is stored does not matter.
 fn inverse_sin_squared(entry: u32) -> f32 {
-    let tet = entry / 6u;
     let local = entry % 6u;
-    var ij = vector(tet, local);
-    var ik = vector(tet, AROUND[local][0]);
-    var il = vector(tet, AROUND[local][1]);
-    var jk = vector(tet, AROUND[local][2]);
-    var jl = vector(tet, AROUND[local][3]);
-    var kl = vector(tet, AROUND[local][4]);
+    let first = entry - local;
+    var vectors: array<vec3<f32>, 6>;
     // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.
-    var longest = dot3(ij, ij);
-    longest = max(longest, dot3(ik, ik));
-    longest = max(longest, dot3(il, il));
-    longest = max(longest, dot3(jk, jk));
-    longest = max(longest, dot3(jl, jl));
-    longest = max(longest, dot3(kl, kl));
+    var longest = 0.0;
+    for (var k = 0u; k < 6u; k++) {
+        vectors[k] = edge_vector[tet_edges[first + k] / 2u].xyz;
+        longest = max(longest, dot3(vectors[k], vectors[k]));
+    }
     if (longest == 0.0) {
         return LARGEST;
     }
     let scale = 1.0 / sqrt(longest);
-    ij *= scale;
-    ik *= scale;
-    il *= scale;
-    jk *= scale;
-    jl *= scale;
-    kl *= scale;
-    let normal_i = area_vector(jk, jl, kl);
-    let normal_j = area_vector(ik, il, kl);
+    for (var k = 0u; k < 6u; k++) {
+        vectors[k] *= scale;
+    }
+    let kl = vectors[5u - local];
+    let of_i = FACE[ENDS[local][0]];
+    let of_j = FACE[ENDS[local][1]];
+    let at_j = STAR[ENDS[local][1]];
+    let normal_i = area_vector(vectors[of_i[0]], vectors[of_i[1]], vectors[of_i[2]]);
+    let normal_j = area_vector(vectors[of_j[0]], vectors[of_j[1]], vectors[of_j[2]]);
     let s_i = dot3(normal_i, normal_i);
     let s_j = dot3(normal_j, normal_j);
     let l_kl = dot3(kl, kl);
-    let volume = dot3(shortest(ij, jk, jl), normal_j);
+    let volume = dot3(shortest(vectors[at_j[0]], vectors[at_j[1]], vectors[at_j[2]]), normal_j);
     if (s_j == 0.0 || l_kl == 0.0) {
         return LARGEST;
     }

@@ -25,6 +25,9 @@ pub(super) const CHUNK: usize = 4 * BLOCK;
 /// Networks up to this size run on the calling thread: waking the others would cost more than they save.
 pub(super) const SERIAL: usize = 2 * CHUNK;
 
+/// Tets evaluated at a time for the stiffness of edges: enough for many threads, and little memory.
+const TETS: usize = 32 * CHUNK;
+
 /// Number type of the CPU backend.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
@@ -103,20 +106,33 @@ impl Backend for CpuBackend {
 fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
     let packed = PackedEdges::<T>::new(input);
     let edges = Edges {
-        edge_start: &input.edge_tets.row_start,
-        edge_tets: &input.edge_tets.entries,
         tet_edges: input.tet_edges,
         edge_vector: &packed.edge_vector,
         power: packed.power,
         torsion: packed.torsion,
         sum_factor: T::from_f64(packed.sum_factor),
     };
-    let n_facing = if input.torsion == Torsion::None { 0 } else { input.tet_edges.len() };
-    let facing: Vec<[T; 6]> =
-        (0..n_facing).into_par_iter().with_min_len(CHUNK).map(|tet| edge_stiffness::facing(&edges, tet)).collect();
+    let mut sums = vec![T::ZERO; input.edge_vector.len()];
+    if input.torsion != Torsion::None {
+        // A tet is evaluated once for its six edges. What it gives is added in the order of the tets, as the kernel does.
+        let mut facing = vec![[T::ZERO; 6]; TETS.min(input.tet_edges.len())];
+        for (block, of_block) in input.tet_edges.chunks(TETS).enumerate() {
+            let facing = &mut facing[..of_block.len()];
+            facing.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, facing)| {
+                let first = block * TETS + chunk * CHUNK;
+                facing.iter_mut().enumerate().for_each(|(at, out)| *out = edge_stiffness::facing(&edges, first + at));
+            });
+            for (of_tet, facing) in of_block.iter().zip(&*facing) {
+                for (&edge, &value) in of_tet.iter().zip(facing) {
+                    let sum = &mut sums[edge as usize / 2];
+                    *sum = *sum + value;
+                }
+            }
+        }
+    }
     let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
-    let tasks = stiffness.par_chunks_mut(CHUNK).enumerate();
-    tasks.for_each(|(chunk, stiffness)| edge_stiffness::run(chunk * CHUNK, &edges, &facing, stiffness));
+    let tasks = stiffness.par_chunks_mut(CHUNK).zip(sums.par_chunks(CHUNK)).enumerate();
+    tasks.for_each(|(chunk, (stiffness, sums))| edge_stiffness::run(chunk * CHUNK, &edges, sums, stiffness));
     stiffness.into_iter().map(|k| k.to_f64() * packed.stiffness_unit).collect()
 }
 

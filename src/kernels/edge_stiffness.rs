@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
+use crate::mesh::edges::EDGE;
 
 /// Parameters of one dispatch.
 #[repr(C)]
@@ -21,10 +22,6 @@ pub struct Params {
 /// Edges and tets as the twin reads them.
 #[derive(Clone, Copy, Debug)]
 pub struct Edges<'a, T> {
-    /// Where each edge's tets start in `edge_tets` `[n_edges + 1]`.
-    pub edge_start: &'a [u32],
-    /// Tets around each edge `[n_entries]`, each entry `tet * 6 + local edge`.
-    pub edge_tets: &'a [u32],
     /// Edges 01 02 03 12 13 23 of each tet `[n_tets]`, each `edge * 2 + reversed`.
     pub tet_edges: &'a [[u32; 6]],
     /// Edge vectors `[n_edges]`, any unit; the fourth component is not used.
@@ -40,21 +37,24 @@ pub struct Edges<'a, T> {
 /// Most that `1 / sin^2` of one dihedral angle counts: `sin^2` is clamped below at 1e-6, also in a flat tet.
 const LARGEST: f64 = 1e6;
 
-/// For local edge ij the local edges ik il jk jl kl, with k < l the other two vertices.
-const AROUND: [[usize; 5]; 6] =
-    [[1, 2, 3, 4, 5], [0, 2, 3, 5, 4], [0, 1, 4, 5, 3], [0, 4, 1, 5, 2], [0, 3, 2, 5, 1], [1, 3, 2, 4, 0]];
+/// Local edges of the face opposite each local vertex.
+const FACE: [[usize; 3]; 4] = [[3, 4, 5], [1, 2, 5], [0, 2, 4], [0, 1, 3]];
+
+/// Local edges at each local vertex.
+const STAR: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 4], [1, 3, 5], [2, 4, 5]];
 
 /// Stiffness of a chunk of edges.
 ///
 /// - `first_edge`: edge of the chunk's first element
-/// - `facing` `[n_tets]`: what [`facing()`] gives; the kernel finds it anew for each edge. Not read without torsional part
-/// - `stiffness` `[edges of the chunk]`: `1 / l^power`, times or plus the sum over the edge's tets of
-///   [`facing()`]; infinite for an edge without length, but for power 0
+/// - `sums` `[edges of the chunk]`: over the edge's tets of what [`facing()`] gives, in the order of the tets; the kernel finds
+///   them by itself. Not used without torsional part
+/// - `stiffness` `[edges of the chunk]`: `1 / l^power`, times or plus the sum; infinite for an edge without length, but
+///   for power 0
 ///
 /// Source: longitudinal part Batina 1990; torsional part Murayama, Nakahashi and Matsushima 2002, which adds it
 /// (`torsion = 2`); the product is ours: it has no unit to depend on.
-pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, facing: &[[T; 6]], stiffness: &mut [T]) {
-    for (edge, stiffness) in (first_edge..).zip(stiffness) {
+pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, sums: &[T], stiffness: &mut [T]) {
+    for ((edge, &s), stiffness) in (first_edge..).zip(sums).zip(stiffness) {
         let along = xyz(&edges.edge_vector[edge]);
         let squared = dot(along, along);
         let longitudinal = match edges.power {
@@ -62,15 +62,11 @@ pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, facing: &[[T; 6]], stif
             1 => T::ONE / squared.sqrt(),
             _ => T::ONE / squared,
         };
-        if edges.torsion == 0 {
-            *stiffness = longitudinal;
-            continue;
-        }
-        let mut s = T::ZERO;
-        for &entry in &edges.edge_tets[edges.edge_start[edge] as usize..edges.edge_start[edge + 1] as usize] {
-            s = s + facing[entry as usize / 6][entry as usize % 6];
-        }
-        *stiffness = if edges.torsion == 1 { longitudinal * s } else { longitudinal + s * edges.sum_factor };
+        *stiffness = match edges.torsion {
+            0 => longitudinal,
+            1 => longitudinal * s,
+            _ => longitudinal + s * edges.sum_factor,
+        };
     }
 }
 
@@ -80,36 +76,37 @@ pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, facing: &[[T; 6]], stif
 /// For edge ij and opposite edge kl: `sin^2 = 36 V^2 l_kl^2 / (S_i S_j)`, `S_i = 4 A_i^2` of the face opposite i.
 /// Squares only, so the direction in which an edge is stored does not matter.
 pub fn facing<T: Real>(edges: &Edges<T>, tet: usize) -> [T; 6] {
-    let vectors = edges.tet_edges[tet].map(|edge| xyz(&edges.edge_vector[edge as usize / 2]));
+    let limit = T::from_f64(LARGEST);
+    let mut vectors = edges.tet_edges[tet].map(|of_tet| xyz(&edges.edge_vector[of_tet as usize / 2]));
     // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.
-    let longest = vectors.iter().fold(T::ZERO, |longest, v| longest.max(dot(*v, *v)));
+    let longest = vectors.iter().map(|&v| dot(v, v)).fold(T::ZERO, T::max_magnitude);
     if longest == T::ZERO {
-        return [T::from_f64(LARGEST); 6];
+        return [limit; 6];
     }
     let scale = T::ONE / longest.sqrt();
-    let vectors = vectors.map(|v| v.map(|component| component * scale));
-    [0, 1, 2, 3, 4, 5].map(|local| inverse_sin_squared(&vectors, local))
-}
-
-/// As [`facing()`], for one edge of a tet with edges of length at most 1.
-#[inline(always)]
-fn inverse_sin_squared<T: Real>(vectors: &[[T; 3]; 6], local: usize) -> T {
-    let ij = vectors[local];
-    let [ik, il, jk, jl, kl] = AROUND[local].map(|local| vectors[local]);
-    let limit = T::from_f64(LARGEST);
-    let normal_i = area_vector(jk, jl, kl);
-    let normal_j = area_vector(ik, il, kl);
-    let s_i = dot(normal_i, normal_i);
-    let s_j = dot(normal_j, normal_j);
-    let l_kl = dot(kl, kl);
-    let volume = dot(shortest(ij, jk, jl), normal_j);
-    if s_j == T::ZERO || l_kl == T::ZERO {
-        return limit;
+    for vector in &mut vectors {
+        *vector = [vector[0] * scale, vector[1] * scale, vector[2] * scale];
     }
-    // Squared distance of j from line kl and from plane ikl: two quotients, so no product leaves f32.
-    let to_line = s_i / l_kl;
-    let to_plane = volume * volume / s_j;
-    if to_line < limit * to_plane { to_line / to_plane } else { limit }
+    let squared = vectors.map(|v| dot(v, v));
+    let (mut face, mut to_plane) = ([T::ZERO; 4], [T::ZERO; 4]);
+    for vertex in 0..4 {
+        let normal = area_vector(&vectors, &squared, FACE[vertex]);
+        let volume = dot(shortest(&vectors, &squared, STAR[vertex]), normal);
+        face[vertex] = dot(normal, normal);
+        to_plane[vertex] = volume * volume / face[vertex];
+    }
+    let mut facing = [limit; 6];
+    for (local, [i, j]) in EDGE.into_iter().enumerate() {
+        let l_kl = squared[5 - local];
+        if face[j] != T::ZERO && l_kl != T::ZERO {
+            // Squared distance of j from line kl and from plane ikl: two quotients, so no product leaves f32.
+            let to_line = face[i] / l_kl;
+            if to_line < limit * to_plane[j] {
+                facing[local] = to_line / to_plane[j];
+            }
+        }
+    }
+    facing
 }
 
 #[inline(always)]
@@ -127,28 +124,26 @@ fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Twice the area vector (up to sign) of the triangle with these three edges. From its two shorter edges: the angle
+/// Twice the area vector (up to sign) of the triangle of three of the vectors. From its two shorter edges: the angle
 /// between them is the triangle's largest, so a needle loses nothing to cancellation.
 #[inline(always)]
-fn area_vector<T: Real>(a: [T; 3], b: [T; 3], c: [T; 3]) -> [T; 3] {
-    let (aa, bb, cc) = (dot(a, a), dot(b, b), dot(c, c));
-    if cc >= aa && cc >= bb {
-        cross(a, b)
-    } else if bb >= aa {
-        cross(a, c)
+fn area_vector<T: Real>(vectors: &[[T; 3]; 6], squared: &[T; 6], [a, b, c]: [usize; 3]) -> [T; 3] {
+    if squared[c] >= squared[a] && squared[c] >= squared[b] {
+        cross(vectors[a], vectors[b])
+    } else if squared[b] >= squared[a] {
+        cross(vectors[a], vectors[c])
     } else {
-        cross(b, c)
+        cross(vectors[b], vectors[c])
     }
 }
 
 #[inline(always)]
-fn shortest<T: Real>(a: [T; 3], b: [T; 3], c: [T; 3]) -> [T; 3] {
-    let (aa, bb, cc) = (dot(a, a), dot(b, b), dot(c, c));
-    if aa <= bb && aa <= cc {
-        a
-    } else if bb <= cc {
-        b
+fn shortest<T: Real>(vectors: &[[T; 3]; 6], squared: &[T; 6], [a, b, c]: [usize; 3]) -> [T; 3] {
+    if squared[a] <= squared[b] && squared[a] <= squared[c] {
+        vectors[a]
+    } else if squared[b] <= squared[c] {
+        vectors[b]
     } else {
-        c
+        vectors[c]
     }
 }

@@ -101,4 +101,28 @@ impl Springs {
     pub fn named(name: &str) -> Option<&'static Self> {
         SPRINGS.iter().find(|springs| springs.name == name)
     }
+
+    /// Whether one of them is torsional.
+    pub fn are_torsional(&self) -> bool {
+        [Some(self.stiffness), self.rotation].into_iter().flatten().any(|of| of.torsion != Torsion::None)
+    }
+}
+
+impl Stiffness {
+    /// Stiffness of an edge on a wall.
+    ///
+    /// - `length`: the edge's
+    /// - `sum`: of `1 / sin^2` of the dihedral angles that face it
+    pub fn on_wall(&self, length: f64, sum: f64) -> f64 {
+        let longitudinal = match self.length {
+            Length::None => 1.0,
+            Length::Inverse => 1.0 / length,
+            Length::InverseSquare => 1.0 / (length * length),
+        };
+        match self.torsion {
+            Torsion::None => longitudinal,
+            Torsion::Product => longitudinal * sum,
+            Torsion::Sum => longitudinal + sum,
+        }
+    }
 }

@@ -6,12 +6,14 @@
 
 use std::cell::LazyCell;
 
+use rayon::prelude::*;
+
 use super::{
     Motion, Owner, SetUp,
     rotation::{Rotation, rest_force},
 };
 use crate::{
-    backend::{BackendError, Constraint, EdgeStiffness},
+    backend::{BackendError, Constraint, EdgeStiffness, Length, Torsion},
     mesh::{
         TetMesh,
         edges::{TetEdges, VertexGraph},
@@ -19,6 +21,9 @@ use crate::{
     relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
     springs::{Springs, Stiffness, nearness},
 };
+
+/// Edges in a task.
+const EDGES: usize = 4096;
 
 /// Where the springs of a mesh go; the same for all its deformed shapes.
 pub struct Lattice {
@@ -56,20 +61,30 @@ impl Volume {
             let walls: Vec<[u32; 3]> = families.moved().flat_map(|family| surface.corners_of(family)).collect();
             nearness(&mesh.vertices, edges, &walls)
         });
-        let stiffness = |of: Stiffness| -> Result<Vec<f64>, BackendError> {
-            let mut stiffness = backend.edge_stiffness(&EdgeStiffness {
+        let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
+        // One sum over the tets serves all springs.
+        let sum = match springs.are_torsional() {
+            true => backend.edge_stiffness(&EdgeStiffness {
                 edge_vector: &edge_vector,
                 edge_tets,
                 tet_edges,
-                length: of.length,
-                torsion: of.torsion,
-            })?;
-            if of.wall != 0.0 {
-                stiffness.iter_mut().zip(near.iter()).for_each(|(stiffness, near)| *stiffness *= near.powf(of.wall));
-            }
-            Ok(stiffness)
+                length: Length::None,
+                torsion: Torsion::Product,
+            })?,
+            false => vec![0.0; edges.len()],
         };
-        let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
+        let stiffness = |of: Stiffness| -> Vec<f64> {
+            let mut stiffness: Vec<f64> =
+                length.iter().zip(&sum).map(|(&length, &sum)| of.on_wall(length, sum)).collect();
+            if of.wall != 0.0 {
+                stiffness
+                    .par_iter_mut()
+                    .zip(&**near)
+                    .with_min_len(EDGES)
+                    .for_each(|(stiffness, near)| *stiffness *= near.powf(of.wall));
+            }
+            stiffness
+        };
         let constraint: Vec<Constraint> = (0..mesh.vertices.len() as u32)
             .map(|vertex| match families.owner[vertex as usize] {
                 Owner::Volume => Constraint::Free,
@@ -78,10 +93,10 @@ impl Volume {
             })
             .collect();
         let rotation = match springs.rotation {
-            Some(of) => Some(Rotation::new(set_up, graph, &stiffness(of)?)?),
+            Some(of) => Some(Rotation::new(set_up, graph, &stiffness(of))?),
             None => None,
         };
-        let stiffness = stiffness(springs.stiffness)?;
+        let stiffness = stiffness(springs.stiffness);
         let network = Network::new(graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
         Ok(Self { relaxer: Relaxer::new(network, backend, method)?, rotation })
     }
