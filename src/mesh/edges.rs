@@ -1,6 +1,8 @@
 //! The edges of the tets, the tets around each edge, and the vertex graph they span.
 
-use super::csr::Csr;
+use std::ops::Range;
+
+use super::{csr::Csr, in_pieces};
 
 /// Local vertices of a tet's six edges.
 pub const EDGE: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
@@ -26,24 +28,44 @@ impl TetEdges {
         };
         let n_slots = tets.len() as u32 * 6;
         let by_lowest = Csr::from_pairs(n_vertices, (0..n_slots).map(|slot| (ends(slot).0, slot)));
-        let mut edges = Vec::with_capacity(tets.len() * 7 / 6);
-        let mut row_start = vec![0];
+        // The edges of some lowest vertices, how many slots each has, and these.
+        let edges_of = |vertices: Range<usize>| {
+            let n_entries = by_lowest.row_start[vertices.end] - by_lowest.row_start[vertices.start];
+            let (mut edges, mut lengths) = (Vec::new(), Vec::new());
+            let mut entries = Vec::with_capacity(n_entries as usize);
+            // The other end above, the slot below: numbers are sorted faster than pairs of them.
+            let mut row: Vec<u64> = Vec::new();
+            for vertex in vertices {
+                row.clear();
+                row.extend(by_lowest.row(vertex).iter().map(|&slot| u64::from(ends(slot).1) << 32 | u64::from(slot)));
+                row.sort_unstable();
+                for same in row.chunk_by(|a, b| a >> 32 == b >> 32) {
+                    edges.push([vertex as u32, (same[0] >> 32) as u32]);
+                    lengths.push(same.len() as u32);
+                    entries.extend(same.iter().map(|&pair| pair as u32));
+                }
+            }
+            (edges, lengths, entries)
+        };
+        let pieces = in_pieces(n_vertices, edges_of);
+        let n_edges = pieces.iter().map(|piece| piece.0.len()).sum();
+        let mut edges = Vec::with_capacity(n_edges);
+        let mut row_start = Vec::with_capacity(n_edges + 1);
         let mut entries = Vec::with_capacity(n_slots as usize);
         let mut tet_edges = vec![[0; 6]; tets.len()];
-        let mut row: Vec<(u32, u32)> = Vec::new();
-        for vertex in 0..n_vertices {
-            row.clear();
-            row.extend(by_lowest.row(vertex).iter().map(|&slot| (ends(slot).1, slot)));
-            row.sort_unstable();
-            for same in row.chunk_by(|a, b| a.0 == b.0) {
-                let edge = edges.len() as u32;
-                edges.push([vertex as u32, same[0].0]);
-                for &(_, slot) in same {
+        row_start.push(0);
+        for (of_piece, lengths, slots) in pieces {
+            let mut begin = 0;
+            for (edge, length) in (edges.len() as u32..).zip(lengths) {
+                let end = begin + length as usize;
+                for &slot in &slots[begin..end] {
                     tet_edges[slot as usize / 6][slot as usize % 6] = edge * 2 + ends(slot).2 as u32;
-                    entries.push(slot);
                 }
-                row_start.push(entries.len() as u32);
+                begin = end;
+                row_start.push(row_start[row_start.len() - 1] + length);
             }
+            edges.extend(of_piece);
+            entries.extend(slots);
         }
         Self { edges, edge_tets: Csr { row_start, entries }, tet_edges }
     }

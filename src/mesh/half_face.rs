@@ -3,7 +3,9 @@
 //! Array-based: half-face `4 * tet + face` is the face opposite the tet's local vertex `face`; `opposite` holds the
 //! half-face on the other side. The paper (section 4) uses HF for its volume mesh; it gives no layout.
 
-use super::{MeshError, TetMesh, csr::Csr};
+use std::ops::Range;
+
+use super::{MeshError, TetMesh, csr::Csr, in_pieces};
 
 /// Marks a half-face with no tet behind it.
 pub const BOUNDARY: u32 = u32::MAX;
@@ -26,26 +28,45 @@ impl HalfFaces {
     /// have the same four vertices.
     pub fn new(mesh: &TetMesh) -> Result<Self, MeshError> {
         let n = mesh.tets.len() * 4;
-        let lowest = (0..n).map(|half_face| (sorted_face(mesh, half_face as u32)[0], half_face as u32));
+        let lowest = (0..n as u32).map(|half_face| (sorted_face(mesh, half_face)[0], half_face));
         let by_lowest = Csr::from_pairs(mesh.vertices.len(), lowest);
-        let mut opposite = vec![BOUNDARY; n];
-        let mut row: Vec<([u32; 3], u32)> = Vec::new();
-        for vertex in 0..mesh.vertices.len() {
-            row.clear();
-            row.extend(by_lowest.row(vertex).iter().map(|&half_face| (sorted_face(mesh, half_face), half_face)));
-            row.sort_unstable();
-            for same in row.chunk_by(|a, b| a.0 == b.0) {
-                match *same {
-                    [_] => {}
-                    [(_, a), (_, b)] => {
-                        if apex(mesh, a) == apex(mesh, b) {
-                            return Err(MeshError::DuplicateTet { first: a / 4, second: b / 4 });
+        let pairs_of = |vertices: Range<usize>| {
+            let n_faces = by_lowest.row_start[vertices.end] - by_lowest.row_start[vertices.start];
+            let mut pairs = Vec::with_capacity(n_faces as usize / 2);
+            // The face's other vertices above, the half-face below: numbers are sorted faster than tuples of them.
+            let key = |&half_face: &u32| {
+                let [_, middle, highest] = sorted_face(mesh, half_face).map(u128::from);
+                middle << 64 | highest << 32 | u128::from(half_face)
+            };
+            let mut row: Vec<u128> = Vec::new();
+            for vertex in vertices {
+                row.clear();
+                row.extend(by_lowest.row(vertex).iter().map(key));
+                row.sort_unstable();
+                for same in row.chunk_by(|a, b| a >> 32 == b >> 32) {
+                    match *same {
+                        [_] => {}
+                        [a, b] => {
+                            let (a, b) = (a as u32, b as u32);
+                            if apex(mesh, a) == apex(mesh, b) {
+                                return Err(MeshError::DuplicateTet { first: a / 4, second: b / 4 });
+                            }
+                            pairs.push([a, b]);
                         }
-                        opposite[a as usize] = b;
-                        opposite[b as usize] = a;
+                        _ => {
+                            let half_faces: Vec<u32> = same.iter().map(|&key| key as u32).collect();
+                            return Err(many_tets(mesh, &half_faces));
+                        }
                     }
-                    _ => return Err(many_tets(mesh, same)),
                 }
+            }
+            Ok(pairs)
+        };
+        let mut opposite = vec![BOUNDARY; n];
+        for pairs in in_pieces(mesh.vertices.len(), pairs_of) {
+            for [a, b] in pairs? {
+                opposite[a as usize] = b;
+                opposite[b as usize] = a;
             }
         }
         Ok(Self { opposite })
@@ -70,20 +91,21 @@ pub fn face_vertices(mesh: &TetMesh, half_face: u32) -> [u32; 3] {
 }
 
 fn sorted_face(mesh: &TetMesh, half_face: u32) -> [u32; 3] {
-    let mut face = face_vertices(mesh, half_face);
-    face.sort_unstable();
-    face
+    let [a, b, c] = face_vertices(mesh, half_face);
+    let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
+    [lowest, a ^ b ^ c ^ lowest ^ highest, highest]
 }
 
 fn apex(mesh: &TetMesh, half_face: u32) -> u32 {
     mesh.tets[half_face as usize / 4][half_face as usize % 4]
 }
 
-fn many_tets(mesh: &TetMesh, same: &[([u32; 3], u32)]) -> MeshError {
-    for (at, &(_, a)) in same.iter().enumerate() {
-        if let Some(&(_, b)) = same[at + 1..].iter().find(|&&(_, b)| apex(mesh, a) == apex(mesh, b)) {
+fn many_tets(mesh: &TetMesh, half_faces: &[u32]) -> MeshError {
+    for (at, &a) in half_faces.iter().enumerate() {
+        if let Some(&b) = half_faces[at + 1..].iter().find(|&&b| apex(mesh, a) == apex(mesh, b)) {
             return MeshError::DuplicateTet { first: a / 4, second: b / 4 };
         }
     }
-    MeshError::FaceOfManyTets { vertices: same[0].0, tets: same.iter().map(|&(_, half_face)| half_face / 4).collect() }
+    let tets = half_faces.iter().map(|half_face| half_face / 4).collect();
+    MeshError::FaceOfManyTets { vertices: sorted_face(mesh, half_faces[0]), tets }
 }

@@ -11,7 +11,10 @@ mod other_cells;
 mod refine;
 mod validate;
 
+use std::ops::Range;
+
 use glam::DVec3;
+use rayon::prelude::*;
 
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
@@ -71,4 +74,13 @@ impl TetMesh {
 /// The place of the lowest of a cell's or face's vertices.
 fn lowest_of(vertices: &[u32]) -> usize {
     (0..vertices.len()).min_by_key(|&place| vertices[place]).unwrap_or(0)
+}
+
+/// Vertices in a task: some tens of microseconds of work. Fixed, so that nothing depends on the number of threads.
+const PIECE: usize = 2048;
+
+/// What comes of the vertices `0..n_vertices`, piece by piece, in parallel; in their order.
+fn in_pieces<T: Send>(n_vertices: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    let pieces = 0..n_vertices.div_ceil(PIECE);
+    pieces.into_par_iter().map(|piece| work(piece * PIECE..n_vertices.min((piece + 1) * PIECE))).collect()
 }
