@@ -14,8 +14,8 @@ use crate::{
     backend::{Backend, BackendError},
     mesh::{self, FamilyId, MeshError, TetMesh, Topology},
     profile::{Plane, Profile, ProfileError, cut, distance},
-    projection::crossing,
-    quality::{self, Statistics, faults},
+    projection::crossing::Crossings,
+    quality::{self, Statistics, faults::Creases},
     relaxation::{Accuracy, Convergence, Method},
     report::{FamilyReport, Path, ProfileReport, Solver, Stage, StageName},
     smoothing::{Smoothed, Target},
@@ -94,7 +94,7 @@ pub struct Outcome {
     /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the largest distance.
     pub strayed: BTreeMap<String, f64>,
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
-    /// out. See [`faults::folded`].
+    /// out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
     /// Triangles of [`Topology::surface`] that the moved surface passes through, and did not before, ascending. Where
     /// there are any, the mesh overlaps itself even if no tet is inverted.
@@ -146,6 +146,8 @@ pub enum MoveError {
 pub struct Mover {
     mesh: TetMesh,
     topology: Topology,
+    creases: Creases,
+    crossings: Crossings,
     families: Families,
     accuracy: Accuracy,
     method: Method,
@@ -192,9 +194,13 @@ impl Mover {
         let original_beta = quality::betas(&mesh.vertices, &mesh.tets);
         let lowest = Statistics::new(&original_beta).min;
         let interior = Interior::new(&set_up, springs, quality, lowest, max_steps, observer)?;
+        let creases = Creases::new(&mesh.vertices, &surface.triangles, &surface.opposite);
+        let crossings = Crossings::new(&mesh.vertices, &surface.triangles);
         Ok(Self {
             mesh,
             topology,
+            creases,
+            crossings,
             families,
             accuracy,
             method,
@@ -249,19 +255,23 @@ impl Mover {
         observer: &dyn Fn(&str),
         amend: &mut dyn FnMut(&str, &mut Motion),
     ) -> Result<Outcome, MoveError> {
-        let Self { mesh, topology, families, accuracy, .. } = self;
+        let Self { mesh, topology, creases, families, accuracy, .. } = self;
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
         let mut folds = Vec::new();
+        let (mut moved, mut folded) = (mesh.vertices.clone(), BTreeMap::new());
         let mut end = |stage: &'static str, last: Owner, motion: &mut Motion| {
             amend(stage, motion);
-            let moved = displaced(&mesh.vertices, motion);
+            let here = displaced(&mesh.vertices, motion);
+            if here != moved {
+                folded = folded_of(mesh, topology, creases, &here);
+                moved.clone_from(&here);
+            }
             let placed = |family: &FamilyId| families.roles[family.index()].owner() <= last;
-            let count: usize =
-                folded(mesh, topology, &moved).iter().filter(|(family, _)| placed(family)).map(|f| f.1).sum();
+            let count: usize = folded.iter().filter(|(family, _)| placed(family)).map(|(_, count)| count).sum();
             if count > 0 {
                 folds.push((stage, count));
             }
-            moved
+            here
         };
         watch.record(StageName::Original, &self.original_beta);
 
@@ -272,7 +282,9 @@ impl Mover {
             .wings
             .interpolate(families, &design.profiles, &mut motion)
             .map_err(|(family, error)| MoveError::Profiles { family: mesh.families[family.index()].clone(), error })?;
-        watch.record(StageName::Deformed, &quality::betas(&displaced(&mesh.vertices, &motion), &mesh.tets));
+        let deformed = displaced(&mesh.vertices, &motion);
+        let deformed_beta = quality::betas(&deformed, &mesh.tets);
+        watch.record(StageName::Deformed, &deformed_beta);
 
         let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;
         end("wing", Owner::Wing, &mut motion);
@@ -288,13 +300,14 @@ impl Mover {
         observer("planes");
         let planes = self.planes.run(&mut motion, accuracy)?;
         let corrected = end("planes", Owner::Plane, &mut motion);
-        watch.record(StageName::Corrected, &quality::betas(&corrected, &mesh.tets));
+        let corrected_beta = if corrected == deformed { deformed_beta } else { quality::betas(&corrected, &mesh.tets) };
+        watch.record(StageName::Corrected, &corrected_beta);
 
         observer("volume");
         let set_up =
             SetUp { mesh, surface: &topology.surface, families, backend: self.backend.as_ref(), method: self.method };
         let Inside { vertices, beta, convergence: volume, path, smoothed } =
-            self.interior.run(&set_up, &mut motion, accuracy, observer)?;
+            self.interior.run(&set_up, &mut self.crossings, &mut motion, accuracy, observer)?;
         let amended = end("volume", Owner::Volume, &mut motion);
         let (vertices, beta) = if amended == vertices {
             (vertices, beta)
@@ -315,7 +328,7 @@ impl Mover {
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
         let folded = self.folded(&vertices);
-        let pierced = crossing::pierced_anew(&self.mesh.vertices, &vertices, &self.topology.surface.triangles);
+        let pierced = self.crossings.pierced_anew(&self.mesh.vertices, &vertices);
         let families = self.family_reports(&vertices, &folded, &pierced);
         Ok(Outcome {
             strayed: self.strayed(&families),
@@ -348,7 +361,8 @@ impl Mover {
 
     fn folded(&self, vertices: &[DVec3]) -> BTreeMap<String, usize> {
         let name = |family: FamilyId| self.mesh.families[family.index()].clone();
-        folded(&self.mesh, &self.topology, vertices).into_iter().map(|(family, count)| (name(family), count)).collect()
+        let of_families = folded_of(&self.mesh, &self.topology, &self.creases, vertices);
+        of_families.into_iter().map(|(family, count)| (name(family), count)).collect()
     }
 
     /// The carenages and planes that vertices left, by name, with their largest distance.
@@ -422,11 +436,11 @@ impl Mover {
     }
 }
 
-/// Folded triangles of each family that has some; see [`faults::folded`].
-fn folded(mesh: &TetMesh, topology: &Topology, vertices: &[DVec3]) -> BTreeMap<FamilyId, usize> {
+/// Folded triangles of each family that has some; see [`crate::quality::faults::folded`].
+fn folded_of(mesh: &TetMesh, topology: &Topology, creases: &Creases, vertices: &[DVec3]) -> BTreeMap<FamilyId, usize> {
     let surface = &topology.surface;
     let mut counts = BTreeMap::new();
-    for triangle in faults::folded(&mesh.vertices, vertices, &surface.triangles, &surface.opposite) {
+    for triangle in creases.folded(&mesh.vertices, vertices, &surface.triangles, &surface.opposite) {
         *counts.entry(surface.family[triangle as usize]).or_default() += 1;
     }
     counts

@@ -7,7 +7,7 @@ use carved::{carve, on};
 use glam::{DQuat, DVec3};
 use idmesh::mesh::half_edge::Surface;
 use idmesh::mesh::{TetMesh, validate};
-use idmesh::projection::crossing;
+use idmesh::projection::crossing::Crossings;
 use idmesh::quality::{Statistics, betas, faults};
 
 /// A block of 5 x 5 x 3 cells; `top` is its upper side.
@@ -175,7 +175,7 @@ fn whole_surfaces_pierce_nothing() {
     for (mesh, surface) in [block(), wedge()] {
         for turn in rotations() {
             let moved: Vec<_> = mesh.vertices.iter().map(|&at| turn * at + DVec3::new(7.0, -3.0, 1e3)).collect();
-            assert_eq!(crossing::pierced(&moved, &surface.triangles), [0u32; 0]);
+            assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), [0u32; 0]);
         }
     }
 }
@@ -196,9 +196,9 @@ fn a_spike_pierces_the_triangle_it_comes_out_of() {
     };
     let expected: Vec<u32> = (0..surface.triangles.len() as u32).filter(below).collect();
     assert_eq!(expected.len(), 1);
-    assert_eq!(crossing::pierced(&moved, &surface.triangles), expected);
+    assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), expected);
     moved[tip].z = 0.01;
-    assert_eq!(crossing::pierced(&moved, &surface.triangles), [0u32; 0]);
+    assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), [0u32; 0]);
 }
 
 /// A relaxation that diverges leaves vertices nowhere: nothing is said of them, and nothing hangs.
@@ -208,8 +208,9 @@ fn vertices_that_are_nowhere_pierce_nothing() {
     let mut moved = mesh.vertices.clone();
     let through = vertex_at(&mesh, DVec3::new(2.0, 2.0, 3.0));
     moved[through] += DVec3::new(0.3, 0.2, -5.0);
-    assert!(!crossing::pierced_anew(&mesh.vertices, &moved, &surface.triangles).is_empty());
-    assert!(crossing::pierced_anew(&moved, &moved, &surface.triangles).is_empty());
+    let mut crossings = Crossings::new(&mesh.vertices, &surface.triangles);
+    assert!(!crossings.pierced_anew(&mesh.vertices, &moved).is_empty());
+    assert!(crossings.pierced_anew(&moved, &moved).is_empty());
     moved[through] = DVec3::NAN;
-    assert!(crossing::pierced_anew(&mesh.vertices, &moved, &surface.triangles).is_empty());
+    assert!(crossings.pierced_anew(&mesh.vertices, &moved).is_empty());
 }

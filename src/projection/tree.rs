@@ -26,6 +26,14 @@ pub struct TriangleTree {
     place: Vec<u32>,
 }
 
+/// A few triangles that stand together.
+pub(super) struct Leaf<'a> {
+    /// Lowest and highest corner of their box.
+    pub(super) bounds: [DVec3; 2],
+    pub(super) corners: &'a [[DVec3; 3]],
+    pub(super) triangles: &'a [u32],
+}
+
 impl TriangleTree {
     /// Builds the tree; `O(n log n)`.
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]]) -> Self {
@@ -81,27 +89,72 @@ impl TriangleTree {
         best
     }
 
-    /// Visits the triangles whose boxes have a point in common with the box from `low` to `high`.
-    pub(super) fn each_overlapping(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
-        let apart = |a: DVec3, b: DVec3| a.cmpgt(high).any() || b.cmplt(low).any();
-        let mut stack = Vec::with_capacity(64);
-        stack.push(0u32);
-        while let Some(node) = stack.pop() {
-            let Node { low: a, high: b, start, count } = self.nodes[node as usize];
-            if apart(a, b) {
-                continue;
-            }
-            if count == 0 {
-                stack.extend([start, node + 1]);
-                continue;
-            }
-            for slot in start as usize..(start + count) as usize {
-                let [a, b, c] = self.corners[slot];
-                if !apart(a.min(b).min(c), a.max(b).max(c)) {
-                    visit(self.index[slot]);
-                }
+    /// Follows the points of its triangles, which it goes on dividing as it did: fast as long as neighbours stay neighbours.
+    pub(super) fn follow(&mut self, points: &[DVec3], triangles: &[[u32; 3]]) {
+        for (corners, &triangle) in self.corners.iter_mut().zip(&self.index) {
+            *corners = triangles[triangle as usize].map(|vertex| points[vertex as usize]);
+        }
+        for at in (0..self.nodes.len()).rev() {
+            let Node { start, count, .. } = self.nodes[at];
+            let [low, high] = if count == 0 {
+                let (first, second) = (self.nodes[at + 1], self.nodes[start as usize]);
+                [first.low.min(second.low), first.high.max(second.high)]
+            } else {
+                bounds(self.corners[start as usize..(start + count) as usize].as_flattened())
+            };
+            self.nodes[at] = Node { low, high, start, count };
+        }
+    }
+
+    /// Pairs of nodes that between them hold all pairs of triangles whose boxes have a point in common: some tens of tasks
+    /// for [`Self::each_pair`].
+    pub(super) fn pairs(&self) -> Vec<[u32; 2]> {
+        let (mut pairs, mut of_leaves) = (vec![[0, 0]], Vec::new());
+        for _ in 0..6 {
+            let mut divided = Vec::new();
+            of_leaves.extend(pairs.into_iter().filter(|&pair| !self.divide(pair, &mut divided)));
+            pairs = divided;
+        }
+        pairs.extend(of_leaves);
+        pairs
+    }
+
+    /// Visits the pairs of leaves below a pair of nodes whose boxes have a point in common, each pair once; a leaf with itself
+    /// is one.
+    pub(super) fn each_pair(&self, pair: [u32; 2], mut visit: impl FnMut(Leaf, Leaf)) {
+        let mut pairs = vec![pair];
+        while let Some([a, b]) = pairs.pop() {
+            if !self.divide([a, b], &mut pairs) {
+                visit(self.leaf(a), self.leaf(b));
             }
         }
+    }
+
+    /// Adds what a pair of nodes is made of to others; nothing if they are apart. `false` for two leaves, which stay a pair.
+    fn divide(&self, [a, b]: [u32; 2], pairs: &mut Vec<[u32; 2]>) -> bool {
+        let [of_a, of_b] = [a, b].map(|node| &self.nodes[node as usize]);
+        if a == b {
+            if of_a.count == 0 {
+                pairs.extend([[a + 1, a + 1], [of_a.start, of_a.start], [a + 1, of_a.start]]);
+            }
+            return of_a.count == 0;
+        }
+        if apart([of_a.low, of_a.high], [of_b.low, of_b.high]) {
+            return true;
+        }
+        let size = |node: &Node| node.high.distance_squared(node.low);
+        match (of_a.count == 0, of_b.count == 0) {
+            (false, false) => return false,
+            (true, inner) if !inner || size(of_a) >= size(of_b) => pairs.extend([[a + 1, b], [of_a.start, b]]),
+            _ => pairs.extend([[a, b + 1], [a, of_b.start]]),
+        }
+        true
+    }
+
+    fn leaf(&self, node: u32) -> Leaf<'_> {
+        let Node { low, high, start, count } = self.nodes[node as usize];
+        let slots = start as usize..(start + count) as usize;
+        Leaf { bounds: [low, high], corners: &self.corners[slots.clone()], triangles: &self.index[slots] }
     }
 
     /// Unit normal of one triangle.
@@ -138,6 +191,16 @@ fn split(corners: &[[DVec3; 3]], centres: &[DVec3], index: &mut [u32], offset: u
     nodes[this].start = nodes.len() as u32;
     nodes[this].count = 0;
     split(corners, centres, second, offset + middle, nodes);
+}
+
+/// The box around some points, by its lowest and highest corner.
+pub(super) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
+    points.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &at| [low.min(at), high.max(at)])
+}
+
+/// Whether two boxes have no point in common.
+pub(super) fn apart(a: [DVec3; 2], b: [DVec3; 2]) -> bool {
+    a[0].cmpgt(b[1]).any() || a[1].cmplt(b[0]).any()
 }
 
 fn box_distance(node: &Node, at: DVec3) -> f64 {

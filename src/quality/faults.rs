@@ -119,25 +119,58 @@ pub fn nearest_triangle(
 ///
 /// - `original`, `moved` `[n_vertices]`
 pub fn folded(original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<u32> {
-    let of = |vertices: &[DVec3]| -> Vec<DVec3> {
-        triangles.par_iter().map(|&triangle| normal(vertices, triangle)).collect()
-    };
-    let normals = [of(original), of(moved)];
-    let turned: Vec<bool> = (0..opposite.len())
-        .into_par_iter()
-        .map(|half_edge| {
-            let twin = opposite[half_edge] as usize;
-            // Both halves must agree to the last bit.
-            let (edge, twin) = (half_edge.min(twin), half_edge.max(twin));
-            let before = edge_angle(original, &normals[0], triangles, edge, twin);
-            let after = edge_angle(moved, &normals[1], triangles, edge, twin);
-            before.dot(after) < 0.0
-        })
-        .collect();
-    if !turned.contains(&true) {
-        return Vec::new();
+    Creases::new(original, triangles, opposite).folded(original, moved, triangles, opposite)
+}
+
+/// The angles at the edges of a surface before it moves.
+#[derive(Clone, Debug)]
+pub struct Creases {
+    /// Each edge by the lower of its half-edges, with the cosine and the sine of the angle there, both times a positive number.
+    edges: Vec<(u32, DVec2)>,
+}
+
+/// Edges in a task.
+const EDGES: usize = 2048;
+
+impl Creases {
+    /// The angles of a surface.
+    ///
+    /// - `original` `[n_vertices]`
+    pub fn new(original: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Self {
+        let normals: Vec<DVec3> = triangles.iter().map(|&triangle| normal(original, triangle)).collect();
+        let lower = (0..opposite.len() as u32).filter(|&half_edge| half_edge < opposite[half_edge as usize]);
+        let angle = |half_edge: u32| {
+            let twin = opposite[half_edge as usize] as usize;
+            (half_edge, edge_angle(original, &normals, triangles, half_edge as usize, twin))
+        };
+        Self { edges: lower.map(angle).collect() }
     }
-    let (part, area) = parts(original, triangles, opposite, &turned);
+
+    /// As [`folded()`], of the same surface.
+    pub fn folded(&self, original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<u32> {
+        let normals: Vec<DVec3> =
+            triangles.par_iter().with_min_len(EDGES).map(|&triangle| normal(moved, triangle)).collect();
+        let is_turned = |&&(half_edge, before): &&(u32, DVec2)| {
+            let twin = opposite[half_edge as usize] as usize;
+            before.dot(edge_angle(moved, &normals, triangles, half_edge as usize, twin)) < 0.0
+        };
+        let edges: Vec<u32> =
+            self.edges.par_iter().with_min_len(EDGES).filter(is_turned).map(|&(half_edge, _)| half_edge).collect();
+        if edges.is_empty() {
+            return Vec::new();
+        }
+        let mut turned = vec![false; opposite.len()];
+        for half_edge in edges {
+            turned[half_edge as usize] = true;
+            turned[opposite[half_edge as usize] as usize] = true;
+        }
+        turned_over(original, triangles, opposite, &turned)
+    }
+}
+
+/// The triangles on the other side of turned half-edges `[3 * n_triangles]`, ascending; see [`folded()`].
+fn turned_over(original: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32], turned: &[bool]) -> Vec<u32> {
+    let (part, area) = parts(original, triangles, opposite, turned);
     let mut beside: Vec<Vec<u32>> = vec![Vec::new(); area.len()];
     for half_edge in (0..opposite.len()).filter(|&half_edge| turned[half_edge]) {
         let (own, other) = (part[half_edge / 3], part[opposite[half_edge] as usize / 3]);

@@ -21,7 +21,7 @@ use super::{
 use crate::{
     backend::{BackendError, Constraint},
     mesh::TetMesh,
-    projection::crossing,
+    projection::crossing::Crossings,
     quality::{self, Statistics, faults},
     relaxation::{Accuracy, Convergence, Method},
     report::Path,
@@ -167,6 +167,7 @@ impl Interior {
 
     /// Moves the inside after the surfaces.
     ///
+    /// - `crossings`: of the surfaces
     /// - `motion` `[n_vertices]`: the displacement of the surfaces; becomes that of all vertices
     ///
     /// # Errors
@@ -174,6 +175,7 @@ impl Interior {
     pub fn run(
         &mut self,
         set_up: &SetUp,
+        crossings: &mut Crossings,
         motion: &mut Motion,
         accuracy: &Accuracy,
         observer: &dyn Fn(&str),
@@ -184,10 +186,7 @@ impl Interior {
         let mut state = State::new(displaced(&mesh.vertices, motion), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
         // No volume fits surfaces that pass through each other.
-        let passes = |state: &State| {
-            !crossing::pierced_anew(&mesh.vertices, &state.vertices, &set_up.surface.triangles).is_empty()
-        };
-        let mut stuck = state.inverted > 0 && passes(&state);
+        let mut stuck = state.inverted > 0 && !crossings.pierced_anew(&mesh.vertices, &state.vertices).is_empty();
         // A relaxation that diverged left no place to go to.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
         if state.inverted > 0
