@@ -2,7 +2,7 @@
 //!
 //! Everything that depends on the mesh alone (topology, wing vertices' places among the old profiles, continued
 //! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
-//! mesh every time, so its result depends on the design alone.
+//! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
 
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
@@ -21,7 +21,7 @@ use crate::{
     smoothing::{Smoothed, Target},
     springs::Springs,
     stages::{
-        Families, Motion, Owner, Role, SetUp, SetupError,
+        Families, Motion, Owner, Role, SetUp, SetupError, Start,
         carenage::Carenages,
         families::Shape,
         interior::{Inside, Interior, displaced},
@@ -233,6 +233,11 @@ impl Mover {
     /// The vertices of a family, ascending.
     pub fn family_vertices(&self, family: FamilyId) -> Vec<u32> {
         self.topology.surface.vertices_of(family)
+    }
+
+    /// Where updates start from now on: from the undeformed mesh unless something else is said.
+    pub fn start_from(&mut self, start: Start) {
+        self.interior.start_from(start);
     }
 
     /// Moves the undeformed mesh to a design; `observer` hears the name of each stage as it begins.

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::{
-    Motion, SetUp,
+    Motion, SetUp, Start,
     route::{Bodies, Route},
     sliding::Slides,
     volume::{Lattice, Volume},
@@ -163,6 +163,11 @@ impl Interior {
     /// How the volume's springs are relaxed; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.volume.method()
+    }
+
+    /// Where the springs start from now on.
+    pub fn start_from(&mut self, start: Start) {
+        self.volume.start_from(start);
     }
 
     /// Moves the inside after the surfaces.

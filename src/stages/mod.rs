@@ -24,12 +24,14 @@ pub mod planes;
 pub mod rotation;
 pub mod route;
 pub mod sliding;
+pub mod start;
 pub mod trailing_edge;
 pub mod volume;
 pub mod wing;
 pub mod wingtip;
 
 pub use families::{Families, Owner, Role, SetupError, TipStart};
+pub use start::Start;
 
 use glam::DVec3;
 

@@ -10,7 +10,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::{Motion, Owner, SetUp, best_motion::BestMotion};
+use super::{Motion, Owner, SetUp, Start, best_motion::BestMotion, start::Equilibrium};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{csr::Csr, edges::VertexGraph, edges::triangle_edges},
@@ -40,6 +40,7 @@ struct Body {
 /// The rotations of all vertices.
 pub struct Rotation {
     relaxer: Relaxer,
+    last: Equilibrium,
     /// Neighbours of each surface vertex along the surface.
     ring: Csr,
     bodies: Vec<Body>,
@@ -83,7 +84,12 @@ impl Rotation {
             })
             .collect();
         let relaxer = Relaxer::new(network, backend, method)?;
-        Ok(Self { relaxer, ring, bodies, triangles: surface.triangles.clone() })
+        Ok(Self { relaxer, last: Equilibrium::default(), ring, bodies, triangles: surface.triangles.clone() })
+    }
+
+    /// See [`super::volume::Volume::start_from`].
+    pub(super) fn start_from(&mut self, start: Start) {
+        self.last.start_from(start);
     }
 
     /// The rotation of every vertex `[n_vertices]`, less the identity, for surfaces moved by `motion`.
@@ -129,7 +135,9 @@ impl Rotation {
             placed.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
         }
         let accuracy = Accuracy { tolerance: ANGLE * accuracy.tolerance, ..*accuracy };
+        self.last.recall(&self.relaxer.network().constraint, &mut vectors);
         let convergence = self.relaxer.relax(&mut vectors, None, &accuracy)?;
+        self.last.keep(&convergence, &vectors);
         let turned = |vector: &DVec3| {
             if *vector == DVec3::ZERO {
                 DMat3::ZERO

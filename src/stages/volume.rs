@@ -9,8 +9,9 @@ use std::cell::LazyCell;
 use rayon::prelude::*;
 
 use super::{
-    Motion, Owner, SetUp,
+    Motion, Owner, SetUp, Start,
     rotation::{Rotation, rest_force},
+    start::Equilibrium,
 };
 use crate::{
     backend::{BackendError, Constraint, EdgeStiffness, Length, Torsion},
@@ -43,6 +44,7 @@ impl Lattice {
 /// The network of all tets.
 pub struct Volume {
     relaxer: Relaxer,
+    last: Equilibrium,
     /// For springs whose rest edges turn.
     rotation: Option<Rotation>,
 }
@@ -98,7 +100,7 @@ impl Volume {
         };
         let stiffness = stiffness(springs.stiffness);
         let network = Network::new(graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
-        Ok(Self { relaxer: Relaxer::new(network, backend, method)?, rotation })
+        Ok(Self { relaxer: Relaxer::new(network, backend, method)?, last: Equilibrium::default(), rotation })
     }
 
     /// What each vertex of the mesh may do once its surfaces are moved `[n_vertices]`.
@@ -109,6 +111,14 @@ impl Volume {
     /// How the springs are relaxed; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.relaxer.method()
+    }
+
+    /// Where [`Self::run`] starts from now on.
+    pub fn start_from(&mut self, start: Start) {
+        self.last.start_from(start);
+        if let Some(rotation) = &mut self.rotation {
+            rotation.start_from(start);
+        }
     }
 
     /// Moves the inside after the surfaces.
@@ -124,9 +134,16 @@ impl Volume {
         if motion.iter().all(|displacement| *displacement == glam::DVec3::ZERO) {
             return Ok(Convergence::nothing_to_do());
         }
-        let Some(rotation) = &mut self.rotation else { return self.relaxer.relax(motion, None, accuracy) };
-        let (turned, spread) = rotation.spread(vertices, motion, accuracy)?;
-        let force = rest_force(self.relaxer.network(), vertices, &turned);
-        Ok(self.relaxer.relax(motion, Some(&force), accuracy)?.and(spread))
+        self.last.recall(&self.relaxer.network().constraint, motion);
+        let convergence = match &mut self.rotation {
+            None => self.relaxer.relax(motion, None, accuracy)?,
+            Some(rotation) => {
+                let (turned, spread) = rotation.spread(vertices, motion, accuracy)?;
+                let force = rest_force(self.relaxer.network(), vertices, &turned);
+                self.relaxer.relax(motion, Some(&force), accuracy)?.and(spread)
+            }
+        };
+        self.last.keep(&convergence, motion);
+        Ok(convergence)
     }
 }
