@@ -88,3 +88,25 @@ fn comparison_of_runs_rejects_one_wrong_vertex() {
     // A dead kernel leaves zeros.
     assert!(compare_runs(&cpu, &vec![DVec3::ZERO; cpu.displacement.len()]).is_err());
 }
+
+/// Movers of one device, each on a thread of its own, do not hear of each other.
+#[test]
+fn movers_share_a_gpu_side_by_side() {
+    let Some(backend) = gpu(Bounds::default()) else { return };
+    let backend = Arc::new(backend);
+    let run = &|sets: [&str; 2]| {
+        let mesh = SMALL.mesh();
+        let settings = settings(&mesh, SMALL.profiles("old_2"));
+        let mut mover = Mover::new(mesh, settings, backend.clone(), &|_| {}).unwrap();
+        sets.map(|set| update(&mut mover, SMALL.profiles(set)).vertices)
+    };
+    let all = [["big_2", "planform_2"], ["planform_2", "small_2"], ["small_2", "big_2"]];
+    let alone = all.map(run);
+    let beside: Vec<_> = std::thread::scope(|scope| {
+        let threads = all.map(|sets| scope.spawn(move || run(sets)));
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    for (alone, beside) in alone.iter().flatten().zip(beside.iter().flatten()) {
+        compare(alone, beside, 0.0).unwrap();
+    }
+}

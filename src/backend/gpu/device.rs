@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use bytemuck::{NoUninit, Pod, cast_slice, pod_collect_to_vec};
 use wgpu::{
@@ -18,6 +19,9 @@ use crate::kernels::KERNELS;
 /// Most neighbours or tets a loop of one invocation runs over. Mesa's software adapter ends an invocation silently after
 /// 65 535 iterations of all its loops together; the reduction of a workgroup takes a few of them.
 const MAX_ROW: u32 = 60_000;
+
+/// How long another thread may take to hand on what the device has answered.
+const HANDED_ON: Duration = Duration::from_secs(10);
 
 /// An open device with its compiled kernels.
 #[derive(Debug)]
@@ -195,7 +199,8 @@ impl Device {
             Ok(Err(error)) => return Err(self.error(error.to_string())),
             Ok(Ok(_)) => {}
         }
-        match receiver.try_recv() {
+        // Another thread that waits for the device may have taken the answer up, and be about to hand it on.
+        match receiver.recv_timeout(HANDED_ON) {
             Ok(Ok(())) => {}
             _ => return Err(self.error("the device did not hand back its results")),
         }
