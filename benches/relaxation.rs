@@ -7,17 +7,13 @@ mod common;
 
 use std::{path::PathBuf, process::ExitCode, time::Instant};
 
-use common::{Failure, brick, median, print_machine, print_table, row};
+use common::{Failure, brick, median, network::Edges, print_machine, print_table, row};
 use glam::DVec3;
 use idmesh::{
-    backend::{Backend, Constraint, CpuBackend, EdgeStiffness, Precision},
+    backend::{Backend, Constraint, CpuBackend, Precision},
     formats,
-    mesh::{
-        TetMesh,
-        edges::{TetEdges, VertexGraph},
-    },
+    mesh::TetMesh,
     relaxation::{Accuracy, Method, Network, Relaxer},
-    springs::Springs,
 };
 
 /// Repetitions a figure is the median of.
@@ -45,7 +41,7 @@ fn run() -> Result<(), Failure> {
             let start = start.collect();
             let name = format!("brick {n}");
             let constraint = on_boundary.iter().map(|&held| if held { Constraint::Held } else { Constraint::Free });
-            let network = network(&backend, &points, &tets, constraint.collect())?;
+            let network = Edges::new(&points, &tets).network(&backend, constraint.collect())?;
             rows.extend(measure(&backend, &name, tets.len(), &network, start)?);
         }
     }
@@ -53,33 +49,11 @@ fn run() -> Result<(), Failure> {
         let mesh = formats::read(&file)?.mesh;
         let (constraint, start) = turned_wing(&mesh)?;
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let network = network(&backend, &mesh.vertices, &mesh.tets, constraint)?;
+        let network = Edges::new(&mesh.vertices, &mesh.tets).network(&backend, constraint)?;
         rows.extend(measure(&backend, &name, mesh.tets.len(), &network, start)?);
     }
     print_table(&rows);
     Ok(())
-}
-
-/// The default springs on the edges of a mesh.
-fn network(
-    backend: &CpuBackend,
-    points: &[DVec3],
-    tets: &[[u32; 4]],
-    constraint: Vec<Constraint>,
-) -> Result<Network, Failure> {
-    let springs = <&Springs>::default();
-    let TetEdges { edges, edge_tets, tet_edges } = TetEdges::new(points.len(), tets);
-    let edge_vector: Vec<DVec3> = edges.iter().map(|[a, b]| points[*b as usize] - points[*a as usize]).collect();
-    let stiffness = backend.edge_stiffness(&EdgeStiffness {
-        edge_vector: &edge_vector,
-        edge_tets: &edge_tets,
-        tet_edges: &tet_edges,
-        length: springs.stiffness.length,
-        torsion: springs.stiffness.torsion,
-    })?;
-    let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
-    let graph = VertexGraph::new(points.len(), &edges);
-    Ok(Network::new(&graph, &stiffness, &length, constraint, vec![0.0; points.len()]))
 }
 
 /// Every surface vertex held, those of the wing turned by 0.5 rad about y.
