@@ -1,6 +1,8 @@
 //! What the benchmarks share: the example, the machine, medians and tables.
 #![allow(dead_code, reason = "each benchmark uses a part of it")]
 
+pub mod network;
+
 use std::{collections::BTreeMap, error::Error, fs, path::Path, process::ExitCode};
 
 use glam::DVec3;

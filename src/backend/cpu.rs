@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::cpu_hierarchy::CpuHierarchy;
 use super::packed::{Packed, PackedEdges};
 use super::smoother::CpuSmoother;
+use super::vectors::Vectors;
 use super::{
     Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
     NetworkData, Sweep, Torsion,
@@ -139,22 +140,22 @@ fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
 /// A network in the CPU's memory.
 struct CpuNetwork<T> {
     packed: Packed<T>,
-    e: Vec<[T; 4]>,
-    e_previous: Vec<[T; 4]>,
+    e: Vectors<T>,
+    e_previous: Vectors<T>,
     /// `e` at the last measure.
-    snapshot: Vec<[T; 4]>,
+    snapshot: Vectors<T>,
     partials: Vec<[T; 2]>,
 }
 
 impl<T: Real> CpuNetwork<T> {
     fn new(network: &NetworkData) -> Self {
         let packed = Packed::new(network);
-        let zero = vec![[T::ZERO; 4]; packed.n_vertices()];
+        let zero = || Vectors::zero(packed.n_vertices());
         Self {
             partials: vec![[T::ZERO; 2]; packed.n_vertices().div_ceil(BLOCK)],
-            e: zero.clone(),
-            e_previous: zero.clone(),
-            snapshot: zero,
+            e: zero(),
+            e_previous: zero(),
+            snapshot: zero(),
             packed,
         }
     }
@@ -179,7 +180,7 @@ impl<T: Real> DeviceNetwork for CpuNetwork<T> {
         let serial = self.e.len() <= SERIAL;
         for sweep in sweeps {
             let (relaxation, momentum) = (T::from_f64(sweep.relaxation), T::from_f64(sweep.momentum));
-            let e = &self.e;
+            let e = &*self.e;
             if serial {
                 relax_sweep::run(0, &rows, relaxation, momentum, e, &mut self.e_previous);
             } else {
@@ -190,7 +191,7 @@ impl<T: Real> DeviceNetwork for CpuNetwork<T> {
             }
             mem::swap(&mut self.e, &mut self.e_previous);
         }
-        let (e, snapshot, inverse_length) = (&self.e, &self.snapshot, self.packed.inverse_length());
+        let (e, snapshot, inverse_length) = (&*self.e, &*self.snapshot, self.packed.inverse_length());
         if serial {
             convergence::run(0, &rows, e, snapshot, inverse_length, &mut self.partials);
         } else {

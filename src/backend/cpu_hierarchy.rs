@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::cpu::{CHUNK, SERIAL};
 use super::packed::Packed;
+use super::vectors::Vectors;
 use super::{BackendError, Constraint, DeviceNetwork, LevelData, Measure, Sweep, Transfer};
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::transfer::Weights;
@@ -16,8 +17,8 @@ use crate::kernels::{Real, accelerate, defect, relax_sweep, transfer};
 pub(super) struct CpuHierarchy<T> {
     levels: Vec<Level<T>>,
     /// The finest level's correction before the cycle, and one cycle earlier.
-    start: Vec<[T; 4]>,
-    previous: Vec<[T; 4]>,
+    start: Vectors<T>,
+    previous: Vectors<T>,
     largest: Vec<T>,
 }
 
@@ -26,9 +27,9 @@ struct Level<T> {
     sweeps: Vec<Sweep>,
     /// To the load of the coarser level, and back.
     transfers: Option<[PackedTransfer<T>; 2]>,
-    e: Vec<[T; 4]>,
+    e: Vectors<T>,
     /// The correction a sweep earlier; also the defect.
-    spare: Vec<[T; 4]>,
+    spare: Vectors<T>,
 }
 
 struct PackedTransfer<T> {
@@ -43,19 +44,18 @@ impl<T: Real> CpuHierarchy<T> {
             .iter()
             .map(|level| {
                 let packed = Packed::new(&level.network);
-                let zero = vec![[T::ZERO; 4]; packed.n_vertices()];
                 Level {
-                    packed,
                     sweeps: level.sweeps.to_vec(),
                     transfers: level.transfers.map(|both| both.map(PackedTransfer::new)),
-                    spare: zero.clone(),
-                    e: zero,
+                    spare: Vectors::zero(packed.n_vertices()),
+                    e: Vectors::zero(packed.n_vertices()),
+                    packed,
                 }
             })
             .collect();
         let n_vertices = levels[0].e.len();
-        let zero = vec![[T::ZERO; 4]; n_vertices];
-        Self { levels, start: zero.clone(), previous: zero, largest: vec![T::ZERO; n_vertices.div_ceil(BLOCK)] }
+        let zero = || Vectors::zero(n_vertices);
+        Self { levels, start: zero(), previous: zero(), largest: vec![T::ZERO; n_vertices.div_ceil(BLOCK)] }
     }
 }
 
@@ -80,7 +80,7 @@ impl<T: Real> Level<T> {
         let rows = self.packed.rows();
         for sweep in &self.sweeps {
             let (relaxation, momentum) = (T::from_f64(sweep.relaxation), T::from_f64(sweep.momentum));
-            let e = &self.e;
+            let e = &*self.e;
             in_chunks(&mut self.spare, |first, previous| {
                 relax_sweep::run(first, &rows, relaxation, momentum, e, previous);
             });
@@ -95,7 +95,7 @@ fn cycle<T: Real>(levels: &mut [Level<T>]) {
     level.smooth();
     let (Some([restriction, prolongation]), Some(next)) = (&level.transfers, coarser.first_mut()) else { return };
     let rows = level.packed.rows();
-    let e = &level.e;
+    let e = &*level.e;
     in_chunks(&mut level.spare, |first, out| defect::run(first, &rows, e, out));
     let (constraint, load) = next.packed.constraint_and_load();
     restriction.run(constraint, T::ZERO, &level.spare, load);
@@ -131,7 +131,13 @@ impl<T: Real> DeviceNetwork for CpuHierarchy<T> {
             let Level { packed, e, .. } = &mut self.levels[0];
             let factors = [sweep.relaxation, sweep.momentum].map(T::from_f64);
             let (constraint, inverse_length) = (packed.rows().constraint, packed.inverse_length());
-            accelerate::run(factors, constraint, &self.start, &self.previous, inverse_length, e, &mut self.largest);
+            let (start, previous) = (&*self.start, &*self.previous);
+            let chunks = e.par_chunks_mut(CHUNK).zip(self.largest.par_chunks_mut(CHUNK / BLOCK)).enumerate();
+            chunks.for_each(|(chunk, (e, largest))| {
+                let rows = chunk * CHUNK..chunk * CHUNK + e.len();
+                let [start, previous, constraint] = [start, previous, constraint].map(|of| &of[rows.clone()]);
+                accelerate::run(factors, constraint, start, previous, &inverse_length[rows], e, largest);
+            });
             mem::swap(&mut self.start, &mut self.previous);
             let largest = self.largest.iter().fold(T::ZERO, |largest, &block| largest.max_magnitude(block));
             change = packed.change(largest.to_f64());

@@ -10,6 +10,7 @@ pub mod gpu;
 mod packed;
 mod select;
 mod smoother;
+mod vectors;
 
 pub use cpu::{CpuBackend, Precision};
 pub use select::{AdapterSummary, Selection, adapters, select};

@@ -3,11 +3,15 @@
 //! Both backends scale alike. Every other scale than a row's total is a power of two, so scaling by it rounds nothing.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::{Constraint, EdgeStiffness, Length, Measure, NetworkData, Torsion};
 use crate::kernels::Real;
 use crate::kernels::constraint::kind;
 use crate::kernels::row::Rows;
+
+/// Fewest rows that are worth a task of their own.
+const ROWS: usize = 4096;
 
 /// A network in a device's number type.
 ///
@@ -40,18 +44,17 @@ impl<T: Real> Packed<T> {
         assert_eq!(network.inverse_length.len(), n_vertices, "one length per vertex");
         // A GPU reads zero outside an array and says nothing.
         assert!(columns.iter().all(|&column| (column as usize) < n_vertices), "every neighbour is a vertex");
+        let total = |row: usize| network.stiffness[network.graph.range(row)].iter().sum::<f64>() + network.anchor[row];
+        let totals: Vec<f64> = (0..n_vertices).into_par_iter().with_min_len(ROWS).map(total).collect();
+        // Equality, not `total > 0`: a NaN must go on into the result, where the measure finds it.
+        let loose: Vec<bool> = totals.iter().map(|&total| total == 0.0).collect();
+        let scale = |row: usize| if loose[row] { 0.0 } else { totals[row].recip() };
         let mut stiffness = Vec::with_capacity(columns.len());
-        let mut anchor = Vec::with_capacity(n_vertices);
-        let mut loose = Vec::with_capacity(n_vertices);
-        for (row, &of_row) in network.anchor.iter().enumerate() {
-            let springs = &network.stiffness[network.graph.range(row)];
-            let total = springs.iter().sum::<f64>() + of_row;
-            // Equality, not `total > 0`: a NaN must go on into the result, where the measure finds it.
-            loose.push(total == 0.0);
-            let scale = if total == 0.0 { 0.0 } else { total.recip() };
-            stiffness.extend(springs.iter().map(|&k| T::from_f64(k * scale)));
-            anchor.push(T::from_f64(of_row * scale));
+        for row in 0..n_vertices {
+            let scale = scale(row);
+            stiffness.extend(network.stiffness[network.graph.range(row)].iter().map(|&k| T::from_f64(k * scale)));
         }
+        let anchor = network.anchor.iter().enumerate().map(|(row, &of_row)| T::from_f64(of_row * scale(row))).collect();
         let inverse_length_unit = power_of_two(network.inverse_length.iter().copied().fold(0.0, f64::max));
         let mut packed = Self {
             row_start: if n_vertices == 0 { vec![0] } else { network.graph.row_start.clone() },
@@ -86,12 +89,15 @@ impl<T: Real> Packed<T> {
     /// Takes the load of a pass.
     pub(super) fn start(&mut self, load: &[DVec3]) {
         assert_eq!(load.len(), self.n_vertices(), "one load per vertex");
-        self.load_unit = power_of_two(load.iter().fold(0.0, |greatest, v| f64::max(greatest, v.abs().max_element())));
+        let greatest = |greatest: f64, v: &DVec3| greatest.max(v.abs().max_element());
+        self.load_unit =
+            power_of_two(load.par_iter().with_min_len(ROWS).fold(|| 0.0, greatest).reduce(|| 0.0, f64::max));
         let scale = self.load_unit.recip();
-        for ((packed, v), &anchor) in self.load.iter_mut().zip(load).zip(&self.anchor) {
+        let rows = self.load.par_iter_mut().zip(load).zip(&self.anchor).with_min_len(ROWS);
+        rows.for_each(|((packed, v), &anchor)| {
             let [x, y, z] = (*v * scale).to_array().map(T::from_f64);
             *packed = [x, y, z, anchor];
-        }
+        });
     }
 
     pub(super) fn rows(&self) -> Rows<'_, T> {
@@ -131,7 +137,8 @@ impl<T: Real> Packed<T> {
 
     /// The correction in the caller's unit.
     pub(super) fn correction(&self, e: &[[T; 4]]) -> Vec<DVec3> {
-        e.iter().map(|e| DVec3::new(e[0].to_f64(), e[1].to_f64(), e[2].to_f64()) * self.load_unit).collect()
+        let in_unit = |e: &[T; 4]| DVec3::new(e[0].to_f64(), e[1].to_f64(), e[2].to_f64()) * self.load_unit;
+        e.par_iter().with_min_len(ROWS).map(in_unit).collect()
     }
 }
 

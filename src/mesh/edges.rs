@@ -1,6 +1,6 @@
 //! The edges of the tets, the tets around each edge, and the vertex graph they span.
 
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 use super::{csr::Csr, in_pieces};
 
@@ -74,8 +74,8 @@ impl TetEdges {
 /// A graph of vertices joined by edges, with the edge behind every entry.
 #[derive(Clone, Debug, Default)]
 pub struct VertexGraph {
-    /// Neighbours of each vertex.
-    pub neighbours: Csr,
+    /// Neighbours of each vertex; networks along these edges share it.
+    pub neighbours: Arc<Csr>,
     /// For each entry of `neighbours` the edge it stands for.
     pub entry_edge: Vec<u32>,
 }
@@ -83,10 +83,18 @@ pub struct VertexGraph {
 impl VertexGraph {
     /// The graph of these edges.
     pub fn new(n_vertices: usize, edges: &[[u32; 2]]) -> Self {
-        let neighbours = Csr::from_pairs(n_vertices, edges.iter().flat_map(|&[a, b]| [(a, b), (b, a)]));
         let both = edges.iter().enumerate().flat_map(|(edge, &[a, b])| [(a, edge as u32), (b, edge as u32)]);
-        let entry_edge = Csr::from_pairs(n_vertices, both).entries;
-        Self { neighbours, entry_edge }
+        let Csr { row_start, entries: entry_edge } = Csr::from_pairs(n_vertices, both);
+        let other = |(row, edge): (usize, &u32)| {
+            let [a, b] = edges[*edge as usize];
+            if a as usize == row { b } else { a }
+        };
+        let rows = row_start.windows(2).enumerate();
+        let entries = rows
+            .flat_map(|(row, ends)| entry_edge[ends[0] as usize..ends[1] as usize].iter().map(move |edge| (row, edge)))
+            .map(other)
+            .collect();
+        Self { neighbours: Arc::new(Csr { row_start, entries }), entry_edge }
     }
 }
 

@@ -16,6 +16,7 @@ mod relaxer;
 mod schedule;
 mod spectrum;
 
+pub use moving::Moving;
 pub use network::Network;
 pub use relaxer::{Convergence, Relaxer};
 pub use schedule::Method;

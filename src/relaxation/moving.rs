@@ -3,20 +3,23 @@
 //! Files number vertices at random, as far as a processor's caches can tell. Here they are numbered breadth first
 //! (Cuthill and McKee 1969), which needs the graph alone.
 
+use std::sync::Arc;
+
 use super::Network;
 use crate::mesh::csr::Csr;
 
-/// The vertices of a network that may move and have springs, as a network of their own. Springs to the others, whose
-/// corrections are zero, become anchors: the equilibrium of corrections stays what it was.
-pub(super) struct Moving {
+/// The vertices of a network that may move and have springs, as a network of their own: what a device sweeps. Springs to the
+/// others, whose corrections are zero, become anchors: the equilibrium of corrections stays what it was.
+pub struct Moving {
     /// The network.
-    pub(super) network: Network,
+    pub network: Network,
     /// For each of its vertices the one of the whole network.
-    pub(super) vertices: Vec<u32>,
+    pub vertices: Vec<u32>,
 }
 
 impl Moving {
-    pub(super) fn new(whole: &Network) -> Self {
+    /// The part of `whole` that moves.
+    pub fn new(whole: &Network) -> Self {
         let vertices = breadth_first(whole);
         let mut place = vec![u32::MAX; whole.len()];
         vertices.iter().zip(0..).for_each(|(&vertex, row)| place[vertex as usize] = row);
@@ -43,13 +46,8 @@ impl Moving {
         let pick = |vertex: &u32| whole.constraint[*vertex as usize];
         let constraint = vertices.iter().map(pick).collect();
         let inverse_length = vertices.iter().map(|&vertex| whole.inverse_length[vertex as usize]).collect();
-        let graph = Csr { row_start, entries };
+        let graph = Arc::new(Csr { row_start, entries });
         Self { network: Network::from_rows(graph, stiffness, anchor, constraint, inverse_length), vertices }
-    }
-
-    /// The values of the vertices that move.
-    pub(super) fn gather<T: Copy>(&self, of_whole: &[T]) -> Vec<T> {
-        self.vertices.iter().map(|&vertex| of_whole[vertex as usize]).collect()
     }
 }
 

@@ -1,5 +1,7 @@
 //! A spring network: a graph, its stiffness, and what each vertex may do.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -14,8 +16,8 @@ const ROWS: usize = 2048;
 /// Springs along the edges of a graph.
 #[derive(Clone, Debug)]
 pub struct Network {
-    /// Neighbours of each vertex.
-    pub graph: Csr,
+    /// Neighbours of each vertex; networks of one mesh may share it.
+    pub graph: Arc<Csr>,
     /// Stiffness of each entry of `graph` `[n_entries]`, `>= 0`.
     pub stiffness: Vec<f64>,
     /// Stiffness of the spring that ties each vertex to displacement zero `[n_vertices]`.
@@ -48,12 +50,12 @@ impl Network {
             .map(|row| of_row(row).iter().map(|&edge| 1.0 / edge_length[edge as usize]).fold(0.0, f64::max))
             .collect();
         hold_floating(&graph.neighbours, &anchor, &mut constraint);
-        Self::from_rows(graph.neighbours.clone(), stiffness, anchor, constraint, inverse_length)
+        Self::from_rows(Arc::clone(&graph.neighbours), stiffness, anchor, constraint, inverse_length)
     }
 
     /// A network of these rows, in which nothing floats.
     pub(super) fn from_rows(
-        graph: Csr,
+        graph: Arc<Csr>,
         stiffness: Vec<f64>,
         anchor: Vec<f64>,
         constraint: Vec<Constraint>,

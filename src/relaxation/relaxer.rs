@@ -2,14 +2,20 @@
 
 use glam::DVec3;
 
-use super::{Accuracy, Method, Network, Spectrum, moving::Moving, multigrid::Hierarchy, schedule::Schedule};
+use super::{
+    Accuracy, Method, Moving, Network, Spectrum,
+    multigrid::{Hierarchy, Joined},
+    schedule::Schedule,
+};
 use crate::backend::{Backend, BackendError, Constraint, DeviceNetwork};
 
 /// A network on a device, ready to be relaxed again and again.
 pub struct Relaxer {
     network: Network,
-    moving: Moving,
-    hierarchy: Option<Hierarchy>,
+    /// The vertices that move, in the order in which the device has them.
+    moving: Vec<u32>,
+    /// With multigrid alone.
+    joined: Option<Joined>,
     spectrum: Option<Spectrum>,
     method: Method,
     epsilon: f64,
@@ -52,17 +58,19 @@ impl Relaxer {
     /// # Errors
     /// The device failed or the network does not fit.
     pub fn new(network: Network, backend: &dyn Backend, method: Method) -> Result<Self, BackendError> {
-        let moving = Moving::new(&network);
-        let method = method.for_size(moving.vertices.len());
-        let (hierarchy, device, spectrum) = if method == Method::Multigrid {
-            let hierarchy = Hierarchy::new(&moving.network);
-            let mut device = backend.upload_hierarchy(&hierarchy.data(&moving.network))?;
-            let spectrum = Spectrum::of_cycles(&moving.network, device.as_mut())?;
-            (Some(hierarchy), device, spectrum)
+        // What the device has been given is not kept here: of a large mesh it is most of the memory.
+        let Moving { network: of_moving, vertices: moving } = Moving::new(&network);
+        let method = method.for_size(moving.len());
+        let (joined, device, spectrum) = if method == Method::Multigrid {
+            let hierarchy = Hierarchy::new(&of_moving);
+            let mut device = backend.upload_hierarchy(&hierarchy.data(&of_moving))?;
+            let joined = hierarchy.joined();
+            let spectrum = Spectrum::of_cycles(&of_moving, device.as_mut())?;
+            (Some(joined), device, spectrum)
         } else {
-            (None, backend.upload(&moving.network.data())?, Spectrum::new(&moving.network))
+            (None, backend.upload(&of_moving.data())?, Spectrum::new(&of_moving))
         };
-        Ok(Self { network, moving, hierarchy, spectrum, method, epsilon: backend.epsilon(), device })
+        Ok(Self { network, moving, joined, spectrum, method, epsilon: backend.epsilon(), device })
     }
 
     /// The network.
@@ -81,13 +89,13 @@ impl Relaxer {
     /// # Errors
     /// The device failed.
     pub fn constrain(&mut self, constraint: Vec<Constraint>) -> Result<(), BackendError> {
-        self.moving.network.constraint = self.moving.gather(&constraint);
+        let of_moving = self.gather(&constraint);
         self.network.constraint = constraint;
-        match &self.hierarchy {
-            None => self.device.constrain(&self.moving.network.constraint),
-            Some(hierarchy) => {
-                self.device.constrain(&hierarchy.constraints(&self.moving.network.constraint))?;
-                self.spectrum = Spectrum::of_cycles(&self.moving.network, self.device.as_mut())?;
+        match &self.joined {
+            None => self.device.constrain(&of_moving),
+            Some(joined) => {
+                self.device.constrain(&joined.constraints(&of_moving))?;
+                self.spectrum = Spectrum::of_cycles(&Moving::new(&self.network).network, self.device.as_mut())?;
                 Ok(())
             }
         }
@@ -116,7 +124,7 @@ impl Relaxer {
             let pass = self.pass(&residual, spectrum, accuracy, result.sweeps)?;
             let correction = self.device.correction()?;
             let mut furthest: f64 = 0.0;
-            for (&row, e) in self.moving.vertices.iter().zip(&correction) {
+            for (&row, e) in self.moving.iter().zip(&correction) {
                 let row = row as usize;
                 // Rounding on the device must not lift a vertex off its plane.
                 displacement[row] += self.network.constraint[row].limit(*e);
@@ -137,6 +145,11 @@ impl Relaxer {
         Ok(result)
     }
 
+    /// The values of the vertices that move, of those of the whole network.
+    fn gather<T: Copy>(&self, of_whole: &[T]) -> Vec<T> {
+        self.moving.iter().map(|&vertex| of_whole[vertex as usize]).collect()
+    }
+
     fn pass(
         &mut self,
         load: &[DVec3],
@@ -146,7 +159,8 @@ impl Relaxer {
     ) -> Result<Pass, BackendError> {
         let mut schedule = Schedule::new(self.method, spectrum);
         let batch = schedule.batch();
-        self.device.start(&self.moving.gather(load))?;
+        let load = self.gather(load);
+        self.device.start(&load)?;
         let mut sweeps = 0;
         let mut last_change = f64::INFINITY;
         let mut largest_change: f64 = 0.0;

@@ -7,6 +7,8 @@
 //! `sum_j k_ij (x_i - x_j) = sum_j k_ij (R_i + R_j) / 2 (X_i - X_j)`. Both matrices are the undeformed mesh's, so the result
 //! depends on the design alone. The paper's springs have no such term.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
@@ -42,7 +44,7 @@ pub struct Rotation {
     relaxer: Relaxer,
     last: Equilibrium,
     /// Neighbours of each surface vertex along the surface.
-    ring: Csr,
+    ring: Arc<Csr>,
     bodies: Vec<Body>,
     triangles: Vec<[u32; 3]>,
 }

@@ -1,5 +1,7 @@
 //! From one network to the coarser one: smoothed prolongation and the Galerkin product.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::super::Network;
@@ -75,7 +77,7 @@ fn as_springs(matrix: &Transfer) -> Network {
         row_start.push(entries.len() as u32);
     }
     let constraint = vec![Constraint::Free; n];
-    Network::from_rows(Csr { row_start, entries }, stiffness, anchor, constraint, vec![0.0; n])
+    Network::from_rows(Arc::new(Csr { row_start, entries }), stiffness, anchor, constraint, vec![0.0; n])
 }
 
 /// A sparse row under construction.

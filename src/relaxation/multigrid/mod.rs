@@ -62,8 +62,7 @@ impl Hierarchy {
 
     /// The hierarchy of the same graph with other springs: the same vertices are joined.
     pub fn refreshed(self, finest: &Network) -> Self {
-        let coarser = self.levels.into_iter().filter_map(|level| level.coarser);
-        Self::build(finest, coarser.map(|coarser| coarser.aggregates).collect())
+        Self::build(finest, self.joined().aggregates)
     }
 
     /// - `known`: aggregates of the first levels
@@ -113,12 +112,25 @@ impl Hierarchy {
         self.levels.iter().map(data).collect()
     }
 
+    /// What is worth keeping once a device has the rest.
+    pub fn joined(self) -> Joined {
+        let coarser = self.levels.into_iter().filter_map(|level| level.coarser);
+        Joined { aggregates: coarser.map(|coarser| coarser.aggregates).collect() }
+    }
+}
+
+/// Which vertices of each level are one on the next, finest level first.
+pub struct Joined {
+    aggregates: Vec<Aggregates>,
+}
+
+impl Joined {
     /// The constraints of all levels one after another, from those of the finest one.
     pub fn constraints(&self, finest: &[Constraint]) -> Vec<Constraint> {
         let mut all = finest.to_vec();
         let mut first = 0;
-        for coarser in self.levels.iter().filter_map(|level| level.coarser.as_ref()) {
-            let coarse = coarser.aggregates.constraints(&all[first..]);
+        for aggregates in &self.aggregates {
+            let coarse = aggregates.constraints(&all[first..]);
             first = all.len();
             all.extend(coarse);
         }
