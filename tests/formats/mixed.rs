@@ -77,6 +77,8 @@ const TARGETS: &[(&str, bool)] = &[
     ("r8.ugrid", false),
     ("lr8.ugrid", false),
     ("lr4.ugrid", false),
+    #[cfg(feature = "cgns")]
+    ("cgns", true),
 ];
 
 fn mixed(name: &str) -> PathBuf {
