@@ -30,9 +30,7 @@ fn run() -> Result<(), Failure> {
     println!("{} vertices, {} tets\n", source.mesh.vertices.len(), source.mesh.tets.len());
     let moved: Vec<DVec3> = source.mesh.vertices.iter().map(|&vertex| vertex * 1.01 + DVec3::splat(1e-3)).collect();
     let mut rows = vec![row(&["format", "MB", "read MB/s", "write back MB/s", "write new MB/s"])];
-    for extension in
-        FORMATS.iter().filter(|format| !format.is_folder() && format.is_created()).flat_map(|format| format.extensions)
-    {
+    for extension in FORMATS.iter().filter(|format| !format.is_folder()).flat_map(|format| format.extensions) {
         let path = PathBuf::from(format!("mesh.{extension}"));
         // A file of another format has no source of this one, so that this one is written new.
         let new = MeshFile::from_mesh(source.mesh.clone());

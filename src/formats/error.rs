@@ -216,14 +216,6 @@ pub enum WriteError {
         /// The extensions that can be written.
         known: String,
     },
-    /// The format is only written back into its source.
-    #[error("cannot write {}: {format} files are only written back into the {format} file that was read", path.display())]
-    NeedsSource {
-        /// The file to write.
-        path: PathBuf,
-        /// Name of its format.
-        format: &'static str,
-    },
     /// An array does not fit the mesh.
     #[error("{found} {what} do not fit a mesh that has {expected}")]
     Length {

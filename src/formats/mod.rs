@@ -112,10 +112,10 @@ pub const FORMATS: &[Format] = &[
     Format {
         name: cgns::NAME,
         extensions: &["cgns"],
-        description: "CGNS in HDF5, one unstructured zone, written back only; families are the boundary conditions",
+        description: "CGNS in HDF5, one unstructured zone; families are the boundary conditions",
         read: cgns::read,
-        create: Create::Never,
-        limits: |_| Vec::new(),
+        create: Create::File(cgns::create),
+        limits: cgns::limits,
         companion: None,
     },
 ];
@@ -143,9 +143,6 @@ type Reader = fn(&Path, &'static str, Vec<u8>) -> Result<Parsed, ReadError>;
 enum Create {
     File(Creator),
     /// Names and contents of the files of a folder, the one that makes it a mesh last.
-    /// Only the file that was read can be written, with other coordinates.
-    #[cfg_attr(not(feature = "cgns"), allow(dead_code, reason = "CGNS is the only one"))]
-    Never,
     Folder(fn(&Content) -> io::Result<NamedFiles>),
 }
 
@@ -159,17 +156,11 @@ struct Parsed {
 }
 
 impl Format {
-    /// Whether a mesh of another format can become one of this.
-    pub fn is_created(&self) -> bool {
-        !matches!(self.create, Create::Never)
-    }
-
     /// How a new file is written, if it is one file.
     fn creator(&self, path: &Path) -> Result<Creator, WriteError> {
         match self.create {
             Create::File(create) => Ok(create),
             Create::Folder(_) => Err(needs_folder(path)),
-            Create::Never => Err(WriteError::NeedsSource { path: path.into(), format: self.name }),
         }
     }
 

@@ -158,6 +158,8 @@ def with_vtk():
     write("vtk.base64.vtu", appended, encode=True, wide=True)
     write("vtk.base64.zlib.vtu", appended, zlib, encode=True)
     write("vtk.lz4.vtu", appended, vtk.vtkLZ4DataCompressor())
+    write("vtk.lzma.vtu", appended, vtk.vtkLZMADataCompressor())
+    write("vtk.inline.lz4.vtu", inline, vtk.vtkLZ4DataCompressor(), wide=True)
     for name, ascii_mode, version in [
         ("vtk.ascii.vtk", True, 51), ("vtk.binary.vtk", False, 51),
         ("vtk.42.ascii.vtk", True, 42), ("vtk.42.binary.vtk", False, 42),

@@ -1,4 +1,4 @@
-//! CGNS files: only their coordinates change.
+//! CGNS files: only their coordinates change, and new ones hold the mesh.
 
 use super::*;
 
@@ -14,8 +14,25 @@ fn only_coordinates_change() {
     let changed = before.iter().zip(&after).filter(|(a, b)| a != b).count();
     assert!((1..=8).contains(&changed), "{changed} bytes changed");
     assert_eq!(read_bytes("moved.cgns", &after).unwrap().mesh.vertices, vertices);
-    let error = boxed("box.v41.ascii.msh").check_output(Path::new("a.cgns")).unwrap_err().to_string();
-    assert!(error.contains("CGNS files are only written back into the CGNS file that was read"), "{error}");
+}
+
+/// Names that no node can have are kept in full beside.
+#[test]
+fn new_files_keep_every_name() {
+    let mut mesh = boxed("box.v41.ascii.msh").mesh;
+    let long = "a name of more than thirty-two letters, and more";
+    mesh.families = ["Zone", "wing/skin", long].map(str::to_owned).to_vec();
+    let file = MeshFile::from_mesh(mesh.clone());
+    let again = read_bytes("a.cgns", &written(&file, "a.cgns", &mesh.vertices)).unwrap();
+    assert_eq!((&again.mesh.vertices, &again.mesh.tets), (&mesh.vertices, &mesh.tets));
+    assert_eq!(again.mesh.families, mesh.families);
+    for family in 0..3 {
+        let of = |mesh: &TetMesh| {
+            let all = mesh.triangles.iter().zip(&mesh.triangle_family);
+            all.filter(|(_, of)| of.index() == family).map(|(&triangle, _)| triangle).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&again.mesh), of(&mesh), "family {family}");
+    }
 }
 
 #[test]
@@ -26,10 +43,12 @@ fn other_files_are_refused() {
     );
     assert!(message(b"text").contains("a.cgns: byte 0: expected an HDF5 file"));
     let bytes = fs::read(data("mixed/gmsh.cgns")).unwrap();
-    for length in (0..bytes.len() - 8).step_by(997) {
-        assert!(read_bytes("a.cgns", &bytes[..length]).is_err(), "cut to {length} bytes");
+    for length in (1..bytes.len()).step_by(997).chain([bytes.len() - 1]) {
+        let error = message(&bytes[..length]);
+        let cut = format!("byte {length}: the file ends where the rest of its 40158 bytes should stand");
+        assert!(error.ends_with(&cut) || length < 100, "{error}");
     }
-    // A structured zone, a vertex that is not there, polyhedra, two zones.
+    // A structured zone, a vertex that is not there.
     let replaced = |from: &[u8], to: &[u8]| {
         let at = bytes.windows(from.len()).position(|window| window == from).unwrap();
         let mut broken = bytes.clone();
@@ -41,4 +60,24 @@ fn other_files_are_refused() {
     let wrong = [5i32, 7, 10, 13].map(i32::to_le_bytes).concat();
     let error = replaced(&tet, &wrong);
     assert!(error.contains("expected a vertex of element 15 in '5_V_1', 1 to 12, found 13"), "{error}");
+}
+
+#[test]
+fn several_zones_are_refused() {
+    let mut file = hdf5_pure::FileBuilder::new();
+    let node = |name: &str, label: &str| {
+        let mut node = hdf5_pure::FileBuilder::new().create_group(name);
+        node.set_attr("label", hdf5_pure::AttrValue::AsciiString(label.into()));
+        node
+    };
+    let mut base = node("Base", "CGNSBase_t");
+    for zone in ["wing", "tail"] {
+        base.add_group(node(zone, "Zone_t").finish());
+    }
+    file.add_group(base.finish());
+    let error = read_bytes("a.cgns", &file.finish().unwrap()).unwrap_err().to_string();
+    assert!(
+        error.ends_with("a.cgns: CGNS with 2 zones is not read; merge them into one in which they share vertices"),
+        "{error}"
+    );
 }

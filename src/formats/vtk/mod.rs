@@ -2,6 +2,7 @@
 
 mod base64;
 mod cells;
+mod compression;
 mod create;
 pub(super) mod legacy;
 mod names;

@@ -1,12 +1,9 @@
 //! The bytes of one array in a VTK XML file: a header of sizes, then the numbers, perhaps compressed, perhaps in base64.
 
-use std::io::{self, Read, Write};
-
-use flate2::Compression;
-use flate2::read::ZlibDecoder;
-use flate2::write::ZlibEncoder;
+use std::io;
 
 use super::base64;
+use super::compression::Compression;
 use crate::formats::scanner::Endian;
 
 /// How a file writes all of its arrays that are not text.
@@ -15,8 +12,8 @@ pub(super) struct Coding {
     pub endian: Endian,
     /// Size of a number of the header: 4 or 8.
     pub header: usize,
-    /// Whether the numbers are compressed with zlib, block by block.
-    pub compressed: bool,
+    /// What the numbers are compressed with, block by block.
+    pub compression: Option<Compression>,
 }
 
 /// An array taken apart.
@@ -34,9 +31,6 @@ pub(super) struct Payload {
     last: usize,
     blocks: Vec<Vec<u8>>,
 }
-
-/// Deflate makes at most this many bytes of one.
-const EXPANSION: usize = 1032;
 
 impl Coding {
     /// Takes apart the array at the beginning of `bytes`. The error says what is wrong.
@@ -64,11 +58,11 @@ impl Coding {
         let sum = |a: usize, b: usize| a.checked_add(b).ok_or("sizes that no memory holds");
         let (sizes, _) = take(0, self.header)?;
         let first = count(&sizes, 0)?;
-        if !self.compressed {
+        let Some(compression) = self.compression else {
             let (mut data, length) = take(0, sum(self.header, first)?)?;
             data.drain(..self.header);
             return Ok(Payload { coding: self, base64, data, length, block: 0, last: 0, blocks: Vec::new() });
-        }
+        };
         if first > bytes.len() {
             return Err(format!("{first} blocks"));
         }
@@ -83,15 +77,7 @@ impl Coding {
             let packed = &packed_data[at..at + size];
             at += size;
             let plain = if index + 1 == first && last != 0 { last } else { block };
-            if plain / EXPANSION > size {
-                return Err(format!("a block of {size} bytes that should hold {plain}"));
-            }
-            let before = payload.data.len();
-            let read = ZlibDecoder::new(packed).take(plain as u64 + 1).read_to_end(&mut payload.data);
-            read.map_err(|error| format!("broken zlib data ({error})"))?;
-            if payload.data.len() - before != plain {
-                return Err(format!("a block of {} bytes that should hold {plain}", payload.data.len() - before));
-            }
+            compression.unpack(packed, plain, &mut payload.data)?;
             payload.blocks.push(packed.to_vec());
         }
         Ok(payload)
@@ -107,11 +93,11 @@ impl Payload {
             Endian::Little => header.extend_from_slice(&(value as u64).to_le_bytes()[..self.coding.header]),
             Endian::Big => header.extend_from_slice(&(value as u64).to_be_bytes()[8 - self.coding.header..]),
         };
-        if !self.coding.compressed {
+        let Some(compression) = self.coding.compression else {
             size(data.len());
             header.extend_from_slice(data);
             return Ok(self.written(&header, &[]));
-        }
+        };
         size(self.blocks.len());
         size(self.block);
         size(self.last);
@@ -122,9 +108,7 @@ impl Payload {
             if data[at..end] == self.data[at..end] {
                 body.extend_from_slice(old);
             } else {
-                let mut encoder = ZlibEncoder::new(&mut body, Compression::default());
-                encoder.write_all(&data[at..end])?;
-                encoder.finish()?;
+                compression.pack(&data[at..end], &mut body)?;
             }
             size(body.len() - before);
             at = end;

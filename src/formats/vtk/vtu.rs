@@ -1,8 +1,8 @@
 //! VTU files: VTK unstructured grids in XML, as ParaView and others write them.
 //!
 //! A family is a number that a cell array gives the boundary faces; files that idmesh wrote also hold the names, in a
-//! comment. All encodings are read but LZ4 and LZMA: text, base64 and appended raw, zlib, headers of 32 and 64 bits,
-//! both byte orders.
+//! comment. All encodings are read: text, base64 and appended raw, zlib, LZ4, LZMA, headers of 32 and 64 bits, both byte
+//! orders.
 //!
 //! What the file says about the range of its coordinates (`RangeMin`, `L2_NORM_RANGE`) stays that of the mesh before it
 //! moved.
@@ -16,6 +16,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::cells::{self, Table};
+use super::compression::Compression;
 use super::names::parse_names;
 use super::number::Number;
 use super::payload::{Coding, Payload};
@@ -116,7 +117,7 @@ fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Head
     let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
     let mut tags = Tags::new(path, bytes);
     let mut header = Header {
-        coding: Coding { endian: Endian::Little, header: 4, compressed: false },
+        coding: Coding { endian: Endian::Little, header: 4, compression: None },
         n_points: 0,
         n_cells: 0,
         arrays: Vec::new(),
@@ -210,14 +211,16 @@ fn read_coding(
         Some("UInt64") => 8,
         Some(other) => return Err(tags.malformed(tag.start, "header_type UInt32 or UInt64", other)),
     };
-    let compressed = match tag.get("compressor") {
-        None | Some("") => false,
-        Some("vtkZLibDataCompressor") => true,
-        Some(other) => {
-            return Err(unsupported(format!("compression by {other}"), "save it with zlib or without compression"));
-        }
+    let compression = match tag.get("compressor") {
+        None | Some("") => None,
+        Some(name) => match Compression::named(name) {
+            None => {
+                return Err(unsupported(format!("compression by {name}"), "save it with zlib or without compression"));
+            }
+            known => known,
+        },
     };
-    Ok(Coding { endian, header, compressed })
+    Ok(Coding { endian, header, compression })
 }
 
 /// A `DataArray`; nothing if it is one of strings.

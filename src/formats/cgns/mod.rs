@@ -1,4 +1,4 @@
-//! CGNS files in HDF5, of one unstructured zone: read and written back.
+//! CGNS files in HDF5, of one unstructured zone.
 //!
 //! A family is a boundary condition (`BC_t`), called as its family says (`FamilyName_t`, and the name that the `Family_t`
 //! may carry itself), else as the condition; faces of no condition belong to a family of their section's name. Written
@@ -6,8 +6,9 @@
 //!
 //! Source: the CGNS standard, SIDS and "SIDS file mapping, HDF5".
 
-use std::collections::HashMap;
-use std::io::{self, Write};
+mod columns;
+mod create;
+
 use std::path::Path;
 
 use glam::DVec3;
@@ -15,9 +16,12 @@ use hdf5_pure::{AttrValue, Dataset, File, Group, Layout};
 
 use super::Parsed;
 use super::assembly::{Assembly, Kind, MOST_VERTICES, Shape, check_finite_at};
-use super::document::{Coordinates, Document, narrow};
+use super::document::Document;
 use super::error::{Place, ReadError};
-use super::scanner::{Endian, Width};
+
+pub(super) use create::{create, limits};
+
+use columns::Columns;
 
 /// The format's name in [`super::FORMATS`].
 pub(super) const NAME: &str = "CGNS";
@@ -40,6 +44,18 @@ fn element_type(number: i64) -> Option<(usize, Kind)> {
     })
 }
 
+/// CGNS's number for a type of element.
+fn element_number(shape: Shape) -> i32 {
+    match shape {
+        Shape::Triangle => 5,
+        Shape::Quadrilateral => 7,
+        Shape::Tet => 10,
+        Shape::Pyramid => 12,
+        Shape::Prism => 14,
+        Shape::Hexahedron => 17,
+    }
+}
+
 /// A section whose elements have types of their own.
 const MIXED: i64 = 20;
 
@@ -49,12 +65,38 @@ struct Node {
     group: Group,
 }
 
+/// Numbers of elements.
+enum Numbers {
+    Range(i64, i64),
+    List(Vec<i64>),
+}
+
+impl Numbers {
+    fn lowest(&self) -> i64 {
+        match self {
+            Numbers::Range(first, _) => *first,
+            Numbers::List(list) => list.iter().copied().min().unwrap_or(i64::MAX),
+        }
+    }
+
+    /// The places of these among faces whose numbers ascend.
+    fn places<'a>(&'a self, faces: &'a [(i64, usize)]) -> Box<dyn Iterator<Item = usize> + 'a> {
+        let below = |number: i64| faces.partition_point(|&(face, _)| face < number);
+        match self {
+            Numbers::Range(first, last) => Box::new(below(*first)..below(last.saturating_add(1)).max(below(*first))),
+            Numbers::List(list) => {
+                Box::new(list.iter().filter_map(|number| faces.binary_search_by_key(number, |&(face, _)| face).ok()))
+            }
+        }
+    }
+}
+
 /// What is read from.
 struct Reader<'a> {
     path: &'a Path,
     assembly: Assembly,
     n_vertices: usize,
-    /// The number of each face in the zone, of triangles and of quadrilaterals, with its section.
+    /// The number of each face in the zone, of triangles and of quadrilaterals, with its section; ascending.
     faces: [Vec<(i64, usize)>; 2],
     sections: Vec<String>,
 }
@@ -66,6 +108,11 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         return Err(unsupported("CGNS in ADF", "turn it into HDF5: adf2hdf old.cgns new.cgns"));
     }
     let file = File::from_bytes(bytes.clone()).map_err(|error| broken(path, "an HDF5 file", &error))?;
+    let length = file.superblock().eof_address;
+    if length > bytes.len() as u64 {
+        let expected = format!("the rest of its {length} bytes");
+        return Err(ReadError::Truncated { place: Place::Byte(path.into(), bytes.len()), expected });
+    }
     let mut reader = Reader {
         path,
         assembly: Assembly::default(),
@@ -73,8 +120,8 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         faces: [Vec::new(), Vec::new()],
         sections: Vec::new(),
     };
-    let base = reader.only(&file.root(), "CGNSBase_t", "a base")?;
-    let zone = reader.only(&base.group, "Zone_t", "an unstructured zone")?;
+    let base = reader.only(&file.root(), "CGNSBase_t", "base", "leave one base in it")?;
+    let zone = reader.only(&base.group, "Zone_t", "zone", "merge them into one in which they share vertices")?;
     for kind in reader.children(&zone.group, "ZoneType_t")? {
         if reader.text(&kind)? != "Unstructured" {
             return Err(unsupported("a structured zone", "convert it to an unstructured mesh"));
@@ -128,17 +175,16 @@ impl Reader<'_> {
         Ok(nodes)
     }
 
-    /// The only node of that label.
-    fn only(&self, parent: &Group, label: &str, what: &'static str) -> Result<Node, ReadError> {
+    /// The only node of that label; `hint` says what to do about several.
+    fn only(&self, parent: &Group, label: &str, what: &'static str, hint: &'static str) -> Result<Node, ReadError> {
         let mut nodes = self.children(parent, label)?;
         match (nodes.pop(), nodes.len()) {
             (Some(node), 0) => Ok(node),
             (None, _) => Err(self.missing(what)),
-            (_, more) => Err(ReadError::Unsupported {
-                path: self.path.into(),
-                found: format!("a file with {} nodes of {label}", more + 1),
-                hint: "leave one base and one zone in it",
-            }),
+            (_, more) => {
+                let found = format!("CGNS with {} {what}s", more + 1);
+                Err(ReadError::Unsupported { path: self.path.into(), found, hint })
+            }
         }
     }
 
@@ -267,47 +313,52 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Gives every face the number of its boundary condition or section, and the names of both.
+    /// Gives every face the number of its boundary condition or section, and the names of both. Conditions come in the
+    /// order of their lowest faces, as the programs that wrote them numbered them.
     fn tag_faces(&mut self, base: &Group, zone: &Group) -> Result<Vec<String>, ReadError> {
-        let mut names = Vec::new();
-        let mut of_face: HashMap<i64, i32> = HashMap::new();
+        let mut conditions = Vec::new();
         for zone_bc in self.children(zone, "ZoneBC_t")? {
             for bc in self.children(&zone_bc.group, "BC_t")? {
-                let tag = names.len() as i32;
-                names.push(self.family_name(base, &bc)?);
-                let integers = |name: &str| -> Result<Option<Vec<i64>>, ReadError> {
-                    self.child(&bc.group, name).map(|node| self.integers(&node, name)).transpose()
-                };
-                let on_vertices = match self.children(&bc.group, "GridLocation_t")?.first() {
-                    Some(location) => self.text(location)? == "Vertex",
-                    None => integers("ElementRange")?.is_none() && integers("ElementList")?.is_none(),
-                };
-                if on_vertices {
-                    return Err(ReadError::Unsupported {
-                        path: self.path.into(),
-                        found: format!("the boundary condition '{}', which is given on vertices,", bc.name),
-                        hint: "save boundary conditions on faces (GridLocation FaceCenter)",
-                    });
-                }
-                let range = integers("PointRange")?.or(integers("ElementRange")?);
-                let list = integers("PointList")?.or(integers("ElementList")?);
-                let list: std::collections::HashSet<i64> = list.unwrap_or_default().into_iter().collect();
-                for (face, _) in self.faces.iter().flatten() {
-                    let in_range = matches!(range.as_deref(), Some(&[first, last]) if (first..=last).contains(face));
-                    if in_range || list.contains(face) {
-                        of_face.entry(*face).or_insert(tag);
-                    }
-                }
+                conditions.push((self.faces_of(&bc)?, self.family_name(base, &bc)?));
             }
         }
-        let n_conditions = names.len();
+        conditions.sort_by_key(|(faces, _)| faces.lowest());
+        let mut names: Vec<String> = conditions.iter().map(|(_, name)| name.clone()).collect();
+        let tags = self.faces.each_ref().map(|of_shape| {
+            let mut tags: Vec<i32> = of_shape.iter().map(|&(_, section)| (names.len() + section) as i32).collect();
+            // Where conditions overlap, the first counts.
+            for (tag, (faces, _)) in conditions.iter().enumerate().rev() {
+                faces.places(of_shape).for_each(|place| tags[place] = tag as i32);
+            }
+            tags
+        });
+        [self.assembly.triangle_tags, self.assembly.quadrilateral_tags] = tags;
         names.extend(self.sections.iter().cloned());
-        let [triangles, quadrilaterals] = &self.faces;
-        let tag =
-            |&(face, section): &(i64, usize)| of_face.get(&face).copied().unwrap_or((n_conditions + section) as i32);
-        self.assembly.triangle_tags = triangles.iter().map(tag).collect();
-        self.assembly.quadrilateral_tags = quadrilaterals.iter().map(tag).collect();
         Ok(names)
+    }
+
+    /// The faces of a boundary condition.
+    fn faces_of(&self, bc: &Node) -> Result<Numbers, ReadError> {
+        let integers = |name: &str| -> Result<Option<Vec<i64>>, ReadError> {
+            self.child(&bc.group, name).map(|node| self.integers(&node, name)).transpose()
+        };
+        let on_vertices = match self.children(&bc.group, "GridLocation_t")?.first() {
+            Some(location) => self.text(location)? == "Vertex",
+            None => integers("ElementRange")?.is_none() && integers("ElementList")?.is_none(),
+        };
+        if on_vertices {
+            return Err(ReadError::Unsupported {
+                path: self.path.into(),
+                found: format!("the boundary condition '{}', which is given on vertices,", bc.name),
+                hint: "save boundary conditions on faces (GridLocation FaceCenter)",
+            });
+        }
+        let list = integers("PointList")?.or(integers("ElementList")?);
+        match integers("PointRange")?.or(integers("ElementRange")?).as_deref() {
+            Some(&[first, last]) => Ok(Numbers::Range(first, last)),
+            Some(other) => Err(broken(self.path, &format!("two numbers in the range of '{}'", bc.name), &other.len())),
+            None => Ok(Numbers::List(list.unwrap_or_default())),
+        }
     }
 
     /// What a boundary condition's family is called: two hops to the name, where there are.
@@ -319,48 +370,5 @@ impl Reader<'_> {
             Some(name) => self.text(name),
             None => Ok(family),
         }
-    }
-}
-
-/// Coordinates that stand in the file axis by axis.
-#[derive(Debug)]
-struct Columns {
-    /// Where x, y and z begin.
-    starts: [usize; 3],
-    kind: (Width, Endian),
-}
-
-impl Columns {
-    const KINDS: [(Width, Endian); 4] = [
-        (Width::Double, Endian::Little),
-        (Width::Double, Endian::Big),
-        (Width::Single, Endian::Little),
-        (Width::Single, Endian::Big),
-    ];
-
-    /// Whether these bytes hold these numbers in that way.
-    fn holds((width, endian): (Width, Endian), bytes: &[u8], values: &[f64]) -> bool {
-        bytes.len() == values.len() * width.bytes()
-            && bytes.chunks_exact(width.bytes()).zip(values).all(|(bytes, &value)| match width {
-                Width::Double => bytes == endian.double(value),
-                Width::Single => bytes == endian.single(value as f32),
-            })
-    }
-}
-
-impl Coordinates for Columns {
-    fn write(&self, bytes: &[u8], out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()> {
-        let mut bytes = bytes.to_vec();
-        let (width, endian) = self.kind;
-        for (axis, start) in self.starts.into_iter().enumerate() {
-            let column = &mut bytes[start..start + vertices.len() * width.bytes()];
-            for (place, vertex) in column.chunks_exact_mut(width.bytes()).zip(vertices) {
-                match width {
-                    Width::Double => place.copy_from_slice(&endian.double(vertex[axis])),
-                    Width::Single => place.copy_from_slice(&endian.single(narrow(vertex[axis])?)),
-                }
-            }
-        }
-        out.write_all(&bytes)
     }
 }

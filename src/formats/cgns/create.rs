@@ -1,0 +1,210 @@
+//! New CGNS files: a base, a zone, and for every family its faces, a boundary condition and a `Family_t`.
+//!
+//! Cells come first, shape by shape, then the faces of each family, its triangles before its quadrilaterals, so that a
+//! boundary condition is one range of elements. Source: as for reading.
+
+use std::io::{self, Write};
+
+use hdf5_pure::{AttrValue, FileBuilder, FormatError, GroupBuilder, LibVer};
+
+use super::element_number;
+use crate::formats::assembly::Shape;
+use crate::formats::content::{Content, clean_names};
+
+/// The longest name of a node.
+const LONGEST: usize = 32;
+
+/// The name of the zone.
+const ZONE: &str = "Zone";
+
+/// What a node holds.
+enum Data {
+    Nothing,
+    Text(String),
+    Single(f32),
+    Doubles(Vec<f64>),
+    Integers(Vec<i64>),
+    /// Integers that are written with 32 bits.
+    Short(Vec<i32>),
+}
+
+impl Data {
+    /// CGNS's name of the type.
+    fn kind(&self) -> &'static str {
+        match self {
+            Data::Nothing => "MT",
+            Data::Text(_) => "C1",
+            Data::Single(_) => "R4",
+            Data::Doubles(_) => "R8",
+            Data::Integers(_) => "I8",
+            Data::Short(_) => "I4",
+        }
+    }
+}
+
+/// A node without children; `shape` is that of HDF5, the last index first in CGNS.
+fn node(name: &str, label: &str, data: &Data, shape: &[u64]) -> Result<GroupBuilder, FormatError> {
+    let mut node = FileBuilder::new().create_group(name);
+    attributes(name, label, data.kind(), |key, value| node.set_attr(key, value))?;
+    node.set_attr("flags", AttrValue::I32Array(vec![1]));
+    if !matches!(data, Data::Nothing) {
+        // The name begins with a space.
+        let values = node.create_dataset(" data");
+        let values = match data {
+            Data::Nothing => values,
+            Data::Text(text) => values.with_i8_data(&letters(text)),
+            Data::Single(value) => values.with_f32_data(&[*value]),
+            Data::Doubles(all) => values.with_f64_data(all),
+            Data::Integers(all) => values.with_i64_data(all),
+            Data::Short(all) => values.with_i32_data(all),
+        };
+        values.with_shape(shape);
+    }
+    Ok(node)
+}
+
+/// The attributes that name a node.
+fn attributes(name: &str, label: &str, kind: &str, mut set: impl FnMut(&str, AttrValue)) -> Result<(), FormatError> {
+    set("name", AttrValue::ascii_string_sized(name, LONGEST as u32 + 1)?);
+    set("label", AttrValue::ascii_string_sized(label, LONGEST as u32 + 1)?);
+    set("type", AttrValue::ascii_string_sized(kind, 3)?);
+    Ok(())
+}
+
+fn letters(text: &str) -> Vec<i8> {
+    text.bytes().map(|byte| byte as i8).collect()
+}
+
+fn text(name: &str, label: &str, text: &str) -> Result<GroupBuilder, FormatError> {
+    node(name, label, &Data::Text(text.to_owned()), &[text.len() as u64])
+}
+
+/// The zone while it is filled.
+struct Zone {
+    node: GroupBuilder,
+    /// Whether integers need 64 bits.
+    long: bool,
+    /// The number of the next element.
+    next: usize,
+}
+
+impl Zone {
+    /// The zone with its vertices.
+    fn new(content: &Content) -> Result<Self, FormatError> {
+        let n_vertices = content.vertices.len();
+        let long = n_vertices.max(content.elements().count()) > i32::MAX as usize;
+        let sizes = [n_vertices, content.volume_cells().count(), 0].map(|size| size as i64);
+        let mut zone = node(ZONE, "Zone_t", &integers(long, sizes.into_iter()), &[3, 1])?;
+        zone.add_group(text("ZoneType", "ZoneType_t", "Unstructured")?.finish());
+        let mut coordinates = node("GridCoordinates", "GridCoordinates_t", &Data::Nothing, &[])?;
+        for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"].into_iter().enumerate() {
+            let values = Data::Doubles(content.vertices.iter().map(|vertex| vertex[axis]).collect());
+            coordinates.add_group(node(name, "DataArray_t", &values, &[n_vertices as u64])?.finish());
+        }
+        zone.add_group(coordinates.finish());
+        Ok(Self { node: zone, long, next: 1 })
+    }
+
+    /// The numbers of the elements from `first` up to the next.
+    fn range(&self, name: &str, first: usize, shape: &[u64]) -> Result<GroupBuilder, FormatError> {
+        let ends = [first as i64, self.next as i64 - 1];
+        node(name, "IndexRange_t", &integers(self.long, ends.into_iter()), shape)
+    }
+
+    /// Adds a section of elements of one shape, if there are any.
+    fn add(&mut self, name: &str, shape: Shape, elements: &[&[u32]]) -> Result<(), FormatError> {
+        if elements.is_empty() {
+            return Ok(());
+        }
+        let first = self.next;
+        self.next += elements.len();
+        let mut section = node(name, "Elements_t", &Data::Short(vec![element_number(shape), 0]), &[2])?;
+        section.add_group(self.range("ElementRange", first, &[2])?.finish());
+        let corners = integers(self.long, elements.iter().copied().flatten().map(|&vertex| i64::from(vertex) + 1));
+        let n_corners = (elements.len() * shape.n_vertices()) as u64;
+        section.add_group(node("ElementConnectivity", "DataArray_t", &corners, &[n_corners])?.finish());
+        self.node.add_group(section.finish());
+        Ok(())
+    }
+}
+
+/// Integers of 32 bits, or of 64.
+fn integers(long: bool, values: impl Iterator<Item = i64>) -> Data {
+    match long {
+        true => Data::Integers(values.collect()),
+        false => Data::Short(values.map(|value| value as i32).collect()),
+    }
+}
+
+/// The names of the families as names of nodes.
+fn node_names(families: &[String]) -> Vec<String> {
+    let short = |name: &String| {
+        // Room for what makes equal names different.
+        let name: String = name.trim().chars().take(LONGEST - 5).collect();
+        if name.is_empty() { "family".to_owned() } else { name }
+    };
+    // A family is a neighbour of the zone.
+    let names: Vec<String> = std::iter::once(ZONE.to_owned()).chain(families.iter().map(short)).collect();
+    let takes = |letter: char| letter == ' ' || letter.is_ascii_graphic() && !matches!(letter, '/' | '.');
+    clean_names(&names, takes).split_off(1)
+}
+
+/// Says that boundary conditions have no types.
+pub(in crate::formats) fn limits(_: &Content) -> Vec<String> {
+    vec!["boundary conditions: those of the families have no type (FamilySpecified)".to_owned()]
+}
+
+/// Writes a CGNS file.
+pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+    let file = build(content).map_err(io::Error::other)?;
+    file.finish_to(out).map_err(io::Error::other)
+}
+
+fn build(content: &Content) -> Result<FileBuilder, FormatError> {
+    let mut zone = Zone::new(content)?;
+    for (name, shape) in
+        [("tets", Shape::Tet), ("pyramids", Shape::Pyramid), ("prisms", Shape::Prism), ("hexahedra", Shape::Hexahedron)]
+    {
+        let cells = content.volume_cells().filter(|(of, _)| *of == shape).map(|(_, cell)| cell);
+        zone.add(name, shape, &cells.collect::<Vec<_>>())?;
+    }
+    let mut conditions = node("ZoneBC", "ZoneBC_t", &Data::Nothing, &[])?;
+    let mut families = Vec::new();
+    let names = node_names(content.cells.families);
+    for (index, (faces, name)) in content.faces_by_family().into_iter().zip(&names).enumerate() {
+        let first = zone.next;
+        for (what, shape) in [("triangles", Shape::Triangle), ("quadrilaterals", Shape::Quadrilateral)] {
+            let faces = faces.iter().filter(|(of, _)| *of == shape).map(|&(_, face)| face);
+            zone.add(&format!("{what} {}", index + 1), shape, &faces.collect::<Vec<_>>())?;
+        }
+        if !faces.is_empty() {
+            let mut condition = text(name, "BC_t", "FamilySpecified")?;
+            condition.add_group(text("GridLocation", "GridLocation_t", "FaceCenter")?.finish());
+            condition.add_group(zone.range("PointRange", first, &[2, 1])?.finish());
+            condition.add_group(text("FamilyName", "FamilyName_t", name)?.finish());
+            conditions.add_group(condition.finish());
+        }
+        let mut family = node(name, "Family_t", &Data::Nothing, &[])?;
+        // The name in full, as gmsh gives it.
+        let full = &content.cells.families[index];
+        if !full.is_empty() {
+            family.add_group(text("FamilyName", "FamilyName_t", full)?.finish());
+        }
+        families.push(family.finish());
+    }
+    zone.node.add_group(conditions.finish());
+
+    let mut base = node("Base", "CGNSBase_t", &Data::Short(vec![3, 3]), &[2])?;
+    base.add_group(zone.node.finish());
+    families.into_iter().for_each(|family| base.add_group(family));
+    let mut file = FileBuilder::new();
+    // Readers of HDF5 1.8 are still about.
+    file.with_libver_bounds(LibVer::Earliest, LibVer::V18);
+    attributes("HDF5 MotherNode", "Root Node of HDF5 File", "MT", |key, value| file.set_attr(key, value))?;
+    file.create_dataset(" format").with_i8_data(&letters("IEEE_LITTLE_32\0"));
+    file.create_dataset(" hdf5version").with_i8_data(&letters(&format!("{:\0<33}", "HDF5 Version 1.8.0")));
+    let version = node("CGNSLibraryVersion", "CGNSLibraryVersion_t", &Data::Single(3.4), &[1])?;
+    file.add_group(version.finish());
+    file.add_group(base.finish());
+    Ok(file)
+}
