@@ -10,6 +10,7 @@ mod nearest;
 mod parse;
 mod paths;
 
+pub mod design_list;
 pub mod displacement;
 
 use std::collections::BTreeMap;

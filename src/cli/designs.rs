@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::failure::Failure;
+use crate::case::design_list;
 
 /// A design's file, and the name its results get.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,10 +56,7 @@ pub(super) fn find(path: &Path, extensions: &[&str]) -> Result<Vec<DesignFile>, 
         paths.sort();
         paths
     } else {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let text = fs::read_to_string(path).map_err(cannot_read)?;
-        let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default().trim());
-        lines.filter(|line| !line.is_empty()).map(|line| folder.join(line)).collect()
+        design_list::parse(&fs::read_to_string(path).map_err(cannot_read)?, path)
     };
     if paths.is_empty() {
         return Err(Failure::bad_input(format!("{}: no designs, expected at least one", path.display())));

@@ -11,13 +11,13 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::Parsed;
 use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
 use super::content::{Content, clean_names, renamed};
 use super::document::{Companion, Document, Slots, narrow, write_shortest};
 use super::error::ReadError;
 use super::lines::Lines;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+use super::table::Parsed;
 
 /// The format's name in [`super::FORMATS`].
 pub(super) const NAME: &str = "AFLR3";

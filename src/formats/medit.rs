@@ -9,12 +9,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::Parsed;
 use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
 use super::content::Content;
 use super::document::{Document, Slots, write_shortest};
 use super::error::ReadError;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+use super::table::Parsed;
 use super::vtk::{list_names, parse_names};
 
 /// The format's name in [`super::FORMATS`].

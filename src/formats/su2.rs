@@ -10,13 +10,13 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::Parsed;
 use super::assembly::{Assembly, Kind, MOST_VERTICES, check_finite_at};
 use super::content::{Content, clean_names, renamed};
 use super::document::{Document, Slots, write_shortest};
 use super::error::ReadError;
 use super::lines::{Line, Lines};
 use super::scanner::{Encoding, Width, shown};
+use super::table::Parsed;
 use super::vtk::{vtk_kind, vtk_number};
 
 /// The format's name in [`super::FORMATS`].

@@ -1,4 +1,4 @@
-//! Random damage to the files beside the mesh: the case, profiles of every format, prescribed displacements.
+//! Random damage to the files beside the mesh: the case, profiles of every format, prescribed displacements, a batch's list.
 //!
 //! Each reader gives an error that names a line of the file, or something finite.
 
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::DVec3;
-use idmesh::case::{Case, CaseError, displacement};
+use idmesh::case::{Case, CaseError, design_list, displacement};
 use idmesh::profile::files::{Placement, Source, SpanAxis, parse};
 use idmesh::profile::{ProfileError, csv};
 
@@ -63,6 +63,7 @@ histogram = "beta.svg"
 "#;
 
 const DISPLACEMENTS: &str = "x,y,z,dx,dy,dz\n0,0,0,0.1,0,-1e-3\n1, 0, 0, 0.1, 0, 0\n0,1,0,0,0,0\n\n0,0,1,0.2,0,0\n";
+const DESIGNS: &str = "# the first ones\ndesigns/a.csv\n\n  b.csv  # again\n/tmp/c.csv\n";
 const PLACES: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 
 const PROFILES: [(&str, &str); 6] = [
@@ -85,9 +86,9 @@ const PROFILES: [(&str, &str); 6] = [
     ),
 ];
 
-/// A case, a file of displacements, and profiles of every format.
+/// A case, a file of displacements, a list of designs, and profiles of every format.
 pub fn seeds() -> Vec<Seed> {
-    let mut seeds = vec![("case.toml", CASE), ("flap.csv", DISPLACEMENTS)];
+    let mut seeds = vec![("case.toml", CASE), ("flap.csv", DISPLACEMENTS), ("designs.txt", DESIGNS)];
     seeds.extend(PROFILES);
     let mut seeds: Vec<Seed> =
         seeds.into_iter().map(|(name, text)| Seed { name: name.into(), bytes: text.into() }).collect();
@@ -103,6 +104,7 @@ pub fn survives(name: &str, bytes: &[u8]) -> bool {
     match name {
         "case.toml" => case(&String::from_utf8_lossy(bytes)),
         "flap.csv" => displacements(&String::from_utf8_lossy(bytes)),
+        "designs.txt" => designs(&String::from_utf8_lossy(bytes)),
         _ => profiles(name, bytes),
     }
 }
@@ -121,6 +123,16 @@ fn case(text: &str) -> bool {
         }
         Err(error) => panic!("{error}"),
     }
+}
+
+fn designs(text: &str) -> bool {
+    let list = design_list::parse(text, Path::new("folder/designs.txt"));
+    assert!(list.len() <= text.lines().count());
+    for path in &list {
+        let named = path.strip_prefix("folder").unwrap_or(path).to_str().unwrap();
+        assert!(!named.is_empty() && !named.contains(['#', '\n']) && text.contains(named), "{named:?}");
+    }
+    !list.is_empty()
 }
 
 fn displacements(text: &str) -> bool {

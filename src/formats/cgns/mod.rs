@@ -14,10 +14,10 @@ use std::path::Path;
 use glam::DVec3;
 use hdf5_pure::{AttrValue, Dataset, File, Group, Layout};
 
-use super::Parsed;
 use super::assembly::{Assembly, Kind, MOST_VERTICES, Shape, check_finite_at};
 use super::document::Document;
 use super::error::{Place, ReadError};
+use super::table::Parsed;
 
 pub(super) use create::{create, limits};
 

@@ -18,10 +18,10 @@ mod vertices;
 
 use std::path::Path;
 
-use super::Parsed;
 use super::document::{Document, Slots};
 use super::error::ReadError;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+use super::table::Parsed;
 
 pub(super) use create::{create, limits};
 

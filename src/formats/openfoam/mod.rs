@@ -17,7 +17,8 @@ use glam::DVec3;
 use super::assembly::{Assembly, MOST_VERTICES, Shape};
 use super::document::{Document, NamedFiles, Slots};
 use super::error::ReadError;
-use super::{Parsed, unzipped};
+use super::read::unzipped;
+use super::table::Parsed;
 
 pub(super) use create::{create, limits};
 

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use super::vtk_kind;
+use glam::DVec3;
+
+use super::types::vtk_kind;
 use crate::formats::assembly::{Assembly, Kind, MOST_VERTICES};
 use crate::formats::error::ReadError;
 
@@ -14,6 +16,9 @@ pub(super) struct Table {
     pub offsets: Vec<i64>,
     pub connectivity: Vec<i64>,
 }
+
+/// Points, and ends and points of the lines, as a file of poly data holds them.
+pub(super) type LineArrays = (Vec<DVec3>, Vec<i64>, Vec<i64>);
 
 /// Sorts the cells by their types; `families` `[n_cells]` gives the number of each cell's family.
 ///

@@ -9,9 +9,10 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::names::list_names;
-use super::vtk_number;
+use super::types::vtk_number;
 use crate::formats::content::{Cells, Content, Fields};
-use crate::formats::{WriteError, create_file};
+use crate::formats::error::WriteError;
+use crate::formats::write::create_file;
 use crate::mesh::{FamilyId, OtherCells};
 
 /// Writes vertices `[n_vertices]` and some cells on them as a VTU file, gzipped if `path` ends in `.gz`.

@@ -9,18 +9,17 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::cells::{self, Table};
+use super::cells::{self, LineArrays, Table};
 use super::create::families_of_cells;
 use super::names::{list_names, parse_names};
 use super::number::Number;
-use super::polylines::LineArrays;
-use super::{FAMILY_ARRAYS, vtk_number};
-use crate::formats::Parsed;
+use super::types::{FAMILY_ARRAYS, vtk_number};
 use crate::formats::assembly::surface;
 use crate::formats::content::Content;
 use crate::formats::document::{Document, Slots};
 use crate::formats::error::ReadError;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, shown};
+use crate::formats::table::Parsed;
 
 /// The format's name in [`super::super::FORMATS`].
 pub(in crate::formats) const NAME: &str = "VTK";

@@ -16,9 +16,6 @@ pub struct Polylines {
     pub lines: Vec<Vec<u32>>,
 }
 
-/// Points, and ends and points of the lines, as a file holds them.
-pub(super) type LineArrays = (Vec<DVec3>, Vec<i64>, Vec<i64>);
-
 /// Reads the polylines of a VTK file from its bytes; `path` selects the format (`.vtk` is legacy, all else XML) and is named
 /// in messages.
 ///

@@ -15,19 +15,21 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::cells::{self, Table};
+use super::cells::{self, LineArrays, Table};
 use super::compression::Compression;
 use super::names::parse_names;
 use super::number::Number;
 use super::payload::{Coding, Payload};
-use super::polylines::LineArrays;
+use super::types::FAMILY_ARRAYS;
 use super::xml::{Tag, Tags, find};
-use super::{FAMILY_ARRAYS, VTU};
-use crate::formats::Parsed;
 use crate::formats::assembly::{check_finite_at, surface};
 use crate::formats::document::{Coordinates, Document, Slots, narrow};
 use crate::formats::error::{Place, ReadError};
 use crate::formats::scanner::{Encoding, Endian, Width, next_token, parse_double, shown};
+use crate::formats::table::Parsed;
+
+/// The format's name in [`crate::formats::FORMATS`].
+pub(in crate::formats) const NAME: &str = "VTU";
 
 /// An array that the file declares.
 #[derive(Clone, Debug)]
@@ -101,7 +103,7 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
         mesh,
         others,
         document: Document {
-            format: VTU,
+            format: NAME,
             extension,
             bytes,
             coordinates,

@@ -1,0 +1,98 @@
+//! Reading a mesh file of any format, plain or gzipped.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use flate2::read::MultiGzDecoder;
+
+use super::document::Document;
+use super::error::ReadError;
+use super::openfoam;
+use super::table::{Format, Parsed, known};
+use crate::mesh::{OtherCells, TetMesh};
+
+/// A mesh together with the file it came from.
+#[derive(Clone, Debug)]
+pub struct MeshFile {
+    /// The mesh: tets and triangles. [`MeshFile::write`] takes the moved vertices separately: this stays as read.
+    pub mesh: TetMesh,
+    /// Its cells and boundary faces of other shapes; none if [`read()`] read it.
+    pub others: OtherCells,
+    pub(super) document: Option<Arc<Document>>,
+}
+
+impl MeshFile {
+    /// A mesh that came from no file.
+    pub fn from_mesh(mesh: TetMesh) -> Self {
+        Self { mesh, others: OtherCells::default(), document: None }
+    }
+}
+
+/// Reads a mesh of tets from a file, plain or gzipped, of the format that its extension selects.
+///
+/// Gzip is recognised by the file's first bytes, whatever the file is called.
+///
+/// # Errors
+///
+/// - [`ReadError::Elements`]: the mesh has cells or faces other than tets and triangles.
+/// - other [`ReadError`]s: the extension is unknown, the file cannot be read, or its contents are broken; the message
+///   says where.
+pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
+    let file = read_mixed(path)?;
+    if file.others.is_empty() {
+        return Ok(file);
+    }
+    let found = file.others.counts().map(|(name, count)| format!("{count} {name}")).collect::<Vec<_>>();
+    Err(ReadError::Elements { path: path.into(), found: found.join(", ") })
+}
+
+/// Reads a mesh that may also have pyramids, prisms, hexahedra and boundary quadrilaterals; otherwise as [`read()`].
+///
+/// # Errors
+///
+/// [`ReadError`], as [`read()`].
+pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
+    let (format, _) = input_format(path)?;
+    let path = &if format.is_folder() { openfoam::points_path(path) } else { path.to_path_buf() };
+    let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
+    read_bytes(path, bytes)
+}
+
+/// As [`read_mixed`], from the file's bytes, plain or gzipped; `path` selects the format, is named in messages, and says
+/// where a file that belongs to it is looked for.
+///
+/// # Errors
+///
+/// [`ReadError`], as [`read()`].
+pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
+    let (format, extension) = input_format(path)?;
+    let bytes = unzipped(path, bytes)?;
+    if bytes.is_empty() {
+        return Err(ReadError::Empty { path: path.into() });
+    }
+    let Parsed { mesh, others, document } = (format.read)(path, extension, bytes)?;
+    Ok(MeshFile { mesh, others, document: Some(Arc::new(document)) })
+}
+
+/// The contents of a file that may be gzipped; `path` is for messages.
+pub(super) fn unzipped(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>, ReadError> {
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return Ok(bytes);
+    }
+    let mut plain = Vec::new();
+    match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain) {
+        Ok(_) => Ok(plain),
+        Err(source) => Err(ReadError::Zipped { path: path.into(), source }),
+    }
+}
+
+fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadError> {
+    let name = path.to_string_lossy().to_ascii_lowercase();
+    if cfg!(not(feature = "cgns")) && name.trim_end_matches(".gz").ends_with(".cgns") {
+        let hint = "install an idmesh with it: cargo install --path . --features cgns";
+        return Err(ReadError::Unsupported { path: path.into(), found: "CGNS".into(), hint });
+    }
+    Format::of(path).ok_or_else(|| ReadError::UnknownFormat { path: path.into(), known: known() })
+}

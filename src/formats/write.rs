@@ -1,0 +1,237 @@
+//! Writing a mesh: its own file with other coordinates, or a new one.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use glam::DVec3;
+
+use super::atomic::{self, write_atomically};
+use super::content::{Cells, Content, Fields};
+use super::document::{Companion, Document};
+use super::error::WriteError;
+use super::openfoam;
+use super::read::MeshFile;
+use super::table::{Create, Creator, Format, known, needs_folder};
+
+impl MeshFile {
+    /// Writes the mesh with its vertices at `vertices` `[n_vertices]` to `path`, in the format that the extension of
+    /// `path` selects, gzipped if it ends in `.gz`.
+    ///
+    /// In the format of the file that was read it is that file with only the changed coordinates replaced; in another
+    /// one, a new file, which holds the mesh, its families and perhaps `fields` ([`MeshFile::losses`] says what it does
+    /// not hold). The file appears complete or not at all.
+    ///
+    /// # Errors
+    ///
+    /// - [`WriteError::UnknownFormat`]: as [`MeshFile::check_output`].
+    /// - [`WriteError::Length`]: `vertices` or a field has another length than the mesh.
+    /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
+    /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
+    /// - [`WriteError::Io`]: the file could not be written.
+    pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
+        let (format, extension) = output_format(path)?;
+        check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
+        if format.is_folder() && names_folder(path) {
+            return self.write_folder(path, format, vertices);
+        }
+        if let Some(document) = self.source(format, extension) {
+            check_finite(vertices)?;
+            write_file(path, |out| document.write(out, vertices))?;
+            return document.companion.as_ref().map_or(Ok(()), |companion| write_companion(path, companion));
+        }
+        let content = self.content(vertices, *fields, extension);
+        let create = format.creator(path)?;
+        create_file(path, create, &content)?;
+        format.companion.map_or(Ok(()), |companion| write_companion(path, &companion(&content)))
+    }
+
+    /// As [`MeshFile::write`], but into `out` and never gzipped; `path` selects the format only. Files that belong to it
+    /// are not written.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`], as [`MeshFile::write`].
+    pub fn write_to(
+        &self,
+        out: &mut dyn Write,
+        path: &Path,
+        vertices: &[DVec3],
+        fields: &Fields,
+    ) -> Result<(), WriteError> {
+        let (format, extension) = output_format(path)?;
+        check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
+        let written = match self.source(format, extension) {
+            Some(document) => {
+                check_finite(vertices)?;
+                document.write(out, vertices)
+            }
+            None => {
+                let content = self.content(vertices, *fields, extension);
+                check_content(&content)?;
+                format.creator(path)?(out, &content)
+            }
+        };
+        written.map_err(|source| WriteError::Io { path: path.into(), source })
+    }
+
+    /// Checks that [`MeshFile::write`] to `path` can work, before anything is computed: the format is known, and the
+    /// folder exists and takes files.
+    ///
+    /// # Errors
+    ///
+    /// - [`WriteError::UnknownFormat`]: no format has that extension.
+    /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or takes no new files.
+    pub fn check_output(&self, path: &Path) -> Result<(), WriteError> {
+        let (format, extension) = output_format(path)?;
+        let checked = match format.is_folder() && names_folder(path) {
+            true => atomic::check_folder(path),
+            false => {
+                if self.source(format, extension).is_none() {
+                    format.creator(path)?;
+                }
+                atomic::check(path)
+            }
+        };
+        checked.map_err(|source| WriteError::Io { path: path.into(), source })
+    }
+
+    /// What a file that [`MeshFile::write`] makes at `path` will not hold or hold otherwise, in words; nothing where the
+    /// file that was read is written back.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError::UnknownFormat`]: no format has that extension.
+    pub fn losses(&self, path: &Path) -> Result<Vec<String>, WriteError> {
+        let (format, extension) = output_format(path)?;
+        if self.source(format, extension).is_some() {
+            return Ok(Vec::new());
+        }
+        let content = self.content(&self.mesh.vertices, Fields::default(), extension);
+        let beside = self.document.iter().flat_map(|document| &document.beside);
+        let mut losses: Vec<String> = beside.map(|what| format!("{what}: not carried into the new file")).collect();
+        losses.extend((format.limits)(&content));
+        if let Some(companion) = format.companion.map(|companion| (companion(&content).path)(path))
+            && companion.exists()
+        {
+            losses.push(format!("{} is there already, and is left as it is", companion.display()));
+        }
+        Ok(losses)
+    }
+
+    /// Writes a mesh that is a folder: that of the source with other points, or a new one.
+    fn write_folder(&self, path: &Path, format: &Format, vertices: &[DVec3]) -> Result<(), WriteError> {
+        let io = |source| WriteError::Io { path: path.into(), source };
+        let files = match (self.source(format, ""), &format.create) {
+            (Some(document), _) => {
+                check_finite(vertices)?;
+                let mut points = Vec::new();
+                document.write(&mut points, vertices).map_err(io)?;
+                let mut files = document.siblings.clone();
+                files.push(("points".to_string(), points));
+                files
+            }
+            (None, Create::Folder(create)) => {
+                let content = self.content(vertices, Fields::default(), "");
+                check_content(&content)?;
+                create(&content).map_err(io)?
+            }
+            (None, _) => return Err(needs_folder(path)),
+        };
+        atomic::write_folder(path, &files).map_err(io)
+    }
+
+    /// The file that was read, if it is of this format and variant.
+    fn source(&self, format: &Format, extension: &str) -> Option<&Document> {
+        let document = self.document.as_deref()?;
+        let same_variant = document.extension == extension || format.is_folder();
+        (document.format == format.name && same_variant).then_some(document)
+    }
+
+    fn content<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>, extension: &'static str) -> Content<'a> {
+        Content { vertices, cells: Cells::of(&self.mesh), others: &self.others, fields, extension }
+    }
+}
+
+fn output_format(path: &Path) -> Result<(&'static Format, &'static str), WriteError> {
+    Format::of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known() })
+}
+
+/// Whether a path of a folder's format names the folder, not the file in it.
+fn names_folder(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    name.starts_with(openfoam::NAMES[0])
+}
+
+/// Writes the file that belongs to the one at `path`, unless there is one: it may hold what its owner wrote.
+fn write_companion(path: &Path, companion: &Companion) -> Result<(), WriteError> {
+    let path = (companion.path)(path);
+    if path.exists() {
+        return Ok(());
+    }
+    let written = write_atomically(&path, |out| out.write_all(&companion.bytes));
+    written.map_err(|source| WriteError::Io { path, source })
+}
+
+/// Writes a new file after checking what goes into it.
+pub(super) fn create_file(path: &Path, create: Creator, content: &Content) -> Result<(), WriteError> {
+    check_content(content)?;
+    write_file(path, |out| create(out, content))
+}
+
+fn check_content(content: &Content) -> Result<(), WriteError> {
+    let Content { vertices, cells, others, fields, .. } = content;
+    check_finite(vertices)?;
+    check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
+    check_length("quadrilateral families", others.quadrilateral_family.len(), others.quadrilaterals.len())?;
+    check_vertices("tet", cells.tets, vertices.len())?;
+    check_vertices("triangle", cells.triangles, vertices.len())?;
+    check_vertices("pyramid", &others.pyramids, vertices.len())?;
+    check_vertices("prism", &others.prisms, vertices.len())?;
+    check_vertices("hexahedron", &others.hexahedra, vertices.len())?;
+    check_vertices("quadrilateral", &others.quadrilaterals, vertices.len())?;
+    if let Some(displacement) = fields.displacement {
+        check_length("displacement", displacement.len(), vertices.len())?;
+    }
+    match fields.beta {
+        Some(beta) => check_length("beta", beta.len(), cells.tets.len()),
+        None => Ok(()),
+    }
+}
+
+fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {
+    let gzipped = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let result = write_atomically(path, |out| {
+        if !gzipped {
+            return write(out);
+        }
+        let mut encoder = GzEncoder::new(out, Compression::default());
+        write(&mut encoder)?;
+        encoder.finish().map(|_| ())
+    });
+    result.map_err(|source| WriteError::Io { path: path.into(), source })
+}
+
+fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), WriteError> {
+    if found == expected { Ok(()) } else { Err(WriteError::Length { what, found, expected }) }
+}
+
+fn check_vertices<const N: usize>(
+    entity: &'static str,
+    cells: &[[u32; N]],
+    n_vertices: usize,
+) -> Result<(), WriteError> {
+    let broken = |cell: &[u32; N]| cell.iter().copied().find(|&vertex| vertex as usize >= n_vertices);
+    match cells.iter().enumerate().find_map(|(index, cell)| Some((index, broken(cell)?))) {
+        Some((index, vertex)) => Err(WriteError::VertexOutOfRange { entity, index, vertex, n_vertices }),
+        None => Ok(()),
+    }
+}
+
+fn check_finite(vertices: &[DVec3]) -> Result<(), WriteError> {
+    match vertices.iter().position(|vertex| !vertex.is_finite()) {
+        Some(vertex) => Err(WriteError::NotFinite { vertex, position: vertices[vertex] }),
+        None => Ok(()),
+    }
+}
