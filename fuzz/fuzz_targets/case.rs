@@ -1,0 +1,4 @@
+//! Cases.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| idmesh_fuzz::input("case.toml", bytes));

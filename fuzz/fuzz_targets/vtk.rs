@@ -1,0 +1,4 @@
+//! Meshes in legacy VTK.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| idmesh_fuzz::mesh("a.vtk", bytes));
