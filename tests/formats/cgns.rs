@@ -62,14 +62,37 @@ fn other_files_are_refused() {
     assert!(error.contains("expected a vertex of element 15 in '5_V_1', 1 to 12, found 13"), "{error}");
 }
 
+/// A section that says of its elements what its connectivity does not hold.
+#[test]
+fn sections_hold_what_they_say() {
+    let mesh = boxed("box.v41.ascii.msh").mesh;
+    let (file, n) = (MeshFile::from_mesh(mesh.clone()), mesh.tets.len() as i32);
+    let bytes = written(&file, "a.cgns", &mesh.vertices);
+    let said = [1, n].map(i32::to_le_bytes).concat();
+    let at = bytes.windows(8).position(|window| window == said).unwrap();
+    for (first, last, words) in [
+        (1, n - 1, format!("the elements 1 to {} in 'tets', found more", n - 1)),
+        (1, n + 1, format!("the elements 1 to {} in 'tets', found fewer", n + 1)),
+        (0, n, format!("an ElementRange of 'tets' that ascends from 1 or more, found 0 to {n}")),
+        (5, 4, "found 5 to 4".to_owned()),
+        (i32::MAX, i32::MIN, "that ascends".to_owned()),
+    ] {
+        let mut broken = bytes.clone();
+        broken[at..at + 8].copy_from_slice(&[first, last].map(i32::to_le_bytes).concat());
+        let error = read_bytes("a.cgns", &broken).unwrap_err().to_string();
+        assert!(error.contains(&words), "{error}");
+    }
+}
+
+fn node(name: &str, label: &str) -> hdf5_pure::GroupBuilder {
+    let mut node = hdf5_pure::FileBuilder::new().create_group(name);
+    node.set_attr("label", hdf5_pure::AttrValue::AsciiString(label.into()));
+    node
+}
+
 #[test]
 fn several_zones_are_refused() {
     let mut file = hdf5_pure::FileBuilder::new();
-    let node = |name: &str, label: &str| {
-        let mut node = hdf5_pure::FileBuilder::new().create_group(name);
-        node.set_attr("label", hdf5_pure::AttrValue::AsciiString(label.into()));
-        node
-    };
     let mut base = node("Base", "CGNSBase_t");
     for zone in ["wing", "tail"] {
         base.add_group(node(zone, "Zone_t").finish());

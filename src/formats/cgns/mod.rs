@@ -9,6 +9,7 @@
 mod columns;
 mod create;
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use glam::DVec3;
@@ -94,6 +95,8 @@ impl Numbers {
 /// What is read from.
 struct Reader<'a> {
     path: &'a Path,
+    /// Bytes of the file: no array has more values.
+    length: usize,
     assembly: Assembly,
     n_vertices: usize,
     /// The number of each face in the zone, of triangles and of quadrilaterals, with its section; ascending.
@@ -115,6 +118,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     }
     let mut reader = Reader {
         path,
+        length: bytes.len(),
         assembly: Assembly::default(),
         n_vertices: 0,
         faces: [Vec::new(), Vec::new()],
@@ -194,7 +198,14 @@ impl Reader<'_> {
 
     fn data(&self, node: &Group, what: &str) -> Result<Dataset, ReadError> {
         // The name begins with a space.
-        node.dataset(" data").map_err(|error| broken(self.path, what, &error))
+        let data = node.dataset(" data").map_err(|error| broken(self.path, what, &error))?;
+        let shape = data.shape().map_err(|error| broken(self.path, what, &error))?;
+        let n_values = shape.iter().try_fold(1u64, |product, &size| product.checked_mul(size)).unwrap_or(u64::MAX);
+        if n_values > self.length as u64 {
+            let expected = format!("{what} within the {} bytes of the file", self.length);
+            return Err(broken(self.path, &expected, &format_args!("{n_values} values")));
+        }
+        Ok(data)
     }
 
     fn integers(&self, node: &Group, what: &str) -> Result<Vec<i64>, ReadError> {
@@ -218,7 +229,6 @@ impl Reader<'_> {
             let node =
                 self.child(grid, &what).ok_or_else(|| self.missing("CoordinateX, CoordinateY and CoordinateZ"))?;
             let data = self.data(&node, &what)?;
-            let column = data.read_f64().map_err(|error| broken(self.path, &what, &error))?;
             let layout = data.layout().map_err(|error| broken(self.path, &what, &error))?;
             let Layout::Contiguous { address: Some(address), size } = layout else {
                 return Err(ReadError::Unsupported {
@@ -227,6 +237,7 @@ impl Reader<'_> {
                     hint: "save it without compression (h5repack -l CONTI old.cgns new.cgns)",
                 });
             };
+            let column = data.read_f64().map_err(|error| broken(self.path, &what, &error))?;
             *start = address as usize;
             let stored = usize::try_from(size).ok().and_then(|size| bytes.get(*start..start.checked_add(size)?));
             let stored = stored.ok_or_else(|| broken(self.path, &what, &"an end of the file"))?;
@@ -252,22 +263,26 @@ impl Reader<'_> {
     }
 
     /// The sections of elements by their first number.
-    fn sorted_sections(&self, zone: &Group) -> Result<Vec<(i64, Node)>, ReadError> {
+    fn sorted_sections(&self, zone: &Group) -> Result<Vec<(RangeInclusive<i64>, Node)>, ReadError> {
         let mut sections = Vec::new();
         for node in self.children(zone, "Elements_t")? {
             let range = self.child(&node.group, "ElementRange").ok_or_else(|| self.missing("ElementRange"))?;
             let range = self.integers(&range, "ElementRange")?;
-            let &[first, _] = &range[..] else {
+            let &[first, last] = &range[..] else {
                 return Err(broken(self.path, "two numbers in ElementRange", &range.len()));
             };
-            sections.push((first, node));
+            if first < 1 || last < first || last == i64::MAX {
+                let expected = format!("an ElementRange of '{}' that ascends from 1 or more", node.name);
+                return Err(broken(self.path, &expected, &format_args!("{first} to {last}")));
+            }
+            sections.push((first..=last, node));
         }
-        sections.sort_by_key(|(first, _)| *first);
+        sections.sort_by_key(|(range, _)| *range.start());
         Ok(sections)
     }
 
     /// Reads a section of elements.
-    fn elements(&mut self, (first, node): &(i64, Node)) -> Result<(), ReadError> {
+    fn elements(&mut self, (range, node): &(RangeInclusive<i64>, Node)) -> Result<(), ReadError> {
         let path = self.path;
         let name = &node.name;
         let kind = self.integers(&node.group, name)?.first().copied().unwrap_or_default();
@@ -276,8 +291,8 @@ impl Reader<'_> {
         let connectivity = self.integers(&connectivity, "ElementConnectivity")?;
         self.sections.push(name.clone());
         let mut rest = connectivity.iter().copied();
-        let mut element = *first;
-        while rest.len() > 0 {
+        let mut element = *range.start();
+        while rest.len() > 0 && range.contains(&element) {
             let kind = if kind == MIXED { rest.next().unwrap_or_default() } else { kind };
             let known = element_type(kind);
             let (count, kind) = known.ok_or_else(|| broken(path, &format!("a type of element in '{name}'"), &kind))?;
@@ -309,6 +324,11 @@ impl Reader<'_> {
                 }
             }
             element += 1;
+        }
+        if element != range.end() + 1 || rest.len() > 0 {
+            let expected = format!("the elements {} to {} in '{name}'", range.start(), range.end());
+            let found = if rest.len() > 0 { "more" } else { "fewer" };
+            return Err(broken(path, &expected, &found));
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! The bytes of one array in a VTK XML file: a header of sizes, then the numbers, perhaps compressed, perhaps in base64.
 
+use std::borrow::Cow;
 use std::io;
 
 use super::base64;
@@ -18,11 +19,11 @@ pub(super) struct Coding {
 
 /// An array taken apart.
 #[derive(Debug)]
-pub(super) struct Payload {
+pub(super) struct Payload<'a> {
     pub coding: Coding,
     pub base64: bool,
     /// The numbers.
-    pub data: Vec<u8>,
+    pub data: Cow<'a, [u8]>,
     /// How many bytes of the file it takes.
     pub length: usize,
     /// Of a compressed array: bytes of data in a block, and in the last one if it is not full (or 0); then each block
@@ -34,13 +35,13 @@ pub(super) struct Payload {
 
 impl Coding {
     /// Takes apart the array at the beginning of `bytes`. The error says what is wrong.
-    pub fn decode(self, bytes: &[u8], base64: bool) -> Result<Payload, String> {
-        let take = |from: usize, count: usize| -> Result<(Vec<u8>, usize), String> {
+    pub fn decode<'a>(self, bytes: &'a [u8], base64: bool) -> Result<Payload<'a>, String> {
+        let take = |from: usize, count: usize| -> Result<(Cow<'a, [u8]>, usize), String> {
             let rest = bytes.get(from..).unwrap_or_default();
             let taken = if base64 {
-                base64::decode(rest, count).map(|(data, end)| (data, from + end))
+                base64::decode(rest, count).map(|(data, end)| (Cow::Owned(data), from + end))
             } else {
-                rest.get(..count).map(|data| (data.to_vec(), from + count))
+                rest.get(..count).map(|data| (Cow::Borrowed(data), from + count))
             };
             taken.ok_or_else(|| {
                 format!("an end, or no {}, before its {count} bytes", if base64 { "base64" } else { "data" })
@@ -59,8 +60,14 @@ impl Coding {
         let (sizes, _) = take(0, self.header)?;
         let first = count(&sizes, 0)?;
         let Some(compression) = self.compression else {
-            let (mut data, length) = take(0, sum(self.header, first)?)?;
-            data.drain(..self.header);
+            let (data, length) = take(0, sum(self.header, first)?)?;
+            let data = match data {
+                Cow::Borrowed(data) => Cow::Borrowed(&data[self.header..]),
+                Cow::Owned(mut data) => {
+                    data.drain(..self.header);
+                    Cow::Owned(data)
+                }
+            };
             return Ok(Payload { coding: self, base64, data, length, block: 0, last: 0, blocks: Vec::new() });
         };
         if first > bytes.len() {
@@ -71,20 +78,26 @@ impl Coding {
         let packed = (0..first).map(|index| count(&sizes, 3 + index)).collect::<Result<Vec<_>, _>>()?;
         let total = packed.iter().try_fold(0, |total, &size| sum(total, size))?;
         let (packed_data, length) = take(start, total)?;
-        let mut payload = Payload { coding: self, base64, data: Vec::new(), length, block, last, blocks: Vec::new() };
+        let (mut data, mut blocks) = (Vec::new(), Vec::new());
         let mut at = 0;
         for (index, size) in packed.into_iter().enumerate() {
             let packed = &packed_data[at..at + size];
             at += size;
             let plain = if index + 1 == first && last != 0 { last } else { block };
-            compression.unpack(packed, plain, &mut payload.data)?;
-            payload.blocks.push(packed.to_vec());
+            compression.unpack(packed, plain, &mut data)?;
+            blocks.push(packed.to_vec());
         }
-        Ok(payload)
+        Ok(Payload { coding: self, base64, data: Cow::Owned(data), length, block, last, blocks })
     }
 }
 
-impl Payload {
+impl Payload<'_> {
+    /// The same with numbers of its own.
+    pub fn into_owned(self) -> Payload<'static> {
+        let Payload { coding, base64, data, length, block, last, blocks } = self;
+        Payload { coding, base64, data: Cow::Owned(data.into_owned()), length, block, last, blocks }
+    }
+
     /// The array with other data of the same length, as the file writes it. Blocks that did not change stay as they are.
     pub fn encode(&self, data: &[u8]) -> io::Result<Vec<u8>> {
         let mut header = Vec::new();

@@ -261,7 +261,7 @@ struct File<'a> {
     header: &'a Header,
 }
 
-impl File<'_> {
+impl<'a> File<'a> {
     fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         let lines = self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
         let place = Place::Line(self.path.into(), lines + 1);
@@ -284,7 +284,7 @@ impl File<'_> {
     }
 
     /// Where the payload of an array begins and the array itself; nothing if it is text.
-    fn payload(&self, array: &Array) -> Result<Option<(usize, Payload)>, ReadError> {
+    fn payload(&self, array: &Array) -> Result<Option<(usize, Payload<'a>)>, ReadError> {
         let (start, base64) = match array.values {
             Values::Text(_) => return Ok(None),
             Values::Base64(start) => (start + blanks(&self.bytes[start..]), true),
@@ -389,7 +389,7 @@ impl File<'_> {
         };
         let mut behind: Vec<_> = self.header.arrays.iter().filter_map(behind).collect();
         behind.sort_by_key(|(_, attribute)| attribute.start);
-        Ok((positions, Box::new(Points { start, payload, width, behind })))
+        Ok((positions, Box::new(Points { start, payload: payload.into_owned(), width, behind })))
     }
 }
 
@@ -403,7 +403,7 @@ fn blanks(bytes: &[u8]) -> usize {
 struct Points {
     /// Where it begins in the file.
     start: usize,
-    payload: Payload,
+    payload: Payload<'static>,
     width: Width,
     /// Offsets of the appended arrays behind it with the places where the file says them, in order: if its length
     /// changes, so do they.
@@ -420,7 +420,7 @@ impl Coordinates for Points {
                 Width::Double => data.extend_from_slice(&endian.double(value)),
             }
         }
-        if data == self.payload.data {
+        if data == *self.payload.data {
             return out.write_all(bytes);
         }
         let payload = self.payload.encode(&data)?;
