@@ -196,7 +196,7 @@ impl Mover {
         let Settings { roles, old_profiles, springs, method, accuracy, quality, max_steps } = settings;
         observer("families");
         let families = Families::new(&mesh, surface, roles)?;
-        let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method };
+        let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method, accuracy };
         observer("profiles");
         let wings = Wings::new(&set_up, &old_profiles)?;
         observer("surfaces");
@@ -322,8 +322,14 @@ impl Mover {
         watch.record(StageName::Corrected, &corrected_beta);
 
         observer("volume");
-        let set_up =
-            SetUp { mesh, surface: &topology.surface, families, backend: self.backend.as_ref(), method: self.method };
+        let set_up = SetUp {
+            mesh,
+            surface: &topology.surface,
+            families,
+            backend: self.backend.as_ref(),
+            method: self.method,
+            accuracy: *accuracy,
+        };
         let Inside { vertices, beta, convergence: volume, path, smoothed } =
             self.interior.run(&set_up, &mut self.crossings, &mut motion, accuracy, observer)?;
         let amended = end("volume", Owner::Volume, &mut motion);
