@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::{
-    backend::{Backend, BackendError},
+    backend::{Backend, BackendError, MemoryError, check_memory},
     mesh::{self, FamilyId, MeshError, TetMesh, Topology},
     profile::{Plane, Profile, ProfileError, cut, distance},
     projection::crossing::Crossings,
@@ -137,6 +137,14 @@ pub enum MoveError {
         /// Displacements given.
         found: usize,
     },
+    /// The mesh is too large for the memory.
+    #[error("{n_tets} tets: {error}")]
+    Memory {
+        /// Tets of the mesh.
+        n_tets: usize,
+        /// What is lacking.
+        error: MemoryError,
+    },
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
@@ -165,17 +173,22 @@ pub struct Mover {
 /// one in the first place.
 const STRAYED: f64 = 1e-6;
 
+/// Memory that a mover takes at most for each tet, updates included, beside the mesh it is given; measured with 6.5 million tets.
+const BYTES: u64 = 600;
+
 impl Mover {
     /// Checks the mesh and sets every stage up; `observer` hears the name of each as it begins.
     ///
     /// # Errors
-    /// The mesh is not valid, its roles or old profiles do not fit it, or the backend failed.
+    /// The mesh is not valid or too large for the memory, its roles or old profiles do not fit it, or the backend failed.
     pub fn new(
         mut mesh: TetMesh,
         settings: Settings,
         backend: Arc<dyn Backend>,
         observer: &dyn Fn(&str),
     ) -> Result<Self, MoveError> {
+        check_memory(BYTES * mesh.tets.len() as u64)
+            .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
         observer("topology");
         mesh.turn_tets();
         let topology = mesh::validate(&mesh)?;
@@ -183,7 +196,7 @@ impl Mover {
         let Settings { roles, old_profiles, springs, method, accuracy, quality, max_steps } = settings;
         observer("families");
         let families = Families::new(&mesh, surface, roles)?;
-        let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method };
+        let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method, accuracy };
         observer("profiles");
         let wings = Wings::new(&set_up, &old_profiles)?;
         observer("surfaces");
@@ -309,8 +322,14 @@ impl Mover {
         watch.record(StageName::Corrected, &corrected_beta);
 
         observer("volume");
-        let set_up =
-            SetUp { mesh, surface: &topology.surface, families, backend: self.backend.as_ref(), method: self.method };
+        let set_up = SetUp {
+            mesh,
+            surface: &topology.surface,
+            families,
+            backend: self.backend.as_ref(),
+            method: self.method,
+            accuracy: *accuracy,
+        };
         let Inside { vertices, beta, convergence: volume, path, smoothed } =
             self.interior.run(&set_up, &mut self.crossings, &mut motion, accuracy, observer)?;
         let amended = end("volume", Owner::Volume, &mut motion);

@@ -13,7 +13,9 @@ use common::faults::faults;
 use common::{Mismatch, compare};
 use glam::DVec3;
 use idmesh::backend::gpu::Bounds;
-use idmesh::mover::{Mover, Outcome};
+use idmesh::backend::{Backend, CpuBackend, Precision};
+use idmesh::mover::{Mover, Outcome, Settings};
+use idmesh::relaxation::{Accuracy, Method};
 
 /// What a vertex may differ by, as a share of the largest displacement. Both relax until each vertex is within 1e-4 of
 /// its shortest edge, and the shortest edges are a few hundredths of the largest displacement.
@@ -54,6 +56,29 @@ fn gpu_moves_a_small_aircraft_as_the_cpu_does() {
 #[test]
 fn gpu_moves_a_large_aircraft_as_the_cpu_does() {
     check(WING_BODY, &["big_2"]);
+}
+
+/// Passes in f32 on an f64 residual reach what f64 reaches, by cycles and by sweeps.
+#[test]
+fn a_fine_tolerance_is_reached_in_f32() {
+    let Some(backend) = gpu(Bounds::default()) else { return };
+    let backend: Arc<dyn Backend> = Arc::new(backend);
+    for method in [Method::Multigrid, Method::Chebyshev] {
+        let run = |backend: Arc<dyn Backend>| {
+            let mesh = SMALL.mesh();
+            let accuracy = Accuracy { tolerance: 1e-12, ..Accuracy::default() };
+            let settings = Settings { method, accuracy, quality: None, ..settings(&mesh, SMALL.profiles("old_2")) };
+            let outcome = update(&mut Mover::new(mesh, settings, backend, &|_| {}).unwrap(), SMALL.profiles("small_2"));
+            assert!(outcome.converged, "{method:?}: {:?}", outcome.unconverged);
+            outcome
+        };
+        let cpu = run(Arc::new(CpuBackend::new(Precision::F64)));
+        let gpu = run(Arc::clone(&backend));
+        let largest = cpu.displacement.iter().map(|d| d.length()).fold(0.0, f64::max);
+        compare(&cpu.displacement, &gpu.displacement, 1e-11 * largest).unwrap();
+        // No more than the three passes that f32 takes from 1 to 1e-12, each about as long as f64's way to a third of it.
+        assert!(gpu.solver.sweeps <= 2 * cpu.solver.sweeps, "{method:?}: {:?} {:?}", gpu.solver, cpu.solver);
+    }
 }
 
 #[test]

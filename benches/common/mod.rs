@@ -3,7 +3,7 @@
 
 pub mod network;
 
-use std::{collections::BTreeMap, error::Error, fs, path::Path, process::ExitCode};
+use std::{collections::BTreeMap, error::Error, fs, path::PathBuf, process::ExitCode};
 
 use glam::DVec3;
 use idmesh::{
@@ -36,7 +36,7 @@ impl Example {
     /// # Errors
     /// A file is missing or broken.
     pub fn read() -> Result<Self, Failure> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/wing-body");
+        let folder = root().join("examples/wing-body");
         let file = formats::read(&folder.join("wing-body.msh.gz"))?;
         let wing = file.mesh.family("wing").ok_or("the example has no wing")?;
         let profiles = |name: &str| -> Result<BTreeMap<FamilyId, Vec<Profile>>, Failure> {
@@ -63,6 +63,11 @@ impl Example {
         let design = Design { profiles: profiles("new.csv")?, ..Design::default() };
         Ok(Self { file, settings, design })
     }
+}
+
+/// The folder of the repository: where Cargo says it is, else, for benchmarks carried to another machine, the current one.
+pub fn root() -> PathBuf {
+    std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(PathBuf::new, PathBuf::from)
 }
 
 /// A brick of `n` cubes of side 1 in each direction, each six tets around its main diagonal: its vertices, its tets, and

@@ -7,12 +7,14 @@ pub mod cpu;
 mod cpu_hierarchy;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod memory;
 mod packed;
 mod select;
 mod smoother;
 mod vectors;
 
 pub use cpu::{CpuBackend, Precision};
+pub use memory::{MemoryError, check_memory};
 pub use select::{AdapterSummary, Selection, adapters, select};
 pub use smoother::{Ball, DeviceSmoother, Objective, Patch};
 

@@ -33,7 +33,7 @@ impl Carenages {
     /// # Errors
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method } = *set_up;
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let carenages = families.placed_by(Owner::Carenage).map(|family| {
             let constraint = |vertex: u32| {
                 let free =

@@ -38,7 +38,7 @@ use glam::DVec3;
 use crate::{
     backend::Backend,
     mesh::{TetMesh, half_edge::Surface},
-    relaxation::Method,
+    relaxation::{Accuracy, Method},
 };
 
 /// Displacement of every vertex of the mesh `[n_vertices]`, filled in stage by stage.
@@ -57,4 +57,6 @@ pub struct SetUp<'a> {
     pub backend: &'a dyn Backend,
     /// How they are relaxed.
     pub method: Method,
+    /// How far they will be.
+    pub accuracy: Accuracy,
 }

@@ -21,7 +21,7 @@ impl Planes {
     /// # Errors
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method } = *set_up;
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let triangles = families.placed_by(Owner::Plane).flat_map(|family| surface.corners_of(family));
         let edges = triangle_edges(triangles);
         if edges.is_empty() {

@@ -55,7 +55,7 @@ impl Rotation {
     /// # Errors
     /// The backend failed or the mesh does not fit.
     pub fn new(set_up: &SetUp, graph: &VertexGraph, edge_stiffness: &[f64]) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method } = *set_up;
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let n = mesh.vertices.len();
         let constraint = (0..n as u32)
             .map(|vertex| match families.owner[vertex as usize] {

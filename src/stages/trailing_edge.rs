@@ -28,7 +28,7 @@ impl TrailingEdges {
     /// # Errors
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method } = *set_up;
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let edges = families.placed_by(Owner::TrailingEdge).map(|family| {
             let own = |vertex: u32| families.owner[vertex as usize] == Owner::TrailingEdge;
             let mut boundary: Vec<[u32; 2]> = surface

@@ -130,7 +130,7 @@ fn strip(
     vertices: &[u32],
     junction: &[usize],
 ) -> Result<Option<Patch>, BackendError> {
-    let SetUp { mesh, surface, families, backend, method } = *set_up;
+    let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
     if junction.is_empty() {
         return Ok(None);
     }

@@ -43,7 +43,7 @@ impl Wingtips {
     /// # Errors
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method } = *set_up;
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let tips = families.placed_by(Owner::Wingtip).map(|family| {
             let Role::Wingtip { coefficient, start } = families.roles[family.index()] else {
                 unreachable!("only wingtips are placed by the wingtip stage")

@@ -1,0 +1,251 @@
+//! Everything a mesh costs, from 5 000 tets up, on the CPU and on a GPU: how it grows, and where a GPU gets faster.
+//!
+//! `cargo bench --bench sizes -- [--refine N] [MESH ...]`: meshes with a family `wing`, in the order of their sizes; the last is refined
+//! N times. Without any those of the tests and the example, the last refined once. A mesh's surfaces pitch by 10 degrees, but
+//! for families `symmetry` and `farfield`. The GPU may be a software adapter; it is named. Where there is none its rows are
+//! left out. `RAYON_NUM_THREADS` limits the CPU's threads.
+
+mod common;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
+    time::Instant,
+};
+
+use common::{
+    Failure, median,
+    network::{Edges, copy_bandwidth, sweep_speed},
+    print_machine, print_table, row,
+};
+use glam::DQuat;
+use idmesh::{
+    backend::{self, Backend, BackendError, Constraint, CpuBackend, Selection},
+    formats::{self, MeshFile},
+    mesh::{self, TetMesh},
+    mover::{Design, Mover, Settings},
+    relaxation::{Accuracy, Method, Moving},
+    springs::Springs,
+    stages::{Role, interior::MAX_STEPS},
+};
+
+/// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] tets one.
+const UPDATES: usize = 5;
+
+/// See [`UPDATES`].
+const LARGE: usize = 2_000_000;
+
+fn main() -> ExitCode {
+    common::end(run())
+}
+
+fn run() -> Result<(), Failure> {
+    let mut backends: Vec<Arc<dyn Backend>> = vec![backend::select(Selection::Cpu)?.into()];
+    match backend::select(Selection::Gpu) {
+        Ok(gpu) => backends.push(gpu.into()),
+        Err(BackendError::NoAdapter(why)) => eprintln!("no rows for a GPU: {why}"),
+        Err(error) => return Err(error.into()),
+    }
+    print_machine(&backends.iter().map(|backend| backend.info()).collect::<Vec<_>>());
+    let (files, refinements) = arguments()?;
+    let mut rows = vec![row(&[
+        "mesh",
+        "tets",
+        "on",
+        "read s",
+        "set-up s",
+        "update s",
+        "cycles",
+        "MB",
+        "ms/sweep",
+        "GB/s",
+        "of copying",
+    ])];
+    let mut costs = Vec::new();
+    for (at, file) in files.iter().enumerate() {
+        let start = Instant::now();
+        let mut mesh = formats::read(file)?.mesh;
+        let mut read = format!("{:.3}", start.elapsed().as_secs_f64());
+        let mut name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        for refinement in 0..=if at + 1 == files.len() { refinements } else { 0 } {
+            if refinement > 0 {
+                mesh = mesh::refine(&mesh)?;
+                read = written_and_read(&mesh)?;
+                name.push_str(" refined");
+            }
+            for backend in &backends {
+                let cost = Cost::of(&mesh, backend)?;
+                rows.push(cost.row(&name, &read));
+                costs.push(cost);
+            }
+        }
+    }
+    print_table(&rows);
+    println!();
+    if let ([first, ..], Some(last)) = (&costs[..], costs.iter().rfind(|cost| cost.kind == costs[0].kind)) {
+        let growth =
+            |of: fn(&Cost) -> f64| (of(last) / of(first)).ln() / (last.n_tets as f64 / first.n_tets as f64).ln();
+        println!(
+            "on {} from {} to {} tets, as a power of their number: set-up {:.2}, update {:.2}, memory {:.2}",
+            first.kind,
+            first.n_tets,
+            last.n_tets,
+            growth(|cost| cost.set_up),
+            growth(|cost| cost.update),
+            growth(|cost| cost.megabytes)
+        );
+    }
+    if backends.len() > 1 {
+        let faster = costs.chunks(2).find(|pair| pair[1].update < pair[0].update);
+        match faster {
+            Some(pair) => println!("an update on the GPU is faster from {} tets on", pair[0].n_tets),
+            None => println!("an update on the GPU is faster at none of these sizes"),
+        }
+    }
+    Ok(())
+}
+
+/// The meshes and how often the last is refined.
+fn arguments() -> Result<(Vec<PathBuf>, usize), Failure> {
+    let (mut files, mut refinements) = (Vec::new(), None);
+    let mut words = std::env::args().skip(1).filter(|word| word != "--bench");
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--refine" => {
+                let number = words.next().ok_or("--refine needs a number")?;
+                refinements = Some(number.parse().map_err(|_| format!("`{number}` is no number of refinements"))?);
+            }
+            file => files.push(PathBuf::from(file)),
+        }
+    }
+    if files.is_empty() {
+        let own = ["tests/data/small.msh.gz", "examples/wing-body/wing-body.msh.gz", "tests/data/pitch-wing.msh.gz"];
+        return Ok((own.map(|file| common::root().join(file)).to_vec(), refinements.unwrap_or(1)));
+    }
+    Ok((files, refinements.unwrap_or(0)))
+}
+
+/// Seconds to read a mesh from a file of Gmsh's, which is written first.
+fn written_and_read(mesh: &TetMesh) -> Result<String, Failure> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("mesh.msh");
+    let file = MeshFile::from_mesh(mesh.clone());
+    file.write(&path, &file.mesh.vertices, &formats::Fields::default())?;
+    drop(file);
+    let start = Instant::now();
+    formats::read(&path)?;
+    Ok(format!("{:.3}", start.elapsed().as_secs_f64()))
+}
+
+/// What a mesh costs on a backend.
+struct Cost {
+    n_tets: usize,
+    kind: &'static str,
+    set_up: f64,
+    update: f64,
+    cycles: usize,
+    /// Most memory of the process during set-up and updates; NaN where the system does not tell.
+    megabytes: f64,
+    sweep: f64,
+    bandwidth: f64,
+    copying: f64,
+}
+
+impl Cost {
+    fn of(mesh: &TetMesh, backend: &Arc<dyn Backend>) -> Result<Self, Failure> {
+        let wing = mesh.family("wing").ok_or("the mesh has no family `wing`")?;
+        let role = |family: &String| match family.as_str() {
+            "farfield" => Role::Fixed,
+            "symmetry" => Role::Plane,
+            _ => Role::Prescribed,
+        };
+        let settings = Settings {
+            roles: mesh.families.iter().map(role).collect(),
+            springs: <&Springs>::default(),
+            method: Method::default(),
+            accuracy: Accuracy::default(),
+            quality: Some(idmesh::smoothing::Target::Original),
+            max_steps: MAX_STEPS,
+            old_profiles: Default::default(),
+        };
+        forget_peak_memory();
+        let start = Instant::now();
+        let mut mover = Mover::new(mesh.clone(), settings, Arc::clone(backend), &|_| {})?;
+        let set_up = start.elapsed().as_secs_f64();
+        let pivot = mesh.vertices[mover.family_vertices(wing)[0] as usize];
+        let turn = DQuat::from_rotation_y(10f64.to_radians());
+        let mut design = Design::default();
+        for name in mesh.families.iter().filter(|family| role(family) == Role::Prescribed) {
+            let family = mesh.family(name).expect("it is one of the mesh's");
+            let moves = |vertex: u32| {
+                turn * (mesh.vertices[vertex as usize] - pivot) - (mesh.vertices[vertex as usize] - pivot)
+            };
+            design.prescribed.insert(family, mover.family_vertices(family).into_iter().map(moves).collect());
+        }
+        let mut times = Vec::new();
+        let updates = if mesh.tets.len() > LARGE { 1 } else { UPDATES };
+        let mut cycles = 0;
+        for _ in 0..=updates {
+            let start = Instant::now();
+            let outcome = mover.update(&design, &|_| {})?;
+            times.push(start.elapsed().as_secs_f64());
+            cycles = outcome.solver.sweeps;
+            if outcome.inverted > 0 || !outcome.converged {
+                return Err("the mesh did not come out well, so its times mean nothing".into());
+            }
+        }
+        let update = median(times.split_off(1));
+        let megabytes = peak_memory();
+        drop(mover);
+
+        let mut constraint = vec![Constraint::Free; mesh.vertices.len()];
+        mesh.triangles.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
+        let moving = Moving::new(&Edges::new(&mesh.vertices, &mesh.tets).network(&CpuBackend::default(), constraint)?);
+        let sweep = sweep_speed(&moving, backend.as_ref())?;
+        let (n_tets, kind) = (mesh.tets.len(), backend.info().kind);
+        let copying = copy_bandwidth()?;
+        Ok(Self {
+            n_tets,
+            kind,
+            set_up,
+            update,
+            cycles,
+            megabytes,
+            sweep: sweep.seconds,
+            bandwidth: sweep.bandwidth,
+            copying,
+        })
+    }
+
+    fn row(&self, name: &str, read: &str) -> Vec<String> {
+        vec![
+            name.to_owned(),
+            self.n_tets.to_string(),
+            self.kind.to_owned(),
+            read.to_owned(),
+            format!("{:.3}", self.set_up),
+            format!("{:.4}", self.update),
+            self.cycles.to_string(),
+            format!("{:.0}", self.megabytes),
+            format!("{:.3}", 1e3 * self.sweep),
+            format!("{:.1}", 1e-9 * self.bandwidth),
+            format!("{:.0} %", 100.0 * self.bandwidth / self.copying),
+        ]
+    }
+}
+
+/// Lets the process's peak start again from here; Linux alone can.
+fn forget_peak_memory() {
+    // Where it cannot be written the peak is that of the whole process, which the largest mesh makes.
+    let _ = fs::write(Path::new("/proc/self/clear_refs"), "5");
+}
+
+/// Megabytes the process has had at most.
+fn peak_memory() -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
+    kilobytes.map_or(f64::NAN, |kilobytes| kilobytes * 1.024e-3)
+}
