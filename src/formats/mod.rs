@@ -15,6 +15,7 @@ mod content;
 mod document;
 mod error;
 mod gmsh;
+mod gzip;
 mod lines;
 mod medit;
 mod openfoam;
@@ -27,9 +28,7 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use flate2::Compression;
 use flate2::read::MultiGzDecoder;
-use flate2::write::GzEncoder;
 use glam::DVec3;
 
 use crate::mesh::{OtherCells, TetMesh};
@@ -42,6 +41,7 @@ pub use vtk::{Polylines, read_polylines, write_vtu};
 
 use content::Content;
 use document::{Companion, Document, NamedFiles};
+use gzip::Gzip;
 
 /// The mesh file formats, in the order in which messages list them.
 pub const FORMATS: &[Format] = &[
@@ -470,9 +470,9 @@ fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>)
         if !gzipped {
             return write(out);
         }
-        let mut encoder = GzEncoder::new(out, Compression::default());
-        write(&mut encoder)?;
-        encoder.finish().map(|_| ())
+        let mut gzip = Gzip::new(out);
+        write(&mut gzip)?;
+        gzip.finish()
     });
     result.map_err(|source| WriteError::Io { path: path.into(), source })
 }
