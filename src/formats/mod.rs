@@ -15,6 +15,7 @@ mod content;
 mod document;
 mod error;
 mod gmsh;
+mod gzip;
 mod lines;
 mod medit;
 mod openfoam;

@@ -3,14 +3,13 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use glam::DVec3;
 
 use super::atomic::{self, write_atomically};
 use super::content::{Cells, Content, Fields};
 use super::document::{Companion, Document};
 use super::error::WriteError;
+use super::gzip::Gzip;
 use super::openfoam;
 use super::read::MeshFile;
 use super::table::{Create, Creator, Format, known, needs_folder};
@@ -206,9 +205,9 @@ fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>)
         if !gzipped {
             return write(out);
         }
-        let mut encoder = GzEncoder::new(out, Compression::default());
-        write(&mut encoder)?;
-        encoder.finish().map(|_| ())
+        let mut gzip = Gzip::new(out);
+        write(&mut gzip)?;
+        gzip.finish()
     });
     result.map_err(|source| WriteError::Io { path: path.into(), source })
 }

@@ -1,0 +1,100 @@
+//! Gzip on all threads.
+//!
+//! A gzip file may consist of members one after another, which unpack to one whole (RFC 1952, section 2.2). Here every
+//! member holds as many bytes of the file as another, however many threads there are, so the file is always the same.
+
+use std::io::{self, Write};
+
+use flate2::{Compression, write::GzEncoder};
+use rayon::prelude::*;
+
+/// Bytes of the plain file in a member.
+const MEMBER: usize = 1 << 19;
+
+/// How hard to try. Binary meshes hardly shrink further: one of 98 000 tets is 1 % larger than with the usual level 6, in less than
+/// a third of the time.
+const LEVEL: Compression = Compression::new(2);
+
+/// Packs what is written to it.
+pub(super) struct Gzip<'a> {
+    out: &'a mut dyn Write,
+    /// Not packed yet; less than a batch.
+    plain: Vec<u8>,
+    /// Members are packed so many at a time.
+    batch: usize,
+}
+
+impl<'a> Gzip<'a> {
+    /// Packs into `out`.
+    pub(super) fn new(out: &'a mut dyn Write) -> Self {
+        let batch = 2 * rayon::current_num_threads();
+        Self { out, plain: Vec::with_capacity(MEMBER), batch }
+    }
+
+    /// Packs what is left.
+    pub(super) fn finish(mut self) -> io::Result<()> {
+        self.pack()
+    }
+
+    /// Packs what there is: whole members, but for the last one of the file.
+    fn pack(&mut self) -> io::Result<()> {
+        let member = |plain: &[u8]| {
+            let mut encoder = GzEncoder::new(Vec::new(), LEVEL);
+            encoder.write_all(plain)?;
+            encoder.finish()
+        };
+        let members: Vec<_> = self.plain.par_chunks(MEMBER).map(member).collect();
+        members.into_iter().try_for_each(|member| self.out.write_all(&member?))?;
+        self.plain.clear();
+        Ok(())
+    }
+}
+
+impl Write for Gzip<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let space = self.batch * MEMBER - self.plain.len();
+        let taken = &bytes[..space.min(bytes.len())];
+        self.plain.extend_from_slice(taken);
+        if self.plain.len() == self.batch * MEMBER {
+            self.pack()?;
+        }
+        Ok(taken.len())
+    }
+
+    /// A member is packed when it is full or the last.
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use flate2::read::MultiGzDecoder;
+
+    use super::*;
+
+    /// Also where the last member is full, or where there is one alone.
+    #[test]
+    fn what_is_packed_unpacks_and_does_not_depend_on_threads() {
+        for length in [1, MEMBER - 1, 2 * MEMBER, 9 * MEMBER + 5] {
+            let plain: Vec<u8> = (0..length).map(|at| (at % 251 + at / 7 % 13) as u8).collect();
+            let packed = [1, 3].map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let mut packed = Vec::new();
+                    let mut gzip = Gzip::new(&mut packed);
+                    // Neither a part nor a multiple of a member.
+                    plain.chunks(700_001).for_each(|some| gzip.write_all(some).unwrap());
+                    gzip.finish().unwrap();
+                    packed
+                })
+            });
+            assert_eq!(packed[0], packed[1]);
+            let mut unpacked = Vec::new();
+            MultiGzDecoder::new(&packed[0][..]).read_to_end(&mut unpacked).unwrap();
+            assert!(unpacked == plain, "{length} bytes");
+        }
+    }
+}
