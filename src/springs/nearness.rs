@@ -27,6 +27,9 @@ pub fn nearness(points: &[DVec3], edges: &[[u32; 2]], walls: &[[u32; 3]]) -> Vec
     let middle = lengths.len() / 2;
     let h = *lengths.select_nth_unstable_by(middle, f64::total_cmp).1;
     let tree = TriangleTree::new(points, walls);
-    let distance: Vec<f64> = points.par_iter().map(|&at| tree.closest(at).distance_squared.sqrt()).collect();
+    let mut on_wall = vec![false; points.len()];
+    walls.iter().flatten().for_each(|&point| on_wall[point as usize] = true);
+    let away = |(&at, &on_wall): (&DVec3, &bool)| if on_wall { 0.0 } else { tree.closest(at).distance_squared.sqrt() };
+    let distance: Vec<f64> = points.par_iter().zip(&on_wall).map(away).collect();
     edges.iter().map(|edge| edge.map(|end| distance[end as usize])).map(|[a, b]| h / (0.5 * (a + b) + h)).collect()
 }
