@@ -291,6 +291,9 @@ impl Reader<'_> {
         let connectivity = self.integers(&connectivity, "ElementConnectivity")?;
         self.sections.push(name.clone());
         let mut rest = connectivity.iter().copied();
+        if let Some((count, Kind::Mesh(shape))) = element_type(kind) {
+            self.assembly.reserve(shape, connectivity.len() / count);
+        }
         let mut element = *range.start();
         while rest.len() > 0 && range.contains(&element) {
             let kind = if kind == MIXED { rest.next().unwrap_or_default() } else { kind };

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::types::vtk_kind;
-use crate::formats::assembly::{Assembly, Kind, MOST_VERTICES};
+use super::types::{vtk_kind, vtk_number};
+use crate::formats::assembly::{Assembly, Kind, MOST_VERTICES, Shape};
 use crate::formats::error::ReadError;
 
 /// Types, ends and vertices of the cells.
@@ -46,6 +46,10 @@ pub(super) fn assemble(
         return Err(malformed(format!("{n_cells} families of cells"), found.to_string()));
     }
     let mut assembly = Assembly::default();
+    for shape in [Shape::Tet, Shape::Triangle] {
+        let number = i64::from(vtk_number(shape));
+        assembly.reserve(shape, table.types.iter().filter(|&&other| other == number).count());
+    }
     let mut start = 0;
     for (cell, (&number, &end)) in table.types.iter().zip(&table.offsets).enumerate() {
         let corners = usize::try_from(end).ok().and_then(|end| table.connectivity.get(start..end));

@@ -237,6 +237,7 @@ fn read_cells(scanner: &mut Scanner, n_cells: usize, size: usize, parts: &mut Pa
     }
     let numbers = integers(scanner, Number::I32, size, "a vertex of a cell")?;
     let mut offsets = Vec::with_capacity(n_cells.min(size));
+    parts.connectivity.reserve(numbers.len().saturating_sub(n_cells));
     let mut rest = &numbers[..];
     for cell in 0..n_cells {
         let corners = rest.split_first().and_then(|(&count, rest)| rest.split_at_checked(usize::try_from(count).ok()?));
