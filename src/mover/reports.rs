@@ -1,0 +1,105 @@
+//! What an [`Outcome`](super::Outcome) says of the moved mesh: how true its surfaces are, and what is wrong with them.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Design, Mover, folded_of};
+use crate::{
+    mesh::FamilyId,
+    profile::{Plane, ProfileError, cut, distance},
+    relaxation::Convergence,
+    report::{FamilyReport, ProfileReport, Solver},
+    stages::{Owner, families::Shape},
+};
+
+/// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from
+/// one in the first place.
+const STRAYED: f64 = 1e-6;
+
+impl Mover {
+    pub(super) fn solver_report(&self, volume: &Convergence) -> Solver {
+        Solver {
+            method: self.interior.method().name().to_owned(),
+            sweeps: volume.sweeps,
+            relative_residual: volume.relative_residual,
+        }
+    }
+
+    pub(super) fn folded(&self, vertices: &[DVec3]) -> BTreeMap<String, usize> {
+        let name = |family: FamilyId| self.mesh.families[family.index()].clone();
+        let of_families = folded_of(&self.mesh, &self.topology, &self.creases, vertices);
+        of_families.into_iter().map(|(family, count)| (name(family), count)).collect()
+    }
+
+    /// The carenages and planes that vertices left, by name, with their largest distance.
+    pub(super) fn strayed(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
+        let size = |name: &str| {
+            let family = self.mesh.family(name).expect("reports are by the mesh's families");
+            let at = |vertex: u32| self.mesh.vertices[vertex as usize];
+            let vertices = self.family_vertices(family);
+            let low = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::min);
+            let high = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::max);
+            low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
+        };
+        let strayed = families.iter().filter_map(|(name, report)| {
+            let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
+            (distance.is_nan() || distance > STRAYED * size(name)).then(|| (name.clone(), distance))
+        });
+        strayed.collect()
+    }
+
+    pub(super) fn family_reports(
+        &self,
+        vertices: &[DVec3],
+        folded: &BTreeMap<String, usize>,
+        pierced: &[u32],
+    ) -> BTreeMap<String, FamilyReport> {
+        let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
+            let shape = shape.as_ref()?;
+            let distance = self
+                .family_vertices(FamilyId(index as u16))
+                .par_iter()
+                .map(|&vertex| shape.closest(vertices[vertex as usize]).distance(vertices[vertex as usize]))
+                .reduce(|| 0.0, f64::max);
+            let report = match shape {
+                Shape::Surface(_) => {
+                    FamilyReport { max_distance_to_original_surface: Some(distance), ..FamilyReport::default() }
+                }
+                Shape::Plane(..) => FamilyReport { max_distance_to_plane: Some(distance), ..FamilyReport::default() },
+            };
+            Some((self.mesh.families[index].clone(), report))
+        });
+        let mut reports: BTreeMap<_, _> = reports.collect();
+        for (family, &count) in folded {
+            reports.entry(family.clone()).or_default().folded_triangles = count;
+        }
+        for &triangle in pierced {
+            let family = &self.mesh.families[self.topology.surface.family[triangle as usize].index()];
+            reports.entry(family.clone()).or_default().pierced_triangles += 1;
+        }
+        reports
+    }
+
+    /// Distance of the moved wings' sections to their new profiles; a wing that can no longer be cut there has none.
+    pub(super) fn profile_reports(&self, vertices: &[DVec3], design: &Design) -> BTreeMap<String, ProfileReport> {
+        let surface = &self.topology.surface;
+        let reports = self.families.placed_by(Owner::Wing).filter_map(|family| {
+            let triangles: Vec<[u32; 3]> =
+                surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]).collect();
+            let furthest = design
+                .profiles
+                .get(&family)?
+                .iter()
+                .map(|new| {
+                    let section = cut::cut(vertices, &triangles, &Plane::of_profile(new)?)?;
+                    Ok(distance::max_distance(&section, &new.points))
+                })
+                .try_fold(0.0, |furthest, distance: Result<f64, ProfileError>| distance.map(|d| f64::max(furthest, d)));
+            let report = ProfileReport { max_distance_to_new_profiles: furthest.ok()? };
+            Some((self.mesh.families[family.index()].clone(), report))
+        });
+        reports.collect()
+    }
+}
