@@ -63,7 +63,7 @@ histogram = "beta.svg"
 "#;
 
 const DISPLACEMENTS: &str = "x,y,z,dx,dy,dz\n0,0,0,0.1,0,-1e-3\n1, 0, 0, 0.1, 0, 0\n0,1,0,0,0,0\n\n0,0,1,0.2,0,0\n";
-const DESIGNS: &str = "# the first ones\ndesigns/a.csv\n\n  b.csv  # again\n/tmp/c.csv\n";
+const DESIGNS: &str = "# the first ones\ndesigns/a.csv\n\n  b.csv  # again\n/elsewhere/c.csv\n";
 const PLACES: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 
 const PROFILES: [(&str, &str); 6] = [
