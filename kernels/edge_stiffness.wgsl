@@ -1,14 +1,8 @@
-// Stiffness of each edge: a longitudinal part from its length, a torsional part from the tets around it.
+// Torsional stiffness of each edge: the sum over the tets around it of 1 / sin^2 of the dihedral angle that faces it.
 // One invocation per edge.
 
 struct Params {
     n_edges: u32,
-    // Longitudinal part, 0: 1, 1: 1 / l, 2: 1 / l^2.
-    power: u32,
-    // 0: none, 1: longitudinal part times s, 2: longitudinal part plus s.
-    torsion: u32,
-    // Factor of s in the sum: lengths arrive scaled, s has no length to scale.
-    sum_factor: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -140,26 +134,10 @@ fn edge_stiffness(
     if (edge >= params.n_edges) {
         return;
     }
-    let along = edge_vector[edge].xyz;
-    let squared = dot3(along, along);
-    var longitudinal = 1.0 / squared;
-    if (params.power == 1u) {
-        longitudinal = 1.0 / sqrt(squared);
-    } else if (params.power == 0u) {
-        longitudinal = 1.0;
-    }
-    if (params.torsion == 0u) {
-        stiffness[edge] = longitudinal;
-        return;
-    }
-    var s = 0.0;
+    var sum = 0.0;
     let end = edge_start[edge + 1u];
     for (var i = edge_start[edge]; i < end; i++) {
-        s += inverse_sin_squared(edge_tets[i]);
+        sum += inverse_sin_squared(edge_tets[i]);
     }
-    if (params.torsion == 1u) {
-        stiffness[edge] = longitudinal * s;
-    } else {
-        stiffness[edge] = longitudinal + s * params.sum_factor;
-    }
+    stiffness[edge] = sum;
 }

@@ -10,11 +10,12 @@ use common::compare_by;
 use glam::DVec3;
 use idmesh::{
     backend::{
-        Backend, Constraint, EdgeStiffness, Length, Torsion,
+        Backend, Constraint, EdgeStiffness,
         cpu::{CpuBackend, Precision},
     },
     mesh::edges::{TetEdges, VertexGraph},
     relaxation::{Accuracy, Convergence, Method, Network, Relaxer, multigrid::Hierarchy},
+    springs::{Length, Stiffness, Torsion},
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -32,16 +33,11 @@ fn network(
     let points: Vec<DVec3> = mesh.vertices.iter().map(|&at| place(at)).collect();
     let TetEdges { edges, edge_tets, tet_edges } = TetEdges::new(points.len(), &mesh.tets);
     let edge_vector: Vec<DVec3> = edges.iter().map(|[a, b]| points[*b as usize] - points[*a as usize]).collect();
-    let stiffness = F64
-        .edge_stiffness(&EdgeStiffness {
-            edge_vector: &edge_vector,
-            edge_tets: &edge_tets,
-            tet_edges: &tet_edges,
-            length,
-            torsion,
-        })
-        .unwrap();
+    let input = EdgeStiffness { edge_vector: &edge_vector, edge_tets: &edge_tets, tet_edges: &tet_edges };
+    let sums = F64.edge_stiffness(&input).unwrap();
     let lengths: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
+    let of = Stiffness { length, torsion, wall: 0.0 };
+    let stiffness: Vec<f64> = lengths.iter().zip(sums).map(|(&length, sum)| of.on_wall(length, sum)).collect();
     let constraint = mesh.vertices.iter().map(|&at| constraint(at)).collect();
     let graph = VertexGraph::new(points.len(), &edges);
     (mesh.vertices, Network::new(&graph, &stiffness, &lengths, constraint, vec![0.0; points.len()]))

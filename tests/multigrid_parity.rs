@@ -11,9 +11,10 @@ use common::brick::{Brick, noise, noise_vector};
 use common::{compare, compare_by};
 use glam::DVec3;
 use idmesh::backend::gpu::{Bounds, GpuBackend};
-use idmesh::backend::{Backend, BackendError, Constraint, CpuBackend, Length, Measure, Precision, Sweep, Torsion};
+use idmesh::backend::{Backend, BackendError, Constraint, CpuBackend, Measure, Precision, Sweep};
 use idmesh::mesh::edges::VertexGraph;
 use idmesh::relaxation::{Accuracy, Method, Network, Relaxer, multigrid::Hierarchy};
+use idmesh::springs::{Length, Torsion};
 
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
 const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
@@ -28,7 +29,7 @@ const CYCLES: [Sweep; 4] = [
 /// A brick with anchors, and vertices that move, slide in planes of all directions, or along lines.
 fn network(n: usize, constraint: impl Fn(usize, DVec3) -> Constraint) -> (Vec<DVec3>, Network) {
     let mesh = Brick::new(n, 0);
-    let stiffness = F64.edge_stiffness(&mesh.stiffness_input(Length::Inverse, Torsion::Product)).unwrap();
+    let stiffness = mesh.stiffness(&F64, Length::Inverse, Torsion::Product);
     let length: Vec<f64> = mesh.edge_vector.iter().map(|edge| edge.length()).collect();
     let constraint = mesh.points.iter().enumerate().map(|(vertex, &at)| constraint(vertex, at)).collect();
     let anchor =

@@ -12,9 +12,10 @@ use common::{Mismatch, Network, as_vectors, compare, compare_by};
 use glam::DVec3;
 use idmesh::backend::gpu::{Bounds, GpuBackend};
 use idmesh::backend::{
-    Backend, BackendError, Constraint, CpuBackend, DeviceNetwork, Length, Measure, Precision, Selection, Sweep,
-    Torsion, adapters, select,
+    Backend, BackendError, Constraint, CpuBackend, DeviceNetwork, Measure, Precision, Selection, Sweep, adapters,
+    select,
 };
+use idmesh::springs::{Length, Torsion};
 
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
 const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
@@ -37,7 +38,7 @@ const SWEEPS: [Sweep; 8] = [
 /// without stiffness.
 fn awkward(n: usize) -> Network {
     let mesh = Brick::new(n, n / 3);
-    let stiffness = F64.edge_stiffness(&mesh.stiffness_input(Length::Inverse, Torsion::Product)).unwrap();
+    let stiffness = mesh.stiffness(&F64, Length::Inverse, Torsion::Product);
     let mut springs: Vec<_> = mesh.edges.iter().zip(&stiffness).map(|(&[a, b], &k)| (a, b, k)).collect();
     let n_vertices = mesh.points.len() as u32;
     let lonely = n_vertices;
@@ -132,16 +133,11 @@ fn comparison_rejects_one_wrong_vertex() {
 fn edge_stiffness_matches_its_twin() {
     let Some(gpu) = gpu(Bounds::default()) else { return };
     let mesh = Brick::new(9, 3);
-    for length in [Length::None, Length::Inverse, Length::InverseSquare] {
-        for torsion in [Torsion::None, Torsion::Product, Torsion::Sum] {
-            let input = mesh.stiffness_input(length, torsion);
-            let twin = as_vectors(&TWIN.edge_stiffness(&input).unwrap());
-            let found = as_vectors(&gpu.edge_stiffness(&input).unwrap());
-            // See f32_stiffness_is_near_f64 for the factor.
-            let tolerance = |edge: usize| unless_software(&gpu, stiffness_tolerance(twin[edge].x));
-            compare_by(&twin, &found, tolerance).unwrap();
-        }
-    }
+    let twin = as_vectors(&TWIN.edge_stiffness(&mesh.stiffness_input()).unwrap());
+    let found = as_vectors(&gpu.edge_stiffness(&mesh.stiffness_input()).unwrap());
+    // See f32_stiffness_is_near_f64 for the factor.
+    let tolerance = |edge: usize| unless_software(&gpu, stiffness_tolerance(twin[edge].x));
+    compare_by(&twin, &found, tolerance).unwrap();
 }
 
 #[test]
@@ -219,12 +215,9 @@ fn stiffness_tolerance(stiffness: f64) -> f64 {
 #[test]
 fn f32_stiffness_is_near_f64() {
     let mesh = Brick::new(9, 3);
-    for torsion in [Torsion::None, Torsion::Product, Torsion::Sum] {
-        let input = mesh.stiffness_input(Length::InverseSquare, torsion);
-        let reference = as_vectors(&F64.edge_stiffness(&input).unwrap());
-        let twin = as_vectors(&TWIN.edge_stiffness(&input).unwrap());
-        compare_by(&reference, &twin, |edge| stiffness_tolerance(reference[edge].x)).unwrap();
-    }
+    let reference = as_vectors(&F64.edge_stiffness(&mesh.stiffness_input()).unwrap());
+    let twin = as_vectors(&TWIN.edge_stiffness(&mesh.stiffness_input()).unwrap());
+    compare_by(&reference, &twin, |edge| stiffness_tolerance(reference[edge].x)).unwrap();
 }
 
 #[test]
@@ -255,7 +248,7 @@ fn splitting_changes_no_bit() {
     assert_eq!(of_expected, of_found);
 
     let mesh = Brick::new(12, 3);
-    let input = mesh.stiffness_input(Length::Inverse, Torsion::Sum);
+    let input = mesh.stiffness_input();
     assert!(mesh.tets.len() * 24 > 2 * 80 * 1024);
     let expected = as_vectors(&whole.edge_stiffness(&input).unwrap());
     compare(&expected, &as_vectors(&split.edge_stiffness(&input).unwrap()), 0.0).unwrap();
@@ -268,7 +261,7 @@ fn a_network_that_cannot_be_split_is_refused() {
     assert!(matches!(tiny.upload(&network.data()), Err(BackendError::TooLarge { available: 1024, .. })));
     let mesh = Brick::new(3, 0);
     let Some(tiny) = gpu(Bounds { matrix_bytes: Some(64), workgroups: None }) else { return };
-    let refused = tiny.edge_stiffness(&mesh.stiffness_input(Length::Inverse, Torsion::Product));
+    let refused = tiny.edge_stiffness(&mesh.stiffness_input());
     assert!(matches!(refused, Err(BackendError::TooLarge { .. })));
 }
 
@@ -356,7 +349,7 @@ fn an_empty_network_is_at_rest_on_the_gpu() {
     assert!(e.is_empty());
     assert_eq!(measures[0], Measure { change: 0.0, residual: 0.0 });
     let nothing = Brick::from_tets(Vec::new(), Vec::new(), Vec::new());
-    assert!(gpu.edge_stiffness(&nothing.stiffness_input(Length::Inverse, Torsion::Sum)).unwrap().is_empty());
+    assert!(gpu.edge_stiffness(&nothing.stiffness_input()).unwrap().is_empty());
 }
 
 // ---- selection ----

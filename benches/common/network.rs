@@ -43,15 +43,12 @@ impl Edges {
         self.vector.len()
     }
 
-    /// What a backend needs for the default springs.
+    /// What a backend needs for the torsional stiffness.
     pub fn stiffness_input(&self) -> EdgeStiffness<'_> {
-        let springs = <&Springs>::default();
         EdgeStiffness {
             edge_vector: &self.vector,
             edge_tets: &self.topology.edge_tets,
             tet_edges: &self.topology.tet_edges,
-            length: springs.stiffness.length,
-            torsion: springs.stiffness.torsion,
         }
     }
 
@@ -60,8 +57,10 @@ impl Edges {
     /// # Errors
     /// The backend failed.
     pub fn network(&self, backend: &dyn Backend, constraint: Vec<Constraint>) -> Result<Network, Failure> {
-        let stiffness = backend.edge_stiffness(&self.stiffness_input())?;
+        let sums = backend.edge_stiffness(&self.stiffness_input())?;
         let length: Vec<f64> = self.vector.iter().map(|vector| vector.length()).collect();
+        let of = <&Springs>::default().stiffness;
+        let stiffness: Vec<f64> = length.iter().zip(sums).map(|(&length, sum)| of.on_wall(length, sum)).collect();
         let graph = VertexGraph::new(self.n_vertices, &self.topology.edges);
         Ok(Network::new(&graph, &stiffness, &length, constraint, vec![0.0; self.n_vertices]))
     }

@@ -14,7 +14,7 @@ use super::smoother::CpuSmoother;
 use super::vectors::Vectors;
 use super::{
     Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
-    NetworkData, Sweep, Torsion,
+    NetworkData, Sweep,
 };
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
@@ -106,35 +106,22 @@ impl Backend for CpuBackend {
 
 fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
     let packed = PackedEdges::<T>::new(input);
-    let edges = Edges {
-        tet_edges: input.tet_edges,
-        edge_vector: &packed.edge_vector,
-        power: packed.power,
-        torsion: packed.torsion,
-        sum_factor: T::from_f64(packed.sum_factor),
-    };
-    let mut sums = vec![T::ZERO; input.edge_vector.len()];
-    if input.torsion != Torsion::None {
-        // A tet is evaluated once for its six edges. What it gives is added in the order of the tets, as the kernel does.
-        let mut facing = vec![[T::ZERO; 6]; TETS.min(input.tet_edges.len())];
-        for (block, of_block) in input.tet_edges.chunks(TETS).enumerate() {
-            let facing = &mut facing[..of_block.len()];
-            facing.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, facing)| {
-                let first = block * TETS + chunk * CHUNK;
-                facing.iter_mut().enumerate().for_each(|(at, out)| *out = edge_stiffness::facing(&edges, first + at));
-            });
-            for (of_tet, facing) in of_block.iter().zip(&*facing) {
-                for (&edge, &value) in of_tet.iter().zip(facing) {
-                    let sum = &mut sums[edge as usize / 2];
-                    *sum = *sum + value;
-                }
+    let edges = Edges { tet_edges: input.tet_edges, edge_vector: &packed.edge_vector };
+    let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
+    // A tet is evaluated once for its six edges. What it gives is added in the order of the tets, as the kernel does.
+    let mut facing = vec![[T::ZERO; 6]; TETS.min(input.tet_edges.len())];
+    for (block, of_block) in input.tet_edges.chunks(TETS).enumerate() {
+        let facing = &mut facing[..of_block.len()];
+        let tasks = facing.par_chunks_mut(CHUNK).enumerate();
+        tasks.for_each(|(chunk, facing)| edge_stiffness::run(block * TETS + chunk * CHUNK, &edges, facing));
+        for (of_tet, facing) in of_block.iter().zip(&*facing) {
+            for (&edge, &value) in of_tet.iter().zip(facing) {
+                let sum = &mut stiffness[edge as usize / 2];
+                *sum = *sum + value;
             }
         }
     }
-    let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
-    let tasks = stiffness.par_chunks_mut(CHUNK).zip(sums.par_chunks(CHUNK)).enumerate();
-    tasks.for_each(|(chunk, (stiffness, sums))| edge_stiffness::run(chunk * CHUNK, &edges, sums, stiffness));
-    stiffness.into_iter().map(|k| k.to_f64() * packed.stiffness_unit).collect()
+    stiffness.into_iter().map(Real::to_f64).collect()
 }
 
 /// A network in the CPU's memory.

@@ -93,29 +93,7 @@ pub struct Measure {
     pub residual: f64,
 }
 
-/// Longitudinal part of an edge spring: `1 / l^p`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Length {
-    /// 1: the length does not matter.
-    None,
-    /// `1 / l`, Batina's.
-    Inverse,
-    /// `1 / l^2`.
-    InverseSquare,
-}
-
-/// Torsional part of an edge spring, from `s = sum over the edge's tets of 1 / sin^2` of the dihedral angle facing it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Torsion {
-    /// None: the spring is its longitudinal part.
-    None,
-    /// Longitudinal part times `s`: free of units.
-    Product,
-    /// Longitudinal part plus `s`: as published by Murayama; depends on the unit of length.
-    Sum,
-}
-
-/// Input of the edge stiffness: edges and the tets around them.
+/// Input of the torsional stiffness: edges and the tets around them.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeStiffness<'a> {
     /// Vector from each edge's first to its second vertex `[n_edges]`.
@@ -124,10 +102,6 @@ pub struct EdgeStiffness<'a> {
     pub edge_tets: &'a Csr,
     /// For each tet the edges 01 02 03 12 13 23 `[n_tets]`, each `edge * 2 + (1 if the tet runs it backwards)`.
     pub tet_edges: &'a [[u32; 6]],
-    /// Longitudinal part.
-    pub length: Length,
-    /// Torsional part.
-    pub torsion: Torsion,
 }
 
 /// Which device a backend computes on, for reports.
@@ -176,7 +150,8 @@ pub trait Backend: Send + Sync {
     /// Unit roundoff of the arithmetic networks are relaxed in: `f32::EPSILON` or `f64::EPSILON`.
     fn epsilon(&self) -> f64;
 
-    /// Stiffness of each edge `[n_edges]`.
+    /// Torsional stiffness of each edge `[n_edges]`, dimensionless: the sum over its tets of `1 / sin^2` of the dihedral angle
+    /// that faces it.
     ///
     /// # Errors
     /// The device failed or the mesh does not fit.

@@ -5,7 +5,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Constraint, EdgeStiffness, Length, Measure, NetworkData, Torsion};
+use super::{Constraint, EdgeStiffness, Measure, NetworkData};
 use crate::kernels::Real;
 use crate::kernels::constraint::kind;
 use crate::kernels::row::Rows;
@@ -146,14 +146,6 @@ impl<T: Real> Packed<T> {
 pub(super) struct PackedEdges<T> {
     /// Edge vectors `[n_edges]`.
     pub(super) edge_vector: Vec<[T; 4]>,
-    /// 0, 1 or 2, see [`crate::kernels::edge_stiffness::Params`].
-    pub(super) power: u32,
-    /// 0, 1 or 2, see [`crate::kernels::edge_stiffness::Params`].
-    pub(super) torsion: u32,
-    /// Factor of the torsional part where it is added.
-    pub(super) sum_factor: f64,
-    /// What one of the computed stiffness stands for.
-    pub(super) stiffness_unit: f64,
 }
 
 impl<T: Real> PackedEdges<T> {
@@ -168,28 +160,11 @@ impl<T: Real> PackedEdges<T> {
         assert!(input.tet_edges.iter().flatten().all(|&edge| (edge as usize) < 2 * n_edges), "every tet has its edges");
         let mean = input.edge_vector.iter().map(|v| v.length()).sum::<f64>() / n_edges.max(1) as f64;
         let unit = power_of_two(mean);
-        let power = match input.length {
-            Length::None => 0,
-            Length::Inverse => 1,
-            Length::InverseSquare => 2,
-        };
-        let torsion = match input.torsion {
-            Torsion::None => 0,
-            Torsion::Product => 1,
-            Torsion::Sum => 2,
-        };
         let pack = |v: &DVec3| {
             let [x, y, z] = (*v / unit).to_array().map(T::from_f64);
             [x, y, z, T::ZERO]
         };
-        Self {
-            edge_vector: input.edge_vector.iter().map(pack).collect(),
-            power: power as u32,
-            torsion,
-            // 1 / l^p + s = unit^-p (1 / (l / unit)^p + unit^p s)
-            sum_factor: unit.powi(power),
-            stiffness_unit: unit.powi(-power),
-        }
+        Self { edge_vector: input.edge_vector.iter().map(pack).collect() }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Stiffness of each edge of a tet mesh; twin of `kernels/edge_stiffness.wgsl`.
+//! Torsional stiffness of each edge of a tet mesh; twin of `kernels/edge_stiffness.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -11,12 +11,6 @@ use crate::mesh::edges::EDGE;
 pub struct Params {
     /// Number of edges to compute.
     pub n_edges: u32,
-    /// Longitudinal part, 0: 1, 1: `1 / l`, 2: `1 / l^2`.
-    pub power: u32,
-    /// 0: no torsional part, 1: longitudinal part times `s`, 2: longitudinal part plus `s`.
-    pub torsion: u32,
-    /// Factor of `s` in the sum: lengths arrive scaled, `s` has no length to scale.
-    pub sum_factor: f32,
 }
 
 /// Edges and tets as the twin reads them.
@@ -26,12 +20,6 @@ pub struct Edges<'a, T> {
     pub tet_edges: &'a [[u32; 6]],
     /// Edge vectors `[n_edges]`, any unit; the fourth component is not used.
     pub edge_vector: &'a [[T; 4]],
-    /// Longitudinal part, 0: 1, 1: `1 / l`, 2: `1 / l^2`.
-    pub power: u32,
-    /// 0: no torsional part, 1: longitudinal part times `s`, 2: longitudinal part plus `sum_factor * s`.
-    pub torsion: u32,
-    /// Factor of `s` in the sum.
-    pub sum_factor: T,
 }
 
 /// Most that `1 / sin^2` of one dihedral angle counts: `sin^2` is clamped below at 1e-6, also in a flat tet.
@@ -43,31 +31,15 @@ const FACE: [[usize; 3]; 4] = [[3, 4, 5], [1, 2, 5], [0, 2, 4], [0, 1, 3]];
 /// Local edges at each local vertex.
 const STAR: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 4], [1, 3, 5], [2, 4, 5]];
 
-/// Stiffness of a chunk of edges.
+/// The parts of a chunk of tets in the stiffness of their edges, which is the sum over an edge's tets in their order. The kernel
+/// finds a tet's part anew for each of its edges.
 ///
-/// - `first_edge`: edge of the chunk's first element
-/// - `sums` `[edges of the chunk]`: over the edge's tets of what [`facing()`] gives, in the order of the tets; the kernel finds
-///   them by itself. Not used without torsional part
-/// - `stiffness` `[edges of the chunk]`: `1 / l^power`, times or plus the sum; infinite for an edge without length, but
-///   for power 0
+/// - `first_tet`: tet of the chunk's first element
+/// - `facing` `[tets of the chunk]`: for each of the tet's six edges `1 / sin^2` of the dihedral angle that faces it, dimensionless
 ///
-/// Source: longitudinal part Batina 1990; torsional part Murayama, Nakahashi and Matsushima 2002, which adds it
-/// (`torsion = 2`); the product is ours: it has no unit to depend on.
-pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, sums: &[T], stiffness: &mut [T]) {
-    for ((edge, &s), stiffness) in (first_edge..).zip(sums).zip(stiffness) {
-        let along = xyz(&edges.edge_vector[edge]);
-        let squared = dot(along, along);
-        let longitudinal = match edges.power {
-            0 => T::ONE,
-            1 => T::ONE / squared.sqrt(),
-            _ => T::ONE / squared,
-        };
-        *stiffness = match edges.torsion {
-            0 => longitudinal,
-            1 => longitudinal * s,
-            _ => longitudinal + s * edges.sum_factor,
-        };
-    }
+/// Source: Murayama, Nakahashi and Matsushima 2002.
+pub fn run<T: Real>(first_tet: usize, edges: &Edges<T>, facing: &mut [[T; 6]]) {
+    facing.iter_mut().enumerate().for_each(|(place, of_tet)| *of_tet = of_edges(edges, first_tet + place));
 }
 
 /// `1 / sin^2` of the dihedral angles that face the six edges of a tet, that is of the angles at the opposite edges; at most
@@ -75,7 +47,7 @@ pub fn run<T: Real>(first_edge: usize, edges: &Edges<T>, sums: &[T], stiffness: 
 ///
 /// For edge ij and opposite edge kl: `sin^2 = 36 V^2 l_kl^2 / (S_i S_j)`, `S_i = 4 A_i^2` of the face opposite i.
 /// Squares only, so the direction in which an edge is stored does not matter.
-pub fn facing<T: Real>(edges: &Edges<T>, tet: usize) -> [T; 6] {
+fn of_edges<T: Real>(edges: &Edges<T>, tet: usize) -> [T; 6] {
     let limit = T::from_f64(LARGEST);
     let mut vectors = edges.tet_edges[tet].map(|of_tet| xyz(&edges.edge_vector[of_tet as usize / 2]));
     // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.

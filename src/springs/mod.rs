@@ -53,8 +53,6 @@ pub mod torsional_wall;
 
 pub use nearness::nearness;
 
-use crate::backend::{Length, Torsion};
-
 /// One kind of spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Springs {
@@ -67,6 +65,28 @@ pub struct Springs {
     /// How stiff the springs are that spread the rotations of the moved surfaces: rest edges turn with their ends. Without,
     /// they do not turn.
     pub rotation: Option<Stiffness>,
+}
+
+/// Longitudinal part of an edge spring: `1 / l^p`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// 1: the length does not matter.
+    None,
+    /// `1 / l`, Batina's (1990).
+    Inverse,
+    /// `1 / l^2`.
+    InverseSquare,
+}
+
+/// Torsional part of an edge spring, from `s = sum over the edge's tets of 1 / sin^2` of the dihedral angle facing it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Torsion {
+    /// None: the spring is its longitudinal part.
+    None,
+    /// Longitudinal part times `s`: free of units, and ours.
+    Product,
+    /// Longitudinal part plus `s`: as published by Murayama, Nakahashi and Matsushima 2002; depends on the unit of length.
+    Sum,
 }
 
 /// How stiff the springs of a network are.
@@ -109,7 +129,7 @@ impl Springs {
 }
 
 impl Stiffness {
-    /// Stiffness of an edge on a wall.
+    /// Stiffness of an edge on a wall, infinite for one without length unless the length does not matter.
     ///
     /// - `length`: the edge's
     /// - `sum`: of `1 / sin^2` of the dihedral angles that face it

@@ -14,7 +14,7 @@ use super::{
     start::Equilibrium,
 };
 use crate::{
-    backend::{Backend, BackendError, Constraint, CpuBackend, EdgeStiffness, Length, Precision, Torsion},
+    backend::{Backend, BackendError, Constraint, CpuBackend, EdgeStiffness, Precision},
     mesh::{
         TetMesh,
         edges::{TetEdges, VertexGraph},
@@ -72,13 +72,7 @@ impl Volume {
         let springs_on: &dyn Backend = if accuracy.tolerance < SINGLE { &reference } else { backend };
         // One sum over the tets serves all springs.
         let sum = match springs.are_torsional() {
-            true => springs_on.edge_stiffness(&EdgeStiffness {
-                edge_vector: &edge_vector,
-                edge_tets,
-                tet_edges,
-                length: Length::None,
-                torsion: Torsion::Product,
-            })?,
+            true => springs_on.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges })?,
             false => vec![0.0; edges.len()],
         };
         let stiffness = |of: Stiffness| -> Vec<f64> {

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
-use idmesh::backend::{Constraint, EdgeStiffness, Length, Torsion};
+use idmesh::backend::{Backend, Constraint, EdgeStiffness};
 use idmesh::mesh::csr::Csr;
+use idmesh::springs::{Length, Stiffness, Torsion};
 
 use super::Network;
 
@@ -107,14 +108,15 @@ impl Brick {
         }
     }
 
-    pub fn stiffness_input(&self, length: Length, torsion: Torsion) -> EdgeStiffness<'_> {
-        EdgeStiffness {
-            edge_vector: &self.edge_vector,
-            edge_tets: &self.edge_tets,
-            tet_edges: &self.tet_edges,
-            length,
-            torsion,
-        }
+    pub fn stiffness_input(&self) -> EdgeStiffness<'_> {
+        EdgeStiffness { edge_vector: &self.edge_vector, edge_tets: &self.edge_tets, tet_edges: &self.tet_edges }
+    }
+
+    /// Stiffness of each edge, away from walls.
+    pub fn stiffness(&self, backend: &dyn Backend, length: Length, torsion: Torsion) -> Vec<f64> {
+        let sums = backend.edge_stiffness(&self.stiffness_input()).unwrap();
+        let stiffness = Stiffness { length, torsion, wall: 0.0 };
+        self.edge_vector.iter().zip(sums).map(|(edge, sum)| stiffness.on_wall(edge.length(), sum)).collect()
     }
 
     /// The network of the edges with this stiffness, its boundary held.

@@ -1,4 +1,4 @@
-//! Edge stiffness on a GPU.
+//! Torsional stiffness of edges on a GPU.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::backend::packed::PackedEdges;
 use crate::backend::{BackendError, EdgeStiffness};
 use crate::kernels::edge_stiffness::Params;
 
-/// Stiffness of each edge. A mesh larger than one binding is computed in chunks of edges, each with the tets around
+/// Torsional stiffness of each edge. A mesh larger than one binding is computed in chunks of edges, each with the tets around
 /// them.
 pub(super) fn stiffness(device: &Device, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
     device.rows_fit(&input.edge_tets.row_start, 1, "edge")?;
@@ -25,7 +25,7 @@ pub(super) fn stiffness(device: &Device, input: &EdgeStiffness) -> Result<Vec<f6
             edge_vector: &packed.edge_vector,
             n_edges: whole.len(),
         };
-        stiffness.extend(compute(device, &packed, &mesh)?);
+        stiffness.extend(compute(device, &mesh)?);
     } else {
         let mut numbering = Numbering::new(input);
         for range in plan(device, input)? {
@@ -37,10 +37,10 @@ pub(super) fn stiffness(device: &Device, input: &EdgeStiffness) -> Result<Vec<f6
                 edge_vector: &edge_vector,
                 n_edges: range.len(),
             };
-            stiffness.extend(compute(device, &packed, &chunk)?);
+            stiffness.extend(compute(device, &chunk)?);
         }
     }
-    Ok(stiffness.into_iter().map(|k| f64::from(k) * packed.stiffness_unit).collect())
+    Ok(stiffness.into_iter().map(f64::from).collect())
 }
 
 /// Some edges, the tets around them, and the edges of those: the chunk's own edges first.
@@ -52,17 +52,12 @@ struct Chunk<'a> {
     n_edges: usize,
 }
 
-fn compute(device: &Device, packed: &PackedEdges<f32>, chunk: &Chunk) -> Result<Vec<f32>, BackendError> {
+fn compute(device: &Device, chunk: &Chunk) -> Result<Vec<f32>, BackendError> {
     if chunk.n_edges == 0 {
         return Ok(Vec::new());
     }
     device.guarded(|| {
-        let params = Params {
-            n_edges: chunk.n_edges as u32,
-            power: packed.power,
-            torsion: packed.torsion,
-            sum_factor: packed.sum_factor as f32,
-        };
+        let params = Params { n_edges: chunk.n_edges as u32 };
         let size = 4 * chunk.n_edges as u64;
         let of_params = device.buffer("parameters", 16, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         device.write(&of_params, bytes_of(&params));
