@@ -179,10 +179,10 @@ impl Cost {
         let mut design = Design::default();
         for name in mesh.families.iter().filter(|family| role(family) == Role::Prescribed) {
             let family = mesh.family(name).expect("it is one of the mesh's");
-            let moves = |vertex: u32| {
+            let moves = |&vertex: &u32| {
                 turn * (mesh.vertices[vertex as usize] - pivot) - (mesh.vertices[vertex as usize] - pivot)
             };
-            design.prescribed.insert(family, mover.family_vertices(family).into_iter().map(moves).collect());
+            design.prescribed.insert(family, mover.family_vertices(family).iter().map(moves).collect());
         }
         let mut times = Vec::new();
         let updates = if mesh.tets.len() > LARGE { 1 } else { UPDATES };

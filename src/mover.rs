@@ -4,12 +4,15 @@
 //! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
 //! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
 
+mod judge;
 mod reports;
 
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use glam::DVec3;
 use thiserror::Error;
+
+use judge::Judge;
 
 use crate::{
     backend::{Backend, BackendError, MemoryError, check_memory},
@@ -240,7 +243,7 @@ impl Mover {
     }
 
     /// The vertices of a family, ascending.
-    pub fn family_vertices(&self, family: FamilyId) -> Vec<u32> {
+    pub fn family_vertices(&self, family: FamilyId) -> &[u32] {
         self.topology.surface.vertices_of(family)
     }
 
@@ -271,20 +274,11 @@ impl Mover {
     ) -> Result<Outcome, MoveError> {
         let Self { mesh, topology, creases, families, accuracy, .. } = self;
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
-        let mut folds = Vec::new();
-        let (mut moved, mut folded) = (mesh.vertices.clone(), BTreeMap::new());
+        let mut judge = Judge::new(mesh, topology, creases, families);
         let mut end = |stage: &'static str, last: Owner, motion: &mut Motion| {
             amend(stage, motion);
             let here = displaced(&mesh.vertices, motion);
-            if here != moved {
-                folded = folded_of(mesh, topology, creases, &here);
-                moved.clone_from(&here);
-            }
-            let placed = |family: &FamilyId| families.roles[family.index()].owner() <= last;
-            let count: usize = folded.iter().filter(|(family, _)| placed(family)).map(|(_, count)| count).sum();
-            if count > 0 {
-                folds.push((stage, count));
-            }
+            judge.judge(stage, last, &here);
             here
         };
         watch.record(StageName::Original, &self.original_beta);
@@ -297,7 +291,7 @@ impl Mover {
             .interpolate(families, &design.profiles, &mut motion)
             .map_err(|(family, error)| MoveError::Profiles { family: mesh.families[family.index()].clone(), error })?;
         let deformed = displaced(&mesh.vertices, &motion);
-        let deformed_beta = quality::betas(&deformed, &mesh.tets);
+        let deformed_beta = quality::betas_after(&self.original_beta, &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
 
         let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;
@@ -314,7 +308,7 @@ impl Mover {
         observer("planes");
         let planes = self.planes.run(&mut motion, accuracy)?;
         let corrected = end("planes", Owner::Plane, &mut motion);
-        let corrected_beta = if corrected == deformed { deformed_beta } else { quality::betas(&corrected, &mesh.tets) };
+        let corrected_beta = quality::betas_after(&deformed_beta, &deformed, &corrected, &mesh.tets);
         watch.record(StageName::Corrected, &corrected_beta);
 
         observer("volume");
@@ -329,12 +323,8 @@ impl Mover {
         let Inside { vertices, beta, convergence: volume, path, smoothed } =
             self.interior.run(&set_up, &mut self.crossings, &mut motion, accuracy, observer)?;
         let amended = end("volume", Owner::Volume, &mut motion);
-        let (vertices, beta) = if amended == vertices {
-            (vertices, beta)
-        } else {
-            let beta = quality::betas(&amended, &mesh.tets);
-            (amended, beta)
-        };
+        let beta = quality::betas_after(&beta, &vertices, &amended, &mesh.tets);
+        let vertices = amended;
         let inverted = watch.record(StageName::Final, &beta).inverted;
 
         let ends = [
@@ -347,7 +337,9 @@ impl Mover {
         ];
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
-        let folded = self.folded(&vertices);
+        let Judge { folds, folded, .. } = judge;
+        let folded =
+            folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let pierced = self.crossings.pierced_anew(&self.mesh.vertices, &vertices);
         let families = self.family_reports(&vertices, &folded, &pierced);
         Ok(Outcome {
@@ -370,16 +362,6 @@ impl Mover {
             vertices,
         })
     }
-}
-
-/// Folded triangles of each family that has some; see [`crate::quality::faults::folded`].
-fn folded_of(mesh: &TetMesh, topology: &Topology, creases: &Creases, vertices: &[DVec3]) -> BTreeMap<FamilyId, usize> {
-    let surface = &topology.surface;
-    let mut counts = BTreeMap::new();
-    for triangle in creases.folded(&mesh.vertices, vertices, &surface.triangles, &surface.opposite) {
-        *counts.entry(surface.family[triangle as usize]).or_default() += 1;
-    }
-    counts
 }
 
 struct StageWatch {

@@ -49,17 +49,21 @@ pub fn run<T: Real>(first_tet: usize, edges: &Edges<T>, facing: &mut [[T; 6]]) {
 /// Squares only, so the direction in which an edge is stored does not matter.
 fn of_edges<T: Real>(edges: &Edges<T>, tet: usize) -> [T; 6] {
     let limit = T::from_f64(LARGEST);
-    let mut vectors = edges.tet_edges[tet].map(|of_tet| xyz(&edges.edge_vector[of_tet as usize / 2]));
+    let mut vectors = [[T::ZERO; 3]; 6];
+    for (vector, of_tet) in vectors.iter_mut().zip(edges.tet_edges[tet]) {
+        *vector = xyz(&edges.edge_vector[of_tet as usize / 2]);
+    }
     // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.
     let longest = vectors.iter().map(|&v| dot(v, v)).fold(T::ZERO, T::max_magnitude);
     if longest == T::ZERO {
         return [limit; 6];
     }
     let scale = T::ONE / longest.sqrt();
-    for vector in &mut vectors {
+    let mut squared = [T::ZERO; 6];
+    for (vector, squared) in vectors.iter_mut().zip(&mut squared) {
         *vector = [vector[0] * scale, vector[1] * scale, vector[2] * scale];
+        *squared = dot(*vector, *vector);
     }
-    let squared = vectors.map(|v| dot(v, v));
     let (mut face, mut to_plane) = ([T::ZERO; 4], [T::ZERO; 4]);
     for vertex in 0..4 {
         let normal = area_vector(&vectors, &squared, FACE[vertex]);
@@ -100,22 +104,24 @@ fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 /// between them is the triangle's largest, so a needle loses nothing to cancellation.
 #[inline(always)]
 fn area_vector<T: Real>(vectors: &[[T; 3]; 6], squared: &[T; 6], [a, b, c]: [usize; 3]) -> [T; 3] {
-    if squared[c] >= squared[a] && squared[c] >= squared[b] {
-        cross(vectors[a], vectors[b])
+    let [first, second] = if squared[c] >= squared[a] && squared[c] >= squared[b] {
+        [a, b]
     } else if squared[b] >= squared[a] {
-        cross(vectors[a], vectors[c])
+        [a, c]
     } else {
-        cross(vectors[b], vectors[c])
-    }
+        [b, c]
+    };
+    cross(vectors[first], vectors[second])
 }
 
 #[inline(always)]
 fn shortest<T: Real>(vectors: &[[T; 3]; 6], squared: &[T; 6], [a, b, c]: [usize; 3]) -> [T; 3] {
-    if squared[a] <= squared[b] && squared[a] <= squared[c] {
-        vectors[a]
+    let shortest = if squared[a] <= squared[b] && squared[a] <= squared[c] {
+        a
     } else if squared[b] <= squared[c] {
-        vectors[b]
+        b
     } else {
-        vectors[c]
-    }
+        c
+    };
+    vectors[shortest]
 }

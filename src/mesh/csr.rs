@@ -43,4 +43,26 @@ impl Csr {
         }
         Self { row_start, entries }
     }
+
+    /// The rows that count as vertices of a graph, breadth first: each connected part from its first row outwards, so that
+    /// neighbours come close together (Cuthill and McKee, 1969).
+    pub fn breadth_first(&self, counts: impl Fn(usize) -> bool) -> Vec<u32> {
+        let mut seen = vec![false; self.n_rows()];
+        let mut order = Vec::with_capacity(self.n_rows());
+        for first in 0..self.n_rows() as u32 {
+            let mut next = order.len();
+            let mut visit = |row: u32, order: &mut Vec<u32>| {
+                if !seen[row as usize] && counts(row as usize) {
+                    seen[row as usize] = true;
+                    order.push(row);
+                }
+            };
+            visit(first, &mut order);
+            while let Some(&row) = order.get(next) {
+                self.row(row as usize).iter().for_each(|&neighbour| visit(neighbour, &mut order));
+                next += 1;
+            }
+        }
+        order
+    }
 }

@@ -32,6 +32,7 @@ pub struct Surface {
     /// For each half-edge `[3 * n_triangles]` its twin in the neighbouring triangle.
     pub opposite: Vec<u32>,
     of_family: Csr,
+    vertices_of_family: Csr,
 }
 
 impl Surface {
@@ -47,7 +48,15 @@ impl Surface {
         let opposite = join_edges(mesh, &triangles)?;
         let pairs = family.iter().enumerate().map(|(triangle, family)| (family.0 as u32, triangle as u32));
         let of_family = Csr::from_pairs(mesh.families.len(), pairs);
-        Ok(Self { triangles, family, opposite, of_family })
+        let mut corners: Vec<(u32, u32)> = family
+            .iter()
+            .zip(&triangles)
+            .flat_map(|(family, corners)| corners.map(|vertex| (family.0 as u32, vertex)))
+            .collect();
+        corners.sort_unstable();
+        corners.dedup();
+        let vertices_of_family = Csr::from_pairs(mesh.families.len(), corners.into_iter());
+        Ok(Self { triangles, family, opposite, of_family, vertices_of_family })
     }
 
     /// The triangles of a family, ascending.
@@ -61,11 +70,13 @@ impl Surface {
     }
 
     /// The vertices of a family, ascending, each once.
-    pub fn vertices_of(&self, family: FamilyId) -> Vec<u32> {
-        let mut vertices: Vec<u32> = self.corners_of(family).flatten().collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        vertices
+    pub fn vertices_of(&self, family: FamilyId) -> &[u32] {
+        self.vertices_of_family.row(family.index())
+    }
+
+    /// All vertices of the surface, those of one family after those of another: a vertex of several comes as often.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices_of_family.entries
     }
 
     /// The closed curves that bound a family, each as a loop of half-edges of the family's own triangles.
@@ -139,7 +150,7 @@ impl Surface {
         let own = self.vertices_of(family);
         let mut normals = vec![DVec3::ZERO; own.len()];
         for corners in self.corners_of(family) {
-            let [a, b, c] = corners.map(|vertex| vertices[vertex as usize]);
+            let [a, b, c] = crate::quality::corners(vertices, corners);
             let area = (b - a).cross(c - a);
             for vertex in corners {
                 normals[own.binary_search(&vertex).expect("a family's triangles have its vertices")] += area;

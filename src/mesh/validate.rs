@@ -68,7 +68,7 @@ pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
     }
     check_indices("tet", &mesh.tets, mesh.vertices.len())?;
     check_indices("triangle", &mesh.triangles, mesh.vertices.len())?;
-    let corners = |tet: usize| mesh.tets[tet].map(|vertex| mesh.vertices[vertex as usize]);
+    let corners = |tet: usize| quality::corners(&mesh.vertices, mesh.tets[tet]);
     let inverted: Vec<usize> = (0..mesh.tets.len()).filter(|&tet| quality::volume(corners(tet)) <= 0.0).collect();
     if let Some(&first) = inverted.first() {
         return Err(MeshError::Inverted {

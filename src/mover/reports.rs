@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, Mover, folded_of};
+use super::{Design, Mover};
 use crate::{
     mesh::FamilyId,
     profile::{Plane, ProfileError, cut, distance},
@@ -25,12 +25,6 @@ impl Mover {
             sweeps: volume.sweeps,
             relative_residual: volume.relative_residual,
         }
-    }
-
-    pub(super) fn folded(&self, vertices: &[DVec3]) -> BTreeMap<String, usize> {
-        let name = |family: FamilyId| self.mesh.families[family.index()].clone();
-        let of_families = folded_of(&self.mesh, &self.topology, &self.creases, vertices);
-        of_families.into_iter().map(|(family, count)| (name(family), count)).collect()
     }
 
     /// The carenages and planes that vertices left, by name, with their largest distance.

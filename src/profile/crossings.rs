@@ -3,18 +3,31 @@
 //! A wing of facets moves by its vertices. Even if every vertex moves exactly right, the section between two of them is the
 //! straight line between their displacements and misses the new profile: on a coarse mesh by half a percent of the
 //! chord. The ends of the edges that cross a plane are therefore corrected until the crossings go where the profile says:
-//! a damped least-squares problem, solved by conjugate gradients (CGLS). Undamped, a strip of triangles has nearly as many
-//! crossings as vertices, and vertices on either side of the plane would be played off against each other.
+//! a damped least-squares problem. Undamped, a strip of triangles has nearly as many crossings as vertices, and vertices on
+//! either side of the plane would be played off against each other.
+//!
+//! Its normal equations follow from the mesh alone and are factored once. Along a section each vertex is tied to the few next
+//! to it: numbered breadth first, the factor has little more entries than the matrix.
 
 use glam::DVec3;
+use nalgebra::DMatrix;
+use nalgebra_sparse::{CooMatrix, CscMatrix, factorization::CscCholesky};
+
+use crate::mesh::csr::Csr;
 
 /// Weight of the square of the correction against that of what is missing: what varies slowly along the section is
 /// corrected to 0.2 %, what alternates from vertex to vertex is left.
 const DAMPING: f64 = 1e-3;
-/// Most rounds; with that damping each fifty gain a digit.
-const ROUNDS: usize = 2000;
-/// Share of the first gradient at which to stop: below what any comparison of two runs looks at.
-const ENOUGH: f64 = 1e-10;
+
+/// What the corrections of the vertices beside the planes follow from.
+#[derive(Debug)]
+pub(super) struct Corrector {
+    crossings: Vec<Crossing>,
+    /// The vertices at the crossings' ends, in the order of the unknowns.
+    vertices: Vec<u32>,
+    /// Of the normal equations.
+    factor: CscCholesky<f64>,
+}
 
 /// One edge that crosses one plane.
 #[derive(Clone, Copy, Debug)]
@@ -38,45 +51,46 @@ pub(super) fn find(distances: &[Vec<f64>], edges: &[[u32; 2]]) -> Vec<Crossing> 
     distances.iter().flat_map(|distances| edges.iter().filter_map(move |&ends| crossing(distances, ends))).collect()
 }
 
-/// Corrects displacements `[n_vertices]` so that the crossings move by `target` `[n_crossings]`.
-pub(super) fn correct(crossings: &[Crossing], target: &[DVec3], displacement: &mut [DVec3]) {
-    let mut missing: Vec<DVec3> =
-        crossings.iter().zip(target).map(|(crossing, &target)| target - crossing.between(displacement)).collect();
-    let mut correction = vec![DVec3::ZERO; displacement.len()];
-    let mut first_slope = f64::NAN;
-    let mut direction = vec![DVec3::ZERO; displacement.len()];
-    let mut last_slope = f64::INFINITY;
-    for _ in 0..ROUNDS {
-        let mut gradient: Vec<DVec3> = correction.iter().map(|&correction| correction * -DAMPING).collect();
-        for (crossing, &missing) in crossings.iter().zip(&missing) {
-            for (end, weight) in crossing.weighted_ends() {
-                gradient[end] += missing * weight;
+impl Corrector {
+    /// Factors the normal equations of these crossings of edges between `n_vertices` vertices.
+    pub(super) fn new(crossings: Vec<Crossing>, n_vertices: usize) -> Self {
+        let ends = crossings.iter().flat_map(|&Crossing { ends: [a, b], .. }| [(a, b), (b, a)]);
+        let graph = Csr::from_pairs(n_vertices, ends);
+        let vertices = graph.breadth_first(|vertex| !graph.row(vertex).is_empty());
+        let mut place = vec![0; n_vertices];
+        vertices.iter().enumerate().for_each(|(at, &vertex)| place[vertex as usize] = at);
+        let mut matrix = CooMatrix::new(vertices.len(), vertices.len());
+        (0..vertices.len()).for_each(|at| matrix.push(at, at, DAMPING));
+        for crossing in &crossings {
+            let ends = crossing.weighted_ends().map(|(end, weight)| (place[end], weight));
+            for (row, of_row) in ends {
+                ends.iter().for_each(|&(column, of_column)| matrix.push(row, column, of_row * of_column));
             }
         }
-        let slope = square(&gradient);
-        if first_slope.is_nan() {
-            first_slope = slope;
-        }
-        if slope == 0.0 || slope <= ENOUGH * ENOUGH * first_slope {
-            break;
-        }
-        for (direction, gradient) in direction.iter_mut().zip(gradient) {
-            *direction = gradient + *direction * (slope / last_slope);
-        }
-        last_slope = slope;
-        let change: Vec<DVec3> = crossings.iter().map(|crossing| crossing.between(&direction)).collect();
-        let step = slope / (square(&change) + DAMPING * square(&direction));
-        if !step.is_finite() {
-            break;
-        }
-        correction.iter_mut().zip(&direction).for_each(|(correction, direction)| *correction += *direction * step);
-        missing.iter_mut().zip(&change).for_each(|(missing, change)| *missing -= *change * step);
+        let factor =
+            CscCholesky::factor(&CscMatrix::from(&matrix)).expect("damped normal equations are positive definite");
+        Self { crossings, vertices, factor }
     }
-    displacement.iter_mut().zip(correction).for_each(|(displacement, correction)| *displacement += correction);
-}
 
-fn square(vectors: &[DVec3]) -> f64 {
-    vectors.iter().map(|v| v.length_squared()).sum()
+    /// Number of crossings.
+    pub(super) fn n_crossings(&self) -> usize {
+        self.crossings.len()
+    }
+
+    /// Corrects displacements `[n_vertices]` so that the crossings move by `target` `[n_crossings]`.
+    pub(super) fn correct(&self, target: &[DVec3], displacement: &mut [DVec3]) {
+        let mut pull = vec![DVec3::ZERO; displacement.len()];
+        for (crossing, &target) in self.crossings.iter().zip(target) {
+            let missing = target - crossing.between(displacement);
+            crossing.weighted_ends().into_iter().for_each(|(end, weight)| pull[end] += missing * weight);
+        }
+        let pull = |at: usize, axis: usize| pull[self.vertices[at] as usize][axis];
+        let mut correction = DMatrix::from_fn(self.vertices.len(), 3, pull);
+        self.factor.solve_mut(&mut correction);
+        for (at, &vertex) in self.vertices.iter().enumerate() {
+            displacement[vertex as usize] += DVec3::from_array([0, 1, 2].map(|axis| correction[(at, axis)]));
+        }
+    }
 }
 
 impl Crossing {

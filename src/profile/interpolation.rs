@@ -29,7 +29,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::crossings::{self, Crossing};
+use super::crossings::{self, Corrector, Crossing};
 use super::curve::bracket;
 use super::least_squares::LeastSquares;
 use super::locate::SectionGrid;
@@ -51,7 +51,7 @@ pub struct WingLoft {
     places: Vec<Place>,
     /// Rows of the places, back to back.
     terms: Vec<Term>,
-    crossings: Vec<Crossing>,
+    corrector: Corrector,
 }
 
 /// What new profiles do to the wing.
@@ -162,7 +162,8 @@ impl WingLoft {
             places.push(Place { position, eta, end: terms.len() });
         }
         let numbers = order.iter().map(|&i| old[i].number).collect();
-        Ok(Self { span, sections, numbers, knots, trend, places, terms, crossings })
+        let corrector = Corrector::new(crossings, positions.len());
+        Ok(Self { span, sections, numbers, knots, trend, places, terms, corrector })
     }
 
     /// Displacement of every wing vertex for one design. Cheap: no search, a few multiplications a vertex.
@@ -204,10 +205,10 @@ impl WingLoft {
         };
         let (mut displacement, mut generator): (Vec<DVec3>, Vec<DVec3>) =
             (0..self.places.len()).into_par_iter().map(at_place).unzip();
-        let vertices = self.places.len() - self.crossings.len();
+        let vertices = self.places.len() - self.corrector.n_crossings();
         let at_crossings = displacement.split_off(vertices);
         generator.truncate(vertices);
-        crossings::correct(&self.crossings, &at_crossings, &mut displacement);
+        self.corrector.correct(&at_crossings, &mut displacement);
         for (displacement, place) in displacement.iter_mut().zip(&self.places) {
             *displacement += self.trend.evaluate(&trend, place.position, place.eta);
         }

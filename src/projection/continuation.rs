@@ -12,6 +12,8 @@ use nalgebra::{DMatrix, DVector};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use thiserror::Error;
 
+use crate::quality::corners;
+
 /// Why a hole could not be closed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -85,7 +87,7 @@ impl Chart {
             .iter()
             .filter(|triangle| triangle.iter().any(|vertex| on_rim.contains(vertex)))
             .map(|triangle| {
-                let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+                let [a, b, c] = corners(points, *triangle);
                 (b - a).cross(c - a)
             })
             .sum();
@@ -138,7 +140,7 @@ fn samples(
     let reach = narrow.max(3.0 * longest).min(1.0);
     let mut around = std::collections::BTreeSet::new();
     for triangle in triangles {
-        let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+        let [a, b, c] = corners(points, *triangle);
         let facing = (b - a).cross(c - a).normalize_or_zero().dot(chart.axes[2]);
         if facing > 0.3 {
             around.extend(triangle);

@@ -15,7 +15,10 @@ const BEYOND: f64 = 1e-6;
 /// are left out: neighbours touch.
 pub struct Crossings {
     tree: TriangleTree,
+    /// Vertices of each triangle, in the order of the tree `[n_triangles]`.
     triangles: Vec<[u32; 3]>,
+    /// The box around each, where it was looked at last `[n_triangles]`.
+    boxes: Vec<[DVec3; 2]>,
 }
 
 impl Crossings {
@@ -23,7 +26,9 @@ impl Crossings {
     ///
     /// - `vertices` `[n_vertices]`: about where they will be
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        Self { tree: TriangleTree::new(vertices, triangles), triangles: triangles.to_vec() }
+        let tree = TriangleTree::new(vertices, triangles);
+        let triangles: Vec<_> = tree.order().iter().map(|&triangle| triangles[triangle as usize]).collect();
+        Self { tree, boxes: vec![[DVec3::ZERO; 2]; triangles.len()], triangles }
     }
 
     /// The triangles that are pierced with the vertices here, ascending.
@@ -34,17 +39,16 @@ impl Crossings {
             return Vec::new();
         }
         self.tree.follow(vertices, &self.triangles);
+        for (around, corners) in self.boxes.iter_mut().zip(self.tree.corners()) {
+            *around = bounds(corners);
+        }
         let of_pair = |pair: [u32; 2]| {
             let mut found = Vec::new();
-            self.tree.each_pair(pair, |a, b| {
-                self.add_pierced(&a, &b, &mut found);
-                if a.triangles != b.triangles {
-                    self.add_pierced(&b, &a, &mut found);
-                }
-            });
+            self.tree.each_pair(pair, |a, b| self.add_pierced(&a, &b, &mut found));
             found
         };
-        let mut found: Vec<u32> = self.tree.pairs().into_par_iter().flat_map_iter(of_pair).collect();
+        let found: Vec<usize> = self.tree.pairs().into_par_iter().flat_map_iter(of_pair).collect();
+        let mut found: Vec<u32> = found.into_iter().map(|place| self.tree.order()[place]).collect();
         found.sort_unstable();
         found.dedup();
         found
@@ -66,40 +70,59 @@ impl Crossings {
         now
     }
 
-    /// Adds the triangles of one leaf that edges of another one pass through.
-    fn add_pierced(&self, edges: &Leaf, leaf: &Leaf, found: &mut Vec<u32>) {
-        for (corners, &triangle) in edges.corners.iter().zip(edges.triangles) {
-            let vertices = self.triangles[triangle as usize];
-            // Each edge comes once from either side; one of them is enough.
-            for [from, to] in [[0, 1], [1, 2], [2, 0]].into_iter().filter(|&[from, to]| vertices[from] < vertices[to]) {
-                let ends = [from, to].map(|end| corners[end]);
-                let around = bounds(&ends);
-                if apart(around, leaf.bounds) {
+    /// Adds the triangles of two leaves, or of one with itself, that edges of the other one pass through, by their places.
+    fn add_pierced(&self, a: &Leaf, b: &Leaf, found: &mut Vec<usize>) {
+        for first in a.places.clone() {
+            let around = self.boxes[first];
+            if apart(around, b.bounds) {
+                continue;
+            }
+            let of_first = self.triangles[first];
+            for second in b.places.clone() {
+                // Within a leaf each pair comes twice, and a triangle with itself.
+                if (a.places == b.places && second <= first) || apart(around, self.boxes[second]) {
                     continue;
                 }
-                for (others, &other) in leaf.corners.iter().zip(leaf.triangles) {
-                    if !apart(around, bounds(others)) {
-                        let of_other = self.triangles[other as usize];
-                        let touch = of_other.contains(&vertices[from]) || of_other.contains(&vertices[to]);
-                        if !touch && passes(ends[0], ends[1], *others) {
-                            found.push(other);
-                        }
-                    }
+                let of_second = self.triangles[second];
+                let common = of_first.iter().filter(|vertex| of_second.contains(vertex)).count();
+                // Where two vertices are common, every edge touches the other triangle.
+                if common > 1 {
+                    continue;
+                }
+                let [first_corners, second_corners] = [&self.tree.corners()[first], &self.tree.corners()[second]];
+                if passes(of_first, first_corners, of_second, second_corners) {
+                    found.push(second);
+                }
+                if passes(of_second, second_corners, of_first, first_corners) {
+                    found.push(first);
                 }
             }
         }
     }
 }
 
-/// Whether a segment passes through the inside of a triangle.
-fn passes(from: DVec3, to: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
-    let normal = (b - a).cross(c - a).normalize_or_zero();
-    let beyond = BEYOND * from.distance(to);
-    let (before, behind) = (normal.dot(from - a), normal.dot(to - a));
-    if before.abs() <= beyond || behind.abs() <= beyond || (before > 0.0) == (behind > 0.0) {
-        return false;
+/// Whether an edge of a triangle passes through the inside of another one and does not touch it.
+fn passes(vertices: [u32; 3], corners: &[DVec3; 3], of_other: [u32; 3], &[a, b, c]: &[DVec3; 3]) -> bool {
+    let normal = (b - a).cross(c - a);
+    let beside = [normal.dot(corners[0] - a), normal.dot(corners[1] - a), normal.dot(corners[2] - a)];
+    for [from, to] in [[0, 1], [1, 2], [2, 0]] {
+        // Each edge comes once from either side; one of them is enough.
+        if vertices[from] > vertices[to] || (beside[from] > 0.0) == (beside[to] > 0.0) {
+            continue;
+        }
+        if of_other.contains(&vertices[from]) || of_other.contains(&vertices[to]) {
+            continue;
+        }
+        let (from, to, before, behind) = (corners[from], corners[to], beside[from], beside[to]);
+        let beyond = BEYOND * from.distance(to) * normal.length();
+        if before.abs() <= beyond || behind.abs() <= beyond {
+            continue;
+        }
+        let side = |p: DVec3, q: DVec3| (to - from).dot((p - from).cross(q - from));
+        let sides = [side(a, b), side(b, c), side(c, a)];
+        if sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0) {
+            return true;
+        }
     }
-    let side = |p: DVec3, q: DVec3| (to - from).dot((p - from).cross(q - from));
-    let sides = [side(a, b), side(b, c), side(c, a)];
-    sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
+    false
 }

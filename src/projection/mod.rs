@@ -12,6 +12,8 @@ pub use tree::TriangleTree;
 
 use glam::DVec3;
 
+use crate::quality;
+
 /// The point of a surface nearest to a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
@@ -39,7 +41,7 @@ impl Target {
     pub fn new(points: &[DVec3], triangles: Vec<[u32; 3]>) -> Self {
         let mut normals = vec![DVec3::ZERO; points.len()];
         for triangle in &triangles {
-            let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+            let [a, b, c] = quality::corners(points, *triangle);
             let area = (b - a).cross(c - a);
             triangle.iter().for_each(|&vertex| normals[vertex as usize] += area);
         }
@@ -54,7 +56,7 @@ impl Target {
 
     /// Unit normal of the surface at a point on it, continuous across its edges.
     pub fn normal(&self, on: &Closest) -> DVec3 {
-        let corners = self.triangles[on.triangle as usize].map(|vertex| self.normals[vertex as usize]);
+        let corners = quality::corners(&self.normals, self.triangles[on.triangle as usize]);
         (corners[0] * on.barycentric[0] + corners[1] * on.barycentric[1] + corners[2] * on.barycentric[2])
             .normalize_or_zero()
     }

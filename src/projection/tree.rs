@@ -1,8 +1,11 @@
 //! A flat tree of bounding boxes over triangles, searched for the closest point.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::Closest;
+use crate::quality;
 
 const LEAF: usize = 4;
 
@@ -27,17 +30,17 @@ pub struct TriangleTree {
 }
 
 /// A few triangles that stand together.
-pub(super) struct Leaf<'a> {
+pub(super) struct Leaf {
     /// Lowest and highest corner of their box.
     pub(super) bounds: [DVec3; 2],
-    pub(super) corners: &'a [[DVec3; 3]],
-    pub(super) triangles: &'a [u32],
+    /// Their places in the order of the tree.
+    pub(super) places: Range<usize>,
 }
 
 impl TriangleTree {
     /// Builds the tree; `O(n log n)`.
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|vertex| points[vertex as usize])).collect();
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&triangle| quality::corners(points, triangle)).collect();
         let centres: Vec<DVec3> = corners.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
         let mut index: Vec<u32> = (0..triangles.len() as u32).collect();
         let mut nodes = Vec::with_capacity(triangles.len());
@@ -89,10 +92,22 @@ impl TriangleTree {
         best
     }
 
+    /// The triangles in the order of the tree: those that stand together follow each other `[n_triangles]`.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.index
+    }
+
+    /// The corners of the triangles, in the order of the tree `[n_triangles]`.
+    pub(super) fn corners(&self) -> &[[DVec3; 3]] {
+        &self.corners
+    }
+
     /// Follows the points of its triangles, which it goes on dividing as it did: fast as long as neighbours stay neighbours.
+    ///
+    /// - `triangles` `[n_triangles]`: in the order of the tree
     pub(super) fn follow(&mut self, points: &[DVec3], triangles: &[[u32; 3]]) {
-        for (corners, &triangle) in self.corners.iter_mut().zip(&self.index) {
-            *corners = triangles[triangle as usize].map(|vertex| points[vertex as usize]);
+        for (corners, triangle) in self.corners.iter_mut().zip(triangles) {
+            *corners = quality::corners(points, *triangle);
         }
         for at in (0..self.nodes.len()).rev() {
             let Node { start, count, .. } = self.nodes[at];
@@ -135,7 +150,9 @@ impl TriangleTree {
         let [of_a, of_b] = [a, b].map(|node| &self.nodes[node as usize]);
         if a == b {
             if of_a.count == 0 {
-                pairs.extend([[a + 1, a + 1], [of_a.start, of_a.start], [a + 1, of_a.start]]);
+                pairs.push([a + 1, a + 1]);
+                pairs.push([of_a.start, of_a.start]);
+                pairs.push([a + 1, of_a.start]);
             }
             return of_a.count == 0;
         }
@@ -145,16 +162,21 @@ impl TriangleTree {
         let size = |node: &Node| node.high.distance_squared(node.low);
         match (of_a.count == 0, of_b.count == 0) {
             (false, false) => return false,
-            (true, inner) if !inner || size(of_a) >= size(of_b) => pairs.extend([[a + 1, b], [of_a.start, b]]),
-            _ => pairs.extend([[a, b + 1], [a, of_b.start]]),
+            (true, inner) if !inner || size(of_a) >= size(of_b) => {
+                pairs.push([a + 1, b]);
+                pairs.push([of_a.start, b]);
+            }
+            _ => {
+                pairs.push([a, b + 1]);
+                pairs.push([a, of_b.start]);
+            }
         }
         true
     }
 
-    fn leaf(&self, node: u32) -> Leaf<'_> {
+    fn leaf(&self, node: u32) -> Leaf {
         let Node { low, high, start, count } = self.nodes[node as usize];
-        let slots = start as usize..(start + count) as usize;
-        Leaf { bounds: [low, high], corners: &self.corners[slots.clone()], triangles: &self.index[slots] }
+        Leaf { bounds: [low, high], places: start as usize..(start + count) as usize }
     }
 
     /// Unit normal of one triangle.
@@ -200,7 +222,8 @@ pub(super) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
 
 /// Whether two boxes have no point in common.
 pub(super) fn apart(a: [DVec3; 2], b: [DVec3; 2]) -> bool {
-    a[0].cmpgt(b[1]).any() || a[1].cmplt(b[0]).any()
+    let along = |axis: usize| a[0][axis] > b[1][axis] || a[1][axis] < b[0][axis];
+    along(0) || along(1) || along(2)
 }
 
 fn box_distance(node: &Node, at: DVec3) -> f64 {

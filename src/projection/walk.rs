@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::{Closest, tree::closest_on_triangle};
-use crate::mesh::csr::Csr;
+use crate::{mesh::csr::Csr, quality};
 
 /// A surface in parts that a walk does not leave.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +66,7 @@ impl Parts<'_> {
     }
 
     fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.triangles[triangle as usize].map(|point| self.points[point as usize])
+        quality::corners(self.points, self.triangles[triangle as usize])
     }
 
     fn on(&self, triangle: u32, at: DVec3) -> Closest {

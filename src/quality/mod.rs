@@ -5,6 +5,19 @@ pub mod faults;
 use glam::DVec3;
 use rayon::prelude::*;
 
+/// The places of some vertices, such as the corners of a tet or a triangle.
+///
+/// - `at` `[n_vertices]`
+#[inline]
+pub fn corners<const N: usize>(at: &[DVec3], vertices: [u32; N]) -> [DVec3; N] {
+    // In hot loops `vertices.map(..)` stays a call.
+    let mut corners = [DVec3::ZERO; N];
+    for (corner, vertex) in corners.iter_mut().zip(vertices) {
+        *corner = at[vertex as usize];
+    }
+    corners
+}
+
 /// Signed volume of a tet, positive when the fourth vertex lies on the side of the first three's right-hand normal.
 pub fn volume(tet: [DVec3; 4]) -> f64 {
     let [a, b, c, d] = tet;
@@ -33,20 +46,37 @@ pub struct Statistics {
 
 /// Beta of every tet `[n_tets]`.
 pub fn betas(vertices: &[DVec3], tets: &[[u32; 4]]) -> Vec<f64> {
-    tets.par_iter().map(|tet| beta(tet.map(|vertex| vertices[vertex as usize]))).collect()
+    tets.par_iter().map(|tet| beta(corners(vertices, *tet))).collect()
+}
+
+/// [`betas`] after a motion: tets of which no vertex moved keep theirs.
+///
+/// - `before` `[n_tets]`: beta of each tet with its vertices at `from` `[n_vertices]`
+/// - `to` `[n_vertices]`
+pub fn betas_after(before: &[f64], from: &[DVec3], to: &[DVec3], tets: &[[u32; 4]]) -> Vec<f64> {
+    let moved: Vec<bool> = from.iter().zip(to).map(|(from, to)| from != to).collect();
+    let after = |(tet, &before): (&[u32; 4], &f64)| {
+        let moves = tet.iter().any(|&vertex| moved[vertex as usize]);
+        if moves { beta(corners(to, *tet)) } else { before }
+    };
+    tets.par_iter().zip(before).map(after).collect()
 }
 
 impl Statistics {
     /// The statistics of these values. A NaN counts as inverted and shows in all three figures.
     pub fn new(betas: &[f64]) -> Self {
-        let extreme = |pick: fn(f64, f64) -> bool| {
-            betas.iter().copied().reduce(|a, b| if a.is_nan() || pick(a, b) { a } else { b }).unwrap_or(f64::NAN)
+        let Some(&first) = betas.first() else {
+            return Self { min: f64::NAN, max: f64::NAN, mean: f64::NAN, inverted: 0 };
         };
-        Self {
-            min: extreme(|a, b| a <= b),
-            max: extreme(|a, b| a >= b),
-            mean: betas.iter().sum::<f64>() / betas.len() as f64,
-            inverted: betas.iter().filter(|&&beta| faults::is_inverted(beta)).count(),
+        let mut all = Self { min: first, max: first, mean: 0.0, inverted: 0 };
+        for &beta in betas {
+            // A NaN is never replaced, and replaces what it is compared with.
+            all.min = if all.min.is_nan() || all.min <= beta { all.min } else { beta };
+            all.max = if all.max.is_nan() || all.max >= beta { all.max } else { beta };
+            all.mean += beta;
+            all.inverted += usize::from(faults::is_inverted(beta));
         }
+        all.mean /= betas.len() as f64;
+        all
     }
 }

@@ -1,7 +1,7 @@
 //! The part of a network that moves, in an order in which neighbours stand close together.
 //!
 //! Files number vertices at random, as far as a processor's caches can tell. Here they are numbered breadth first
-//! (Cuthill and McKee 1969), which needs the graph alone.
+//! ([`Csr::breadth_first`]), which needs the graph alone.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub struct Moving {
 impl Moving {
     /// The part of `whole` that moves.
     pub fn new(whole: &Network) -> Self {
-        let vertices = breadth_first(whole);
+        let vertices = whole.graph.breadth_first(|row| whole.moves(row));
         let mut place = vec![u32::MAX; whole.len()];
         vertices.iter().zip(0..).for_each(|(&vertex, row)| place[vertex as usize] = row);
         let n_entries = vertices.iter().map(|&vertex| whole.graph.row(vertex as usize).len()).sum();
@@ -49,24 +49,4 @@ impl Moving {
         let graph = Arc::new(Csr { row_start, entries });
         Self { network: Network::from_rows(graph, stiffness, anchor, constraint, inverse_length), vertices }
     }
-}
-
-/// The vertices that move, each connected part from its first vertex outwards.
-fn breadth_first(network: &Network) -> Vec<u32> {
-    let mut seen = vec![false; network.len()];
-    let mut order = Vec::with_capacity(network.len());
-    for first in 0..network.len() as u32 {
-        let mut next = order.len();
-        let mut visit = |vertex: u32, order: &mut Vec<u32>| {
-            if network.moves(vertex as usize) && !std::mem::replace(&mut seen[vertex as usize], true) {
-                order.push(vertex);
-            }
-        };
-        visit(first, &mut order);
-        while let Some(&vertex) = order.get(next) {
-            network.graph.row(vertex as usize).iter().for_each(|&neighbour| visit(neighbour, &mut order));
-            next += 1;
-        }
-    }
-    order
 }

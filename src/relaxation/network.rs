@@ -47,7 +47,7 @@ impl Network {
         let stiffness: Vec<f64> = graph.entry_edge.iter().map(|&edge| edge_stiffness[edge as usize]).collect();
         let of_row = |row: usize| &graph.entry_edge[graph.neighbours.range(row)];
         let inverse_length = (0..constraint.len())
-            .map(|row| of_row(row).iter().map(|&edge| 1.0 / edge_length[edge as usize]).fold(0.0, f64::max))
+            .map(|row| 1.0 / of_row(row).iter().map(|&edge| edge_length[edge as usize]).fold(f64::INFINITY, f64::min))
             .collect();
         hold_floating(&graph.neighbours, &anchor, &mut constraint);
         Self::from_rows(Arc::clone(&graph.neighbours), stiffness, anchor, constraint, inverse_length)

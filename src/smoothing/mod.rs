@@ -29,7 +29,7 @@ pub use slide::Slide;
 pub use target::{Target, inverse_targets};
 
 use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, Objective, Patch};
-use crate::quality;
+use crate::quality::{self, corners};
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
 
@@ -331,9 +331,7 @@ impl Smoother {
 
     /// The smallest volume of some tets over that of the original tet; NaN if one is.
     fn smallest_volume(&self, around: &Neighbourhood, at: &[DVec3]) -> f64 {
-        let volume = |tet: &u32, at: &[DVec3]| {
-            quality::volume(self.topology.tets[*tet as usize].map(|vertex| at[vertex as usize]))
-        };
+        let volume = |tet: &u32, at: &[DVec3]| quality::volume(corners(at, self.topology.tets[*tet as usize]));
         let ratio = |tet: &u32| volume(tet, at) / volume(tet, &self.original);
         let lesser = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
         around.tets.iter().map(ratio).fold(f64::INFINITY, lesser)

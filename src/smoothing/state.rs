@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::quality::{self, faults::is_inverted};
+use crate::quality::{self, corners, faults::is_inverted};
 
 /// Quality of a mesh in f64.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ impl State {
     /// Measures some tets anew, whose vertices have moved. [`State::worst`] is as it was.
     pub(super) fn measure(&mut self, at: &[DVec3], tets: &[[u32; 4]], moved: &[u32]) {
         for &tet in moved {
-            self.beta[tet as usize] = quality::beta(tets[tet as usize].map(|vertex| at[vertex as usize]));
+            self.beta[tet as usize] = quality::beta(corners(at, tets[tet as usize]));
         }
     }
 

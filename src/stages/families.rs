@@ -190,11 +190,11 @@ impl Families {
         for (index, role) in roles.iter().enumerate() {
             let family = FamilyId(index as u16);
             let vertices = surface.vertices_of(family);
-            for &vertex in &vertices {
+            for &vertex in vertices {
                 owner[vertex as usize] = owner[vertex as usize].min(role.owner());
             }
             shapes.push(match role {
-                Role::Plane => Some(fit_plane(mesh, surface, family, &vertices)?),
+                Role::Plane => Some(fit_plane(mesh, surface, family, vertices)?),
                 Role::Carenage => Some(continued(mesh, surface, &roles, family)?),
                 _ => None,
             });

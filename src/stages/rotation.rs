@@ -16,6 +16,7 @@ use super::{Motion, Owner, SetUp, Start, best_motion::BestMotion, start::Equilib
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{csr::Csr, edges::VertexGraph, edges::triangle_edges},
+    quality::corners,
     relaxation::{Accuracy, Convergence, Network, Relaxer},
 };
 
@@ -81,7 +82,7 @@ impl Rotation {
                     families.owner[*vertex as usize] == families.roles[family.index()].owner()
                         && !std::mem::replace(&mut taken[*vertex as usize], true)
                 };
-                let vertices = surface.vertices_of(family);
+                let vertices = surface.vertices_of(family).to_vec();
                 Body { placed: vertices.iter().copied().filter(own).collect(), vertices }
             })
             .collect();
@@ -119,19 +120,14 @@ impl Rotation {
                 .par_iter()
                 .map(|&vertex| {
                     let at = vertex as usize;
-                    let mut arms: Vec<(DVec3, DVec3)> = self
-                        .ring
-                        .row(at)
-                        .iter()
-                        .map(|&v| {
-                            let before = vertices[v as usize] - vertices[at];
-                            let scale = 1.0 / before.length();
-                            (before * scale, (moved[v as usize] - moved[at]) * scale)
-                        })
-                        .collect();
-                    arms.extend(prior);
-                    arms.push((normals[0][at] * NORMAL.sqrt(), normals[1][at] * NORMAL.sqrt()));
-                    nearest_turn(rotation_vector(BestMotion::rotation_of(&arms)), body)
+                    let arms = self.ring.row(at).iter().map(|&v| {
+                        let before = vertices[v as usize] - vertices[at];
+                        let scale = 1.0 / before.length();
+                        (before * scale, (moved[v as usize] - moved[at]) * scale)
+                    });
+                    let normal = (normals[0][at] * NORMAL.sqrt(), normals[1][at] * NORMAL.sqrt());
+                    let arms = arms.chain(prior).chain([normal]);
+                    nearest_turn(rotation_vector(BestMotion::rotation_of(arms)), body)
                 })
                 .collect();
             placed.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
@@ -153,7 +149,7 @@ impl Rotation {
     fn normals(&self, points: &[DVec3]) -> Vec<DVec3> {
         let mut normals = vec![DVec3::ZERO; points.len()];
         for triangle in &self.triangles {
-            let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
+            let [a, b, c] = corners(points, *triangle);
             let area = (b - a).cross(c - a);
             triangle.iter().for_each(|&vertex| normals[vertex as usize] += area);
         }

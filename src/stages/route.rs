@@ -39,7 +39,7 @@ impl Bodies {
                 continue;
             }
             let own = |vertex: &u32| is_body(families.owner[*vertex as usize]);
-            let mut body: Vec<u32> = surface.vertices_of(FamilyId(index as u16)).into_iter().filter(own).collect();
+            let mut body: Vec<u32> = surface.vertices_of(FamilyId(index as u16)).iter().copied().filter(own).collect();
             // Those it shares a vertex with become one with it.
             bodies.retain_mut(|other| {
                 let joined = other.iter().any(|vertex| body.binary_search(vertex).is_ok());

@@ -16,7 +16,7 @@ use crate::{
         half_edge::{Surface, next},
     },
     projection::walk::{Curves, Parts},
-    quality::faults,
+    quality::{corners, faults},
     smoothing::Slide,
 };
 
@@ -202,13 +202,13 @@ impl Slide for Sliding<'_> {
 }
 
 fn normal(mesh: &TetMesh, triangle: [u32; 3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|vertex| mesh.vertices[vertex as usize]);
+    let [a, b, c] = corners(&mesh.vertices, triangle);
     (b - a).cross(c - a).normalize_or_zero()
 }
 
 /// Whether a curve goes on through its middle vertex without a sharp turn.
 fn is_smooth(mesh: &TetMesh, curve: [u32; 3]) -> bool {
-    let [a, b, c] = curve.map(|vertex| mesh.vertices[vertex as usize]);
+    let [a, b, c] = corners(&mesh.vertices, curve);
     (b - a).normalize_or_zero().dot((c - b).normalize_or_zero()) >= SHARP
 }
 

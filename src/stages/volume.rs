@@ -94,13 +94,15 @@ impl Volume {
                 _ => Constraint::Held,
             })
             .collect();
-        let rotation = match springs.rotation {
-            Some(of) => Some(Rotation::new(set_up, graph, &stiffness(of))?),
-            None => None,
-        };
+        let turning = springs.rotation.map(stiffness);
         let stiffness = stiffness(springs.stiffness);
-        let network = Network::new(graph, &stiffness, &length, constraint, vec![0.0; mesh.vertices.len()]);
-        Ok(Self { relaxer: Relaxer::new(network, backend, method)?, last: Equilibrium::default(), rotation })
+        let anchor = vec![0.0; mesh.vertices.len()];
+        // The two networks know nothing of each other.
+        let (rotation, relaxer) = rayon::join(
+            || turning.map(|stiffness| Rotation::new(set_up, graph, &stiffness)).transpose(),
+            || Relaxer::new(Network::new(graph, &stiffness, &length, constraint, anchor), backend, method),
+        );
+        Ok(Self { relaxer: relaxer?, last: Equilibrium::default(), rotation: rotation? })
     }
 
     /// What each vertex of the mesh may do once its surfaces are moved `[n_vertices]`.

@@ -45,7 +45,7 @@ impl Wings {
         let wings = families.placed_by(Owner::Wing).map(|family| {
             let name = || mesh.families[family.index()].clone();
             let old = old_profiles.get(&family).ok_or_else(|| SetupError::NoProfiles { family: name() })?;
-            let vertices = surface.vertices_of(family);
+            let vertices = surface.vertices_of(family).to_vec();
             let positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
             let normals = surface.normals_of(family, &mesh.vertices);
             let place = |vertex: u32| vertices.binary_search(&vertex).expect("an edge's ends are vertices") as u32;

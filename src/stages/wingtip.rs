@@ -50,8 +50,8 @@ impl Wingtips {
             };
             let (inside, placed): (Vec<u32>, Vec<u32>) = surface
                 .vertices_of(family)
-                .into_iter()
-                .partition(|&vertex| families.owner[vertex as usize] == Owner::Wingtip);
+                .iter()
+                .partition(|&&vertex| families.owner[vertex as usize] == Owner::Wingtip);
             let constraint = |vertex: u32| {
                 // A coefficient of 0 would take infinitely stiff springs: the vertex is held at its start instead.
                 let free = families.owner[vertex as usize] == Owner::Wingtip && coefficient > 0.0;
