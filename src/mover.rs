@@ -291,7 +291,7 @@ impl Mover {
             .interpolate(families, &design.profiles, &mut motion)
             .map_err(|(family, error)| MoveError::Profiles { family: mesh.families[family.index()].clone(), error })?;
         let deformed = displaced(&mesh.vertices, &motion);
-        let deformed_beta = quality::betas_after(&self.original_beta, &mesh.vertices, &deformed, &mesh.tets);
+        let deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
 
         let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;
@@ -308,7 +308,7 @@ impl Mover {
         observer("planes");
         let planes = self.planes.run(&mut motion, accuracy)?;
         let corrected = end("planes", Owner::Plane, &mut motion);
-        let corrected_beta = quality::betas_after(&deformed_beta, &deformed, &corrected, &mesh.tets);
+        let corrected_beta = quality::betas_after(deformed_beta, &deformed, &corrected, &mesh.tets);
         watch.record(StageName::Corrected, &corrected_beta);
 
         observer("volume");
@@ -323,7 +323,7 @@ impl Mover {
         let Inside { vertices, beta, convergence: volume, path, smoothed } =
             self.interior.run(&set_up, &mut self.crossings, &mut motion, accuracy, observer)?;
         let amended = end("volume", Owner::Volume, &mut motion);
-        let beta = quality::betas_after(&beta, &vertices, &amended, &mesh.tets);
+        let beta = quality::betas_after(beta, &vertices, &amended, &mesh.tets);
         let vertices = amended;
         let inverted = watch.record(StageName::Final, &beta).inverted;
 

@@ -235,6 +235,28 @@ fn beta_of_known_tets() {
     assert!((quality::beta(regular.map(|p| 1e-5 * p)) - 0.117_851).abs() < 1e-6, "beta has no unit");
 }
 
+/// Beta after a motion of some vertices is what it is anew, and unmoved tets keep theirs, whatever it is.
+#[test]
+fn beta_follows_the_vertices_that_move() {
+    let mesh = brick(4);
+    let before = quality::betas(&mesh.vertices, &mesh.tets);
+    let mut moved = mesh.vertices.clone();
+    for vertex in [3, 40, 41] {
+        moved[vertex] += DVec3::new(0.2, -0.1, 0.05);
+    }
+    let after = quality::betas_after(before.clone(), &mesh.vertices, &moved, &mesh.tets);
+    assert_eq!(after, quality::betas(&moved, &mesh.tets));
+    assert_ne!(after, before);
+    let marked = vec![7.0; before.len()];
+    let still = quality::betas_after(marked.clone(), &mesh.vertices, &mesh.vertices, &mesh.tets);
+    assert_eq!(still, marked);
+    let of_some = quality::betas_after(marked, &mesh.vertices, &moved, &mesh.tets);
+    for ((&beta, tet), anew) in of_some.iter().zip(&mesh.tets).zip(after) {
+        let moves = tet.iter().any(|vertex| [3, 40, 41].contains(vertex));
+        assert_eq!(beta, if moves { anew } else { 7.0 });
+    }
+}
+
 #[test]
 fn statistics_count_what_is_not_positive() {
     let s = quality::Statistics::new(&[0.1, -0.2, 0.0, 0.05]);

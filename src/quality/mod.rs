@@ -51,15 +51,18 @@ pub fn betas(vertices: &[DVec3], tets: &[[u32; 4]]) -> Vec<f64> {
 
 /// [`betas`] after a motion: tets of which no vertex moved keep theirs.
 ///
-/// - `before` `[n_tets]`: beta of each tet with its vertices at `from` `[n_vertices]`
+/// - `betas` `[n_tets]`: with the vertices at `from` `[n_vertices]`
 /// - `to` `[n_vertices]`
-pub fn betas_after(before: &[f64], from: &[DVec3], to: &[DVec3], tets: &[[u32; 4]]) -> Vec<f64> {
+pub fn betas_after(mut betas: Vec<f64>, from: &[DVec3], to: &[DVec3], tets: &[[u32; 4]]) -> Vec<f64> {
     let moved: Vec<bool> = from.iter().zip(to).map(|(from, to)| from != to).collect();
-    let after = |(tet, &before): (&[u32; 4], &f64)| {
-        let moves = tet.iter().any(|&vertex| moved[vertex as usize]);
-        if moves { beta(corners(to, *tet)) } else { before }
-    };
-    tets.par_iter().zip(before).map(after).collect()
+    if moved.contains(&true) {
+        betas.par_iter_mut().zip(tets).for_each(|(of_tet, tet)| {
+            if tet.iter().any(|&vertex| moved[vertex as usize]) {
+                *of_tet = beta(corners(to, *tet));
+            }
+        });
+    }
+    betas
 }
 
 impl Statistics {

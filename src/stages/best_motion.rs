@@ -176,6 +176,22 @@ mod tests {
         assert!((above + motion.displacement(above) - stretch(above)).length() < 1e-12);
     }
 
+    /// Axes that are stretched symmetrically and turned give the turn, also where they are pressed flat and, less than they are
+    /// stretched otherwise, turned over.
+    #[test]
+    fn stretched_arms_give_the_turn() {
+        for angle in [0.0, 1e-9, 0.3, 1.6, 3.1] {
+            let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), angle);
+            for across in [1.1, 1e-2, 1e-6, 0.0, -0.2] {
+                let stretch = DMat3::from_cols(DVec3::new(1.4, 0.1, 0.0), DVec3::new(0.1, 0.7, 0.0), DVec3::Z * across);
+                let arms = DVec3::AXES.map(|axis| (axis, turn * (stretch * axis)));
+                let found = BestMotion::rotation_of(arms.into_iter());
+                let error = (found * turn.inverse()).xyz().length();
+                assert!(error < 1e-14, "{angle} {across}: {found} instead of {turn}, {error:e}");
+            }
+        }
+    }
+
     #[test]
     fn one_point_is_translated() {
         check(BestMotion::affine, &[DVec3::X], |p| p + DVec3::Z);
