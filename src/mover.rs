@@ -28,6 +28,7 @@ use crate::{
         Families, Motion, Owner, Role, SetUp, SetupError, Start,
         carenage::Carenages,
         interior::{Inside, Interior, displaced},
+        lattice::Lattice,
         planes::Planes,
         trailing_edge::TrailingEdges,
         wing::Wings,
@@ -190,7 +191,9 @@ impl Mover {
             .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
         observer("topology");
         mesh.turn_tets();
-        let topology = mesh::validate(&mesh)?;
+        mesh::check(&mesh)?;
+        let (topology, lattice) = rayon::join(|| Topology::new(&mesh), || Lattice::new(&mesh));
+        let topology = topology?;
         let surface = &topology.surface;
         let Settings { roles, old_profiles, springs, method, accuracy, quality, max_steps } = settings;
         observer("families");
@@ -198,16 +201,21 @@ impl Mover {
         let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method, accuracy };
         observer("profiles");
         let wings = Wings::new(&set_up, &old_profiles)?;
-        observer("surfaces");
-        let trailing_edges = TrailingEdges::new(&set_up)?;
-        let wingtips = Wingtips::new(&set_up)?;
-        let carenages = Carenages::new(&set_up)?;
-        let planes = Planes::new(&set_up)?;
+        observer("springs");
         let original_beta = quality::betas(&mesh.vertices, &mesh.tets);
         let lowest = Statistics::new(&original_beta).min;
-        let interior = Interior::new(&set_up, springs, quality, lowest, max_steps, observer)?;
-        let creases = Creases::new(&mesh.vertices, &surface.triangles, &surface.opposite);
-        let crossings = Crossings::new(&mesh.vertices, &surface.triangles);
+        let of_surfaces = || {
+            let creases = Creases::new(&mesh.vertices, &surface.triangles, &surface.opposite);
+            let crossings = Crossings::new(&mesh.vertices, &surface.triangles);
+            let trailing_edges = TrailingEdges::new(&set_up)?;
+            let wingtips = Wingtips::new(&set_up)?;
+            let carenages = Carenages::new(&set_up)?;
+            Ok::<_, SetupError>((creases, crossings, trailing_edges, wingtips, carenages, Planes::new(&set_up)?))
+        };
+        let (of_surfaces, interior) =
+            rayon::join(of_surfaces, || Interior::new(&set_up, lattice, springs, quality, lowest, max_steps));
+        let (creases, crossings, trailing_edges, wingtips, carenages, planes) = of_surfaces?;
+        let interior = interior?;
         Ok(Self {
             mesh,
             topology,

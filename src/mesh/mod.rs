@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
-pub use validate::{MeshError, Topology, validate};
+pub use validate::{MeshError, Topology, check, validate};
 
 /// Index of a family in [`TetMesh::families`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -60,6 +60,15 @@ pub struct Topology {
 /// # Errors
 /// The first thing found wrong, in the order of [`MeshError`].
 pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
+    check(mesh)?;
+    Topology::new(mesh)
+}
+
+/// Checks each vertex, tet and triangle by itself: what stands in one exists, and no tet is inverted.
+///
+/// # Errors
+/// The first thing found wrong, in the order of [`MeshError`].
+pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
     if mesh.tets.is_empty() {
         return Err(MeshError::NoTets);
     }
@@ -79,12 +88,22 @@ pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
             at: corners(first)[0],
         });
     }
-    let faces = HalfFaces::new(mesh)?;
-    let surface = Surface::new(mesh, &faces)?;
-    let mut used = vec![false; mesh.vertices.len()];
-    mesh.tets.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
-    let unused_vertices = (0..mesh.vertices.len() as u32).filter(|&vertex| !used[vertex as usize]).collect();
-    Ok(Topology { faces, surface, unused_vertices })
+    Ok(())
+}
+
+impl Topology {
+    /// The topology of a mesh that has passed [`check`].
+    ///
+    /// # Errors
+    /// The first way in which tets and triangles do not go together, in the order of [`MeshError`].
+    pub fn new(mesh: &TetMesh) -> Result<Self, MeshError> {
+        let faces = HalfFaces::new(mesh)?;
+        let surface = Surface::new(mesh, &faces)?;
+        let mut used = vec![false; mesh.vertices.len()];
+        mesh.tets.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+        let unused_vertices = (0..mesh.vertices.len() as u32).filter(|&vertex| !used[vertex as usize]).collect();
+        Ok(Self { faces, surface, unused_vertices })
+    }
 }
 
 fn check_indices<const N: usize>(

@@ -14,9 +14,10 @@ use glam::DVec3;
 
 use super::{
     Motion, SetUp, Start,
+    lattice::Lattice,
     route::{Bodies, Route},
     sliding::Slides,
-    volume::{Lattice, Volume},
+    volume::Volume,
 };
 use crate::{
     backend::{BackendError, Constraint},
@@ -125,6 +126,7 @@ impl State {
 impl Interior {
     /// Sets springs and optimisation up.
     ///
+    /// - `lattice`: the mesh's
     /// - `lowest`: the undeformed mesh's smallest beta
     /// - `max_steps`: how many steps an update may try, the jump among them
     ///
@@ -132,16 +134,14 @@ impl Interior {
     /// The backend failed or the mesh does not fit.
     pub fn new(
         set_up: &SetUp,
+        lattice: Lattice,
         springs: &'static Springs,
         quality: Option<Target>,
         lowest: f64,
         max_steps: usize,
-        observer: &dyn Fn(&str),
     ) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, .. } = *set_up;
-        observer("springs");
-        let volume = Volume::new(set_up, &Lattice::new(mesh), springs)?;
-        observer("smoothing");
+        let volume = Volume::last(set_up, lattice, springs)?;
         let smoothing = match quality {
             None => None,
             Some(target) => {

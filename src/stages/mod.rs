@@ -19,6 +19,7 @@ pub mod best_motion;
 pub mod carenage;
 pub mod families;
 pub mod interior;
+pub mod lattice;
 pub mod patch;
 pub mod planes;
 pub mod rotation;

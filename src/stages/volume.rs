@@ -4,46 +4,18 @@
 //! The stiffness is that of the undeformed mesh, so the result depends on the design alone and not on the way to it.
 //! Vertices of plane families slide on in their planes; all other surface vertices are held.
 
-use std::cell::LazyCell;
-
-use rayon::prelude::*;
-
 use super::{
     Motion, Owner, SetUp, Start,
+    lattice::{EdgeSprings, Lattice},
     rotation::{Rotation, rest_force},
     start::Equilibrium,
 };
 use crate::{
-    backend::{Backend, BackendError, Constraint, CpuBackend, EdgeStiffness, Precision},
-    mesh::{
-        TetMesh,
-        edges::{TetEdges, VertexGraph},
-    },
+    backend::{BackendError, Constraint},
+    mesh::edges::VertexGraph,
     relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
-    springs::{Springs, Stiffness, nearness},
+    springs::Springs,
 };
-
-/// Edges in a task.
-const EDGES: usize = 4096;
-
-/// Where the springs of a mesh go; the same for all its deformed shapes.
-pub struct Lattice {
-    tets: TetEdges,
-    graph: VertexGraph,
-}
-
-impl Lattice {
-    /// The edges of the tets.
-    pub fn new(mesh: &TetMesh) -> Self {
-        let tets = TetEdges::new(mesh.vertices.len(), &mesh.tets);
-        let graph = VertexGraph::new(mesh.vertices.len(), &tets.edges);
-        Self { tets, graph }
-    }
-}
-
-/// Below this tolerance the springs are evaluated in f64, whatever the backend: residuals are f64, and the equilibrium of springs
-/// rounded to f32 is some 1e-6 of an edge off on a wing of 102 341 tets pitched by 10 degrees.
-const SINGLE: f64 = 1e-5;
 
 /// The network of all tets.
 pub struct Volume {
@@ -54,39 +26,28 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// Evaluates the springs at the vertices of `set_up`'s mesh and sets the network up.
+    /// Evaluates the springs at the vertices of `set_up`'s mesh and sets the networks up.
     ///
     /// # Errors
     /// The backend failed or the mesh does not fit.
     pub fn new(set_up: &SetUp, lattice: &Lattice, springs: &Springs) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method, accuracy } = *set_up;
-        let Lattice { tets: TetEdges { edges, edge_tets, tet_edges }, graph } = lattice;
-        let edge_vector: Vec<glam::DVec3> =
-            edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
-        let near = LazyCell::new(|| {
-            let walls: Vec<[u32; 3]> = families.moved().flat_map(|family| surface.corners_of(family)).collect();
-            nearness(&mesh.vertices, edges, &walls)
-        });
-        let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
-        let reference = CpuBackend::new(Precision::F64);
-        let springs_on: &dyn Backend = if accuracy.tolerance < SINGLE { &reference } else { backend };
-        // One sum over the tets serves all springs.
-        let sum = match springs.are_torsional() {
-            true => springs_on.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges })?,
-            false => vec![0.0; edges.len()],
-        };
-        let stiffness = |of: Stiffness| -> Vec<f64> {
-            let mut stiffness: Vec<f64> =
-                length.iter().zip(&sum).map(|(&length, &sum)| of.on_wall(length, sum)).collect();
-            if of.wall != 0.0 {
-                stiffness
-                    .par_iter_mut()
-                    .zip(&**near)
-                    .with_min_len(EDGES)
-                    .for_each(|(stiffness, near)| *stiffness *= near.powf(of.wall));
-            }
-            stiffness
-        };
+        Self::of(set_up, &lattice.graph, EdgeSprings::new(set_up, &lattice.tets, springs)?)
+    }
+
+    /// [`Self::new`] with the last use of a lattice, most of which is gone before the networks come.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn last(set_up: &SetUp, lattice: Lattice, springs: &Springs) -> Result<Self, BackendError> {
+        let Lattice { tets, graph } = lattice;
+        let of_edges = EdgeSprings::new(set_up, &tets, springs)?;
+        drop(tets);
+        Self::of(set_up, &graph, of_edges)
+    }
+
+    fn of(set_up: &SetUp, graph: &VertexGraph, springs: EdgeSprings) -> Result<Self, BackendError> {
+        let SetUp { mesh, families, backend, method, .. } = *set_up;
+        let EdgeSprings { length, stiffness, turning } = springs;
         let constraint: Vec<Constraint> = (0..mesh.vertices.len() as u32)
             .map(|vertex| match families.owner[vertex as usize] {
                 Owner::Volume => Constraint::Free,
@@ -94,8 +55,6 @@ impl Volume {
                 _ => Constraint::Held,
             })
             .collect();
-        let turning = springs.rotation.map(stiffness);
-        let stiffness = stiffness(springs.stiffness);
         let anchor = vec![0.0; mesh.vertices.len()];
         // The two networks know nothing of each other.
         let (rotation, relaxer) = rayon::join(

@@ -1,0 +1,87 @@
+//! The edges of the tets as springs: where they go, and how stiff they are at a shape of the mesh.
+
+use std::cell::LazyCell;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::SetUp;
+use crate::{
+    backend::{Backend, BackendError, CpuBackend, EdgeStiffness, Precision},
+    mesh::{
+        TetMesh,
+        edges::{TetEdges, VertexGraph},
+    },
+    springs::{Springs, Stiffness, nearness},
+};
+
+/// Edges in a task.
+const EDGES: usize = 4096;
+
+/// Below this tolerance the springs are evaluated in f64, whatever the backend: residuals are f64, and the equilibrium of springs
+/// rounded to f32 is some 1e-6 of an edge off on a wing of 102 341 tets pitched by 10 degrees.
+const SINGLE: f64 = 1e-5;
+
+/// Where the springs of a mesh go; the same for all its deformed shapes.
+pub struct Lattice {
+    pub(super) tets: TetEdges,
+    pub(super) graph: VertexGraph,
+}
+
+impl Lattice {
+    /// The edges of the tets.
+    pub fn new(mesh: &TetMesh) -> Self {
+        let tets = TetEdges::new(mesh.vertices.len(), &mesh.tets);
+        let graph = VertexGraph::new(mesh.vertices.len(), &tets.edges);
+        Self { tets, graph }
+    }
+}
+
+/// The springs along the edges, at one shape of the mesh.
+pub(super) struct EdgeSprings {
+    /// Lengths of the edges `[n_edges]`.
+    pub(super) length: Vec<f64>,
+    /// Stiffness between displacements `[n_edges]`.
+    pub(super) stiffness: Vec<f64>,
+    /// Stiffness between rotations `[n_edges]`, where the springs know them.
+    pub(super) turning: Option<Vec<f64>>,
+}
+
+impl EdgeSprings {
+    /// Evaluates the springs at the vertices of `set_up`'s mesh.
+    ///
+    /// # Errors
+    /// The backend failed or the mesh does not fit.
+    pub(super) fn new(set_up: &SetUp, tets: &TetEdges, springs: &Springs) -> Result<Self, BackendError> {
+        let SetUp { mesh, surface, families, backend, accuracy, .. } = *set_up;
+        let TetEdges { edges, edge_tets, tet_edges } = tets;
+        let edge_vector: Vec<DVec3> =
+            edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
+        let near = LazyCell::new(|| {
+            let walls: Vec<[u32; 3]> = families.moved().flat_map(|family| surface.corners_of(family)).collect();
+            nearness(&mesh.vertices, edges, &walls)
+        });
+        let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
+        let reference = CpuBackend::new(Precision::F64);
+        let springs_on: &dyn Backend = if accuracy.tolerance < SINGLE { &reference } else { backend };
+        // One sum over the tets serves all springs.
+        let sum = match springs.are_torsional() {
+            true => springs_on.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges })?,
+            false => vec![0.0; edges.len()],
+        };
+        let stiffness = |of: Stiffness| -> Vec<f64> {
+            let mut stiffness: Vec<f64> =
+                length.iter().zip(&sum).map(|(&length, &sum)| of.on_wall(length, sum)).collect();
+            if of.wall != 0.0 {
+                stiffness
+                    .par_iter_mut()
+                    .zip(&**near)
+                    .with_min_len(EDGES)
+                    .for_each(|(stiffness, near)| *stiffness *= near.powf(of.wall));
+            }
+            stiffness
+        };
+        let turning = springs.rotation.map(stiffness);
+        Ok(Self { stiffness: stiffness(springs.stiffness), turning, length })
+    }
+}
