@@ -1,5 +1,6 @@
 //! Reading a mesh file of any format, plain or gzipped.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -68,7 +69,7 @@ pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
 /// [`ReadError`], as [`read()`].
 pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     let (format, extension) = input_format(path)?;
-    let bytes = unzipped(path, bytes)?;
+    let bytes = unzipped(path, bytes.into())?.into_owned();
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
@@ -77,13 +78,13 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
 }
 
 /// The contents of a file that may be gzipped; `path` is for messages.
-pub(super) fn unzipped(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>, ReadError> {
+pub(super) fn unzipped<'a>(path: &Path, bytes: Cow<'a, [u8]>) -> Result<Cow<'a, [u8]>, ReadError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes);
     }
     let mut plain = Vec::new();
     match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain) {
-        Ok(_) => Ok(plain),
+        Ok(_) => Ok(plain.into()),
         Err(source) => Err(ReadError::Zipped { path: path.into(), source }),
     }
 }

@@ -81,6 +81,13 @@ pub(super) fn parse_unsigned(digits: &[u8]) -> Option<u64> {
     })
 }
 
+/// A whole number that may be negative.
+pub(super) fn parse_signed(token: &[u8]) -> Option<i64> {
+    let digits = token.strip_prefix(b"-");
+    let size = i64::try_from(parse_unsigned(digits.unwrap_or(token))?).ok()?;
+    Some(if digits.is_some() { -size } else { size })
+}
+
 /// Bytes as a message shows them: quoted, printable, not too long.
 pub(super) fn shown(bytes: &[u8]) -> String {
     let dots = if bytes.len() > 40 { "..." } else { "" };
@@ -191,6 +198,11 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
+    /// What is left of the file.
+    pub fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
     /// The byte so far ahead.
     pub fn byte(&self, ahead: usize) -> Option<u8> {
         self.bytes.get(self.at + ahead).copied()
@@ -250,12 +262,7 @@ impl<'a> Scanner<'a> {
     #[inline]
     pub fn int(&mut self, what: &'static str) -> Result<i32, ReadError> {
         match self.encoding {
-            Encoding::Text => self.number(what, |token| {
-                let negative = token.starts_with(b"-");
-                let size = parse_unsigned(token.strip_prefix(b"-").unwrap_or(token))?;
-                let size = i64::try_from(size).ok()?;
-                i32::try_from(if negative { -size } else { size }).ok()
-            }),
+            Encoding::Text => self.number(what, |token| i32::try_from(parse_signed(token)?).ok()),
             Encoding::Binary(Endian::Little) => self.block(what).map(i32::from_le_bytes),
             Encoding::Binary(Endian::Big) => self.block(what).map(i32::from_be_bytes),
         }
@@ -265,7 +272,7 @@ impl<'a> Scanner<'a> {
     #[inline]
     pub fn long(&mut self, what: &'static str) -> Result<i64, ReadError> {
         match self.encoding {
-            Encoding::Text => self.number(what, |token| std::str::from_utf8(token).ok()?.parse().ok()),
+            Encoding::Text => self.number(what, parse_signed),
             Encoding::Binary(Endian::Little) => self.block(what).map(i64::from_le_bytes),
             Encoding::Binary(Endian::Big) => self.block(what).map(i64::from_be_bytes),
         }

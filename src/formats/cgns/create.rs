@@ -3,13 +3,14 @@
 //! Cells come first, shape by shape, then the faces of each family, its triangles before its quadrilaterals, so that a
 //! boundary condition is one range of elements. Source: as for reading.
 
-use std::io::{self, Write};
+use std::io;
 
 use hdf5_pure::{AttrValue, FileBuilder, FormatError, GroupBuilder, LibVer};
 
 use super::element_number;
 use crate::formats::assembly::Shape;
 use crate::formats::content::{Content, clean_names};
+use crate::formats::out::Out;
 
 /// The longest name of a node.
 const LONGEST: usize = 32;
@@ -92,7 +93,7 @@ impl Zone {
     /// The zone with its vertices.
     fn new(content: &Content) -> Result<Self, FormatError> {
         let n_vertices = content.vertices.len();
-        let long = n_vertices.max(content.elements().count()) > i32::MAX as usize;
+        let long = n_vertices.max(content.n_elements()) > i32::MAX as usize;
         let sizes = [n_vertices, content.volume_cells().count(), 0].map(|size| size as i64);
         let mut zone = node(ZONE, "Zone_t", &integers(long, sizes.into_iter()), &[3, 1])?;
         zone.add_group(text("ZoneType", "ZoneType_t", "Unstructured")?.finish());
@@ -155,7 +156,7 @@ pub(in crate::formats) fn limits(_: &Content) -> Vec<String> {
 }
 
 /// Writes a CGNS file.
-pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
     let file = build(content).map_err(io::Error::other)?;
     file.finish_to(out).map_err(io::Error::other)
 }
@@ -165,8 +166,7 @@ fn build(content: &Content) -> Result<FileBuilder, FormatError> {
     for (name, shape) in
         [("tets", Shape::Tet), ("pyramids", Shape::Pyramid), ("prisms", Shape::Prism), ("hexahedra", Shape::Hexahedron)]
     {
-        let cells = content.volume_cells().filter(|(of, _)| *of == shape).map(|(_, cell)| cell);
-        zone.add(name, shape, &cells.collect::<Vec<_>>())?;
+        zone.add(name, shape, &content.of(shape).collect::<Vec<_>>())?;
     }
     let mut conditions = node("ZoneBC", "ZoneBC_t", &Data::Nothing, &[])?;
     let mut families = Vec::new();

@@ -9,14 +9,16 @@ mod cells;
 mod create;
 mod file;
 
+use std::borrow::Cow;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use super::assembly::{Assembly, MOST_VERTICES, Shape};
 use super::document::{Document, NamedFiles, Slots};
-use super::error::ReadError;
+use super::error::{Place, ReadError};
 use super::read::unzipped;
 use super::table::Parsed;
 
@@ -43,7 +45,8 @@ pub(super) fn points_path(path: &Path) -> PathBuf {
 pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (positions, slots) = read_points(path, &bytes)?;
-    let load = |name: &str| load(folder, name);
+    let siblings = siblings(folder).map_err(|source| ReadError::Io { path: folder.into(), source })?;
+    let load = |name: &str| load(folder, &siblings, name);
     let (faces_path, faces) = load("faces")?;
     let faces = File::open(&faces_path, &faces)?.faces(positions.len())?;
     // Every cell has a face, so no number reaches theirs.
@@ -58,7 +61,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let (boundary_path, boundary) = load("boundary")?;
     let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
     let malformed = |expected: String, found: String| ReadError::Malformed {
-        place: super::Place::Byte(faces_path.clone(), 0),
+        place: Place::File(faces_path.clone()),
         expected,
         found,
     };
@@ -85,7 +88,6 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         }
     }
     let (mesh, others) = assembly.finish(path, positions, |tag| patches[tag as usize].name.clone())?;
-    let siblings = siblings(folder).map_err(|source| ReadError::Io { path: folder.into(), source })?;
     let document = Document {
         format: NAME,
         extension,
@@ -108,16 +110,20 @@ fn read_points(path: &Path, bytes: &[u8]) -> Result<(Vec<DVec3>, Slots), ReadErr
 }
 
 /// A file of the folder, decompressed, with its path.
-fn load(folder: &Path, name: &str) -> Result<(PathBuf, Vec<u8>), ReadError> {
-    let [plain, zipped] = [name.to_string(), format!("{name}.gz")].map(|name| folder.join(name));
-    let path = if zipped.exists() && !plain.exists() { zipped } else { plain };
-    let bytes = fs::read(&path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
-    let bytes = unzipped(&path, bytes)?;
+fn load<'a>(folder: &Path, files: &'a NamedFiles, name: &str) -> Result<(PathBuf, Cow<'a, [u8]>), ReadError> {
+    let zipped = format!("{name}.gz");
+    let named = |name: &str| files.iter().find(|(file, _)| file == name);
+    let Some((name, bytes)) = named(name).or_else(|| named(&zipped)) else {
+        let source = io::Error::new(io::ErrorKind::NotFound, "there is no such file");
+        return Err(ReadError::Io { path: folder.join(name), source });
+    };
+    let path = folder.join(name);
+    let bytes = unzipped(&path, Cow::Borrowed(bytes))?;
     Ok((path, bytes))
 }
 
 /// All other files of the folder as they are.
-fn siblings(folder: &Path) -> std::io::Result<NamedFiles> {
+fn siblings(folder: &Path) -> io::Result<NamedFiles> {
     let mut siblings = Vec::new();
     for entry in fs::read_dir(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })? {
         let entry = entry?;

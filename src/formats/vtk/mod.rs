@@ -6,7 +6,6 @@ mod compression;
 mod create;
 pub(super) mod legacy;
 mod names;
-mod number;
 mod payload;
 mod polylines;
 mod types;

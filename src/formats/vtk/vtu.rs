@@ -15,16 +15,17 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::cells::{self, LineArrays, Table};
+use super::cells::{self, Corners, Table};
 use super::compression::Compression;
 use super::names::parse_names;
-use super::number::Number;
 use super::payload::{Coding, Payload};
 use super::types::FAMILY_ARRAYS;
 use super::xml::{Tag, Tags, find};
 use crate::formats::assembly::{check_finite_at, surface};
 use crate::formats::document::{Coordinates, Document, Slots, narrow};
 use crate::formats::error::{Place, ReadError};
+use crate::formats::number::{Integers, Number};
+use crate::formats::out::Out;
 use crate::formats::scanner::{Encoding, Endian, Width, next_token, parse_double, shown};
 use crate::formats::table::Parsed;
 
@@ -71,23 +72,18 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     let file = File { path, bytes: &bytes, header: &header };
     let points = file.array("Points", None)?;
     let (positions, coordinates) = file.read_points(points)?;
-    let table = Table {
-        types: file.integers(file.array("Cells", Some("types"))?)?,
-        offsets: file.integers(file.array("Cells", Some("offsets"))?)?,
-        connectivity: file.integers(file.array("Cells", Some("connectivity"))?)?,
-    };
+    let types = file.integers(file.array("Cells", Some("types"))?)?;
+    let corners = file.corners("Cells")?;
     let of_cells = |name: &str| header.arrays.iter().find(|array| array.section == "CellData" && array.name == name);
     let family = FAMILY_ARRAYS.iter().find_map(|name| of_cells(name));
     let families = family.map(|array| file.integers(array)).transpose()?;
     let cells_tag = file.array("Cells", Some("connectivity"))?.tag;
     let malformed = |expected: String, found: String| file.malformed(cells_tag, expected, found);
-    if table.types.len() != header.n_cells {
-        return Err(malformed(
-            format!("{} cell types, as the piece declares", header.n_cells),
-            table.types.len().to_string(),
-        ));
+    if types.len() != header.n_cells {
+        let expected = format!("{} cell types, as the piece declares", header.n_cells);
+        return Err(malformed(expected, types.len().to_string()));
     }
-    let mut assembly = cells::assemble(path, &table, families.as_deref(), positions.len(), malformed)?;
+    let mut assembly = cells::assemble(path, Table { types, corners }, families, positions.len(), malformed)?;
     assembly.orient_prisms(&positions);
     let mut beside = assembly.passed_over();
     let data = header.arrays.iter().filter(|array| array.section.ends_with("Data"));
@@ -188,14 +184,12 @@ fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Head
     }
 }
 
-/// The points of a poly data file, and ends and points of its lines.
-pub(super) fn read_lines(path: &Path, bytes: &[u8]) -> Result<LineArrays, ReadError> {
+/// The points of a poly data file, and those of its lines.
+pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVec3>, Corners<'a>), ReadError> {
     let header = read_header(path, bytes, "PolyData")?;
     let file = File { path, bytes, header: &header };
     let (points, _) = file.read_points(file.array("Points", None)?)?;
-    let offsets = file.integers(file.array("Lines", Some("offsets"))?)?;
-    let connectivity = file.integers(file.array("Lines", Some("connectivity"))?)?;
-    Ok((points, offsets, connectivity))
+    Ok((points, file.corners("Lines")?))
 }
 
 fn read_coding(
@@ -255,13 +249,13 @@ fn read_array(tags: &Tags, tag: &Tag, section: &str) -> Result<Option<Array>, Re
 }
 
 /// A file with what its tags say.
-struct File<'a> {
+struct File<'a, 'h> {
     path: &'a Path,
     bytes: &'a [u8],
-    header: &'a Header,
+    header: &'h Header,
 }
 
-impl<'a> File<'a> {
+impl<'a, 'h> File<'a, 'h> {
     fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         let lines = self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
         let place = Place::Line(self.path.into(), lines + 1);
@@ -269,7 +263,7 @@ impl<'a> File<'a> {
     }
 
     /// The array of that name in a section, or its only one.
-    fn array(&self, section: &'static str, name: Option<&str>) -> Result<&Array, ReadError> {
+    fn array(&self, section: &'static str, name: Option<&str>) -> Result<&'h Array, ReadError> {
         let fits = |array: &&Array| array.section == section && name.is_none_or(|name| array.name == name);
         self.header.arrays.iter().find(fits).ok_or_else(|| ReadError::Missing {
             path: self.path.into(),
@@ -308,10 +302,16 @@ impl<'a> File<'a> {
         Ok(Some((start, payload)))
     }
 
+    /// The vertices of the cells or lines of a section.
+    fn corners(&self, section: &'static str) -> Result<Corners<'a>, ReadError> {
+        let array = |name| self.integers(self.array(section, Some(name))?);
+        Ok(Corners::Ends(array("offsets")?, array("connectivity")?))
+    }
+
     /// The values of an array of whole numbers.
-    fn integers(&self, array: &Array) -> Result<Vec<i64>, ReadError> {
+    fn integers(&self, array: &Array) -> Result<Integers<'a>, ReadError> {
         let values = match self.payload(array)? {
-            Some((_, payload)) => array.number.integers(&payload.data, payload.coding.endian),
+            Some((_, payload)) => Integers::stored(payload.data, array.number, payload.coding.endian),
             None => {
                 let mut values = Vec::new();
                 for token in self.tokens(array) {
@@ -322,7 +322,7 @@ impl<'a> File<'a> {
                     })?;
                     values.push(value);
                 }
-                Some(values)
+                Some(values.into())
             }
         };
         values.ok_or_else(|| self.malformed(array.tag, format!("whole numbers in '{}'", array.name), "others"))
@@ -411,7 +411,7 @@ struct Points {
 }
 
 impl Coordinates for Points {
-    fn write(&self, bytes: &[u8], out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()> {
+    fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let endian = self.payload.coding.endian;
         let mut data = Vec::with_capacity(self.payload.data.len());
         for value in vertices.iter().flat_map(|vertex| vertex.to_array()) {
