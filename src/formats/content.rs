@@ -52,16 +52,20 @@ pub(super) struct Content<'a> {
 impl<'a> Content<'a> {
     /// The vertices of each cell or face of a shape.
     pub fn of(&self, shape: Shape) -> ChunksExact<'a, u32> {
+        self.vertices_of(shape).chunks_exact(shape.n_vertices())
+    }
+
+    /// The same, one after another.
+    pub fn vertices_of(&self, shape: Shape) -> &'a [u32] {
         let Content { cells, others, .. } = *self;
-        let vertices = match shape {
+        match shape {
             Shape::Triangle => cells.triangles.as_flattened(),
             Shape::Quadrilateral => others.quadrilaterals.as_flattened(),
             Shape::Tet => cells.tets.as_flattened(),
             Shape::Pyramid => others.pyramids.as_flattened(),
             Shape::Prism => others.prisms.as_flattened(),
             Shape::Hexahedron => others.hexahedra.as_flattened(),
-        };
-        vertices.chunks_exact(shape.n_vertices())
+        }
     }
 
     /// The family of each face of a shape; none for cells.

@@ -1,5 +1,6 @@
 //! Reads numbers from a text or binary file, and knows where they stood.
 
+use std::io::BufRead;
 use std::ops::Range;
 use std::path::Path;
 
@@ -51,6 +52,14 @@ impl Endian {
             Endian::Big => value.to_be_bytes(),
         }
     }
+}
+
+/// Where a byte first stands: by the standard library's own search, which goes by many at a time.
+#[inline]
+pub(super) fn find_byte(bytes: &[u8], byte: u8) -> Option<usize> {
+    let mut rest = bytes;
+    let passed = rest.skip_until(byte).ok()?;
+    passed.checked_sub(1).filter(|&last| bytes[last] == byte)
 }
 
 /// The token after the white space at `at`; empty at the end of the file.
@@ -154,7 +163,7 @@ impl<'a> Scanner<'a> {
     /// The rest of the line, without its end; the position goes to the next line.
     pub fn line(&mut self) -> &'a [u8] {
         let rest = &self.bytes[self.at..];
-        let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+        let length = find_byte(rest, b'\n').unwrap_or(rest.len());
         self.last = self.at;
         self.at += (length + 1).min(rest.len());
         rest[..length].trim_ascii()
@@ -239,6 +248,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The next `N` bytes of a binary file.
+    #[inline]
     pub fn block<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], ReadError> {
         match self.bytes[self.at..].first_chunk() {
             Some(block) => {
@@ -279,6 +289,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// A C `int` that counts or numbers something.
+    #[inline]
     pub fn unsigned_int(&mut self, what: &'static str) -> Result<u64, ReadError> {
         let value = self.int(what)?;
         u64::try_from(value).map_err(|_| self.malformed(what, value.to_string()))

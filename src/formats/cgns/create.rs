@@ -113,17 +113,16 @@ impl Zone {
     }
 
     /// Adds a section of elements of one shape, if there are any.
-    fn add(&mut self, name: &str, shape: Shape, elements: &[&[u32]]) -> Result<(), FormatError> {
-        if elements.is_empty() {
+    fn add(&mut self, name: &str, shape: Shape, vertices: &[u32]) -> Result<(), FormatError> {
+        if vertices.is_empty() {
             return Ok(());
         }
         let first = self.next;
-        self.next += elements.len();
+        self.next += vertices.len() / shape.n_vertices();
         let mut section = node(name, "Elements_t", &Data::Short(vec![element_number(shape), 0]), &[2])?;
         section.add_group(self.range("ElementRange", first, &[2])?.finish());
-        let corners = integers(self.long, elements.iter().copied().flatten().map(|&vertex| i64::from(vertex) + 1));
-        let n_corners = (elements.len() * shape.n_vertices()) as u64;
-        section.add_group(node("ElementConnectivity", "DataArray_t", &corners, &[n_corners])?.finish());
+        let corners = integers(self.long, vertices.iter().map(|&vertex| i64::from(vertex) + 1));
+        section.add_group(node("ElementConnectivity", "DataArray_t", &corners, &[vertices.len() as u64])?.finish());
         self.node.add_group(section.finish());
         Ok(())
     }
@@ -166,7 +165,7 @@ fn build(content: &Content) -> Result<FileBuilder, FormatError> {
     for (name, shape) in
         [("tets", Shape::Tet), ("pyramids", Shape::Pyramid), ("prisms", Shape::Prism), ("hexahedra", Shape::Hexahedron)]
     {
-        zone.add(name, shape, &content.of(shape).collect::<Vec<_>>())?;
+        zone.add(name, shape, content.vertices_of(shape))?;
     }
     let mut conditions = node("ZoneBC", "ZoneBC_t", &Data::Nothing, &[])?;
     let mut families = Vec::new();
@@ -174,8 +173,8 @@ fn build(content: &Content) -> Result<FileBuilder, FormatError> {
     for (index, (faces, name)) in content.faces_by_family().into_iter().zip(&names).enumerate() {
         let first = zone.next;
         for (what, shape) in [("triangles", Shape::Triangle), ("quadrilaterals", Shape::Quadrilateral)] {
-            let faces = faces.iter().filter(|(of, _)| *of == shape).map(|&(_, face)| face);
-            zone.add(&format!("{what} {}", index + 1), shape, &faces.collect::<Vec<_>>())?;
+            let faces = faces.iter().filter(|(of, _)| *of == shape).flat_map(|&(_, face)| face);
+            zone.add(&format!("{what} {}", index + 1), shape, &faces.copied().collect::<Vec<_>>())?;
         }
         if !faces.is_empty() {
             let mut condition = text(name, "BC_t", "FamilySpecified")?;

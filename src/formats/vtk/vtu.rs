@@ -20,13 +20,13 @@ use super::compression::Compression;
 use super::names::parse_names;
 use super::payload::{Coding, Payload};
 use super::types::FAMILY_ARRAYS;
-use super::xml::{Tag, Tags, find};
+use super::xml::{Tag, Tags};
 use crate::formats::assembly::{check_finite_at, surface};
 use crate::formats::document::{Coordinates, Document, Slots, narrow};
 use crate::formats::error::{Place, ReadError};
 use crate::formats::number::{Integers, Number};
 use crate::formats::out::Out;
-use crate::formats::scanner::{Encoding, Endian, Width, next_token, parse_double, shown};
+use crate::formats::scanner::{Encoding, Endian, Width, find_byte, next_token, parse_double, shown};
 use crate::formats::table::Parsed;
 
 /// The format's name in [`crate::formats::FORMATS`].
@@ -332,7 +332,7 @@ impl<'a, 'h> File<'a, 'h> {
     fn tokens(&self, array: &Array) -> impl Iterator<Item = Range<usize>> + '_ {
         let start = if let Values::Text(start) = array.values { start } else { self.bytes.len() };
         let rest = &self.bytes[start..];
-        let end = start + find(rest, b"<").unwrap_or(rest.len());
+        let end = start + find_byte(rest, b'<').unwrap_or(rest.len());
         let mut at = start;
         std::iter::from_fn(move || {
             let token = next_token(&self.bytes[..end], at);
