@@ -74,16 +74,19 @@ impl Corners<'_> {
     }
 }
 
-/// Sorts the cells by their types; `families` `[n_cells]` gives the number of each cell's family.
+/// Sorts the cells by their types into `assembly`; `families` `[n_cells]` gives the number of each cell's family.
 ///
+/// - `numbered`: the mesh's number for a vertex below `n_vertices`
 /// - `malformed`: makes the error from what was expected and what was found
 pub(super) fn assemble(
     path: &Path,
     table: Table,
     mut families: Option<Integers>,
     n_vertices: usize,
+    numbered: impl Fn(usize) -> u32,
     malformed: impl Fn(String, String) -> ReadError,
-) -> Result<Assembly, ReadError> {
+    assembly: &mut Assembly,
+) -> Result<(), ReadError> {
     if n_vertices >= MOST_VERTICES {
         return Err(ReadError::TooMany {
             path: path.into(),
@@ -100,7 +103,8 @@ pub(super) fn assemble(
     if let Some(found) = families.as_ref().map(Integers::len).filter(|&len| len != n_cells) {
         return Err(malformed(format!("{n_cells} families of cells"), found.to_string()));
     }
-    let mut assembly = Assembly::default();
+    let n_faces = |assembly: &Assembly| assembly.triangles.len() + assembly.others.quadrilaterals.len();
+    let n_faces_before = n_faces(assembly);
     let mut start = 0;
     for cell in 0..n_cells {
         let of_cell = corners.of(cell, start).map_err(|end| {
@@ -133,8 +137,8 @@ pub(super) fn assemble(
         let mut places = of_cell;
         assembly.push(shape, tag, || {
             let vertex = places.next().and_then(|place| corners.vertex(place)).unwrap_or(-1);
-            match u32::try_from(vertex) {
-                Ok(vertex) if (vertex as usize) < n_vertices => Ok(vertex),
+            match usize::try_from(vertex) {
+                Ok(vertex) if vertex < n_vertices => Ok(numbered(vertex)),
                 _ => Err(malformed(format!("a vertex of cell {cell} below {n_vertices}"), vertex.to_string())),
             }
         })?;
@@ -144,13 +148,12 @@ pub(super) fn assemble(
     {
         return Err(malformed(format!("{} numbers of {n_cells} cells", corners.len()), start.to_string()));
     }
-    let has_faces = !assembly.triangles.is_empty() || !assembly.others.quadrilaterals.is_empty();
-    if families.is_none() && has_faces {
+    if families.is_none() && n_faces(assembly) > n_faces_before {
         return Err(ReadError::Missing {
             path: path.into(),
             what: "cell array 'family'",
             hint: "give the boundary faces their families as whole numbers in a cell array of that name",
         });
     }
-    Ok(assembly)
+    Ok(())
 }

@@ -14,7 +14,7 @@ use super::cells::{self, Corners, Table};
 use super::create::families_of_cells;
 use super::names::{list_names, parse_names};
 use super::types::{FAMILY_ARRAYS, vtk_number};
-use crate::formats::assembly::surface;
+use crate::formats::assembly::{Assembly, surface};
 use crate::formats::content::Content;
 use crate::formats::document::{Document, Slots};
 use crate::formats::error::ReadError;
@@ -57,7 +57,8 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
         |expected: String, found: String| ReadError::Malformed { place: scanner.place(cells_at), expected, found };
     let of_name = |name: &&str| families.iter().position(|(array, _)| array == name);
     let family = FAMILY_ARRAYS.iter().find_map(of_name).map(|place| families.swap_remove(place).1);
-    let mut assembly = cells::assemble(path, Table { types, corners }, family, positions.len(), malformed)?;
+    let (table, n_vertices, mut assembly) = (Table { types, corners }, positions.len(), Assembly::default());
+    cells::assemble(path, table, family, n_vertices, |vertex| vertex as u32, malformed, &mut assembly)?;
     assembly.orient_prisms(&positions);
     beside.extend(assembly.passed_over());
     let name = |tag: i32| {
