@@ -120,7 +120,7 @@ impl Reader<'_> {
                         place: self.scanner.place(self.scanner.last),
                         entity: shape.name(),
                         element,
-                        vertex: vertex as u64,
+                        vertex: vertex.into(),
                         defined: format!("{n_vertices} vertices, numbered from 1"),
                     });
                 }
@@ -191,7 +191,11 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     }
     let companion = mapbc_path(path);
     let mapbc = fs::read(&companion).ok();
-    let names = mapbc.as_deref().map(|bytes| read_mapbc(&companion, bytes)).transpose()?.unwrap_or_default();
+    let read = mapbc.as_deref().map(|bytes| read_mapbc(&companion, bytes)).transpose()?;
+    let (names, has_conditions) = read.unwrap_or_default();
+    if has_conditions {
+        beside.push("boundary conditions of the .mapbc file".to_string());
+    }
     let name = |tag: i32| names.get(&tag).cloned().unwrap_or_else(|| surface(tag));
     let (mesh, others) = assembly.finish(path, positions, name)?;
     let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
@@ -216,13 +220,15 @@ fn mapbc_path(path: &Path) -> PathBuf {
 }
 
 /// Reads a count, and that many lines of `reference boundary-condition name`; the name may be missing.
-fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<HashMap<i32, String>, ReadError> {
+///
+/// Also whether there are boundary conditions other than 0.
+fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<(HashMap<i32, String>, bool), ReadError> {
     let mut lines = Lines::new(path, bytes, b'#');
     let mut line = lines.demand("the number of boundaries")?;
     let at = line.start;
     let count = lines.unsigned(&mut line, "the number of boundaries")?;
     let count = lines.checked(at, "the number of boundaries", count, 4)?;
-    let mut names = HashMap::new();
+    let (mut names, mut has_conditions) = (HashMap::new(), false);
     for _ in 0..count {
         let mut line = lines.demand("a reference, its boundary condition and its name")?;
         let (at, word) = line.word();
@@ -232,12 +238,13 @@ fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<HashMap<i32, String>, ReadErr
         if !condition.strip_prefix(b"-").unwrap_or(condition).iter().all(u8::is_ascii_digit) || condition.is_empty() {
             return Err(lines.malformed(at, "the number of a boundary condition", shown(condition)));
         }
+        has_conditions |= condition != b"0";
         let name = line.rest();
         if !name.is_empty() {
             names.insert(reference, String::from_utf8_lossy(name).into_owned());
         }
     }
-    Ok(names)
+    Ok((names, has_conditions))
 }
 
 /// Writes an AFLR3 file whose arrays have been checked. References are the families' numbers, counted from 1.

@@ -133,7 +133,7 @@ pub enum ReadError {
         /// The element's tag in the file.
         element: u64,
         /// The vertex's tag.
-        vertex: u64,
+        vertex: i128,
         /// How many vertices there are and in which range their tags lie.
         defined: String,
     },

@@ -289,7 +289,7 @@ impl Reader<'_> {
                         place: self.scanner.place(self.scanner.last),
                         entity: shape.name(),
                         element,
-                        vertex: vertex as u64,
+                        vertex: vertex.into(),
                         defined: format!("{n_vertices} vertices, numbered from 1"),
                     });
                 }

@@ -95,5 +95,10 @@ fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadErro
         let hint = "install an idmesh with it: cargo install --path . --features cgns";
         return Err(ReadError::Unsupported { path: path.into(), found: "CGNS".into(), hint });
     }
+    if name.ends_with(".pvtu") {
+        let (found, hint) =
+            ("a list of files (.pvtu)".into(), "merge them (in ParaView: Merge Blocks) and save as .vtu");
+        return Err(ReadError::Unsupported { path: path.into(), found, hint });
+    }
     Format::of(path).ok_or_else(|| ReadError::UnknownFormat { path: path.into(), known: known() })
 }

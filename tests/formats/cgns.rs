@@ -104,3 +104,18 @@ fn several_zones_are_refused() {
         "{error}"
     );
 }
+
+/// Nodes and types of boundary conditions that a new file does not get are told, nodes with the name that the file has.
+#[test]
+fn what_a_new_file_loses_is_told() {
+    let losses = |bytes: &[u8]| read_bytes("a.cgns", bytes).unwrap().losses(Path::new("a.vtu")).unwrap();
+    let bytes = fs::read(data("mixed/gmsh.cgns")).unwrap();
+    assert_eq!(losses(&bytes), ["the node 'About': not carried into the new file"]);
+    let mesh = boxed("box.v41.ascii.msh").mesh;
+    let mut bytes = written(&MeshFile::from_mesh(mesh.clone()), "a.cgns", &mesh.vertices);
+    assert!(losses(&bytes).is_empty());
+    let (from, to) = (b"FamilySpecified", b"BCWallViscous\0\0");
+    let at = bytes.windows(from.len()).position(|window| window == from).unwrap();
+    bytes[at..at + to.len()].copy_from_slice(to);
+    assert_eq!(losses(&bytes), ["types of boundary conditions (BCWallViscous): not carried into the new file"]);
+}

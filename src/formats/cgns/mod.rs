@@ -61,6 +61,10 @@ fn element_number(shape: Shape) -> i32 {
     }
 }
 
+/// Labels of the nodes in a base and in its zone that are read, or say nothing of the mesh.
+const READ: [&str; 7] =
+    ["Zone_t", "Family_t", "ZoneType_t", "GridCoordinates_t", "Elements_t", "ZoneBC_t", "Ordinal_t"];
+
 /// A section whose elements have types of their own.
 const MIXED: i64 = 20;
 
@@ -103,21 +107,25 @@ struct Reader<'a> {
 /// Reads a CGNS file from its (decompressed) bytes; `path` is for messages.
 pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let shared = Shared(Arc::new(bytes));
-    let (mesh, others, columns) = {
-        let (assembly, positions, columns, names) = read_zone(path, &shared)?;
-        let (mesh, others) = assembly.finish(path, positions, |tag| names[tag as usize].clone())?;
-        (mesh, others, columns)
-    };
+    let Zone { assembly, positions, columns, names, beside } = read_zone(path, &shared)?;
+    let (mesh, others) = assembly.finish(path, positions, |tag| names[tag as usize].clone())?;
     // HDF5 has let go of them.
     let bytes = Arc::unwrap_or_clone(shared.0);
-    let (coordinates, beside) = (Box::new(columns), Vec::new());
+    let coordinates = Box::new(columns);
     let document =
         Document { format: NAME, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() };
     Ok(Parsed { mesh, others, document })
 }
 
-/// The elements, the vertices, where those stand in the file, and the name of each tag of the faces.
-type Zone = (Assembly, Vec<DVec3>, Columns, Vec<String>);
+/// What a zone holds.
+struct Zone {
+    assembly: Assembly,
+    positions: Vec<DVec3>,
+    columns: Columns,
+    /// The name of each tag of the faces.
+    names: Vec<String>,
+    beside: Vec<String>,
+}
 
 fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
     let bytes = &shared.0[..];
@@ -157,7 +165,28 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
         reader.elements(&section)?;
     }
     let names = reader.tag_faces(&base, &zone)?;
-    Ok((reader.assembly, positions, columns, names))
+    let mut beside = reader.assembly.passed_over();
+    beside.extend(types_of_conditions(&zone)?);
+    for (label, node) in base.labelled()?.into_iter().chain(zone.labelled()?) {
+        if !READ.contains(&&*label) {
+            beside.push(format!("the node '{}'", node.name()));
+        }
+    }
+    Ok(Zone { assembly: reader.assembly, positions, columns, names, beside })
+}
+
+/// What the boundary conditions are beside families, in words; those that do not say it count for none.
+fn types_of_conditions(zone: &Node) -> Result<Option<String>, ReadError> {
+    let mut types = Vec::new();
+    for zone_bc in zone.children("ZoneBC_t")? {
+        for bc in zone_bc.children("BC_t")? {
+            types.extend(bc.text());
+        }
+    }
+    types.retain(|kind| !matches!(&**kind, "FamilySpecified" | "Null" | "UserDefined"));
+    types.sort_unstable();
+    types.dedup();
+    Ok((!types.is_empty()).then(|| format!("types of boundary conditions ({})", types.join(", "))))
 }
 
 /// The vertices, and where their coordinates stand in the file.

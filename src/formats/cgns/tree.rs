@@ -75,22 +75,26 @@ impl<'a> Node<'a> {
 
     /// The children of that label, by name: HDF5 keeps no other order.
     pub fn children(&self, label: &str) -> Result<Vec<Self>, ReadError> {
+        let labelled = self.labelled()?.into_iter().filter(|(found, _)| found == label);
+        Ok(labelled.map(|(_, node)| node).collect())
+    }
+
+    /// All children with their labels, by name.
+    pub fn labelled(&self) -> Result<Vec<(String, Self)>, ReadError> {
         let mut names = self.group.groups().map_err(|error| self.malformed("nodes of CGNS", error))?;
         names.sort();
         let mut children = Vec::new();
         for name in names {
             let node = self.child(&name)?;
             let attributes = node.group.attrs().map_err(|error| node.malformed("a node of CGNS", error))?;
-            let found = match attributes.get("label") {
+            let label = match attributes.get("label") {
                 Some(AttrValue::String(text) | AttrValue::AsciiString(text)) => text.trim_end_matches('\0'),
                 Some(AttrValue::AsciiStringSized { value, .. } | AttrValue::StringSized { value, .. }) => {
                     value.trim_end_matches('\0')
                 }
                 _ => "",
             };
-            if found == label {
-                children.push(node);
-            }
+            children.push((label.to_owned(), node));
         }
         Ok(children)
     }

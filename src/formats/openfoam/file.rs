@@ -36,6 +36,8 @@ impl Faces {
 /// A patch of the boundary.
 pub(super) struct Patch {
     pub name: String,
+    /// Its type, such as `wall`.
+    pub kind: String,
     pub faces: Range<usize>,
 }
 
@@ -258,7 +260,7 @@ impl<'a> File<'a> {
         for _ in 0..count {
             let name = String::from_utf8_lossy(self.word("the name of a patch")?).into_owned();
             self.expect(b'{')?;
-            let (mut length, mut start) = (None, None);
+            let (mut length, mut start, mut kind) = (None, None, String::new());
             while self.peek() != Some(b'}') {
                 let key = self.word("an entry of a patch")?;
                 let value = self.until_semicolon()?;
@@ -267,6 +269,7 @@ impl<'a> File<'a> {
                 match key {
                     b"nFaces" => length = Some(number().ok_or_else(malformed)?),
                     b"startFace" => start = Some(number().ok_or_else(malformed)?),
+                    b"type" => kind = String::from_utf8_lossy(value).into_owned(),
                     _ => {}
                 }
             }
@@ -281,7 +284,7 @@ impl<'a> File<'a> {
             if length > 0 {
                 end = start + length;
             }
-            patches.push(Patch { name, faces: start..start + length });
+            patches.push(Patch { name, kind, faces: start..start + length });
         }
         self.expect(b')')?;
         if end != n_faces {

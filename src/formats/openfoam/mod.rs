@@ -32,6 +32,9 @@ pub(super) const NAME: &str = "OpenFOAM";
 /// The names that select it, lower case: of the folder, of its file of points.
 pub(super) const NAMES: &[&str] = &["polymesh", "points"];
 
+/// The files of a mesh beside its points.
+const FILES: [&str; 4] = ["faces", "owner", "neighbour", "boundary"];
+
 /// Where the points of a mesh stand: the path itself, or in that folder.
 pub(super) fn points_path(path: &Path) -> PathBuf {
     if !path.is_dir() {
@@ -88,15 +91,17 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         }
     }
     let (mesh, others) = assembly.finish(path, positions, |tag| patches[tag as usize].name.clone())?;
-    let document = Document {
-        format: NAME,
-        extension,
-        bytes,
-        coordinates: Box::new(slots),
-        beside: Vec::new(),
-        companion: None,
-        siblings,
-    };
+    let mut kinds: Vec<&str> = patches.iter().map(|patch| &*patch.kind).filter(|kind| *kind != "patch").collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let mut beside = Vec::new();
+    if !kinds.is_empty() {
+        beside.push(format!("types of patches ({})", kinds.join(", ")));
+    }
+    let further = siblings.iter().map(|(name, _)| name.trim_end_matches(".gz")).filter(|name| !FILES.contains(name));
+    beside.extend(further.map(|name| format!("the file {name}")));
+    let document =
+        Document { format: NAME, extension, bytes, coordinates: Box::new(slots), beside, companion: None, siblings };
     Ok(Parsed { mesh, others, document })
 }
 

@@ -279,7 +279,7 @@ fn integers<'a>(
     count: usize,
     what: &'static str,
 ) -> Result<Integers<'a>, ReadError> {
-    let count = scanner.checked(what, count as u64, 1, number.bytes() as u64)?;
+    let count = scanner.checked("the number of values", count as u64, 1, number.bytes() as u64)?;
     if let Encoding::Binary(endian) = scanner.encoding {
         let bytes = scanner.take(count * number.bytes(), what)?;
         let values = Integers::stored(Cow::Borrowed(bytes), number, endian);
