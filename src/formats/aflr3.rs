@@ -9,6 +9,7 @@
 use std::collections::HashMap;
 use std::fs;
 use std::io::{self, Write};
+use std::iter;
 use std::path::{Path, PathBuf};
 
 use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
@@ -16,6 +17,7 @@ use super::content::{Content, clean_names, renamed};
 use super::document::{Companion, Document, Slots, narrow, write_shortest};
 use super::error::ReadError;
 use super::lines::Lines;
+use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
 use super::table::Parsed;
 
@@ -36,9 +38,6 @@ pub(super) const EXTENSIONS: &[&str] = &[
     "r4.ugrid",
     "lr4.ugrid",
 ];
-
-/// The cells after the faces, in the order of the file.
-const CELLS: [Shape; 4] = [Shape::Tet, Shape::Pyramid, Shape::Prism, Shape::Hexahedron];
 
 /// Where the corners of a pyramid stand in the file: its base is 2, 1, 4, 5 there, its apex 3.
 const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
@@ -121,7 +120,7 @@ impl Reader<'_> {
                         place: self.scanner.place(self.scanner.last),
                         entity: shape.name(),
                         element,
-                        vertex: vertex as u64,
+                        vertex: vertex.into(),
                         defined: format!("{n_vertices} vertices, numbered from 1"),
                     });
                 }
@@ -149,7 +148,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let n_triangles = reader.count("the number of triangles", 8, 4 * wide)?;
     let n_quadrilaterals = reader.count("the number of quadrilaterals", 10, 5 * wide)?;
     let mut n_cells = [0; 4];
-    for ((count, shape), what) in n_cells.iter_mut().zip(CELLS).zip([
+    for ((count, shape), what) in n_cells.iter_mut().zip(Shape::CELLS).zip([
         "the number of tets",
         "the number of pyramids",
         "the number of prisms",
@@ -182,7 +181,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         let out_of_range = |_| reader.scanner.malformed("the reference of a face", found.to_string());
         *tag = i32::try_from(found).map_err(out_of_range)?;
     }
-    for (shape, count) in CELLS.into_iter().zip(n_cells) {
+    for (shape, count) in Shape::CELLS.into_iter().zip(n_cells) {
         reader.elements(shape, count, n_vertices, &mut assembly)?;
     }
     reader.record(None)?;
@@ -192,7 +191,11 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     }
     let companion = mapbc_path(path);
     let mapbc = fs::read(&companion).ok();
-    let names = mapbc.as_deref().map(|bytes| read_mapbc(&companion, bytes)).transpose()?.unwrap_or_default();
+    let read = mapbc.as_deref().map(|bytes| read_mapbc(&companion, bytes)).transpose()?;
+    let (names, has_conditions) = read.unwrap_or_default();
+    if has_conditions {
+        beside.push("boundary conditions of the .mapbc file".to_string());
+    }
     let name = |tag: i32| names.get(&tag).cloned().unwrap_or_else(|| surface(tag));
     let (mesh, others) = assembly.finish(path, positions, name)?;
     let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
@@ -217,13 +220,15 @@ fn mapbc_path(path: &Path) -> PathBuf {
 }
 
 /// Reads a count, and that many lines of `reference boundary-condition name`; the name may be missing.
-fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<HashMap<i32, String>, ReadError> {
+///
+/// Also whether there are boundary conditions other than 0.
+fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<(HashMap<i32, String>, bool), ReadError> {
     let mut lines = Lines::new(path, bytes, b'#');
     let mut line = lines.demand("the number of boundaries")?;
     let at = line.start;
     let count = lines.unsigned(&mut line, "the number of boundaries")?;
     let count = lines.checked(at, "the number of boundaries", count, 4)?;
-    let mut names = HashMap::new();
+    let (mut names, mut has_conditions) = (HashMap::new(), false);
     for _ in 0..count {
         let mut line = lines.demand("a reference, its boundary condition and its name")?;
         let (at, word) = line.word();
@@ -233,27 +238,26 @@ fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<HashMap<i32, String>, ReadErr
         if !condition.strip_prefix(b"-").unwrap_or(condition).iter().all(u8::is_ascii_digit) || condition.is_empty() {
             return Err(lines.malformed(at, "the number of a boundary condition", shown(condition)));
         }
+        has_conditions |= condition != b"0";
         let name = line.rest();
         if !name.is_empty() {
             names.insert(reference, String::from_utf8_lossy(name).into_owned());
         }
     }
-    Ok(names)
+    Ok((names, has_conditions))
 }
 
 /// Writes an AFLR3 file whose arrays have been checked. References are the families' numbers, counted from 1.
-pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
     let variant = Variant::of(content.extension);
-    let index = |out: &mut dyn Write, value: u64, end: &str| match variant.encoding {
+    let index = |out: &mut Out, value: u64, end: &str| match variant.encoding {
         Encoding::Text => write!(out, "{value}{end}"),
         Encoding::Binary(endian) => write_index(out, value, endian, variant.long),
     };
-    let cells = |shape: Shape| content.volume_cells().filter(move |&(of, _)| of == shape).map(|(_, cell)| cell);
-    let faces = |shape: Shape| content.faces().filter(move |&(of, _, _)| of == shape);
     let n_vertices = content.vertices.len();
-    let mut counts = vec![n_vertices, faces(Shape::Triangle).count(), faces(Shape::Quadrilateral).count()];
-    counts.extend(CELLS.map(|shape| cells(shape).count()));
-    let record = |out: &mut dyn Write, length: usize| match variant.encoding {
+    let shapes = Shape::FACES.into_iter().chain(Shape::CELLS);
+    let counts: Vec<usize> = iter::once(n_vertices).chain(shapes.map(|shape| content.of(shape).len())).collect();
+    let record = |out: &mut Out, length: usize| match variant.encoding {
         // Longer records than their length can say are written by others modulo its range, too.
         Encoding::Binary(Endian::Little) if variant.records => out.write_all(&(length as u32).to_le_bytes()),
         Encoding::Binary(Endian::Big) if variant.records => out.write_all(&(length as u32).to_be_bytes()),
@@ -280,21 +284,21 @@ pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
             }
         }
     }
-    let element = |out: &mut dyn Write, corners: &[u32]| {
+    let element = |out: &mut Out, corners: &[u32]| {
         let last = corners.len() - 1;
         (0..=last).try_for_each(|place| {
             let end = if place == last { "\n" } else { " " };
             index(out, u64::from(corners[place]) + 1, end)
         })
     };
-    for shape in [Shape::Triangle, Shape::Quadrilateral] {
-        faces(shape).try_for_each(|(_, face, _)| element(out, face))?;
+    for shape in Shape::FACES {
+        content.of(shape).try_for_each(|face| element(out, face))?;
     }
-    for shape in [Shape::Triangle, Shape::Quadrilateral] {
-        faces(shape).try_for_each(|(_, _, family)| index(out, family.index() as u64 + 1, "\n"))?;
+    for shape in Shape::FACES {
+        content.families_of(shape).iter().try_for_each(|family| index(out, family.index() as u64 + 1, "\n"))?;
     }
-    for shape in CELLS {
-        for cell in cells(shape) {
+    for shape in Shape::CELLS {
+        for cell in content.of(shape) {
             if shape == Shape::Pyramid {
                 let mut of_file = [0; 5];
                 PYRAMID.into_iter().zip(cell).for_each(|(place, &vertex)| of_file[place] = vertex);
@@ -307,7 +311,7 @@ pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
     record(out, length)
 }
 
-fn write_index(out: &mut dyn Write, value: u64, endian: Endian, long: bool) -> io::Result<()> {
+fn write_index(out: &mut Out, value: u64, endian: Endian, long: bool) -> io::Result<()> {
     if long {
         return out.write_all(&match endian {
             Endian::Little => value.to_le_bytes(),

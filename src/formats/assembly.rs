@@ -21,6 +21,12 @@ pub(super) enum Shape {
 }
 
 impl Shape {
+    /// Those that fill the volume, in the order in which files hold them where they do not say another.
+    pub const CELLS: [Shape; 4] = [Shape::Tet, Shape::Pyramid, Shape::Prism, Shape::Hexahedron];
+
+    /// Those that bound it.
+    pub const FACES: [Shape; 2] = [Shape::Triangle, Shape::Quadrilateral];
+
     /// How many vertices it has.
     pub const fn n_vertices(self) -> usize {
         match self {

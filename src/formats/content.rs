@@ -1,6 +1,7 @@
 //! What goes into a new file.
 
 use std::collections::HashSet;
+use std::slice::ChunksExact;
 
 use glam::DVec3;
 
@@ -49,23 +50,46 @@ pub(super) struct Content<'a> {
 }
 
 impl<'a> Content<'a> {
+    /// The vertices of each cell or face of a shape.
+    pub fn of(&self, shape: Shape) -> ChunksExact<'a, u32> {
+        self.vertices_of(shape).chunks_exact(shape.n_vertices())
+    }
+
+    /// The same, one after another.
+    pub fn vertices_of(&self, shape: Shape) -> &'a [u32] {
+        let Content { cells, others, .. } = *self;
+        match shape {
+            Shape::Triangle => cells.triangles.as_flattened(),
+            Shape::Quadrilateral => others.quadrilaterals.as_flattened(),
+            Shape::Tet => cells.tets.as_flattened(),
+            Shape::Pyramid => others.pyramids.as_flattened(),
+            Shape::Prism => others.prisms.as_flattened(),
+            Shape::Hexahedron => others.hexahedra.as_flattened(),
+        }
+    }
+
+    /// The family of each face of a shape; none for cells.
+    pub fn families_of(&self, shape: Shape) -> &'a [FamilyId] {
+        match shape {
+            Shape::Triangle => self.cells.triangle_family,
+            Shape::Quadrilateral => &self.others.quadrilateral_family,
+            _ => &[],
+        }
+    }
+
     /// The cells that fill the volume: tets, pyramids, prisms, hexahedra, each in their order.
     pub fn volume_cells(&self) -> impl Iterator<Item = (Shape, &'a [u32])> + use<'a> {
-        let Content { cells, others, .. } = *self;
-        let tets = cells.tets.iter().map(|cell| (Shape::Tet, &cell[..]));
-        let pyramids = others.pyramids.iter().map(|cell| (Shape::Pyramid, &cell[..]));
-        let prisms = others.prisms.iter().map(|cell| (Shape::Prism, &cell[..]));
-        let hexahedra = others.hexahedra.iter().map(|cell| (Shape::Hexahedron, &cell[..]));
-        tets.chain(pyramids).chain(prisms).chain(hexahedra)
+        let content = *self;
+        Shape::CELLS.into_iter().flat_map(move |shape| content.of(shape).map(move |cell| (shape, cell)))
     }
 
     /// The boundary faces with their families: triangles, quadrilaterals, each in their order.
     pub fn faces(&self) -> impl Iterator<Item = (Shape, &'a [u32], FamilyId)> + use<'a> {
-        let Content { cells, others, .. } = *self;
-        let triangles = cells.triangles.iter().map(|face| (Shape::Triangle, &face[..]));
-        let quadrilaterals = others.quadrilaterals.iter().map(|face| (Shape::Quadrilateral, &face[..]));
-        let families = cells.triangle_family.iter().chain(&others.quadrilateral_family);
-        triangles.chain(quadrilaterals).zip(families).map(|((shape, face), &family)| (shape, face, family))
+        let content = *self;
+        Shape::FACES.into_iter().flat_map(move |shape| {
+            let faces = content.of(shape).zip(content.families_of(shape));
+            faces.map(move |(face, &family)| (shape, face, family))
+        })
     }
 
     /// The boundary faces of each family `[n_families]`: its triangles, then its quadrilaterals.
@@ -73,6 +97,11 @@ impl<'a> Content<'a> {
         let mut faces = vec![Vec::new(); self.cells.families.len()];
         self.faces().for_each(|(shape, face, family)| faces[family.index()].push((shape, face)));
         faces
+    }
+
+    /// How many cells and faces there are.
+    pub fn n_elements(&self) -> usize {
+        Shape::CELLS.into_iter().chain(Shape::FACES).map(|shape| self.of(shape).len()).sum()
     }
 
     /// Cells, then faces.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::out::Out;
 use super::scanner::{Encoding, Width, next_token, parse_double};
 
 /// A mesh file's source with the places of its coordinates: all that is needed to write it back moved.
@@ -40,7 +41,7 @@ pub(super) struct Companion {
 
 impl Document {
     /// Writes the file with the vertices moved to `vertices` `[n_vertices]`: every byte but the coordinates is copied.
-    pub fn write(&self, out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()> {
+    pub fn write(&self, out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         self.coordinates.write(&self.bytes, out, vertices)
     }
 }
@@ -48,7 +49,7 @@ impl Document {
 /// How a kind of file holds its coordinates.
 pub(super) trait Coordinates: fmt::Debug + Send + Sync {
     /// Writes `bytes` with the vertices moved to `vertices` `[n_vertices]`; all other bytes stay as they are.
-    fn write(&self, bytes: &[u8], out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()>;
+    fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()>;
 }
 
 /// Coordinates that stand in the file vertex by vertex, each as three plain numbers.
@@ -63,7 +64,7 @@ pub(super) struct Slots {
 
 impl Coordinates for Slots {
     /// In a text file, coordinates whose value did not change keep their digits.
-    fn write(&self, bytes: &[u8], out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()> {
+    fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let mut copied = 0;
         for (&slot, vertex) in self.slots.iter().zip(vertices) {
             copied = match self.encoding {
@@ -88,7 +89,7 @@ impl Coordinates for Slots {
 }
 
 /// Copies from `copied` to the end of the vertex's last coordinate and returns that end.
-fn write_text(bytes: &[u8], out: &mut dyn Write, mut copied: usize, slot: usize, vertex: &DVec3) -> io::Result<usize> {
+fn write_text(bytes: &[u8], out: &mut Out, mut copied: usize, slot: usize, vertex: &DVec3) -> io::Result<usize> {
     let mut at = slot;
     for value in vertex.to_array() {
         let mut token = next_token(bytes, at);
@@ -118,6 +119,6 @@ pub(super) fn narrow(value: f64) -> io::Result<f32> {
 }
 
 /// The fewest digits that read back as the same number; with an exponent where zeros would pile up.
-pub(super) fn write_shortest(out: &mut dyn Write, value: f64) -> io::Result<()> {
+pub(super) fn write_shortest(out: &mut impl Write, value: f64) -> io::Result<()> {
     if value == 0.0 || (1e-5..1e16).contains(&value.abs()) { write!(out, "{value}") } else { write!(out, "{value:e}") }
 }

@@ -7,13 +7,17 @@ use std::path::PathBuf;
 use glam::DVec3;
 use thiserror::Error;
 
-/// Where in a file: a line of a text file, a byte of a binary one (of its decompressed contents).
+/// Where in a file: a line of a text file, a byte of a binary one (of its decompressed contents), a node of a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Line of a text file, from 1.
     Line(PathBuf, usize),
     /// Offset in a binary file, from 0.
     Byte(PathBuf, usize),
+    /// Node of a CGNS file by the names that lead to it, such as `/Base/Zone/GridCoordinates`.
+    Node(PathBuf, String),
+    /// The file as a whole.
+    File(PathBuf),
 }
 
 impl fmt::Display for Place {
@@ -21,6 +25,8 @@ impl fmt::Display for Place {
         match self {
             Place::Line(path, line) => write!(f, "{}:{line}", path.display()),
             Place::Byte(path, byte) => write!(f, "{}: byte {byte}", path.display()),
+            Place::Node(path, node) => write!(f, "{}: {node}", path.display()),
+            Place::File(path) => write!(f, "{}", path.display()),
         }
     }
 }
@@ -127,7 +133,7 @@ pub enum ReadError {
         /// The element's tag in the file.
         element: u64,
         /// The vertex's tag.
-        vertex: u64,
+        vertex: i128,
         /// How many vertices there are and in which range their tags lie.
         defined: String,
     },

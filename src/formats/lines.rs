@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::{Place, ReadError};
-use super::scanner::{next_token, parse_double, parse_unsigned, shown};
+use super::scanner::{find_byte, next_token, parse_double, parse_unsigned, shown};
 
 /// A position in a text file's bytes.
 pub(super) struct Lines<'a> {
@@ -32,11 +32,11 @@ impl<'a> Lines<'a> {
     pub fn next_line(&mut self) -> Option<Line<'a>> {
         while self.at < self.bytes.len() {
             let rest = &self.bytes[self.at..];
-            let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+            let length = find_byte(rest, b'\n').unwrap_or(rest.len());
             let start = self.at;
             self.at += (length + 1).min(rest.len());
             let text = &rest[..length];
-            let text = match text.iter().position(|&byte| byte == self.comment) {
+            let text = match find_byte(text, self.comment) {
                 Some(comment) => &text[..comment],
                 None => text,
             };

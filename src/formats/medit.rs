@@ -5,6 +5,7 @@
 //! Source: L. Maréchal, *Handling unstructured meshes with the libMeshb library*.
 
 use std::io::{self, Write};
+use std::iter;
 use std::path::Path;
 
 use glam::DVec3;
@@ -13,6 +14,7 @@ use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
 use super::content::Content;
 use super::document::{Document, Slots, write_shortest};
 use super::error::ReadError;
+use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
 use super::table::Parsed;
 use super::vtk::{list_names, parse_names};
@@ -287,7 +289,7 @@ impl Reader<'_> {
                         place: self.scanner.place(self.scanner.last),
                         entity: shape.name(),
                         element,
-                        vertex: vertex as u64,
+                        vertex: vertex.into(),
                         defined: format!("{n_vertices} vertices, numbered from 1"),
                     });
                 }
@@ -303,31 +305,26 @@ impl Reader<'_> {
     }
 }
 
-/// The sections of a new file with their elements and references. Cells have the reference 0.
-type Sections<'a> = Vec<(&'static Keyword, Vec<(&'a [u32], i32)>)>;
+/// The sections of elements of a new file.
+fn sections(content: &Content) -> impl Iterator<Item = (&'static Keyword, Shape)> {
+    KEYWORDS.iter().filter_map(|keyword| match keyword.content {
+        Section::Elements(shape) if content.of(shape).len() > 0 => Some((keyword, shape)),
+        _ => None,
+    })
+}
 
-fn sections<'a>(content: &Content<'a>) -> Sections<'a> {
-    let faces = content.faces().map(|(shape, face, family)| (shape, face, i32::from(family.0) + 1));
-    let elements: Vec<_> = faces.chain(content.volume_cells().map(|(shape, cell)| (shape, cell, 0))).collect();
-    let of = |keyword: &'static Keyword| {
-        let fits = |&&(shape, _, _): &&(Shape, &[u32], i32)| keyword.content == Section::Elements(shape);
-        (keyword, elements.iter().filter(fits).map(|&(_, corners, tag)| (corners, tag)).collect())
-    };
-    KEYWORDS.iter().map(of).filter(|(_, elements): &(_, Vec<_>)| !elements.is_empty()).collect()
+/// The elements of a shape with their references: the families' numbers, counted from 1, and 0 for cells.
+fn elements<'a>(content: &Content<'a>, shape: Shape) -> impl Iterator<Item = (&'a [u32], i32)> {
+    let families = content.families_of(shape).iter().map(|family| i32::from(family.0) + 1);
+    content.of(shape).zip(families.chain(iter::repeat(0)))
 }
 
 /// Writes a Medit file whose arrays have been checked: version 2, or 3 where version 2 cannot say the file's size.
-/// References are the families' numbers, counted from 1.
-pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
-    let sections = sections(content);
-    if content.extension == "mesh" {
-        create_text(out, content, &sections)
-    } else {
-        create_binary(out, content, &sections)
-    }
+pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
+    if content.extension == "mesh" { create_text(out, content) } else { create_binary(out, content) }
 }
 
-fn create_text(out: &mut dyn Write, content: &Content, sections: &Sections) -> io::Result<()> {
+fn create_text(out: &mut Out, content: &Content) -> io::Result<()> {
     write!(out, "MeshVersionFormatted 2\n# {}\nDimension 3\n", list_names(content.cells.families))?;
     writeln!(out, "Vertices\n{}", content.vertices.len())?;
     for vertex in content.vertices {
@@ -337,9 +334,9 @@ fn create_text(out: &mut dyn Write, content: &Content, sections: &Sections) -> i
         }
         out.write_all(b"0\n")?;
     }
-    for (keyword, elements) in sections {
-        write!(out, "{}\n{}\n", keyword.name, elements.len())?;
-        for (corners, tag) in elements {
+    for (keyword, shape) in sections(content) {
+        write!(out, "{}\n{}\n", keyword.name, content.of(shape).len())?;
+        for (corners, tag) in elements(content, shape) {
             corners.iter().try_for_each(|vertex| write!(out, "{} ", u64::from(*vertex) + 1))?;
             writeln!(out, "{tag}")?;
         }
@@ -347,23 +344,22 @@ fn create_text(out: &mut dyn Write, content: &Content, sections: &Sections) -> i
     out.write_all(b"End\n")
 }
 
-fn create_binary(out: &mut dyn Write, content: &Content, sections: &Sections) -> io::Result<()> {
-    let int = |out: &mut dyn Write, value: usize| {
+fn create_binary(out: &mut Out, content: &Content) -> io::Result<()> {
+    let int = |out: &mut Out, value: usize| {
         let value = i32::try_from(value)
             .map_err(|_| io::Error::other("Medit files idmesh writes hold 2^31 vertices at most"))?;
         out.write_all(&value.to_le_bytes())
     };
     let vertex_bytes = 28 * content.vertices.len();
-    let element_bytes =
-        |elements: &[(&[u32], i32)]| elements.iter().map(|(corners, _)| 4 * corners.len() + 4).sum::<usize>();
-    let size = 100 + vertex_bytes + sections.iter().map(|(_, elements)| 16 + element_bytes(elements)).sum::<usize>();
+    let element_bytes = |shape: Shape| 4 * (shape.n_vertices() + 1) * content.of(shape).len();
+    let size = 100 + vertex_bytes + sections(content).map(|(_, shape)| 16 + element_bytes(shape)).sum::<usize>();
     let version = if size < i32::MAX as usize { 2 } else { 3 };
     let position = if version == 2 { 4 } else { 8 };
     let mut at = 8;
     int(out, 1)?;
     int(out, version)?;
     // A section's number and where the next begins, `length` bytes of contents later.
-    let mut begin = |out: &mut dyn Write, number: i32, length: usize| {
+    let mut begin = |out: &mut Out, number: i32, length: usize| {
         at += 4 + position + length;
         out.write_all(&number.to_le_bytes())?;
         out.write_all(&(at as u64).to_le_bytes()[..position])
@@ -376,10 +372,10 @@ fn create_binary(out: &mut dyn Write, content: &Content, sections: &Sections) ->
         vertex.to_array().iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
         int(out, 0)?;
     }
-    for (keyword, elements) in sections {
-        begin(out, keyword.number, 4 + element_bytes(elements))?;
-        int(out, elements.len())?;
-        for (corners, tag) in elements {
+    for (keyword, shape) in sections(content) {
+        begin(out, keyword.number, 4 + element_bytes(shape))?;
+        int(out, content.of(shape).len())?;
+        for (corners, tag) in elements(content, shape) {
             corners.iter().try_for_each(|&vertex| int(out, vertex as usize + 1))?;
             out.write_all(&tag.to_le_bytes())?;
         }

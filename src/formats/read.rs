@@ -1,5 +1,6 @@
 //! Reading a mesh file of any format, plain or gzipped.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -68,7 +69,7 @@ pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
 /// [`ReadError`], as [`read()`].
 pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     let (format, extension) = input_format(path)?;
-    let bytes = unzipped(path, bytes)?;
+    let bytes = unzipped(path, bytes.into())?.into_owned();
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
@@ -77,13 +78,13 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
 }
 
 /// The contents of a file that may be gzipped; `path` is for messages.
-pub(super) fn unzipped(path: &Path, bytes: Vec<u8>) -> Result<Vec<u8>, ReadError> {
+pub(super) fn unzipped<'a>(path: &Path, bytes: Cow<'a, [u8]>) -> Result<Cow<'a, [u8]>, ReadError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes);
     }
     let mut plain = Vec::new();
     match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain) {
-        Ok(_) => Ok(plain),
+        Ok(_) => Ok(plain.into()),
         Err(source) => Err(ReadError::Zipped { path: path.into(), source }),
     }
 }
@@ -93,6 +94,11 @@ fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadErro
     if cfg!(not(feature = "cgns")) && name.trim_end_matches(".gz").ends_with(".cgns") {
         let hint = "install an idmesh with it: cargo install --path . --features cgns";
         return Err(ReadError::Unsupported { path: path.into(), found: "CGNS".into(), hint });
+    }
+    if name.ends_with(".pvtu") {
+        let (found, hint) =
+            ("a list of files (.pvtu)".into(), "merge them (in ParaView: Merge Blocks) and save as .vtu");
+        return Err(ReadError::Unsupported { path: path.into(), found, hint });
     }
     Format::of(path).ok_or_else(|| ReadError::UnknownFormat { path: path.into(), known: known() })
 }

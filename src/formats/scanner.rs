@@ -1,5 +1,6 @@
 //! Reads numbers from a text or binary file, and knows where they stood.
 
+use std::io::BufRead;
 use std::ops::Range;
 use std::path::Path;
 
@@ -53,6 +54,14 @@ impl Endian {
     }
 }
 
+/// Where a byte first stands: by the standard library's own search, which goes by many at a time.
+#[inline]
+pub(super) fn find_byte(bytes: &[u8], byte: u8) -> Option<usize> {
+    let mut rest = bytes;
+    let passed = rest.skip_until(byte).ok()?;
+    passed.checked_sub(1).filter(|&last| bytes[last] == byte)
+}
+
 /// The token after the white space at `at`; empty at the end of the file.
 pub(super) fn next_token(bytes: &[u8], at: usize) -> Range<usize> {
     let mut start = at;
@@ -79,6 +88,13 @@ pub(super) fn parse_unsigned(digits: &[u8]) -> Option<u64> {
         let digit = digit.wrapping_sub(b'0');
         if digit > 9 { None } else { value.checked_mul(10)?.checked_add(digit.into()) }
     })
+}
+
+/// A whole number that may be negative.
+pub(super) fn parse_signed(token: &[u8]) -> Option<i64> {
+    let digits = token.strip_prefix(b"-");
+    let size = i64::try_from(parse_unsigned(digits.unwrap_or(token))?).ok()?;
+    Some(if digits.is_some() { -size } else { size })
 }
 
 /// Bytes as a message shows them: quoted, printable, not too long.
@@ -147,7 +163,7 @@ impl<'a> Scanner<'a> {
     /// The rest of the line, without its end; the position goes to the next line.
     pub fn line(&mut self) -> &'a [u8] {
         let rest = &self.bytes[self.at..];
-        let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+        let length = find_byte(rest, b'\n').unwrap_or(rest.len());
         self.last = self.at;
         self.at += (length + 1).min(rest.len());
         rest[..length].trim_ascii()
@@ -191,6 +207,11 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
+    /// What is left of the file.
+    pub fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
     /// The byte so far ahead.
     pub fn byte(&self, ahead: usize) -> Option<u8> {
         self.bytes.get(self.at + ahead).copied()
@@ -227,6 +248,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The next `N` bytes of a binary file.
+    #[inline]
     pub fn block<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], ReadError> {
         match self.bytes[self.at..].first_chunk() {
             Some(block) => {
@@ -250,12 +272,7 @@ impl<'a> Scanner<'a> {
     #[inline]
     pub fn int(&mut self, what: &'static str) -> Result<i32, ReadError> {
         match self.encoding {
-            Encoding::Text => self.number(what, |token| {
-                let negative = token.starts_with(b"-");
-                let size = parse_unsigned(token.strip_prefix(b"-").unwrap_or(token))?;
-                let size = i64::try_from(size).ok()?;
-                i32::try_from(if negative { -size } else { size }).ok()
-            }),
+            Encoding::Text => self.number(what, |token| i32::try_from(parse_signed(token)?).ok()),
             Encoding::Binary(Endian::Little) => self.block(what).map(i32::from_le_bytes),
             Encoding::Binary(Endian::Big) => self.block(what).map(i32::from_be_bytes),
         }
@@ -265,13 +282,14 @@ impl<'a> Scanner<'a> {
     #[inline]
     pub fn long(&mut self, what: &'static str) -> Result<i64, ReadError> {
         match self.encoding {
-            Encoding::Text => self.number(what, |token| std::str::from_utf8(token).ok()?.parse().ok()),
+            Encoding::Text => self.number(what, parse_signed),
             Encoding::Binary(Endian::Little) => self.block(what).map(i64::from_le_bytes),
             Encoding::Binary(Endian::Big) => self.block(what).map(i64::from_be_bytes),
         }
     }
 
     /// A C `int` that counts or numbers something.
+    #[inline]
     pub fn unsigned_int(&mut self, what: &'static str) -> Result<u64, ReadError> {
         let value = self.int(what)?;
         u64::try_from(value).map_err(|_| self.malformed(what, value.to_string()))

@@ -15,6 +15,7 @@ use super::content::{Content, clean_names, renamed};
 use super::document::{Document, Slots, write_shortest};
 use super::error::ReadError;
 use super::lines::{Line, Lines};
+use super::out::Out;
 use super::scanner::{Encoding, Width, shown};
 use super::table::Parsed;
 use super::vtk::{vtk_kind, vtk_number};
@@ -248,6 +249,7 @@ fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> R
             if vertex >= n_vertices {
                 let defined = format!("{n_vertices} points, numbered from 0");
                 let place = lines.place(line.start);
+                let vertex = vertex.into();
                 return ReadError::UnknownVertex { place, entity: shape.name(), element, vertex, defined };
             }
         }
@@ -256,8 +258,8 @@ fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> R
 }
 
 /// Writes an SU2 file whose arrays have been checked.
-pub(super) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
-    let element = |out: &mut dyn Write, number: u8, corners: &[u32]| {
+pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
+    let element = |out: &mut Out, number: u8, corners: &[u32]| {
         write!(out, "{number}")?;
         corners.iter().try_for_each(|vertex| write!(out, " {vertex}"))
     };

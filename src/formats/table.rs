@@ -1,6 +1,6 @@
 //! The table of formats: what selects each, and how it is read and written.
 
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 #[cfg(feature = "cgns")]
@@ -8,6 +8,7 @@ use super::cgns;
 use super::content::Content;
 use super::document::{Companion, Document, NamedFiles};
 use super::error::{ReadError, WriteError};
+use super::out::Out;
 use super::{aflr3, gmsh, medit, openfoam, su2, vtk};
 use crate::mesh::{OtherCells, TetMesh};
 
@@ -114,7 +115,7 @@ pub(super) enum Create {
     Folder(fn(&Content) -> io::Result<NamedFiles>),
 }
 
-pub(super) type Creator = fn(&mut dyn Write, &Content) -> io::Result<()>;
+pub(super) type Creator = fn(&mut Out, &Content) -> io::Result<()>;
 
 /// What a reader makes of a file.
 pub(super) struct Parsed {

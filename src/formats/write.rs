@@ -11,6 +11,7 @@ use super::document::{Companion, Document};
 use super::error::WriteError;
 use super::gzip::Gzip;
 use super::openfoam;
+use super::out::{Out, in_blocks};
 use super::read::MeshFile;
 use super::table::{Create, Creator, Format, known, needs_folder};
 
@@ -64,12 +65,13 @@ impl MeshFile {
         let written = match self.source(format, extension) {
             Some(document) => {
                 check_finite(vertices)?;
-                document.write(out, vertices)
+                in_blocks(out, |out| document.write(out, vertices))
             }
             None => {
                 let content = self.content(vertices, *fields, extension);
                 check_content(&content)?;
-                format.creator(path)?(out, &content)
+                let create = format.creator(path)?;
+                in_blocks(out, |out| create(out, &content))
             }
         };
         written.map_err(|source| WriteError::Io { path: path.into(), source })
@@ -126,7 +128,7 @@ impl MeshFile {
             (Some(document), _) => {
                 check_finite(vertices)?;
                 let mut points = Vec::new();
-                document.write(&mut points, vertices).map_err(io)?;
+                in_blocks(&mut points, |out| document.write(out, vertices)).map_err(io)?;
                 let mut files = document.siblings.clone();
                 files.push(("points".to_string(), points));
                 files
@@ -199,14 +201,14 @@ fn check_content(content: &Content) -> Result<(), WriteError> {
     }
 }
 
-fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), WriteError> {
+fn write_file(path: &Path, write: impl FnOnce(&mut Out) -> io::Result<()>) -> Result<(), WriteError> {
     let gzipped = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
     let result = write_atomically(path, |out| {
         if !gzipped {
-            return write(out);
+            return in_blocks(out, write);
         }
         let mut gzip = Gzip::new(out);
-        write(&mut gzip)?;
+        in_blocks(&mut gzip, write)?;
         gzip.finish()
     });
     result.map_err(|source| WriteError::Io { path: path.into(), source })

@@ -130,10 +130,18 @@ def with_vtk():
         z.InsertNextValue(point[2])
     grid.GetPointData().SetScalars(z)
 
-    def write(name, mode, compressor=None, wide=False, encode=False, big=False):
+    def write(name, mode, compressor=None, wide=False, encode=False, big=False, pieces=1):
         writer = vtk.vtkXMLUnstructuredGridWriter()
         writer.SetFileName(os.path.join(here, name))
-        writer.SetInputData(grid)
+        if pieces == 1:
+            writer.SetInputData(grid)
+        else:
+            # Gives each piece points of its own, in single precision.
+            parts = vtk.vtkExtractUnstructuredGridPiece()
+            parts.CreateGhostCellsOff()
+            parts.SetInputData(grid)
+            writer.SetInputConnection(parts.GetOutputPort())
+            writer.SetNumberOfPieces(pieces)
         writer.SetDataMode(mode)
         writer.SetCompressor(compressor)
         if wide:
@@ -160,6 +168,9 @@ def with_vtk():
     write("vtk.lz4.vtu", appended, vtk.vtkLZ4DataCompressor())
     write("vtk.lzma.vtu", appended, vtk.vtkLZMADataCompressor())
     write("vtk.inline.lz4.vtu", inline, vtk.vtkLZ4DataCompressor(), wide=True)
+    write("vtk.pieces.ascii.vtu", ascii, pieces=2)
+    write("vtk.pieces.raw.vtu", appended, pieces=3)
+    write("vtk.pieces.zlib.vtu", appended, zlib, pieces=2)
     for name, ascii_mode, version in [
         ("vtk.ascii.vtk", True, 51), ("vtk.binary.vtk", False, 51),
         ("vtk.42.ascii.vtk", True, 42), ("vtk.42.binary.vtk", False, 42),

@@ -48,6 +48,8 @@ fn names_stand_in_the_mapbc_file() {
     assert_eq!(fs::read_to_string(folder.path().join("new.mapbc")).unwrap(), "2\n1 0 wing_skin\n2 0 farfield\n");
     fs::write(folder.path().join("new.mapbc"), "1\n1 4000 mine\n").unwrap();
     assert!(file.losses(&new).unwrap().iter().any(|loss| loss.contains("new.mapbc is there already")));
+    let losses = file.losses(Path::new("a.vtu")).unwrap();
+    assert_eq!(losses, ["boundary conditions of the .mapbc file: not carried into the new file"]);
     file.write(&new, &file.mesh.vertices, &Fields::default()).unwrap();
     assert_eq!(read(&new).unwrap().mesh.families, ["mine", "surface 2"]);
 
@@ -77,6 +79,7 @@ fn broken_files_are_refused_with_their_place() {
         ("4 4 0 1 0", "4 5 0 1 0", "tet.ugrid:10: triangle 5 names vertex 7, but the file defines 4 vertices"),
         ("4 4 0 1 0", "4 4 0 0 0", "tet.ugrid: the file has no tets"),
         ("2 3 4\n1 4 3", "2 3 0\n1 4 3", "tet.ugrid:8: triangle 3 names vertex 0"),
+        ("1 2 3 4\n", "1 2 3 -1\n", "tet.ugrid:14: tet 1 names vertex -1, but the file defines 4 vertices, numbered"),
         ("1 2 3 4\n", "1 2 3 5\n", "tet.ugrid:14: tet 1 names vertex 5, but the file defines 4 vertices, numbered"),
         ("1 2 3 4\n", "1 2 3\n", "tet.ugrid:15: the file ends where a vertex of an element should stand"),
         ("1.50", "nan", "tet.ugrid:5: vertex 4 has coordinate NaN"),

@@ -172,6 +172,8 @@ fn files_that_are_no_mesh_are_refused() {
     assert!(matches!(error("."), ReadError::UnknownFormat { .. }));
     let unknown = error("wing.stl.gz").to_string();
     assert!(unknown.contains("unknown mesh format; known are .msh (Gmsh), .su2 (SU2)"), "{unknown}");
+    let listed = read_bytes("wing.pvtu", &[0; 9]).unwrap_err().to_string();
+    assert!(listed.contains("wing.pvtu: a list of files (.pvtu) is not read; merge them (in ParaView:"), "{listed}");
     if cfg!(not(feature = "cgns")) {
         let left_out = read_bytes("wing.CGNS.gz", &[0; 9]).unwrap_err().to_string();
         assert!(left_out.contains("CGNS is not read; install an idmesh with it"), "{left_out}");

@@ -41,7 +41,7 @@ fn other_files_are_refused() {
     assert!(
         message(b"@(#)ADF Database Version A02011>").contains("CGNS in ADF is not read; turn it into HDF5: adf2hdf")
     );
-    assert!(message(b"text").contains("a.cgns: byte 0: expected an HDF5 file"));
+    assert!(message(b"text").contains("a.cgns: expected an HDF5 file"));
     let bytes = fs::read(data("mixed/gmsh.cgns")).unwrap();
     for length in (1..bytes.len()).step_by(997).chain([bytes.len() - 1]) {
         let error = message(&bytes[..length]);
@@ -59,7 +59,7 @@ fn other_files_are_refused() {
     let tet = [5i32, 7, 10, 12].map(i32::to_le_bytes).concat();
     let wrong = [5i32, 7, 10, 13].map(i32::to_le_bytes).concat();
     let error = replaced(&tet, &wrong);
-    assert!(error.contains("expected a vertex of element 15 in '5_V_1', 1 to 12, found 13"), "{error}");
+    assert!(error.contains("a.cgns: /gmsh.cgns/mixed_Part0/5_V_1/ElementConnectivity: expected a vertex of element 15, 1 to 12, found 13"), "{error}");
 }
 
 /// A section that says of its elements what its connectivity does not hold.
@@ -71,9 +71,9 @@ fn sections_hold_what_they_say() {
     let said = [1, n].map(i32::to_le_bytes).concat();
     let at = bytes.windows(8).position(|window| window == said).unwrap();
     for (first, last, words) in [
-        (1, n - 1, format!("the elements 1 to {} in 'tets', found more", n - 1)),
-        (1, n + 1, format!("the elements 1 to {} in 'tets', found fewer", n + 1)),
-        (0, n, format!("an ElementRange of 'tets' that ascends from 1 or more, found 0 to {n}")),
+        (1, n - 1, format!("tets/ElementConnectivity: expected the elements 1 to {}, found more", n - 1)),
+        (1, n + 1, format!("tets/ElementConnectivity: expected the elements 1 to {}, found fewer", n + 1)),
+        (0, n, format!("/Base/Zone/tets/ElementRange: expected a range that ascends from 1 or more, found 0 to {n}")),
         (5, 4, "found 5 to 4".to_owned()),
         (i32::MAX, i32::MIN, "that ascends".to_owned()),
     ] {
@@ -103,4 +103,19 @@ fn several_zones_are_refused() {
         error.ends_with("a.cgns: CGNS with 2 zones is not read; merge them into one in which they share vertices"),
         "{error}"
     );
+}
+
+/// Nodes and types of boundary conditions that a new file does not get are told, nodes with the name that the file has.
+#[test]
+fn what_a_new_file_loses_is_told() {
+    let losses = |bytes: &[u8]| read_bytes("a.cgns", bytes).unwrap().losses(Path::new("a.vtu")).unwrap();
+    let bytes = fs::read(data("mixed/gmsh.cgns")).unwrap();
+    assert_eq!(losses(&bytes), ["the node 'About': not carried into the new file"]);
+    let mesh = boxed("box.v41.ascii.msh").mesh;
+    let mut bytes = written(&MeshFile::from_mesh(mesh.clone()), "a.cgns", &mesh.vertices);
+    assert!(losses(&bytes).is_empty());
+    let (from, to) = (b"FamilySpecified", b"BCWallViscous\0\0");
+    let at = bytes.windows(from.len()).position(|window| window == from).unwrap();
+    bytes[at..at + to.len()].copy_from_slice(to);
+    assert_eq!(losses(&bytes), ["types of boundary conditions (BCWallViscous): not carried into the new file"]);
 }

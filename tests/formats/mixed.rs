@@ -41,6 +41,9 @@ const FILES: &[Golden] = &[
     golden("vtk.lzma.vtu", NUMBERS),
     golden("vtk.base64.vtu", NUMBERS),
     golden("vtk.base64.zlib.vtu", NUMBERS),
+    Golden { name: "vtk.pieces.ascii.vtu", families: NUMBERS, exact: 1e-7 },
+    Golden { name: "vtk.pieces.raw.vtu", families: NUMBERS, exact: 1e-7 },
+    Golden { name: "vtk.pieces.zlib.vtu", families: NUMBERS, exact: 1e-7 },
     golden("gmsh.ascii.vtk", NUMBERS),
     golden("gmsh.binary.vtk", NUMBERS),
     golden("meshio.ascii.vtk", NUMBERS),
@@ -214,7 +217,8 @@ fn without_offsets(bytes: &[u8]) -> Vec<u8> {
 /// the array where it is compressed.
 #[test]
 fn one_moved_coordinate_changes_no_other_byte() {
-    for Golden { name, .. } in FILES {
+    // In several pieces the coordinate stands in several places.
+    for Golden { name, .. } in FILES.iter().filter(|golden| !golden.name.contains("pieces")) {
         let file = read_mixed(&mixed(name)).unwrap();
         let mut vertices = file.mesh.vertices.clone();
         vertices[6].y += 0.5;

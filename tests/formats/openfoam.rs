@@ -59,6 +59,8 @@ fn only_points_change() {
         file.write(&out.path().join("1/points"), &vertices, &Fields::default()).unwrap();
         assert_eq!(files(&out.path().join("1")), [("points".to_string(), fs::read(same.join("points")).unwrap())]);
         assert!(file.losses(&same).unwrap().is_empty());
+        let losses = file.losses(Path::new("a.vtu")).unwrap();
+        assert_eq!(losses, ["types of patches (wall): not carried into the new file"]);
     }
 }
 

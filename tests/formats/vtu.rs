@@ -122,3 +122,60 @@ fn arrays_hold_whole_numbers() {
     let error = read_bytes("a.vtu", &broken).unwrap_err().to_string();
     assert!(error.contains("expected the array 'Points' of numbers of 8 bytes, found 291 bytes"), "{error}");
 }
+
+/// Every piece has points of its own; together they are the vertices of one mesh, and each copy moves.
+#[test]
+fn pieces_are_one_mesh() {
+    let whole = read_mixed(&data("mixed/vtk.raw.vtu")).unwrap();
+    for (name, n_points) in [("vtk.pieces.ascii.vtu", 24), ("vtk.pieces.raw.vtu", 34), ("vtk.pieces.zlib.vtu", 24)] {
+        let before = fs::read(data("mixed").join(name)).unwrap();
+        let text = String::from_utf8_lossy(&before);
+        let counts = text.split("NumberOfPoints=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
+        assert_eq!(counts.map(|count| count.parse::<usize>().unwrap()).sum::<usize>(), n_points, "{name}");
+        let file = read_bytes(name, &before).unwrap();
+        assert_eq!(file.mesh.vertices.len(), whole.mesh.vertices.len(), "{name}");
+        assert_eq!(file.mesh.tets.len() + file.others.n_cells(), 4, "{name}");
+        let corner = file.mesh.vertices.iter().position(|&vertex| vertex == DVec3::ONE).unwrap();
+        let mut vertices = file.mesh.vertices.clone();
+        vertices[corner].y = 1.25;
+        let after = written(&file, name, &vertices);
+        let again = read_bytes(name, &after).unwrap();
+        assert_eq!(
+            (again.mesh.vertices, again.mesh.tets, again.others),
+            (vertices, file.mesh.tets, file.others),
+            "{name}"
+        );
+        if name.contains("raw") {
+            assert_eq!(before.len(), after.len());
+            let changed = before.iter().zip(&after).filter(|(a, b)| a != b).count();
+            // 1 and 1.25 in single precision differ in one byte, in each of the three pieces.
+            assert_eq!(changed, 3, "{name}");
+        }
+    }
+}
+
+/// Pieces that are no parts of one mesh.
+#[test]
+fn pieces_that_repeat_cells_or_share_bytes_are_refused() {
+    let text = fs::read_to_string(data("mixed/vtk.pieces.ascii.vtu")).unwrap();
+    let ghosts =
+        "<DataArray type=\"UInt8\" Name=\"vtkGhostType\" format=\"ascii\">0 0 0 0 0 0 0 0 1</DataArray></CellData>";
+    let error = |text: &[u8]| read_bytes("a.vtu", text).unwrap_err().to_string();
+    let found = error(text.replacen("</CellData>", ghosts, 1).as_bytes());
+    assert!(
+        found.contains("a.vtu: a file of pieces with ghost cells is not read; save it without them, or merge"),
+        "{found}"
+    );
+    let none = ghosts.replace(" 1<", " 0<");
+    assert!(read_bytes("a.vtu", text.replacen("</CellData>", &none, 1).as_bytes()).is_ok());
+
+    let mut bytes = fs::read(data("mixed/vtk.pieces.raw.vtu")).unwrap();
+    let marker = b"Name=\"Points\"";
+    let places: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(marker)).collect();
+    let offset =
+        |bytes: &[u8], at: usize| at + bytes[at..].windows(8).position(|part| part == b"offset=\"").unwrap() + 8;
+    let [first, second] = [places[0], places[1]].map(|at| offset(&bytes, at));
+    bytes.copy_within(first..first + 4, second);
+    let found = error(&bytes);
+    assert!(found.contains("a file of pieces that are encoded differently or overlap is not read; merge"), "{found}");
+}

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use glam::DVec3;
 
 use crate::formats::document::{Coordinates, narrow};
+use crate::formats::out::Out;
 use crate::formats::scanner::{Endian, Width};
 
 /// Coordinates that stand in the file axis by axis.
@@ -34,7 +35,7 @@ impl Columns {
 }
 
 impl Coordinates for Columns {
-    fn write(&self, bytes: &[u8], out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()> {
+    fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let mut bytes = bytes.to_vec();
         let (width, endian) = self.kind;
         for (axis, start) in self.starts.into_iter().enumerate() {

@@ -3,13 +3,14 @@
 //! Cells come first, shape by shape, then the faces of each family, its triangles before its quadrilaterals, so that a
 //! boundary condition is one range of elements. Source: as for reading.
 
-use std::io::{self, Write};
+use std::io;
 
 use hdf5_pure::{AttrValue, FileBuilder, FormatError, GroupBuilder, LibVer};
 
 use super::element_number;
 use crate::formats::assembly::Shape;
 use crate::formats::content::{Content, clean_names};
+use crate::formats::out::Out;
 
 /// The longest name of a node.
 const LONGEST: usize = 32;
@@ -92,7 +93,7 @@ impl Zone {
     /// The zone with its vertices.
     fn new(content: &Content) -> Result<Self, FormatError> {
         let n_vertices = content.vertices.len();
-        let long = n_vertices.max(content.elements().count()) > i32::MAX as usize;
+        let long = n_vertices.max(content.n_elements()) > i32::MAX as usize;
         let sizes = [n_vertices, content.volume_cells().count(), 0].map(|size| size as i64);
         let mut zone = node(ZONE, "Zone_t", &integers(long, sizes.into_iter()), &[3, 1])?;
         zone.add_group(text("ZoneType", "ZoneType_t", "Unstructured")?.finish());
@@ -112,17 +113,16 @@ impl Zone {
     }
 
     /// Adds a section of elements of one shape, if there are any.
-    fn add(&mut self, name: &str, shape: Shape, elements: &[&[u32]]) -> Result<(), FormatError> {
-        if elements.is_empty() {
+    fn add(&mut self, name: &str, shape: Shape, vertices: &[u32]) -> Result<(), FormatError> {
+        if vertices.is_empty() {
             return Ok(());
         }
         let first = self.next;
-        self.next += elements.len();
+        self.next += vertices.len() / shape.n_vertices();
         let mut section = node(name, "Elements_t", &Data::Short(vec![element_number(shape), 0]), &[2])?;
         section.add_group(self.range("ElementRange", first, &[2])?.finish());
-        let corners = integers(self.long, elements.iter().copied().flatten().map(|&vertex| i64::from(vertex) + 1));
-        let n_corners = (elements.len() * shape.n_vertices()) as u64;
-        section.add_group(node("ElementConnectivity", "DataArray_t", &corners, &[n_corners])?.finish());
+        let corners = integers(self.long, vertices.iter().map(|&vertex| i64::from(vertex) + 1));
+        section.add_group(node("ElementConnectivity", "DataArray_t", &corners, &[vertices.len() as u64])?.finish());
         self.node.add_group(section.finish());
         Ok(())
     }
@@ -155,7 +155,7 @@ pub(in crate::formats) fn limits(_: &Content) -> Vec<String> {
 }
 
 /// Writes a CGNS file.
-pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
     let file = build(content).map_err(io::Error::other)?;
     file.finish_to(out).map_err(io::Error::other)
 }
@@ -165,8 +165,7 @@ fn build(content: &Content) -> Result<FileBuilder, FormatError> {
     for (name, shape) in
         [("tets", Shape::Tet), ("pyramids", Shape::Pyramid), ("prisms", Shape::Prism), ("hexahedra", Shape::Hexahedron)]
     {
-        let cells = content.volume_cells().filter(|(of, _)| *of == shape).map(|(_, cell)| cell);
-        zone.add(name, shape, &cells.collect::<Vec<_>>())?;
+        zone.add(name, shape, content.vertices_of(shape))?;
     }
     let mut conditions = node("ZoneBC", "ZoneBC_t", &Data::Nothing, &[])?;
     let mut families = Vec::new();
@@ -174,8 +173,8 @@ fn build(content: &Content) -> Result<FileBuilder, FormatError> {
     for (index, (faces, name)) in content.faces_by_family().into_iter().zip(&names).enumerate() {
         let first = zone.next;
         for (what, shape) in [("triangles", Shape::Triangle), ("quadrilaterals", Shape::Quadrilateral)] {
-            let faces = faces.iter().filter(|(of, _)| *of == shape).map(|&(_, face)| face);
-            zone.add(&format!("{what} {}", index + 1), shape, &faces.collect::<Vec<_>>())?;
+            let faces = faces.iter().filter(|(of, _)| *of == shape).flat_map(|&(_, face)| face);
+            zone.add(&format!("{what} {}", index + 1), shape, &faces.copied().collect::<Vec<_>>())?;
         }
         if !faces.is_empty() {
             let mut condition = text(name, "BC_t", "FamilySpecified")?;

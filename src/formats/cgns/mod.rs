@@ -8,21 +8,25 @@
 
 mod columns;
 mod create;
+mod tree;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
-use hdf5_pure::{AttrValue, Dataset, File, Group, Layout};
+use hdf5_pure::File;
 
 use super::assembly::{Assembly, Kind, MOST_VERTICES, Shape, check_finite_at};
 use super::document::Document;
 use super::error::{Place, ReadError};
+use super::number::Integers;
 use super::table::Parsed;
 
 pub(super) use create::{create, limits};
 
 use columns::Columns;
+use tree::{Node, Shared};
 
 /// The format's name in [`super::FORMATS`].
 pub(super) const NAME: &str = "CGNS";
@@ -57,14 +61,12 @@ fn element_number(shape: Shape) -> i32 {
     }
 }
 
+/// Labels of the nodes in a base and in its zone that are read, or say nothing of the mesh.
+const READ: [&str; 7] =
+    ["Zone_t", "Family_t", "ZoneType_t", "GridCoordinates_t", "Elements_t", "ZoneBC_t", "Ordinal_t"];
+
 /// A section whose elements have types of their own.
 const MIXED: i64 = 20;
-
-/// A node of the file and its name.
-struct Node {
-    name: String,
-    group: Group,
-}
 
 /// Numbers of elements.
 enum Numbers {
@@ -92,11 +94,9 @@ impl Numbers {
     }
 }
 
-/// What is read from.
+/// What the nodes of the zone have given so far.
 struct Reader<'a> {
     path: &'a Path,
-    /// Bytes of the file: no array has more values.
-    length: usize,
     assembly: Assembly,
     n_vertices: usize,
     /// The number of each face in the zone, of triangles and of quadrilaterals, with its section; ascending.
@@ -106,243 +106,213 @@ struct Reader<'a> {
 
 /// Reads a CGNS file from its (decompressed) bytes; `path` is for messages.
 pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
-    let unsupported = |found: &str, hint| ReadError::Unsupported { path: path.into(), found: found.into(), hint };
-    if bytes.windows(4).take(64).any(|window| window == b"@(#)") {
-        return Err(unsupported("CGNS in ADF", "turn it into HDF5: adf2hdf old.cgns new.cgns"));
-    }
-    let file = File::from_bytes(bytes.clone()).map_err(|error| broken(path, "an HDF5 file", &error))?;
-    let length = file.superblock().eof_address;
-    if length > bytes.len() as u64 {
-        let expected = format!("the rest of its {length} bytes");
-        return Err(ReadError::Truncated { place: Place::Byte(path.into(), bytes.len()), expected });
-    }
-    let mut reader = Reader {
-        path,
-        length: bytes.len(),
-        assembly: Assembly::default(),
-        n_vertices: 0,
-        faces: [Vec::new(), Vec::new()],
-        sections: Vec::new(),
-    };
-    let base = reader.only(&file.root(), "CGNSBase_t", "base", "leave one base in it")?;
-    let zone = reader.only(&base.group, "Zone_t", "zone", "merge them into one in which they share vertices")?;
-    for kind in reader.children(&zone.group, "ZoneType_t")? {
-        if reader.text(&kind)? != "Unstructured" {
-            return Err(unsupported("a structured zone", "convert it to an unstructured mesh"));
-        }
-    }
-    let grid = reader.children(&zone.group, "GridCoordinates_t")?;
-    let grid = grid.first().ok_or_else(|| reader.missing("grid coordinates"))?;
-    let (positions, columns) = reader.coordinates(&grid.group, &bytes)?;
-    reader.n_vertices = positions.len();
-    for section in reader.sorted_sections(&zone.group)? {
-        reader.elements(&section)?;
-    }
-    let names = reader.tag_faces(&base.group, &zone.group)?;
-    let beside = Vec::new();
-    let (mesh, others) = reader.assembly.finish(path, positions, |tag| names[tag as usize].clone())?;
+    let shared = Shared(Arc::new(bytes));
+    let Zone { assembly, positions, columns, names, beside } = read_zone(path, &shared)?;
+    let (mesh, others) = assembly.finish(path, positions, |tag| names[tag as usize].clone())?;
+    // HDF5 has let go of them.
+    let bytes = Arc::unwrap_or_clone(shared.0);
     let coordinates = Box::new(columns);
     let document =
         Document { format: NAME, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() };
     Ok(Parsed { mesh, others, document })
 }
 
-/// The error that HDF5 or what it holds is not `expected`.
-fn broken(path: &Path, expected: &str, found: &dyn std::fmt::Display) -> ReadError {
-    ReadError::Malformed { place: Place::Byte(path.into(), 0), expected: expected.into(), found: found.to_string() }
+/// What a zone holds.
+struct Zone {
+    assembly: Assembly,
+    positions: Vec<DVec3>,
+    columns: Columns,
+    /// The name of each tag of the faces.
+    names: Vec<String>,
+    beside: Vec<String>,
+}
+
+fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
+    let bytes = &shared.0[..];
+    let unsupported = |found: &str, hint| ReadError::Unsupported { path: path.into(), found: found.into(), hint };
+    if bytes.windows(4).take(64).any(|window| window == b"@(#)") {
+        return Err(unsupported("CGNS in ADF", "turn it into HDF5: adf2hdf old.cgns new.cgns"));
+    }
+    let file = File::from_source(shared.clone()).map_err(|error| ReadError::Malformed {
+        place: Place::File(path.into()),
+        expected: "an HDF5 file".into(),
+        found: error.to_string(),
+    })?;
+    let length = file.superblock().eof_address;
+    if length > bytes.len() as u64 {
+        let expected = format!("the rest of its {length} bytes");
+        return Err(ReadError::Truncated { place: Place::Byte(path.into(), bytes.len()), expected });
+    }
+    let root = Node::root(path, bytes, &file);
+    let base = root.only("CGNSBase_t", "base", "leave one base in it")?;
+    let zone = base.only("Zone_t", "zone", "merge them into one in which they share vertices")?;
+    for kind in zone.children("ZoneType_t")? {
+        if kind.text()? != "Unstructured" {
+            return Err(unsupported("a structured zone", "convert it to an unstructured mesh"));
+        }
+    }
+    let grid = zone.children("GridCoordinates_t")?;
+    let grid = grid.first().ok_or_else(|| zone.malformed("grid coordinates in it", "none"))?;
+    let (positions, columns) = read_coordinates(path, grid)?;
+    let mut reader = Reader {
+        path,
+        assembly: Assembly::default(),
+        n_vertices: positions.len(),
+        faces: [Vec::new(), Vec::new()],
+        sections: Vec::new(),
+    };
+    for section in sorted_sections(&zone)? {
+        reader.elements(&section)?;
+    }
+    let names = reader.tag_faces(&base, &zone)?;
+    let mut beside = reader.assembly.passed_over();
+    beside.extend(types_of_conditions(&zone)?);
+    for (label, node) in base.labelled()?.into_iter().chain(zone.labelled()?) {
+        if !READ.contains(&&*label) {
+            beside.push(format!("the node '{}'", node.name()));
+        }
+    }
+    Ok(Zone { assembly: reader.assembly, positions, columns, names, beside })
+}
+
+/// What the boundary conditions are beside families, in words; those that do not say it count for none.
+fn types_of_conditions(zone: &Node) -> Result<Option<String>, ReadError> {
+    let mut types = Vec::new();
+    for zone_bc in zone.children("ZoneBC_t")? {
+        for bc in zone_bc.children("BC_t")? {
+            types.extend(bc.text());
+        }
+    }
+    types.retain(|kind| !matches!(&**kind, "FamilySpecified" | "Null" | "UserDefined"));
+    types.sort_unstable();
+    types.dedup();
+    Ok((!types.is_empty()).then(|| format!("types of boundary conditions ({})", types.join(", "))))
+}
+
+/// The vertices, and where their coordinates stand in the file.
+fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, Columns), ReadError> {
+    let mut values = Vec::new();
+    let mut starts = [0; 3];
+    let mut kinds = Vec::new();
+    let axes = ["CoordinateX", "CoordinateY", "CoordinateZ"];
+    for (axis, start) in axes.into_iter().zip(&mut starts) {
+        let node = grid.child(axis)?;
+        let data = node.data()?;
+        let Some((address, stored)) = node.stored(&data)? else {
+            return Err(ReadError::Unsupported {
+                path: path.into(),
+                found: format!("{axis} in pieces or compressed"),
+                hint: "save it without compression (h5repack -l CONTI old.cgns new.cgns)",
+            });
+        };
+        *start = address;
+        let column = data.read_f64().map_err(|error| node.malformed("coordinates", error))?;
+        let kind = Columns::KINDS.into_iter().find(|&kind| Columns::holds(kind, stored, &column));
+        kinds.push(kind.ok_or_else(|| node.malformed("coordinates of 4 or 8 bytes", "other numbers"))?);
+        values.push(column);
+    }
+    let lengths: Vec<usize> = values.iter().map(Vec::len).collect();
+    let n_vertices = lengths[0];
+    if lengths.iter().any(|&length| length != n_vertices) || kinds.iter().any(|kind| *kind != kinds[0]) {
+        let found = format!("{lengths:?} of {kinds:?}");
+        return Err(grid.malformed("three coordinates of one kind for every vertex", found));
+    }
+    if n_vertices >= MOST_VERTICES {
+        let path = path.into();
+        return Err(ReadError::TooMany { path, what: "vertices", count: n_vertices, limit: MOST_VERTICES });
+    }
+    let mut positions = Vec::with_capacity(n_vertices);
+    for (vertex, ((&x, &y), &z)) in (1..).zip(values[0].iter().zip(&values[1]).zip(&values[2])) {
+        check_finite_at([x, y, z], vertex, || grid.place())?;
+        positions.push([x, y, z].into());
+    }
+    Ok((positions, Columns { starts, kind: kinds[0] }))
+}
+
+/// The two numbers of a range.
+fn range(node: &Node) -> Result<(i64, i64), ReadError> {
+    let mut range = node.integers()?;
+    match (range.len(), range.get(0), range.get(1)) {
+        (2, Some(first), Some(last)) => Ok((first, last)),
+        (count, ..) => Err(node.malformed("two numbers", count)),
+    }
+}
+
+/// The sections of elements by their first number.
+fn sorted_sections<'a>(zone: &Node<'a>) -> Result<Vec<(RangeInclusive<i64>, Node<'a>)>, ReadError> {
+    let mut sections = Vec::new();
+    for section in zone.children("Elements_t")? {
+        let node = section.child("ElementRange")?;
+        let (first, last) = range(&node)?;
+        if first < 1 || last < first || last == i64::MAX {
+            return Err(node.malformed("a range that ascends from 1 or more", format_args!("{first} to {last}")));
+        }
+        sections.push((first..=last, section));
+    }
+    sections.sort_by_key(|(range, _)| *range.start());
+    Ok(sections)
 }
 
 impl Reader<'_> {
-    fn missing(&self, what: &'static str) -> ReadError {
-        ReadError::Missing { path: self.path.into(), what, hint: "is it a complete CGNS file?" }
-    }
-
-    /// The nodes of that label in a node, by name: HDF5 keeps no other order.
-    fn children(&self, parent: &Group, label: &str) -> Result<Vec<Node>, ReadError> {
-        let mut nodes = Vec::new();
-        for name in parent.groups().map_err(|error| broken(self.path, "nodes of CGNS", &error))? {
-            let group =
-                parent.group(&name).map_err(|error| broken(self.path, &format!("the node '{name}'"), &error))?;
-            let attributes = group.attrs().map_err(|error| broken(self.path, &format!("the node '{name}'"), &error))?;
-            let found = match attributes.get("label") {
-                Some(AttrValue::String(text) | AttrValue::AsciiString(text)) => text.trim_end_matches('\0'),
-                Some(AttrValue::AsciiStringSized { value, .. } | AttrValue::StringSized { value, .. }) => {
-                    value.trim_end_matches('\0')
-                }
-                _ => "",
-            };
-            if found == label {
-                nodes.push(Node { name, group });
-            }
-        }
-        nodes.sort_by(|a, b| a.name.cmp(&b.name));
-        Ok(nodes)
-    }
-
-    /// The only node of that label; `hint` says what to do about several.
-    fn only(&self, parent: &Group, label: &str, what: &'static str, hint: &'static str) -> Result<Node, ReadError> {
-        let mut nodes = self.children(parent, label)?;
-        match (nodes.pop(), nodes.len()) {
-            (Some(node), 0) => Ok(node),
-            (None, _) => Err(self.missing(what)),
-            (_, more) => {
-                let found = format!("CGNS with {} {what}s", more + 1);
-                Err(ReadError::Unsupported { path: self.path.into(), found, hint })
-            }
-        }
-    }
-
-    fn child(&self, parent: &Group, name: &str) -> Option<Group> {
-        parent.group(name).ok()
-    }
-
-    fn data(&self, node: &Group, what: &str) -> Result<Dataset, ReadError> {
-        // The name begins with a space.
-        let data = node.dataset(" data").map_err(|error| broken(self.path, what, &error))?;
-        let shape = data.shape().map_err(|error| broken(self.path, what, &error))?;
-        let n_values = shape.iter().try_fold(1u64, |product, &size| product.checked_mul(size)).unwrap_or(u64::MAX);
-        if n_values > self.length as u64 {
-            let expected = format!("{what} within the {} bytes of the file", self.length);
-            return Err(broken(self.path, &expected, &format_args!("{n_values} values")));
-        }
-        Ok(data)
-    }
-
-    fn integers(&self, node: &Group, what: &str) -> Result<Vec<i64>, ReadError> {
-        self.data(node, what)?.read_i64().map_err(|error| broken(self.path, what, &error))
-    }
-
-    fn text(&self, node: &Node) -> Result<String, ReadError> {
-        let bytes =
-            self.data(&node.group, &node.name)?.read_i8().map_err(|error| broken(self.path, &node.name, &error))?;
-        let bytes: Vec<u8> = bytes.into_iter().map(|byte| byte as u8).collect();
-        Ok(String::from_utf8_lossy(&bytes).trim_end_matches(['\0', ' ']).to_string())
-    }
-
-    /// The vertices, and where their coordinates stand in the file.
-    fn coordinates(&self, grid: &Group, bytes: &[u8]) -> Result<(Vec<DVec3>, Columns), ReadError> {
-        let mut values = Vec::new();
-        let mut starts = [0; 3];
-        let mut kinds = Vec::new();
-        for (axis, start) in ["X", "Y", "Z"].into_iter().zip(&mut starts) {
-            let what = format!("Coordinate{axis}");
-            let node =
-                self.child(grid, &what).ok_or_else(|| self.missing("CoordinateX, CoordinateY and CoordinateZ"))?;
-            let data = self.data(&node, &what)?;
-            let layout = data.layout().map_err(|error| broken(self.path, &what, &error))?;
-            let Layout::Contiguous { address: Some(address), size } = layout else {
-                return Err(ReadError::Unsupported {
-                    path: self.path.into(),
-                    found: format!("{what} in pieces or compressed"),
-                    hint: "save it without compression (h5repack -l CONTI old.cgns new.cgns)",
-                });
-            };
-            let column = data.read_f64().map_err(|error| broken(self.path, &what, &error))?;
-            *start = address as usize;
-            let stored = usize::try_from(size).ok().and_then(|size| bytes.get(*start..start.checked_add(size)?));
-            let stored = stored.ok_or_else(|| broken(self.path, &what, &"an end of the file"))?;
-            let kind = Columns::KINDS.into_iter().find(|&kind| Columns::holds(kind, stored, &column));
-            kinds.push(kind.ok_or_else(|| broken(self.path, &format!("{what} of 4 or 8 bytes"), &"other numbers"))?);
-            values.push(column);
-        }
-        let n_vertices = values[0].len();
-        if values.iter().any(|column| column.len() != n_vertices) || kinds.iter().any(|kind| *kind != kinds[0]) {
-            return Err(broken(self.path, "three coordinates of one kind for every vertex", &"others"));
-        }
-        if n_vertices >= MOST_VERTICES {
-            let path = self.path.into();
-            return Err(ReadError::TooMany { path, what: "vertices", count: n_vertices, limit: MOST_VERTICES });
-        }
-        let mut positions = Vec::with_capacity(n_vertices);
-        for (vertex, ((&x, &y), &z)) in (1..).zip(values[0].iter().zip(&values[1]).zip(&values[2])) {
-            let position = [x, y, z];
-            check_finite_at(position, vertex, || Place::Byte(self.path.into(), starts[0]))?;
-            positions.push(position.into());
-        }
-        Ok((positions, Columns { starts, kind: kinds[0] }))
-    }
-
-    /// The sections of elements by their first number.
-    fn sorted_sections(&self, zone: &Group) -> Result<Vec<(RangeInclusive<i64>, Node)>, ReadError> {
-        let mut sections = Vec::new();
-        for node in self.children(zone, "Elements_t")? {
-            let range = self.child(&node.group, "ElementRange").ok_or_else(|| self.missing("ElementRange"))?;
-            let range = self.integers(&range, "ElementRange")?;
-            let &[first, last] = &range[..] else {
-                return Err(broken(self.path, "two numbers in ElementRange", &range.len()));
-            };
-            if first < 1 || last < first || last == i64::MAX {
-                let expected = format!("an ElementRange of '{}' that ascends from 1 or more", node.name);
-                return Err(broken(self.path, &expected, &format_args!("{first} to {last}")));
-            }
-            sections.push((first..=last, node));
-        }
-        sections.sort_by_key(|(range, _)| *range.start());
-        Ok(sections)
-    }
-
     /// Reads a section of elements.
-    fn elements(&mut self, (range, node): &(RangeInclusive<i64>, Node)) -> Result<(), ReadError> {
-        let path = self.path;
-        let name = &node.name;
-        let kind = self.integers(&node.group, name)?.first().copied().unwrap_or_default();
-        let connectivity =
-            self.child(&node.group, "ElementConnectivity").ok_or_else(|| self.missing("ElementConnectivity"))?;
-        let connectivity = self.integers(&connectivity, "ElementConnectivity")?;
-        self.sections.push(name.clone());
-        let mut rest = connectivity.iter().copied();
+    fn elements(&mut self, (range, section): &(RangeInclusive<i64>, Node)) -> Result<(), ReadError> {
+        let kind = section.integers()?.get(0).unwrap_or_default();
+        let node = section.child("ElementConnectivity")?;
+        let mut connectivity: Integers = node.integers()?;
+        let length = connectivity.len();
+        self.sections.push(section.name().to_owned());
         if let Some((count, Kind::Mesh(shape))) = element_type(kind) {
-            self.assembly.reserve(shape, connectivity.len() / count);
+            self.assembly.reserve(shape, length / count);
         }
-        let mut element = *range.start();
-        while rest.len() > 0 && range.contains(&element) {
-            let kind = if kind == MIXED { rest.next().unwrap_or_default() } else { kind };
+        let (mut at, mut element) = (0, *range.start());
+        while at < length && range.contains(&element) {
+            let kind = if kind == MIXED { connectivity.get(at).unwrap_or_default() } else { kind };
+            at += usize::from(kind == MIXED);
             let known = element_type(kind);
-            let (count, kind) = known.ok_or_else(|| broken(path, &format!("a type of element in '{name}'"), &kind))?;
+            let (count, kind) = known
+                .ok_or_else(|| node.malformed(format!("the type of element {element}"), format_args!("{kind}")))?;
             match kind {
                 Kind::Refuse(what) => {
                     self.assembly.refuse(what, 1);
-                    return self.assembly.check_refused(path);
+                    return self.assembly.check_refused(self.path);
                 }
-                Kind::PassOver(what) => {
-                    self.assembly.pass_over(what, 1);
-                    rest.by_ref().take(count).for_each(drop);
-                }
+                Kind::PassOver(what) => self.assembly.pass_over(what, 1),
                 Kind::Mesh(shape) => {
                     if shape.is_face() {
                         let place = usize::from(shape == Shape::Quadrilateral);
                         self.faces[place].push((element, self.sections.len() - 1));
                     }
                     let n_vertices = self.n_vertices;
+                    let mut places = at..;
                     self.assembly.push(shape, 0, || {
-                        let vertex = rest.next().unwrap_or_default();
+                        let vertex = places.next().and_then(|place| connectivity.get(place)).unwrap_or_default();
                         match u32::try_from(vertex - 1) {
                             Ok(vertex) if (vertex as usize) < n_vertices => Ok(vertex),
                             _ => {
-                                let expected = format!("a vertex of element {element} in '{name}', 1 to {n_vertices}");
-                                Err(broken(path, &expected, &vertex))
+                                let expected = format!("a vertex of element {element}, 1 to {n_vertices}");
+                                Err(node.malformed(expected, vertex))
                             }
                         }
                     })?;
                 }
             }
+            at += count;
             element += 1;
         }
-        if element != range.end() + 1 || rest.len() > 0 {
-            let expected = format!("the elements {} to {} in '{name}'", range.start(), range.end());
-            let found = if rest.len() > 0 { "more" } else { "fewer" };
-            return Err(broken(path, &expected, &found));
+        if element != range.end() + 1 || at != length {
+            let expected = format!("the elements {} to {}", range.start(), range.end());
+            return Err(node.malformed(expected, if at < length { "more" } else { "fewer" }));
         }
         Ok(())
     }
 
     /// Gives every face the number of its boundary condition or section, and the names of both. Conditions come in the
     /// order of their lowest faces, as the programs that wrote them numbered them.
-    fn tag_faces(&mut self, base: &Group, zone: &Group) -> Result<Vec<String>, ReadError> {
+    fn tag_faces(&mut self, base: &Node, zone: &Node) -> Result<Vec<String>, ReadError> {
         let mut conditions = Vec::new();
-        for zone_bc in self.children(zone, "ZoneBC_t")? {
-            for bc in self.children(&zone_bc.group, "BC_t")? {
-                conditions.push((self.faces_of(&bc)?, self.family_name(base, &bc)?));
+        for zone_bc in zone.children("ZoneBC_t")? {
+            for bc in zone_bc.children("BC_t")? {
+                conditions.push((self.faces_of(&bc)?, family_name(base, &bc)?));
             }
         }
         conditions.sort_by_key(|(faces, _)| faces.lowest());
@@ -362,36 +332,34 @@ impl Reader<'_> {
 
     /// The faces of a boundary condition.
     fn faces_of(&self, bc: &Node) -> Result<Numbers, ReadError> {
-        let integers = |name: &str| -> Result<Option<Vec<i64>>, ReadError> {
-            self.child(&bc.group, name).map(|node| self.integers(&node, name)).transpose()
-        };
-        let on_vertices = match self.children(&bc.group, "GridLocation_t")?.first() {
-            Some(location) => self.text(location)? == "Vertex",
-            None => integers("ElementRange")?.is_none() && integers("ElementList")?.is_none(),
+        let on_vertices = match bc.children("GridLocation_t")?.first() {
+            Some(location) => location.text()? == "Vertex",
+            None => bc.find("ElementRange").is_none() && bc.find("ElementList").is_none(),
         };
         if on_vertices {
             return Err(ReadError::Unsupported {
                 path: self.path.into(),
-                found: format!("the boundary condition '{}', which is given on vertices,", bc.name),
+                found: format!("the boundary condition '{}', which is given on vertices,", bc.name()),
                 hint: "save boundary conditions on faces (GridLocation FaceCenter)",
             });
         }
-        let list = integers("PointList")?.or(integers("ElementList")?);
-        match integers("PointRange")?.or(integers("ElementRange")?).as_deref() {
-            Some(&[first, last]) => Ok(Numbers::Range(first, last)),
-            Some(other) => Err(broken(self.path, &format!("two numbers in the range of '{}'", bc.name), &other.len())),
-            None => Ok(Numbers::List(list.unwrap_or_default())),
+        if let Some(node) = bc.find("PointRange").or_else(|| bc.find("ElementRange")) {
+            let (first, last) = range(&node)?;
+            return Ok(Numbers::Range(first, last));
         }
+        let list = bc.find("PointList").or_else(|| bc.find("ElementList"));
+        let mut list = list.map_or_else(|| Ok(Vec::new().into()), |node| node.integers())?;
+        Ok(Numbers::List((0..list.len()).filter_map(|place| list.get(place)).collect()))
     }
+}
 
-    /// What a boundary condition's family is called: two hops to the name, where there are.
-    fn family_name(&self, base: &Group, bc: &Node) -> Result<String, ReadError> {
-        let names = self.children(&bc.group, "FamilyName_t")?;
-        let Some(family) = names.first().map(|name| self.text(name)).transpose()? else { return Ok(bc.name.clone()) };
-        let Some(node) = self.child(base, &family) else { return Ok(family) };
-        match self.children(&node, "FamilyName_t")?.first() {
-            Some(name) => self.text(name),
-            None => Ok(family),
-        }
+/// What a boundary condition's family is called: two hops to the name, where there are.
+fn family_name(base: &Node, bc: &Node) -> Result<String, ReadError> {
+    let names = bc.children("FamilyName_t")?;
+    let Some(family) = names.first().map(Node::text).transpose()? else { return Ok(bc.name().to_owned()) };
+    let Some(node) = base.find(&family) else { return Ok(family) };
+    match node.children("FamilyName_t")?.first() {
+        Some(name) => name.text(),
+        None => Ok(family),
     }
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::formats::assembly::Shape;
 use crate::formats::content::{Content, clean_names, renamed};
+use crate::formats::out::Out;
 
 /// Gmsh's number for a type of element.
 fn number(shape: Shape) -> i32 {
@@ -29,7 +30,7 @@ struct Block<'a> {
 
 /// Writes a Gmsh file whose arrays have been checked. A family is a surface entity and a physical group of its number,
 /// counted from 1; the cells are volume 1, in the group `volume`, without which Gmsh would not save them again.
-pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
     let names = clean_names(content.cells.families, fits);
     let n_families = names.len() as u64;
     let volume_group = names.len() as i32 + 1;
@@ -96,13 +97,13 @@ fn fits(letter: char) -> bool {
 fn blocks<'a>(content: &Content<'a>) -> Vec<Block<'a>> {
     let mut blocks: Vec<Block> = Vec::new();
     for (index, faces) in content.faces_by_family().into_iter().enumerate() {
-        for shape in [Shape::Triangle, Shape::Quadrilateral] {
+        for shape in Shape::FACES {
             let elements = faces.iter().filter(|(of, _)| *of == shape).map(|&(_, face)| face).collect();
             blocks.push(Block { dimension: 2, entity: index as i32 + 1, shape, elements });
         }
     }
-    for shape in [Shape::Tet, Shape::Pyramid, Shape::Prism, Shape::Hexahedron] {
-        let elements = content.volume_cells().filter(|&(of, _)| of == shape).map(|(_, cell)| cell).collect();
+    for shape in Shape::CELLS {
+        let elements = content.of(shape).collect();
         blocks.push(Block { dimension: 3, entity: 1, shape, elements });
     }
     blocks.retain(|block| !block.elements.is_empty());
@@ -110,7 +111,7 @@ fn blocks<'a>(content: &Content<'a>) -> Vec<Block<'a>> {
 }
 
 /// A surface or volume: its box, its physical group and what bounds it.
-fn entity(out: &mut dyn Write, tag: i32, bounds: [DVec3; 2], group: i32, boundary: &[i32]) -> io::Result<()> {
+fn entity(out: &mut Out, tag: i32, bounds: [DVec3; 2], group: i32, boundary: &[i32]) -> io::Result<()> {
     ints(out, &[tag])?;
     doubles(out, &bounds[0])?;
     doubles(out, &bounds[1])?;
@@ -126,14 +127,14 @@ fn bounds(mut points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
     points.fold([first, first], |[low, high], point| [low.min(point), high.max(point)])
 }
 
-fn ints(out: &mut dyn Write, values: &[i32]) -> io::Result<()> {
+fn ints(out: &mut Out, values: &[i32]) -> io::Result<()> {
     values.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
 }
 
-fn sizes(out: &mut dyn Write, values: &[u64]) -> io::Result<()> {
+fn sizes(out: &mut Out, values: &[u64]) -> io::Result<()> {
     values.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
 }
 
-fn doubles(out: &mut dyn Write, values: &DVec3) -> io::Result<()> {
+fn doubles(out: &mut Out, values: &DVec3) -> io::Result<()> {
     values.to_array().iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
 }

@@ -117,7 +117,7 @@ impl Elements {
                 place: scanner.place(scanner.last),
                 entity: shape.name(),
                 element,
-                vertex: tag,
+                vertex: tag.into(),
                 defined: vertices.described(),
             })
         })

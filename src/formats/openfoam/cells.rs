@@ -45,8 +45,10 @@ pub(super) fn assemble(faces: &Faces, owner: &[i64], neighbour: &[i64], assembly
 
 /// The shape and the corners of a cell, from its faces and whether their normals point out of it.
 fn recognise(faces: &Faces, of_cell: &[(usize, bool)]) -> Option<(Shape, [u32; 8])> {
-    let corners = |&(face, _): &(usize, bool)| faces.corners(face);
-    let n_of = |count: usize| of_cell.iter().filter(|face| corners(face).len() == count).count();
+    let mut corners = [&[][..]; 6];
+    let corners = corners.get_mut(..of_cell.len())?;
+    corners.iter_mut().zip(of_cell).for_each(|(corners, &(face, _))| *corners = faces.corners(face));
+    let n_of = |count: usize| corners.iter().filter(|face| face.len() == count).count();
     let (shape, base) = match (of_cell.len(), n_of(3), n_of(4)) {
         (4, 4, 0) => (Shape::Tet, 3),
         (5, 4, 1) => (Shape::Pyramid, 4),
@@ -54,21 +56,21 @@ fn recognise(faces: &Faces, of_cell: &[(usize, bool)]) -> Option<(Shape, [u32; 8
         (6, 0, 6) => (Shape::Hexahedron, 4),
         _ => return None,
     };
-    let base_face = of_cell.iter().find(|face| corners(face).len() == base)?;
+    let base_face = corners.iter().position(|face| face.len() == base)?;
+    let bottom = corners[base_face];
     let mut cell = [0; 8];
-    cell[..base].copy_from_slice(corners(base_face));
+    cell[..base].copy_from_slice(bottom);
     // The base's normal points into the cell.
-    if base_face.1 {
+    if of_cell[base_face].1 {
         cell[..base].reverse();
     }
-    let bottom = &cell[..base].to_vec()[..];
+    // The end of the edge that leads away from the base.
     let over = |vertex: u32| {
-        let others = of_cell.iter().filter(|face| face.0 != base_face.0).map(corners);
-        let edges = others.flat_map(|face| (0..face.len()).map(|at| [face[at], face[(at + 1) % face.len()]]));
-        edges.into_iter().find_map(|[a, b]| match (a == vertex, b == vertex) {
-            (true, false) if !bottom.contains(&b) => Some(b),
-            (false, true) if !bottom.contains(&a) => Some(a),
-            _ => None,
+        let others = corners.iter().enumerate().filter(|&(place, _)| place != base_face).map(|(_, face)| face);
+        others.into_iter().find_map(|face| {
+            let at = face.iter().position(|&corner| corner == vertex)?;
+            let beside = [face[(at + 1) % face.len()], face[(at + face.len() - 1) % face.len()]];
+            beside.into_iter().find(|corner| !bottom.contains(corner))
         })
     };
     for place in base..shape.n_vertices() {
@@ -76,6 +78,6 @@ fn recognise(faces: &Faces, of_cell: &[(usize, bool)]) -> Option<(Shape, [u32; 8
     }
     let all = &cell[..shape.n_vertices()];
     let distinct = (1..all.len()).all(|place| !all[..place].contains(&all[place]));
-    let closed = of_cell.iter().flat_map(corners).all(|vertex| all.contains(vertex));
+    let closed = corners.iter().all(|face| face.iter().all(|vertex| all.contains(vertex)));
     (distinct && closed).then_some((shape, cell))
 }

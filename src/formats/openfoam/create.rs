@@ -9,58 +9,80 @@ use crate::mesh::cell_faces;
 
 /// A face between two cells, or a cell and a patch.
 struct Face {
-    corners: Vec<u32>,
+    /// Three or four; behind three, `u32::MAX`.
+    corners: [u32; 4],
     owner: usize,
     neighbour: Option<usize>,
+}
+
+impl Face {
+    /// What faces with the same corners have in common.
+    fn key(&self) -> [u32; 4] {
+        key(&self.corners)
+    }
+}
+
+/// Up to four corners, ascending, with `u32::MAX` behind.
+fn key(corners: &[u32]) -> [u32; 4] {
+    let mut key = [u32::MAX; 4];
+    key[..corners.len()].copy_from_slice(corners);
+    key.sort_unstable();
+    key
+}
+
+/// The faces of all cells in the order in which cells have them first, those of two cells joined.
+fn faces_of_cells(content: &Content) -> io::Result<Vec<Face>> {
+    let mut sides = Vec::new();
+    for (cell, (_, vertices)) in content.volume_cells().enumerate() {
+        for face in cell_faces(vertices.len()) {
+            let mut corners = [u32::MAX; 4];
+            corners.iter_mut().zip(*face).for_each(|(corner, &of_cell)| *corner = vertices[of_cell]);
+            sides.push(Face { corners, owner: cell, neighbour: None });
+        }
+    }
+    // Sides with the same corners follow each other in this order, the side of the lower cell first.
+    let mut order: Vec<([u32; 4], usize)> = sides.iter().enumerate().map(|(side, face)| (face.key(), side)).collect();
+    order.sort_unstable();
+    let mut is_second = vec![false; sides.len()];
+    for same in order.chunk_by(|a, b| a.0 == b.0) {
+        match *same {
+            [_] => {}
+            [(_, first), (_, second)] => {
+                sides[first].neighbour = Some(sides[second].owner);
+                is_second[second] = true;
+            }
+            [.., (_, last)] => {
+                return Err(invalid(format!("cell {} shares a face with two others", sides[last].owner)));
+            }
+            [] => {}
+        }
+    }
+    let mut is_second = is_second.into_iter();
+    sides.retain(|_| is_second.next() == Some(false));
+    Ok(sides)
 }
 
 /// The files of a new folder, points last. Internal faces stand in OpenFOAM's upper-triangular order, patches are the
 /// families, of type `patch`.
 pub(in crate::formats) fn create(content: &Content) -> io::Result<NamedFiles> {
-    let key = |corners: &[u32]| {
-        let mut key = [u32::MAX; 4];
-        key[..corners.len()].copy_from_slice(corners);
-        key.sort_unstable();
-        key
-    };
-    let mut index: HashMap<[u32; 4], usize> = HashMap::new();
-    let mut faces: Vec<Face> = Vec::new();
-    for (cell, (_, vertices)) in content.volume_cells().enumerate() {
-        for face in cell_faces(vertices.len()) {
-            let corners: Vec<u32> = face.iter().map(|&corner| vertices[corner]).collect();
-            match index.get(&key(&corners)) {
-                None => {
-                    index.insert(key(&corners), faces.len());
-                    faces.push(Face { corners, owner: cell, neighbour: None });
-                }
-                Some(&face) if faces[face].neighbour.is_none() => faces[face].neighbour = Some(cell),
-                Some(_) => return Err(invalid(format!("cell {cell} shares a face with two others"))),
-            }
-        }
-    }
+    let faces = faces_of_cells(content)?;
+    let on_boundary = faces.iter().enumerate().filter(|(_, face)| face.neighbour.is_none());
+    let mut boundary: HashMap<[u32; 4], usize> = on_boundary.map(|(index, face)| (face.key(), index)).collect();
     let names = clean_names(content.cells.families, fits);
     let mut patches: Vec<Vec<usize>> = vec![Vec::new(); names.len()];
-    let mut in_patch = vec![false; faces.len()];
     for (_, corners, family) in content.faces() {
-        match index.get(&key(corners)) {
-            Some(&face) if faces[face].neighbour.is_none() && !in_patch[face] => {
-                in_patch[face] = true;
-                patches[family.index()].push(face);
-            }
-            _ => {
-                let name = &content.cells.families[family.index()];
-                return Err(invalid(format!("a face of the family '{name}' is no face on the boundary of the cells")));
-            }
-        }
+        let Some(face) = boundary.remove(&key(corners)) else {
+            let name = &content.cells.families[family.index()];
+            return Err(invalid(format!("a face of the family '{name}' is no face on the boundary of the cells")));
+        };
+        patches[family.index()].push(face);
+    }
+    if !boundary.is_empty() {
+        return Err(invalid(format!("{} faces on the boundary of the cells belong to no family", boundary.len())));
     }
     let mut order: Vec<usize> = (0..faces.len()).filter(|&face| faces[face].neighbour.is_some()).collect();
     let n_internal = order.len();
     order.sort_by_key(|&face| (faces[face].owner, faces[face].neighbour));
-    let n_boundary: usize = patches.iter().map(Vec::len).sum();
-    if n_internal + n_boundary != faces.len() {
-        let count = faces.len() - n_internal - n_boundary;
-        return Err(invalid(format!("{count} faces on the boundary of the cells belong to no family")));
-    }
     order.extend(patches.iter().flatten());
 
     let list = |class: &str, object: &str, count: usize, write: &mut dyn FnMut(&mut Vec<u8>) -> io::Result<()>| {
@@ -74,9 +96,9 @@ pub(in crate::formats) fn create(content: &Content) -> io::Result<NamedFiles> {
     };
     Ok(vec![
         list("faceList", "faces", faces.len(), &mut |out| {
-            order.iter().try_for_each(|&face| {
-                let corners: Vec<String> = faces[face].corners.iter().map(u32::to_string).collect();
-                writeln!(out, "{}({})", corners.len(), corners.join(" "))
+            order.iter().try_for_each(|&face| match faces[face].corners {
+                [a, b, c, u32::MAX] => writeln!(out, "3({a} {b} {c})"),
+                [a, b, c, d] => writeln!(out, "4({a} {b} {c} {d})"),
             })
         })?,
         list("labelList", "owner", faces.len(), &mut |out| {

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::formats::document::Slots;
 use crate::formats::error::ReadError;
-use crate::formats::scanner::{Encoding, Endian, Scanner, Width, parse_double, shown};
+use crate::formats::scanner::{Encoding, Endian, Scanner, Width, parse_double, parse_signed, parse_unsigned, shown};
 
 /// A position in a file whose header was read.
 pub(super) struct File<'a> {
@@ -36,6 +36,8 @@ impl Faces {
 /// A patch of the boundary.
 pub(super) struct Patch {
     pub name: String,
+    /// Its type, such as `wall`.
+    pub kind: String,
     pub faces: Range<usize>,
 }
 
@@ -75,18 +77,17 @@ impl<'a> File<'a> {
     /// Goes past white space and comments.
     fn skip(&mut self) {
         while let Some(byte) = self.scanner.byte(0) {
+            if byte.is_ascii_whitespace() {
+                self.scanner.advance(1);
+                continue;
+            }
             match (byte, self.scanner.byte(1)) {
                 (b'/', Some(b'/')) => drop(self.scanner.rest_of_line()),
                 (b'/', Some(b'*')) => {
-                    let mut length = 2;
-                    while self.scanner.byte(length).is_some()
-                        && (self.scanner.byte(length), self.scanner.byte(length + 1)) != (Some(b'*'), Some(b'/'))
-                    {
-                        length += 1;
-                    }
-                    self.scanner.advance(length + 2);
+                    let inside = &self.scanner.rest()[2..];
+                    let length = inside.windows(2).position(|pair| pair == b"*/").unwrap_or(inside.len());
+                    self.scanner.advance(2 + length + 2);
                 }
-                _ if byte.is_ascii_whitespace() => self.scanner.advance(1),
                 _ => break,
             }
         }
@@ -99,7 +100,7 @@ impl<'a> File<'a> {
 
     /// A punctuation mark; the position is right behind it.
     fn expect(&mut self, mark: u8) -> Result<(), ReadError> {
-        let expected = format!("'{}'", mark as char);
+        let expected = || format!("'{}'", mark as char);
         match self.peek() {
             Some(found) if found == mark => {
                 self.scanner.advance(1);
@@ -107,9 +108,9 @@ impl<'a> File<'a> {
             }
             Some(_) => {
                 let found = self.word("")?;
-                Err(self.scanner.malformed(expected, shown(found)))
+                Err(self.scanner.malformed(expected(), shown(found)))
             }
-            None => Err(self.scanner.truncated(expected)),
+            None => Err(self.scanner.truncated(expected())),
         }
     }
 
@@ -117,13 +118,11 @@ impl<'a> File<'a> {
     fn word(&mut self, what: &str) -> Result<&'a [u8], ReadError> {
         self.skip();
         let ends = |byte: u8| byte.is_ascii_whitespace() || matches!(byte, b'(' | b')' | b'{' | b'}' | b';');
-        let mut length = 0;
-        while self.scanner.byte(length).is_some_and(|byte| !ends(byte)) {
-            length += 1;
-        }
-        if self.scanner.byte(0).is_none() {
+        let rest = self.scanner.rest();
+        if rest.is_empty() {
             return Err(self.scanner.truncated(what));
         }
+        let length = rest.iter().position(|&byte| ends(byte)).unwrap_or(rest.len());
         self.scanner.take(length.max(1), "")
     }
 
@@ -145,15 +144,14 @@ impl<'a> File<'a> {
         Ok(value.trim_ascii())
     }
 
-    fn number<T: std::str::FromStr>(&mut self, what: &'static str) -> Result<T, ReadError> {
+    fn number<T>(&mut self, what: &'static str, parse: impl Fn(&[u8]) -> Option<T>) -> Result<T, ReadError> {
         let word = self.word(what)?;
-        let number = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        number.ok_or_else(|| self.scanner.malformed(what, shown(word)))
+        parse(word).ok_or_else(|| self.scanner.malformed(what, shown(word)))
     }
 
     /// The count of a list and its opening parenthesis.
     fn begin(&mut self, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
-        let count = self.number(what)?;
+        let count = self.number(what, parse_unsigned)?;
         let count = self.scanner.checked(what, count, text, binary)?;
         self.expect(b'(')?;
         Ok(count)
@@ -172,8 +170,7 @@ impl<'a> File<'a> {
                 slots.push(self.scanner.at());
                 let mut position = [0.0; 3];
                 for value in &mut position {
-                    let word = self.word("a coordinate")?;
-                    *value = parse_double(word).ok_or_else(|| self.scanner.malformed("a coordinate", shown(word)))?;
+                    *value = self.number("a coordinate", parse_double)?;
                 }
                 let place = || self.scanner.place(self.scanner.last);
                 crate::formats::assembly::check_finite_at(position, vertex, place)?;
@@ -190,17 +187,23 @@ impl<'a> File<'a> {
 
     /// Reads a list of indices.
     fn labels(&mut self) -> Result<Vec<i64>, ReadError> {
+        let mut labels = Vec::new();
+        self.add_labels(&mut labels)?;
+        Ok(labels)
+    }
+
+    /// Reads a list of indices and adds them to others.
+    fn add_labels(&mut self, labels: &mut Vec<i64>) -> Result<(), ReadError> {
         let count = self.begin("the number of indices", 2, self.label as u64)?;
-        let mut labels = Vec::with_capacity(count);
+        labels.reserve(count);
         for _ in 0..count {
             labels.push(match (self.scanner.encoding, self.label) {
-                (Encoding::Text, _) => self.number("an index")?,
+                (Encoding::Text, _) => self.number("an index", parse_signed)?,
                 (_, 8) => self.scanner.long("an index")?,
                 _ => self.scanner.int("an index")?.into(),
             });
         }
-        self.expect(b')')?;
-        Ok(labels)
+        self.expect(b')')
     }
 
     /// Reads the cell of each face, below `limit`; -1 is let through.
@@ -226,8 +229,11 @@ impl<'a> File<'a> {
         if self.scanner.encoding == Encoding::Text {
             let count = self.begin("the number of faces", 4, 4)?;
             starts.reserve(count);
+            let mut labels = Vec::new();
             for _ in 0..count {
-                for label in self.labels()? {
+                labels.clear();
+                self.add_labels(&mut labels)?;
+                for &label in &labels {
                     vertices.push(vertex(&self, label)?);
                 }
                 starts.push(vertices.len());
@@ -254,7 +260,7 @@ impl<'a> File<'a> {
         for _ in 0..count {
             let name = String::from_utf8_lossy(self.word("the name of a patch")?).into_owned();
             self.expect(b'{')?;
-            let (mut length, mut start) = (None, None);
+            let (mut length, mut start, mut kind) = (None, None, String::new());
             while self.peek() != Some(b'}') {
                 let key = self.word("an entry of a patch")?;
                 let value = self.until_semicolon()?;
@@ -263,6 +269,7 @@ impl<'a> File<'a> {
                 match key {
                     b"nFaces" => length = Some(number().ok_or_else(malformed)?),
                     b"startFace" => start = Some(number().ok_or_else(malformed)?),
+                    b"type" => kind = String::from_utf8_lossy(value).into_owned(),
                     _ => {}
                 }
             }
@@ -277,7 +284,7 @@ impl<'a> File<'a> {
             if length > 0 {
                 end = start + length;
             }
-            patches.push(Patch { name, faces: start..start + length });
+            patches.push(Patch { name, kind, faces: start..start + length });
         }
         self.expect(b')')?;
         if end != n_faces {

@@ -9,14 +9,16 @@ mod cells;
 mod create;
 mod file;
 
+use std::borrow::Cow;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use super::assembly::{Assembly, MOST_VERTICES, Shape};
 use super::document::{Document, NamedFiles, Slots};
-use super::error::ReadError;
+use super::error::{Place, ReadError};
 use super::read::unzipped;
 use super::table::Parsed;
 
@@ -29,6 +31,9 @@ pub(super) const NAME: &str = "OpenFOAM";
 
 /// The names that select it, lower case: of the folder, of its file of points.
 pub(super) const NAMES: &[&str] = &["polymesh", "points"];
+
+/// The files of a mesh beside its points.
+const FILES: [&str; 4] = ["faces", "owner", "neighbour", "boundary"];
 
 /// Where the points of a mesh stand: the path itself, or in that folder.
 pub(super) fn points_path(path: &Path) -> PathBuf {
@@ -43,7 +48,8 @@ pub(super) fn points_path(path: &Path) -> PathBuf {
 pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (positions, slots) = read_points(path, &bytes)?;
-    let load = |name: &str| load(folder, name);
+    let siblings = siblings(folder).map_err(|source| ReadError::Io { path: folder.into(), source })?;
+    let load = |name: &str| load(folder, &siblings, name);
     let (faces_path, faces) = load("faces")?;
     let faces = File::open(&faces_path, &faces)?.faces(positions.len())?;
     // Every cell has a face, so no number reaches theirs.
@@ -58,7 +64,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let (boundary_path, boundary) = load("boundary")?;
     let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
     let malformed = |expected: String, found: String| ReadError::Malformed {
-        place: super::Place::Byte(faces_path.clone(), 0),
+        place: Place::File(faces_path.clone()),
         expected,
         found,
     };
@@ -85,16 +91,17 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         }
     }
     let (mesh, others) = assembly.finish(path, positions, |tag| patches[tag as usize].name.clone())?;
-    let siblings = siblings(folder).map_err(|source| ReadError::Io { path: folder.into(), source })?;
-    let document = Document {
-        format: NAME,
-        extension,
-        bytes,
-        coordinates: Box::new(slots),
-        beside: Vec::new(),
-        companion: None,
-        siblings,
-    };
+    let mut kinds: Vec<&str> = patches.iter().map(|patch| &*patch.kind).filter(|kind| *kind != "patch").collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let mut beside = Vec::new();
+    if !kinds.is_empty() {
+        beside.push(format!("types of patches ({})", kinds.join(", ")));
+    }
+    let further = siblings.iter().map(|(name, _)| name.trim_end_matches(".gz")).filter(|name| !FILES.contains(name));
+    beside.extend(further.map(|name| format!("the file {name}")));
+    let document =
+        Document { format: NAME, extension, bytes, coordinates: Box::new(slots), beside, companion: None, siblings };
     Ok(Parsed { mesh, others, document })
 }
 
@@ -108,16 +115,20 @@ fn read_points(path: &Path, bytes: &[u8]) -> Result<(Vec<DVec3>, Slots), ReadErr
 }
 
 /// A file of the folder, decompressed, with its path.
-fn load(folder: &Path, name: &str) -> Result<(PathBuf, Vec<u8>), ReadError> {
-    let [plain, zipped] = [name.to_string(), format!("{name}.gz")].map(|name| folder.join(name));
-    let path = if zipped.exists() && !plain.exists() { zipped } else { plain };
-    let bytes = fs::read(&path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
-    let bytes = unzipped(&path, bytes)?;
+fn load<'a>(folder: &Path, files: &'a NamedFiles, name: &str) -> Result<(PathBuf, Cow<'a, [u8]>), ReadError> {
+    let zipped = format!("{name}.gz");
+    let named = |name: &str| files.iter().find(|(file, _)| file == name);
+    let Some((name, bytes)) = named(name).or_else(|| named(&zipped)) else {
+        let source = io::Error::new(io::ErrorKind::NotFound, "there is no such file");
+        return Err(ReadError::Io { path: folder.join(name), source });
+    };
+    let path = folder.join(name);
+    let bytes = unzipped(&path, Cow::Borrowed(bytes))?;
     Ok((path, bytes))
 }
 
 /// All other files of the folder as they are.
-fn siblings(folder: &Path) -> std::io::Result<NamedFiles> {
+fn siblings(folder: &Path) -> io::Result<NamedFiles> {
     let mut siblings = Vec::new();
     for entry in fs::read_dir(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })? {
         let entry = entry?;

@@ -1,35 +1,92 @@
 //! The cells of a VTK file, however it was encoded.
 
+use std::ops::Range;
 use std::path::Path;
 
-use glam::DVec3;
-
-use super::types::{vtk_kind, vtk_number};
-use crate::formats::assembly::{Assembly, Kind, MOST_VERTICES, Shape};
+use super::types::vtk_kind;
+use crate::formats::assembly::{Assembly, Kind, MOST_VERTICES};
 use crate::formats::error::ReadError;
+use crate::formats::number::Integers;
 
-/// Types, ends and vertices of the cells.
-pub(super) struct Table {
+/// Types and vertices of the cells.
+pub(super) struct Table<'a> {
     /// VTK's number for the type of each cell `[n_cells]`.
-    pub types: Vec<i64>,
-    /// Where the vertices of each cell end in `connectivity` `[n_cells]`.
-    pub offsets: Vec<i64>,
-    pub connectivity: Vec<i64>,
+    pub types: Integers<'a>,
+    pub corners: Corners<'a>,
 }
 
-/// Points, and ends and points of the lines, as a file of poly data holds them.
-pub(super) type LineArrays = (Vec<DVec3>, Vec<i64>, Vec<i64>);
+/// The vertices of cells or lines.
+pub(super) enum Corners<'a> {
+    /// Those of each follow their number, so many cells in all.
+    Runs(usize, Integers<'a>),
+    /// Where those of each end, and all vertices.
+    Ends(Integers<'a>, Integers<'a>),
+    /// Where the first begins, where those of each end, and all vertices.
+    Bounds(Integers<'a>, Integers<'a>),
+}
 
-/// Sorts the cells by their types; `families` `[n_cells]` gives the number of each cell's family.
+impl Corners<'_> {
+    /// How many cells there are.
+    pub fn n_cells(&self) -> usize {
+        match self {
+            Corners::Runs(n_cells, _) => *n_cells,
+            Corners::Ends(ends, _) => ends.len(),
+            Corners::Bounds(bounds, _) => bounds.len().saturating_sub(1),
+        }
+    }
+
+    /// Where the vertices of a cell stand, if those of the one before end at `start`. The error is a wrong end.
+    #[inline]
+    pub fn of(&mut self, cell: usize, start: usize) -> Result<Range<usize>, i64> {
+        let (range, end, len) = match self {
+            Corners::Runs(_, numbers) => {
+                let count = numbers.get(start).unwrap_or(-1);
+                let end = (start as i64 + 1).saturating_add(count);
+                (start + 1..end as usize, end, numbers.len())
+            }
+            Corners::Ends(ends, vertices) => {
+                let end = ends.get(cell).unwrap_or(-1);
+                (start..end as usize, end, vertices.len())
+            }
+            Corners::Bounds(bounds, vertices) => {
+                let end = bounds.get(cell + 1).unwrap_or(-1);
+                (start..end as usize, end, vertices.len())
+            }
+        };
+        if end < range.start as i64 || end as u64 > len as u64 { Err(end) } else { Ok(range) }
+    }
+
+    /// The vertex that stands there.
+    #[inline]
+    pub fn vertex(&mut self, place: usize) -> Option<i64> {
+        match self {
+            Corners::Runs(_, vertices) | Corners::Ends(_, vertices) | Corners::Bounds(_, vertices) => {
+                vertices.get(place)
+            }
+        }
+    }
+
+    /// How many numbers there are, counts among them.
+    pub fn len(&self) -> usize {
+        match self {
+            Corners::Runs(_, vertices) | Corners::Ends(_, vertices) | Corners::Bounds(_, vertices) => vertices.len(),
+        }
+    }
+}
+
+/// Sorts the cells by their types into `assembly`; `families` `[n_cells]` gives the number of each cell's family.
 ///
+/// - `numbered`: the mesh's number for a vertex below `n_vertices`
 /// - `malformed`: makes the error from what was expected and what was found
 pub(super) fn assemble(
     path: &Path,
-    table: &Table,
-    families: Option<&[i64]>,
+    table: Table,
+    mut families: Option<Integers>,
     n_vertices: usize,
+    numbered: impl Fn(usize) -> u32,
     malformed: impl Fn(String, String) -> ReadError,
-) -> Result<Assembly, ReadError> {
+    assembly: &mut Assembly,
+) -> Result<(), ReadError> {
     if n_vertices >= MOST_VERTICES {
         return Err(ReadError::TooMany {
             path: path.into(),
@@ -38,32 +95,30 @@ pub(super) fn assemble(
             limit: MOST_VERTICES,
         });
     }
-    let n_cells = table.types.len();
-    if table.offsets.len() != n_cells {
-        return Err(malformed(format!("{n_cells} cell offsets"), table.offsets.len().to_string()));
+    let Table { mut types, mut corners } = table;
+    let n_cells = types.len();
+    if corners.n_cells() != n_cells {
+        return Err(malformed(format!("the vertices of {n_cells} cells"), format!("those of {}", corners.n_cells())));
     }
-    if let Some(found) = families.map(<[i64]>::len).filter(|&len| len != n_cells) {
+    if let Some(found) = families.as_ref().map(Integers::len).filter(|&len| len != n_cells) {
         return Err(malformed(format!("{n_cells} families of cells"), found.to_string()));
     }
-    let mut assembly = Assembly::default();
-    for shape in [Shape::Tet, Shape::Triangle] {
-        let number = i64::from(vtk_number(shape));
-        assembly.reserve(shape, table.types.iter().filter(|&&other| other == number).count());
-    }
+    let n_faces = |assembly: &Assembly| assembly.triangles.len() + assembly.others.quadrilaterals.len();
+    let n_faces_before = n_faces(assembly);
     let mut start = 0;
-    for (cell, (&number, &end)) in table.types.iter().zip(&table.offsets).enumerate() {
-        let corners = usize::try_from(end).ok().and_then(|end| table.connectivity.get(start..end));
-        let corners = corners.ok_or_else(|| {
-            let expected = format!("the end of cell {cell} between {start} and {}", table.connectivity.len());
+    for cell in 0..n_cells {
+        let of_cell = corners.of(cell, start).map_err(|end| {
+            let expected = format!("the end of cell {cell} between {start} and {}", corners.len());
             malformed(expected, end.to_string())
         })?;
-        start += corners.len();
+        start = of_cell.end;
+        let number = types.get(cell).unwrap_or(-1);
         let kind = u64::try_from(number).ok().and_then(vtk_kind);
         let (kind, n_corners) =
             kind.ok_or_else(|| malformed(format!("the type of cell {cell}"), number.to_string()))?;
-        if let Some(expected) = n_corners.filter(|&expected| expected != corners.len()) {
+        if let Some(expected) = n_corners.filter(|&expected| expected != of_cell.len()) {
             let expected = format!("{expected} vertices of cell {cell}, of type {number}");
-            return Err(malformed(expected, corners.len().to_string()));
+            return Err(malformed(expected, of_cell.len().to_string()));
         }
         let shape = match kind {
             Kind::Mesh(shape) => shape,
@@ -76,25 +131,29 @@ pub(super) fn assemble(
                 continue;
             }
         };
-        let family = families.map_or(0, |families| families[cell]);
+        let family = families.as_mut().map_or(Some(0), |families| families.get(cell)).unwrap_or(-1);
         let tag =
             i32::try_from(family).map_err(|_| malformed(format!("the family of cell {cell}"), family.to_string()))?;
-        let mut next = corners.iter();
+        let mut places = of_cell;
         assembly.push(shape, tag, || {
-            let vertex = next.next().copied().unwrap_or(-1);
-            match u32::try_from(vertex) {
-                Ok(vertex) if (vertex as usize) < n_vertices => Ok(vertex),
+            let vertex = places.next().and_then(|place| corners.vertex(place)).unwrap_or(-1);
+            match usize::try_from(vertex) {
+                Ok(vertex) if vertex < n_vertices => Ok(numbered(vertex)),
                 _ => Err(malformed(format!("a vertex of cell {cell} below {n_vertices}"), vertex.to_string())),
             }
         })?;
     }
-    let has_faces = !assembly.triangles.is_empty() || !assembly.others.quadrilaterals.is_empty();
-    if families.is_none() && has_faces {
+    if let Corners::Runs(..) = corners
+        && start != corners.len()
+    {
+        return Err(malformed(format!("{} numbers of {n_cells} cells", corners.len()), start.to_string()));
+    }
+    if families.is_none() && n_faces(assembly) > n_faces_before {
         return Err(ReadError::Missing {
             path: path.into(),
             what: "cell array 'family'",
             hint: "give the boundary faces their families as whole numbers in a cell array of that name",
         });
     }
-    Ok(assembly)
+    Ok(())
 }

@@ -12,6 +12,7 @@ use super::names::list_names;
 use super::types::vtk_number;
 use crate::formats::content::{Cells, Content, Fields};
 use crate::formats::error::WriteError;
+use crate::formats::out::Out;
 use crate::formats::write::create_file;
 use crate::mesh::{FamilyId, OtherCells};
 
@@ -47,7 +48,7 @@ struct Array<'a> {
     write: Box<WriteArray<'a>>,
 }
 
-type WriteArray<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
+type WriteArray<'a> = dyn Fn(&mut Out) -> io::Result<()> + 'a;
 
 /// Describes an array of `len` entries; `values` is run when it is written.
 fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
@@ -55,18 +56,7 @@ fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
     len: usize,
     values: impl Fn() -> I + 'a,
 ) -> Array<'a> {
-    let write = move |out: &mut dyn Write| {
-        // A virtual call for each number would cost more than the copy.
-        let mut block = Vec::with_capacity(1 << 16);
-        for value in values() {
-            block.extend_from_slice(&value);
-            if block.len() + N > block.capacity() {
-                out.write_all(&block)?;
-                block.clear();
-            }
-        }
-        out.write_all(&block)
-    };
+    let write = move |out: &mut Out| values().try_for_each(|value| out.write_all(&value));
     Array { name, kind, components, n_bytes: len * N, write: Box::new(write) }
 }
 
@@ -101,10 +91,10 @@ fn vertex_families(content: &Content) -> Vec<i32> {
 }
 
 /// Writes a VTU file whose arrays have been checked.
-pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
     let Content { vertices, cells, fields, .. } = content;
     let families = cells.families;
-    let n_cells = content.elements().count();
+    let n_cells = content.n_elements();
     let vertex_family = vertex_families(content);
     let mut point_data = vec![array(("family", "Int32", 1), vertices.len(), || {
         vertex_family.iter().map(|family: &i32| family.to_le_bytes())

@@ -4,20 +4,22 @@
 //!
 //! Source: K. Martin and others, *VTK File Formats*, "Simple Legacy Formats".
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::cells::{self, LineArrays, Table};
+use super::cells::{self, Corners, Table};
 use super::create::families_of_cells;
 use super::names::{list_names, parse_names};
-use super::number::Number;
 use super::types::{FAMILY_ARRAYS, vtk_number};
-use crate::formats::assembly::surface;
+use crate::formats::assembly::{Assembly, surface};
 use crate::formats::content::Content;
 use crate::formats::document::{Document, Slots};
 use crate::formats::error::ReadError;
+use crate::formats::number::{Integers, Number};
+use crate::formats::out::Out;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, shown};
 use crate::formats::table::Parsed;
 
@@ -29,17 +31,16 @@ const TITLE: usize = 255;
 
 /// What the sections of the file have given so far.
 #[derive(Default)]
-struct Parts {
+struct Parts<'a> {
     points: Option<(Vec<DVec3>, Slots)>,
-    offsets: Option<Vec<i64>>,
-    connectivity: Vec<i64>,
-    types: Option<Vec<i64>>,
+    corners: Option<Corners<'a>>,
+    types: Option<Integers<'a>>,
     /// Where the cells begin in the file.
     cells_at: usize,
     /// Whether data of cells is being read, and of how many entries.
     data: Option<(bool, usize)>,
     /// Cell arrays that may be the families.
-    families: Vec<(String, Vec<i64>)>,
+    families: Vec<(String, Integers<'a>)>,
     beside: Vec<String>,
 }
 
@@ -48,16 +49,16 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     let mut scanner = Scanner::new(path, &bytes);
     let (names, parts) = read_sections(&mut scanner, "UNSTRUCTURED_GRID")?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
-    let Parts { points, offsets, connectivity, types, cells_at, families, mut beside, .. } = parts;
+    let Parts { points, corners, types, cells_at, mut families, mut beside, .. } = parts;
     let (positions, slots) = points.ok_or_else(|| missing("POINTS"))?;
-    let offsets = offsets.ok_or_else(|| missing("CELLS"))?;
+    let corners = corners.ok_or_else(|| missing("CELLS"))?;
     let types = types.ok_or_else(|| missing("CELL_TYPES"))?;
     let malformed =
         |expected: String, found: String| ReadError::Malformed { place: scanner.place(cells_at), expected, found };
-    let of_name = |name: &&str| families.iter().find(|(array, _)| array == name);
-    let family = FAMILY_ARRAYS.iter().find_map(of_name).map(|(_, values)| &values[..]);
-    let table = Table { types, offsets, connectivity };
-    let mut assembly = cells::assemble(path, &table, family, positions.len(), malformed)?;
+    let of_name = |name: &&str| families.iter().position(|(array, _)| array == name);
+    let family = FAMILY_ARRAYS.iter().find_map(of_name).map(|place| families.swap_remove(place).1);
+    let (table, n_vertices, mut assembly) = (Table { types, corners }, positions.len(), Assembly::default());
+    cells::assemble(path, table, family, n_vertices, |vertex| vertex as u32, malformed, &mut assembly)?;
     assembly.orient_prisms(&positions);
     beside.extend(assembly.passed_over());
     let name = |tag: i32| {
@@ -71,16 +72,16 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     Ok(Parsed { mesh, others, document })
 }
 
-/// The points of a poly data file, and ends and points of its lines.
-pub(super) fn read_lines(path: &Path, bytes: &[u8]) -> Result<LineArrays, ReadError> {
+/// The points of a poly data file, and those of its lines.
+pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVec3>, Corners<'a>), ReadError> {
     let (_, parts) = read_sections(&mut Scanner::new(path, bytes), "POLYDATA")?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
     let (points, _) = parts.points.ok_or_else(|| missing("POINTS"))?;
-    Ok((points, parts.offsets.ok_or_else(|| missing("LINES"))?, parts.connectivity))
+    Ok((points, parts.corners.ok_or_else(|| missing("LINES"))?))
 }
 
 /// Reads a file whose data set is of that kind; also the names in its title.
-fn read_sections(scanner: &mut Scanner, kind: &str) -> Result<(Vec<(i32, String)>, Parts), ReadError> {
+fn read_sections<'a>(scanner: &mut Scanner<'a>, kind: &str) -> Result<(Vec<(i32, String)>, Parts<'a>), ReadError> {
     let path = scanner.path();
     if !scanner.line().starts_with(b"# vtk DataFile Version") {
         let what = "line '# vtk DataFile Version'";
@@ -111,7 +112,12 @@ fn read_sections(scanner: &mut Scanner, kind: &str) -> Result<(Vec<(i32, String)
 }
 
 /// Reads what a line of keywords announces.
-fn read_section(scanner: &mut Scanner, words: &[&str], line: &[u8], parts: &mut Parts) -> Result<(), ReadError> {
+fn read_section<'a>(
+    scanner: &mut Scanner<'a>,
+    words: &[&str],
+    line: &[u8],
+    parts: &mut Parts<'a>,
+) -> Result<(), ReadError> {
     let count = |scanner: &Scanner, word: Option<&&str>, what: &'static str| {
         let word = word.copied().unwrap_or_default();
         word.parse::<usize>().map_err(|_| scanner.malformed(what, shown(word.as_bytes())))
@@ -134,11 +140,11 @@ fn read_section(scanner: &mut Scanner, words: &[&str], line: &[u8], parts: &mut 
         "CELLS" | "LINES" => {
             let first = count(scanner, words.get(1), "the number of cells")?;
             let second = count(scanner, words.get(2), "the size of the cells")?;
-            if parts.offsets.is_some() {
+            if parts.corners.is_some() {
                 return Err(scanner.malformed(format!("one {keyword} section"), "a second one"));
             }
             parts.cells_at = scanner.at();
-            read_cells(scanner, first, second, parts)?;
+            parts.corners = Some(read_cells(scanner, first, second)?);
         }
         "CELL_TYPES" => {
             let n_cells = count(scanner, words.get(1), "the number of cells")?;
@@ -215,8 +221,8 @@ fn read_points(scanner: &mut Scanner, n_points: usize, number: Number) -> Result
 }
 
 /// Reads `CELLS`: before version 5 `n_cells` runs of a count and vertices, `size` numbers together; from then on
-/// `n_cells + 1` offsets and `size` vertices as arrays of their own.
-fn read_cells(scanner: &mut Scanner, n_cells: usize, size: usize, parts: &mut Parts) -> Result<(), ReadError> {
+/// `n_cells` offsets, one more than there are cells, and `size` vertices as arrays of their own.
+fn read_cells<'a>(scanner: &mut Scanner<'a>, n_cells: usize, size: usize) -> Result<Corners<'a>, ReadError> {
     if scanner.peek_line().starts_with(b"OFFSETS") {
         let mut array = |keyword: &str, count: usize, what: &'static str| {
             let line = String::from_utf8_lossy(scanner.filled_line()).into_owned();
@@ -228,40 +234,23 @@ fn read_cells(scanner: &mut Scanner, n_cells: usize, size: usize, parts: &mut Pa
             }
         };
         let mut offsets = array("OFFSETS", n_cells, "a cell offset")?;
-        parts.connectivity = array("CONNECTIVITY", size, "a vertex of a cell")?;
-        if !offsets.is_empty() && offsets.remove(0) != 0 {
+        let vertices = array("CONNECTIVITY", size, "a vertex of a cell")?;
+        if offsets.get(0).is_some_and(|first| first != 0) {
             return Err(scanner.malformed("cell offsets from 0 on", "another start"));
         }
-        parts.offsets = Some(offsets);
-        return Ok(());
+        return Ok(Corners::Bounds(offsets, vertices));
     }
-    let numbers = integers(scanner, Number::I32, size, "a vertex of a cell")?;
-    let mut offsets = Vec::with_capacity(n_cells.min(size));
-    parts.connectivity.reserve(numbers.len().saturating_sub(n_cells));
-    let mut rest = &numbers[..];
-    for cell in 0..n_cells {
-        let corners = rest.split_first().and_then(|(&count, rest)| rest.split_at_checked(usize::try_from(count).ok()?));
-        let Some((corners, after)) = corners else {
-            let expected = format!("{n_cells} cells in {size} numbers");
-            return Err(scanner.malformed(expected, format!("an end in cell {cell}")));
-        };
-        parts.connectivity.extend_from_slice(corners);
-        offsets.push(parts.connectivity.len() as i64);
-        rest = after;
-    }
-    scanner.same("numbers of cells", size, size - rest.len())?;
-    parts.offsets = Some(offsets);
-    Ok(())
+    Ok(Corners::Runs(n_cells, integers(scanner, Number::I32, size, "a vertex of a cell")?))
 }
 
 /// Reads an array of data and keeps it if it may be the families.
-fn read_array(
-    scanner: &mut Scanner,
+fn read_array<'a>(
+    scanner: &mut Scanner<'a>,
     name: Option<&str>,
     number: Number,
     entries: usize,
     components: usize,
-    parts: &mut Parts,
+    parts: &mut Parts<'a>,
 ) -> Result<(), ReadError> {
     let name = name.unwrap_or_default();
     let count = entries.saturating_mul(components);
@@ -284,17 +273,23 @@ fn read_array(
 }
 
 /// Reads whole numbers.
-fn integers(scanner: &mut Scanner, number: Number, count: usize, what: &'static str) -> Result<Vec<i64>, ReadError> {
-    let count = scanner.checked(what, count as u64, 1, number.bytes() as u64)?;
+fn integers<'a>(
+    scanner: &mut Scanner<'a>,
+    number: Number,
+    count: usize,
+    what: &'static str,
+) -> Result<Integers<'a>, ReadError> {
+    let count = scanner.checked("the number of values", count as u64, 1, number.bytes() as u64)?;
     if let Encoding::Binary(endian) = scanner.encoding {
         let bytes = scanner.take(count * number.bytes(), what)?;
-        return number.integers(bytes, endian).ok_or_else(|| scanner.malformed(what, "no whole number"));
+        let values = Integers::stored(Cow::Borrowed(bytes), number, endian);
+        return values.ok_or_else(|| scanner.malformed(what, "no whole number"));
     }
     let mut values = Vec::with_capacity(count);
     for _ in 0..count {
         values.push(scanner.long(what)?);
     }
-    Ok(values)
+    Ok(values.into())
 }
 
 /// Goes past a block that ends with an empty line.
@@ -303,7 +298,7 @@ fn skip_metadata(scanner: &mut Scanner) {
 }
 
 /// Writes a binary file of version 3.0, which every reader of VTK files understands.
-pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::Result<()> {
+pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
     let names = list_names(content.cells.families);
     let title = if names.len() <= TITLE { names.as_str() } else { "a mesh by idmesh" };
     write!(out, "# vtk DataFile Version 3.0\n{title}\nBINARY\nDATASET UNSTRUCTURED_GRID\n")?;
@@ -311,7 +306,7 @@ pub(in crate::formats) fn create(out: &mut dyn Write, content: &Content) -> io::
     for value in content.vertices.iter().flat_map(|vertex| vertex.to_array()) {
         out.write_all(&value.to_be_bytes())?;
     }
-    let n_cells = content.elements().count();
+    let n_cells = content.n_elements();
     let size: usize = content.elements().map(|(_, corners)| 1 + corners.len()).sum();
     write!(out, "\nCELLS {n_cells} {size}\n")?;
     for (_, corners) in content.elements() {

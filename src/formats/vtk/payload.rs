@@ -26,11 +26,12 @@ pub(super) struct Payload<'a> {
     pub data: Cow<'a, [u8]>,
     /// How many bytes of the file it takes.
     pub length: usize,
-    /// Of a compressed array: bytes of data in a block, and in the last one if it is not full (or 0); then each block
-    /// as it stands.
+    /// Of a compressed array: bytes of data in a block, and in the last one if it is not full (or 0); then all blocks
+    /// as they stand, and the size of each.
     block: usize,
     last: usize,
-    blocks: Vec<Vec<u8>>,
+    packed: Cow<'a, [u8]>,
+    sizes: Vec<usize>,
 }
 
 impl Coding {
@@ -68,34 +69,34 @@ impl Coding {
                     Cow::Owned(data)
                 }
             };
-            return Ok(Payload { coding: self, base64, data, length, block: 0, last: 0, blocks: Vec::new() });
+            let (packed, sizes) = (Cow::Borrowed(&[][..]), Vec::new());
+            return Ok(Payload { coding: self, base64, data, length, block: 0, last: 0, packed, sizes });
         };
         if first > bytes.len() {
             return Err(format!("{first} blocks"));
         }
         let (sizes, start) = take(0, (3 + first) * self.header)?;
         let (block, last) = (count(&sizes, 1)?, count(&sizes, 2)?);
-        let packed = (0..first).map(|index| count(&sizes, 3 + index)).collect::<Result<Vec<_>, _>>()?;
-        let total = packed.iter().try_fold(0, |total, &size| sum(total, size))?;
-        let (packed_data, length) = take(start, total)?;
-        let (mut data, mut blocks) = (Vec::new(), Vec::new());
+        let sizes = (0..first).map(|index| count(&sizes, 3 + index)).collect::<Result<Vec<_>, _>>()?;
+        let total = sizes.iter().try_fold(0, |total, &size| sum(total, size))?;
+        let (packed, length) = take(start, total)?;
+        let mut data = Vec::new();
         let mut at = 0;
-        for (index, size) in packed.into_iter().enumerate() {
-            let packed = &packed_data[at..at + size];
-            at += size;
+        for (index, &size) in sizes.iter().enumerate() {
             let plain = if index + 1 == first && last != 0 { last } else { block };
-            compression.unpack(packed, plain, &mut data)?;
-            blocks.push(packed.to_vec());
+            compression.unpack(&packed[at..at + size], plain, &mut data)?;
+            at += size;
         }
-        Ok(Payload { coding: self, base64, data: Cow::Owned(data), length, block, last, blocks })
+        Ok(Payload { coding: self, base64, data: Cow::Owned(data), length, block, last, packed, sizes })
     }
 }
 
 impl Payload<'_> {
     /// The same with numbers of its own.
     pub fn into_owned(self) -> Payload<'static> {
-        let Payload { coding, base64, data, length, block, last, blocks } = self;
-        Payload { coding, base64, data: Cow::Owned(data.into_owned()), length, block, last, blocks }
+        let Payload { coding, base64, data, length, block, last, packed, sizes } = self;
+        let [data, packed] = [data, packed].map(|bytes| Cow::Owned(bytes.into_owned()));
+        Payload { coding, base64, data, length, block, last, packed, sizes }
     }
 
     /// The array with other data of the same length, as the file writes it. Blocks that did not change stay as they are.
@@ -111,20 +112,20 @@ impl Payload<'_> {
             header.extend_from_slice(data);
             return Ok(self.written(&header, &[]));
         };
-        size(self.blocks.len());
+        size(self.sizes.len());
         size(self.block);
         size(self.last);
-        let mut at = 0;
-        for (index, old) in self.blocks.iter().enumerate() {
-            let end = if index + 1 == self.blocks.len() { data.len() } else { at + self.block };
+        let (mut at, mut old) = (0, 0);
+        for (index, &old_size) in self.sizes.iter().enumerate() {
+            let end = if index + 1 == self.sizes.len() { data.len() } else { at + self.block };
             let before = body.len();
             if data[at..end] == self.data[at..end] {
-                body.extend_from_slice(old);
+                body.extend_from_slice(&self.packed[old..old + old_size]);
             } else {
                 compression.pack(&data[at..end], &mut body)?;
             }
             size(body.len() - before);
-            at = end;
+            (at, old) = (end, old + old_size);
         }
         Ok(self.written(&header, &body))
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::{legacy, vtu};
-use crate::formats::error::ReadError;
+use crate::formats::error::{Place, ReadError};
 
 /// Points and the lines between them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,22 +24,21 @@ pub struct Polylines {
 /// [`ReadError`]: the contents are broken or no poly data.
 pub fn read_polylines(path: &Path, bytes: &[u8]) -> Result<Polylines, ReadError> {
     let legacy = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vtk"));
-    let (points, offsets, connectivity) =
-        if legacy { legacy::read_lines(path, bytes)? } else { vtu::read_lines(path, bytes)? };
+    let (points, mut corners) = if legacy { legacy::read_lines(path, bytes)? } else { vtu::read_lines(path, bytes)? };
     let malformed = |expected: String, found: i64| ReadError::Malformed {
-        place: crate::formats::Place::Byte(path.into(), 0),
+        place: Place::File(path.into()),
         expected,
         found: found.to_string(),
     };
-    let mut lines = Vec::with_capacity(offsets.len());
+    let mut lines = Vec::with_capacity(corners.n_cells());
     let mut start = 0;
-    for end in offsets {
-        let corners = usize::try_from(end).ok().and_then(|end| connectivity.get(start..end));
-        let corners = corners.ok_or_else(|| malformed("the end of a line among its points".into(), end))?;
-        start += corners.len();
+    for line in 0..corners.n_cells() {
+        let of_line = corners.of(line, start);
+        let of_line = of_line.map_err(|end| malformed("the end of a line among its points".into(), end))?;
+        start = of_line.end;
         let known = |&point: &i64| u32::try_from(point).ok().filter(|&point| (point as usize) < points.len());
-        let point = |point| known(point).ok_or_else(|| malformed(format!("a point below {}", points.len()), *point));
-        lines.push(corners.iter().map(point).collect::<Result<_, _>>()?);
+        let point = |point| known(&point).ok_or_else(|| malformed(format!("a point below {}", points.len()), point));
+        lines.push(of_line.map(|place| point(corners.vertex(place).unwrap_or(-1))).collect::<Result<_, _>>()?);
     }
     Ok(Polylines { points, lines })
 }

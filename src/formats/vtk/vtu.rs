@@ -5,95 +5,69 @@
 //! orders.
 //!
 //! What the file says about the range of its coordinates (`RangeMin`, `L2_NORM_RANGE`) stays that of the mesh before it
-//! moved.
+//! moved. Several pieces are one mesh: points of different pieces at the very same place are one vertex, and are written
+//! back each where it stands.
 //!
 //! Source: K. Martin and others, *VTK File Formats*, "XML File Formats".
 
-use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::cells::{self, LineArrays, Table};
-use super::compression::Compression;
-use super::names::parse_names;
-use super::number::Number;
-use super::payload::{Coding, Payload};
+use super::cells::{self, Corners, Table};
+use super::header::{Array, Header, Piece, Values, read_header};
+use super::payload::Payload;
+use super::points::{self, Pieces, Stored};
 use super::types::FAMILY_ARRAYS;
-use super::xml::{Tag, Tags, find};
-use crate::formats::assembly::{check_finite_at, surface};
-use crate::formats::document::{Coordinates, Document, Slots, narrow};
+use crate::formats::assembly::{Assembly, MOST_VERTICES, check_finite_at, surface};
+use crate::formats::document::Document;
 use crate::formats::error::{Place, ReadError};
-use crate::formats::scanner::{Encoding, Endian, Width, next_token, parse_double, shown};
+use crate::formats::number::{Integers, Number};
+use crate::formats::scanner::{Width, find_byte, next_token, parse_double, shown};
 use crate::formats::table::Parsed;
 
 /// The format's name in [`crate::formats::FORMATS`].
 pub(in crate::formats) const NAME: &str = "VTU";
 
-/// An array that the file declares.
-#[derive(Clone, Debug)]
-struct Array {
-    /// The tag around it: `Points`, `Cells`, `PointData`, `CellData`.
-    section: String,
-    name: String,
-    number: Number,
-    /// Where its tag stands.
-    tag: usize,
-    values: Values,
-}
-
-/// Where the values of an array stand.
-#[derive(Clone, Debug)]
-enum Values {
-    /// Text from here to the next `<`.
-    Text(usize),
-    /// Base64 from here on.
-    Base64(usize),
-    /// In the appended section, at the offset that an attribute says.
-    Appended { offset: usize, attribute: Range<usize> },
-}
-
-/// What the tags say.
-struct Header {
-    coding: Coding,
-    n_points: usize,
-    n_cells: usize,
-    arrays: Vec<Array>,
-    /// Where the appended arrays begin, and whether they are base64.
-    appended: Option<(usize, bool)>,
-    names: Vec<(i32, String)>,
-}
-
 /// Reads a VTU file from its (decompressed) bytes; `path` is for messages.
 pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let header = read_header(path, &bytes, "UnstructuredGrid")?;
-    let file = File { path, bytes: &bytes, header: &header };
-    let points = file.array("Points", None)?;
-    let (positions, coordinates) = file.read_points(points)?;
-    let table = Table {
-        types: file.integers(file.array("Cells", Some("types"))?)?,
-        offsets: file.integers(file.array("Cells", Some("offsets"))?)?,
-        connectivity: file.integers(file.array("Cells", Some("connectivity"))?)?,
-    };
-    let of_cells = |name: &str| header.arrays.iter().find(|array| array.section == "CellData" && array.name == name);
-    let family = FAMILY_ARRAYS.iter().find_map(|name| of_cells(name));
-    let families = family.map(|array| file.integers(array)).transpose()?;
-    let cells_tag = file.array("Cells", Some("connectivity"))?.tag;
-    let malformed = |expected: String, found: String| file.malformed(cells_tag, expected, found);
-    if table.types.len() != header.n_cells {
-        return Err(malformed(
-            format!("{} cell types, as the piece declares", header.n_cells),
-            table.types.len().to_string(),
-        ));
+    let offsets = header.offsets();
+    let mut assembly = Assembly::default();
+    let (positions, coordinates) = if let [piece] = &header.pieces[..] {
+        let file = File { path, bytes: &bytes, header: &header, piece };
+        let (positions, stored) = file.read_points(file.array("Points", None)?)?;
+        file.read_cells(positions.len(), |vertex| vertex as u32, &mut assembly)?;
+        points::together(vec![stored], offsets).map(|coordinates| (positions, coordinates))
+    } else {
+        let mut pieces = Pieces::default();
+        for piece in header.pieces.iter().filter(|piece| piece.n_points + piece.n_cells > 0) {
+            let file = File { path, bytes: &bytes, header: &header, piece };
+            file.refuse_ghosts()?;
+            let (positions, stored) = file.read_points(file.array("Points", None)?)?;
+            let count = pieces.positions.len() + positions.len();
+            if count >= MOST_VERTICES {
+                return Err(ReadError::TooMany { path: path.into(), what: "vertices", count, limit: MOST_VERTICES });
+            }
+            let vertices = pieces.add(positions, stored);
+            file.read_cells(vertices.len(), |point| vertices[point], &mut assembly)?;
+        }
+        pieces.finish(offsets)
     }
-    let mut assembly = cells::assemble(path, &table, families.as_deref(), positions.len(), malformed)?;
+    .ok_or_else(|| ReadError::Unsupported {
+        path: path.into(),
+        found: "a file of pieces that are encoded differently or overlap".into(),
+        hint: "merge the pieces (in ParaView: Merge Blocks)",
+    })?;
     assembly.orient_prisms(&positions);
     let mut beside = assembly.passed_over();
-    let data = header.arrays.iter().filter(|array| array.section.ends_with("Data"));
-    beside.extend(
-        data.filter(|array| !FAMILY_ARRAYS.contains(&&*array.name)).map(|array| format!("the array '{}'", array.name)),
-    );
+    for array in header.pieces.iter().flat_map(|piece| &piece.arrays) {
+        let words = format!("the array '{}'", array.name);
+        if array.section.ends_with("Data") && !FAMILY_ARRAYS.contains(&&*array.name) && !beside.contains(&words) {
+            beside.push(words);
+        }
+    }
     let name = |tag: i32| {
         let named = header.names.iter().find(|(number, _)| *number == tag);
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
@@ -114,154 +88,28 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     })
 }
 
-/// Reads the tags of a file of that type, up to the appended data.
-fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Header, ReadError> {
-    let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
-    let mut tags = Tags::new(path, bytes);
-    let mut header = Header {
-        coding: Coding { endian: Endian::Little, header: 4, compression: None },
-        n_points: 0,
-        n_cells: 0,
-        arrays: Vec::new(),
-        appended: None,
-        names: Vec::new(),
-    };
-    let mut section = String::new();
-    let (mut in_file, mut pieces) = (false, 0);
-    while let Some(tag) = tags.next_tag()? {
-        let count = |key| {
-            let value = tag.get(key).unwrap_or_default();
-            value.trim().parse::<usize>().map_err(|_| tags.malformed(tag.start, key, shown(value.as_bytes())))
-        };
-        match (tag.name, tag.closes) {
-            ("", _) => header.names.extend(parse_names(tag.text)),
-            ("VTKFile", false) => {
-                in_file = true;
-                match tag.get("type") {
-                    Some(kind) if kind == expected => {}
-                    other => {
-                        let found = format!("a VTK file of type {}", other.unwrap_or("none"));
-                        let hint = match expected {
-                            "PolyData" => "save the lines as poly data (.vtp)",
-                            _ => "save it as an unstructured grid (.vtu)",
-                        };
-                        return Err(unsupported(found, hint));
-                    }
-                }
-                header.coding = read_coding(&tags, &tag, unsupported)?;
-            }
-            ("Piece", false) => {
-                pieces += 1;
-                header.n_points = count("NumberOfPoints")?;
-                header.n_cells = count(if expected == "PolyData" { "NumberOfLines" } else { "NumberOfCells" })?;
-            }
-            (
-                "Points" | "Cells" | "Lines" | "Verts" | "Strips" | "Polys" | "PointData" | "CellData" | "FieldData",
-                closes,
-            ) => {
-                section = if closes { String::new() } else { tag.name.into() };
-            }
-            ("DataArray" | "Array", false) if !section.is_empty() && section != "FieldData" => {
-                header.arrays.extend(read_array(&tags, &tag, &section)?);
-            }
-            ("AppendedData", false) => {
-                let base64 = match tag.get("encoding") {
-                    Some("raw") => false,
-                    Some("base64") | None => true,
-                    Some(other) => return Err(tags.malformed(tag.start, "the encoding raw or base64", other)),
-                };
-                let underscore = bytes[tag.end..].iter().position(|&byte| byte == b'_');
-                let start = underscore.ok_or_else(|| tags.malformed(tag.start, "'_' before appended data", "none"))?;
-                header.appended = Some((tag.end + start + 1, base64));
-                break;
-            }
-            _ => {}
-        }
-    }
-    if !in_file {
-        return Err(ReadError::Missing { path: path.into(), what: "<VTKFile> tag", hint: "is it an XML file of VTK?" });
-    }
-    match pieces {
-        0 => Err(ReadError::Missing { path: path.into(), what: "<Piece>", hint: "is it a complete VTU file?" }),
-        1 => Ok(header),
-        _ => Err(unsupported(format!("a file of {pieces} pieces"), "merge the pieces (in ParaView: Merge Blocks)")),
-    }
-}
-
-/// The points of a poly data file, and ends and points of its lines.
-pub(super) fn read_lines(path: &Path, bytes: &[u8]) -> Result<LineArrays, ReadError> {
+/// The points of a poly data file, and those of its lines.
+pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVec3>, Corners<'a>), ReadError> {
     let header = read_header(path, bytes, "PolyData")?;
-    let file = File { path, bytes, header: &header };
+    let [piece] = &header.pieces[..] else {
+        let found = format!("a file of {} pieces", header.pieces.len());
+        let hint = "merge the pieces (in ParaView: Append Geometry)";
+        return Err(ReadError::Unsupported { path: path.into(), found, hint });
+    };
+    let file = File { path, bytes, header: &header, piece };
     let (points, _) = file.read_points(file.array("Points", None)?)?;
-    let offsets = file.integers(file.array("Lines", Some("offsets"))?)?;
-    let connectivity = file.integers(file.array("Lines", Some("connectivity"))?)?;
-    Ok((points, offsets, connectivity))
+    Ok((points, file.corners("Lines")?))
 }
 
-fn read_coding(
-    tags: &Tags,
-    tag: &Tag,
-    unsupported: impl Fn(String, &'static str) -> ReadError,
-) -> Result<Coding, ReadError> {
-    let endian = match tag.get("byte_order") {
-        Some("LittleEndian") | None => Endian::Little,
-        Some("BigEndian") => Endian::Big,
-        Some(other) => return Err(tags.malformed(tag.start, "byte_order LittleEndian or BigEndian", other)),
-    };
-    let header = match tag.get("header_type") {
-        Some("UInt32") | None => 4,
-        Some("UInt64") => 8,
-        Some(other) => return Err(tags.malformed(tag.start, "header_type UInt32 or UInt64", other)),
-    };
-    let compression = match tag.get("compressor") {
-        None | Some("") => None,
-        Some(name) => match Compression::named(name) {
-            None => {
-                return Err(unsupported(format!("compression by {name}"), "save it with zlib or without compression"));
-            }
-            known => known,
-        },
-    };
-    Ok(Coding { endian, header, compression })
-}
-
-/// A `DataArray`; nothing if it is one of strings.
-fn read_array(tags: &Tags, tag: &Tag, section: &str) -> Result<Option<Array>, ReadError> {
-    let kind = tag.get("type").unwrap_or_default();
-    let Some(number) = Number::named(kind) else {
-        return match kind {
-            "String" | "Bit" => Ok(None),
-            _ => Err(tags.malformed(tag.start, "a type such as Float64", shown(kind.as_bytes()))),
-        };
-    };
-    let values = match tag.get("format") {
-        Some("ascii") => Values::Text(tag.end),
-        Some("binary") => Values::Base64(tag.end),
-        Some("appended") => {
-            let offset = tag.get("offset").and_then(|offset| offset.trim().parse().ok());
-            let attribute = tag.place_of("offset").unwrap_or_default();
-            let offset = offset.ok_or_else(|| {
-                tags.malformed(tag.start, "the offset of an appended array", tag.get("offset").unwrap_or("none"))
-            })?;
-            Values::Appended { offset, attribute }
-        }
-        other => {
-            let found = other.unwrap_or("none");
-            return Err(tags.malformed(tag.start, "the format ascii, binary or appended", found));
-        }
-    };
-    let name = tag.get("Name").unwrap_or_default().to_string();
-    Ok(Some(Array { section: section.to_string(), name, number, tag: tag.start, values }))
-}
-
-/// A file with what its tags say.
-struct File<'a> {
+/// A piece of a file with what its tags say.
+struct File<'a, 'h> {
     path: &'a Path,
     bytes: &'a [u8],
-    header: &'a Header,
+    header: &'h Header,
+    piece: &'h Piece,
 }
 
-impl<'a> File<'a> {
+impl<'a, 'h> File<'a, 'h> {
     fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         let lines = self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
         let place = Place::Line(self.path.into(), lines + 1);
@@ -269,9 +117,9 @@ impl<'a> File<'a> {
     }
 
     /// The array of that name in a section, or its only one.
-    fn array(&self, section: &'static str, name: Option<&str>) -> Result<&Array, ReadError> {
+    fn array(&self, section: &'static str, name: Option<&str>) -> Result<&'h Array, ReadError> {
         let fits = |array: &&Array| array.section == section && name.is_none_or(|name| array.name == name);
-        self.header.arrays.iter().find(fits).ok_or_else(|| ReadError::Missing {
+        self.piece.arrays.iter().find(fits).ok_or_else(|| ReadError::Missing {
             path: self.path.into(),
             what: match name {
                 Some("types") => "array of cell types",
@@ -308,10 +156,51 @@ impl<'a> File<'a> {
         Ok(Some((start, payload)))
     }
 
+    /// Fails if cells of the piece are copies of another's.
+    fn refuse_ghosts(&self) -> Result<(), ReadError> {
+        let Some(array) = self.cell_array("vtkGhostType") else { return Ok(()) };
+        let mut ghosts = self.integers(array)?;
+        if (0..ghosts.len()).all(|cell| ghosts.get(cell) == Some(0)) {
+            return Ok(());
+        }
+        let hint = "save it without them, or merge the pieces (in ParaView: Merge Blocks)";
+        Err(ReadError::Unsupported { path: self.path.into(), found: "a file of pieces with ghost cells".into(), hint })
+    }
+
+    fn cell_array(&self, name: &str) -> Option<&'h Array> {
+        self.piece.arrays.iter().find(|array| array.section == "CellData" && array.name == name)
+    }
+
+    /// Reads the cells of a piece of so many points, of which `numbered` says the vertices.
+    fn read_cells(
+        &self,
+        n_points: usize,
+        numbered: impl Fn(usize) -> u32,
+        assembly: &mut Assembly,
+    ) -> Result<(), ReadError> {
+        let types = self.integers(self.array("Cells", Some("types"))?)?;
+        let corners = self.corners("Cells")?;
+        let family = FAMILY_ARRAYS.iter().find_map(|name| self.cell_array(name));
+        let families = family.map(|array| self.integers(array)).transpose()?;
+        let cells_tag = self.array("Cells", Some("connectivity"))?.tag;
+        let malformed = |expected: String, found: String| self.malformed(cells_tag, expected, found);
+        if types.len() != self.piece.n_cells {
+            let expected = format!("{} cell types, as the piece declares", self.piece.n_cells);
+            return Err(malformed(expected, types.len().to_string()));
+        }
+        cells::assemble(self.path, Table { types, corners }, families, n_points, numbered, malformed, assembly)
+    }
+
+    /// The vertices of the cells or lines of a section.
+    fn corners(&self, section: &'static str) -> Result<Corners<'a>, ReadError> {
+        let array = |name| self.integers(self.array(section, Some(name))?);
+        Ok(Corners::Ends(array("offsets")?, array("connectivity")?))
+    }
+
     /// The values of an array of whole numbers.
-    fn integers(&self, array: &Array) -> Result<Vec<i64>, ReadError> {
+    fn integers(&self, array: &Array) -> Result<Integers<'a>, ReadError> {
         let values = match self.payload(array)? {
-            Some((_, payload)) => array.number.integers(&payload.data, payload.coding.endian),
+            Some((_, payload)) => Integers::stored(payload.data, array.number, payload.coding.endian),
             None => {
                 let mut values = Vec::new();
                 for token in self.tokens(array) {
@@ -322,7 +211,7 @@ impl<'a> File<'a> {
                     })?;
                     values.push(value);
                 }
-                Some(values)
+                Some(values.into())
             }
         };
         values.ok_or_else(|| self.malformed(array.tag, format!("whole numbers in '{}'", array.name), "others"))
@@ -332,7 +221,7 @@ impl<'a> File<'a> {
     fn tokens(&self, array: &Array) -> impl Iterator<Item = Range<usize>> + '_ {
         let start = if let Values::Text(start) = array.values { start } else { self.bytes.len() };
         let rest = &self.bytes[start..];
-        let end = start + find(rest, b"<").unwrap_or(rest.len());
+        let end = start + find_byte(rest, b'<').unwrap_or(rest.len());
         let mut at = start;
         std::iter::from_fn(move || {
             let token = next_token(&self.bytes[..end], at);
@@ -342,7 +231,7 @@ impl<'a> File<'a> {
     }
 
     /// The points and how to write them back.
-    fn read_points(&self, array: &Array) -> Result<(Vec<DVec3>, Box<dyn Coordinates>), ReadError> {
+    fn read_points(&self, array: &Array) -> Result<(Vec<DVec3>, Stored), ReadError> {
         let mut slots = Vec::new();
         let payload = self.payload(array)?;
         let values = match &payload {
@@ -360,7 +249,7 @@ impl<'a> File<'a> {
                 values
             }
         };
-        let n_points = self.header.n_points;
+        let n_points = self.piece.n_points;
         if Some(values.len()) != n_points.checked_mul(3) {
             let expected = format!("{n_points} points, as the piece declares");
             return Err(self.malformed(array.tag, expected, format!("{} coordinates", values.len())));
@@ -372,66 +261,17 @@ impl<'a> File<'a> {
             check_finite_at(position, vertex as u64, place)?;
         }
         let positions = triples.iter().map(|&position| position.into()).collect();
-        let Some((start, payload)) = payload else {
-            let slots = Slots { encoding: Encoding::Text, width: Width::Double, slots };
-            return Ok((positions, Box::new(slots)));
-        };
+        let Some((start, payload)) = payload else { return Ok((positions, Stored::Text(slots))) };
         let width = match array.number {
             Number::F64 => Width::Double,
             Number::F32 => Width::Single,
             _ => return Err(self.malformed(array.tag, "points of type Float64 or Float32", "whole numbers")),
         };
-        let behind = |other: &Array| match (&array.values, &other.values) {
-            (Values::Appended { offset: here, .. }, Values::Appended { offset, attribute }) if offset > here => {
-                Some((*offset, attribute.clone()))
-            }
-            _ => None,
-        };
-        let mut behind: Vec<_> = self.header.arrays.iter().filter_map(behind).collect();
-        behind.sort_by_key(|(_, attribute)| attribute.start);
-        Ok((positions, Box::new(Points { start, payload: payload.into_owned(), width, behind })))
+        Ok((positions, Stored::Array(points::Array { start, payload: payload.into_owned(), width })))
     }
 }
 
 /// How many white-space bytes a text begins with.
 fn blanks(bytes: &[u8]) -> usize {
     bytes.iter().take_while(|byte| byte.is_ascii_whitespace()).count()
-}
-
-/// The array of points, to be replaced as a whole.
-#[derive(Debug)]
-struct Points {
-    /// Where it begins in the file.
-    start: usize,
-    payload: Payload<'static>,
-    width: Width,
-    /// Offsets of the appended arrays behind it with the places where the file says them, in order: if its length
-    /// changes, so do they.
-    behind: Vec<(usize, Range<usize>)>,
-}
-
-impl Coordinates for Points {
-    fn write(&self, bytes: &[u8], out: &mut dyn Write, vertices: &[DVec3]) -> io::Result<()> {
-        let endian = self.payload.coding.endian;
-        let mut data = Vec::with_capacity(self.payload.data.len());
-        for value in vertices.iter().flat_map(|vertex| vertex.to_array()) {
-            match self.width {
-                Width::Single => data.extend_from_slice(&endian.single(narrow(value)?)),
-                Width::Double => data.extend_from_slice(&endian.double(value)),
-            }
-        }
-        if data == *self.payload.data {
-            return out.write_all(bytes);
-        }
-        let payload = self.payload.encode(&data)?;
-        let mut copied = 0;
-        for (offset, attribute) in &self.behind {
-            out.write_all(&bytes[copied..attribute.start])?;
-            write!(out, "{}", offset - self.payload.length + payload.len())?;
-            copied = attribute.end;
-        }
-        out.write_all(&bytes[copied..self.start])?;
-        out.write_all(&payload)?;
-        out.write_all(&bytes[self.start + self.payload.length..])
-    }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::formats::error::{Place, ReadError};
-use crate::formats::scanner::shown;
+use crate::formats::scanner::{find_byte, shown};
 
 /// A tag: `<Name key="value">`, `</Name>` or `<Name/>`; or a comment.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ impl<'a> Tags<'a> {
     pub fn next_tag(&mut self) -> Result<Option<Tag<'a>>, ReadError> {
         loop {
             let rest = &self.bytes[self.at..];
-            let Some(open) = rest.iter().position(|&byte| byte == b'<') else {
+            let Some(open) = find_byte(rest, b'<') else {
                 self.at = self.bytes.len();
                 return Ok(None);
             };
@@ -122,6 +122,6 @@ impl<'a> Tag<'a> {
 }
 
 /// Where a pattern first stands.
-pub(super) fn find(bytes: &[u8], pattern: &[u8]) -> Option<usize> {
+fn find(bytes: &[u8], pattern: &[u8]) -> Option<usize> {
     bytes.windows(pattern.len()).position(|window| window == pattern)
 }

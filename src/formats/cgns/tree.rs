@@ -1,0 +1,176 @@
+//! The tree of a CGNS file: nodes with a name, a label, data and children.
+//!
+//! Source: the CGNS standard, "SIDS file mapping, HDF5".
+
+use std::borrow::Cow;
+use std::fmt::Display;
+use std::path::Path;
+use std::sync::Arc;
+
+use hdf5_pure::{AttrValue, Dataset, Datatype, DatatypeByteOrder, File, FormatError, Group, Layout, Source};
+
+use crate::formats::error::{Place, ReadError};
+use crate::formats::number::{Integers, Number};
+use crate::formats::scanner::Endian;
+
+/// The bytes of a file that HDF5 and idmesh read together.
+#[derive(Clone)]
+pub(super) struct Shared(pub Arc<Vec<u8>>);
+
+impl Source for Shared {
+    fn len(&self) -> u64 {
+        self.0.len() as u64
+    }
+
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
+        let end = FormatError::UnexpectedEof {
+            expected: usize::try_from(offset).unwrap_or(usize::MAX).saturating_add(buffer.len()),
+            available: self.0.len(),
+        };
+        let start = usize::try_from(offset).ok().filter(|&start| start <= self.0.len()).ok_or_else(|| end.clone())?;
+        let found = self.0[start..].get(..buffer.len()).ok_or(end)?;
+        buffer.copy_from_slice(found);
+        Ok(())
+    }
+}
+
+/// A node.
+pub(super) struct Node<'a> {
+    file: &'a Path,
+    bytes: &'a [u8],
+    /// The names that lead to it, each after a slash.
+    path: String,
+    group: Group,
+}
+
+impl<'a> Node<'a> {
+    /// The root of the file at that path, for messages, with these bytes.
+    pub fn root(file: &'a Path, bytes: &'a [u8], hdf5: &File) -> Self {
+        Self { file, bytes, path: String::new(), group: hdf5.root() }
+    }
+
+    pub fn name(&self) -> &str {
+        self.path.rsplit('/').next().unwrap_or_default()
+    }
+
+    pub fn place(&self) -> Place {
+        Place::Node(self.file.into(), if self.path.is_empty() { "/".into() } else { self.path.clone() })
+    }
+
+    /// The error that the node is not as `expected`.
+    pub fn malformed(&self, expected: impl Into<String>, found: impl Display) -> ReadError {
+        ReadError::Malformed { place: self.place(), expected: expected.into(), found: found.to_string() }
+    }
+
+    /// The node's child of that name, if it has one.
+    pub fn find(&self, name: &str) -> Option<Self> {
+        let group = self.group.group(name).ok()?;
+        Some(Self { file: self.file, bytes: self.bytes, path: format!("{}/{name}", self.path), group })
+    }
+
+    /// The node's child of that name, which it must have.
+    pub fn child(&self, name: &str) -> Result<Self, ReadError> {
+        self.find(name).ok_or_else(|| self.malformed(format!("a node {name} in it"), "none"))
+    }
+
+    /// The children of that label, by name: HDF5 keeps no other order.
+    pub fn children(&self, label: &str) -> Result<Vec<Self>, ReadError> {
+        let labelled = self.labelled()?.into_iter().filter(|(found, _)| found == label);
+        Ok(labelled.map(|(_, node)| node).collect())
+    }
+
+    /// All children with their labels, by name.
+    pub fn labelled(&self) -> Result<Vec<(String, Self)>, ReadError> {
+        let mut names = self.group.groups().map_err(|error| self.malformed("nodes of CGNS", error))?;
+        names.sort();
+        let mut children = Vec::new();
+        for name in names {
+            let node = self.child(&name)?;
+            let attributes = node.group.attrs().map_err(|error| node.malformed("a node of CGNS", error))?;
+            let label = match attributes.get("label") {
+                Some(AttrValue::String(text) | AttrValue::AsciiString(text)) => text.trim_end_matches('\0'),
+                Some(AttrValue::AsciiStringSized { value, .. } | AttrValue::StringSized { value, .. }) => {
+                    value.trim_end_matches('\0')
+                }
+                _ => "",
+            };
+            children.push((label.to_owned(), node));
+        }
+        Ok(children)
+    }
+
+    /// The only child of that label; `hint` says what to do about several.
+    pub fn only(&self, label: &str, what: &'static str, hint: &'static str) -> Result<Self, ReadError> {
+        let mut nodes = self.children(label)?;
+        let path = self.file.into();
+        match (nodes.pop(), nodes.len()) {
+            (Some(node), 0) => Ok(node),
+            (None, _) => Err(ReadError::Missing { path, what, hint: "is it a complete CGNS file?" }),
+            (_, more) => Err(ReadError::Unsupported { path, found: format!("CGNS with {} {what}s", more + 1), hint }),
+        }
+    }
+
+    /// The node's data, of no more numbers than the file has bytes.
+    pub fn data(&self) -> Result<Dataset, ReadError> {
+        // The name begins with a space.
+        let data = self.group.dataset(" data").map_err(|error| self.malformed("data", error))?;
+        let shape = data.shape().map_err(|error| self.malformed("data", error))?;
+        let n_values = shape.iter().try_fold(1u64, |product, &size| product.checked_mul(size)).unwrap_or(u64::MAX);
+        let length = self.bytes.len();
+        if n_values > length as u64 {
+            let expected = format!("data within the {length} bytes of the file");
+            return Err(self.malformed(expected, format_args!("{n_values} values")));
+        }
+        Ok(data)
+    }
+
+    /// Where the data stand in the file and their bytes, if they stand there in one piece.
+    pub fn stored(&self, data: &Dataset) -> Result<Option<(usize, &'a [u8])>, ReadError> {
+        let Layout::Contiguous { address: Some(address), size } =
+            data.layout().map_err(|error| self.malformed("data", error))?
+        else {
+            return Ok(None);
+        };
+        let range = |start: usize| Some(start..start.checked_add(usize::try_from(size).ok()?)?);
+        let found = usize::try_from(address).ok().and_then(|start| Some((start, self.bytes.get(range(start)?)?)));
+        found.map(Some).ok_or_else(|| self.malformed("data", "an end of the file before theirs"))
+    }
+
+    /// The data as whole numbers.
+    pub fn integers(&self) -> Result<Integers<'a>, ReadError> {
+        let data = self.data()?;
+        let datatype = data.datatype().map_err(|error| self.malformed("whole numbers", error))?;
+        if let Some((number, endian)) = number_of(&datatype)
+            && let Some((_, bytes)) = self.stored(&data)?
+            && let Some(integers) = Integers::stored(Cow::Borrowed(bytes), number, endian)
+            && data.shape().is_ok_and(|shape| shape.iter().product::<u64>() == integers.len() as u64)
+        {
+            return Ok(integers);
+        }
+        let values = data.read_i64().map_err(|error| self.malformed("whole numbers", error))?;
+        Ok(values.into())
+    }
+
+    /// The data as text.
+    pub fn text(&self) -> Result<String, ReadError> {
+        let bytes = self.data()?.read_i8().map_err(|error| self.malformed("text", error))?;
+        let bytes: Vec<u8> = bytes.into_iter().map(|byte| byte as u8).collect();
+        Ok(String::from_utf8_lossy(&bytes).trim_end_matches(['\0', ' ']).to_string())
+    }
+}
+
+/// CGNS's types of whole numbers: with a sign, of 32 or 64 bits.
+fn number_of(datatype: &Datatype) -> Option<(Number, Endian)> {
+    let Datatype::FixedPoint { size, byte_order, layout } = datatype else { return None };
+    let full = layout.signed && layout.bit_offset == 0 && u32::from(layout.bit_precision) == 8 * size;
+    let number = match size {
+        4 if full => Number::I32,
+        8 if full => Number::I64,
+        _ => return None,
+    };
+    match byte_order {
+        DatatypeByteOrder::LittleEndian => Some((number, Endian::Little)),
+        DatatypeByteOrder::BigEndian => Some((number, Endian::Big)),
+        DatatypeByteOrder::Vax => None,
+    }
+}

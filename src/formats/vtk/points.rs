@@ -1,0 +1,160 @@
+//! The points of a VTU file, and how they are written back.
+
+use std::collections::HashMap;
+use std::io::{self, Write};
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::payload::Payload;
+use crate::formats::document::{Coordinates, Slots, narrow};
+use crate::formats::out::Out;
+use crate::formats::scanner::{Encoding, Width};
+
+/// How a piece of the file holds its points.
+pub(super) enum Stored {
+    /// As text: where each stands.
+    Text(Vec<usize>),
+    Array(Array),
+}
+
+/// An array of points, to be replaced as a whole.
+#[derive(Debug)]
+pub(super) struct Array {
+    /// Where it begins in the file.
+    pub start: usize,
+    pub payload: Payload<'static>,
+    pub width: Width,
+}
+
+/// Where the file says where an appended array begins.
+#[derive(Clone, Debug)]
+pub(super) struct Offset {
+    /// From the beginning of the appended arrays.
+    pub value: usize,
+    /// From the file's beginning.
+    pub start: usize,
+    /// Where the value stands.
+    pub attribute: Range<usize>,
+}
+
+/// Puts the points of pieces together. A point of a piece is that of an earlier one at the very same place.
+#[derive(Default)]
+pub(super) struct Pieces {
+    pub positions: Vec<DVec3>,
+    /// The vertex of each point of the file.
+    vertex_of: Vec<u32>,
+    /// Vertices of earlier pieces by the bits of their coordinates.
+    earlier: HashMap<[u64; 3], u32>,
+    stored: Vec<Stored>,
+}
+
+impl Pieces {
+    /// Adds the points of a piece and gives their vertices.
+    pub fn add(&mut self, points: Vec<DVec3>, stored: Stored) -> &[u32] {
+        let first = self.vertex_of.len();
+        self.stored.push(stored);
+        for point in &points {
+            let known = self.earlier.get(&bits(point)).copied();
+            self.vertex_of.push(known.unwrap_or_else(|| {
+                self.positions.push(*point);
+                (self.positions.len() - 1) as u32
+            }));
+        }
+        for (point, &vertex) in points.iter().zip(&self.vertex_of[first..]) {
+            self.earlier.entry(bits(point)).or_insert(vertex);
+        }
+        &self.vertex_of[first..]
+    }
+
+    /// The vertices and how to write them; nothing if some pieces are text and others not, or overlap.
+    pub fn finish(self, offsets: Vec<Offset>) -> Option<(Vec<DVec3>, Box<dyn Coordinates>)> {
+        let Self { positions, vertex_of, stored, .. } = self;
+        let coordinates = together(stored, offsets)?;
+        Some((positions, Box::new(Copies { vertex_of, coordinates })))
+    }
+}
+
+/// How to write all points of a file.
+pub(super) fn together(stored: Vec<Stored>, mut offsets: Vec<Offset>) -> Option<Box<dyn Coordinates>> {
+    let (mut slots, mut arrays) = (Vec::new(), Vec::<Array>::new());
+    for piece in stored {
+        match piece {
+            Stored::Text(places) => slots.extend(places),
+            Stored::Array(array) => arrays.push(array),
+        }
+    }
+    if arrays.is_empty() {
+        return Some(Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots }));
+    }
+    let apart = arrays.is_sorted_by(|a, b| a.start + a.payload.length <= b.start);
+    offsets.retain(|offset| offset.start > arrays[0].start);
+    (slots.is_empty() && apart).then(|| Box::new(Points { arrays, offsets }) as Box<dyn Coordinates>)
+}
+
+fn bits(point: &DVec3) -> [u64; 3] {
+    point.to_array().map(f64::to_bits)
+}
+
+/// Points that stand in several pieces.
+#[derive(Debug)]
+struct Copies {
+    /// The vertex of each point of the file.
+    vertex_of: Vec<u32>,
+    coordinates: Box<dyn Coordinates>,
+}
+
+impl Coordinates for Copies {
+    fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
+        let points: Vec<DVec3> = self.vertex_of.iter().map(|&vertex| vertices[vertex as usize]).collect();
+        self.coordinates.write(bytes, out, &points)
+    }
+}
+
+/// Arrays of points one after another.
+#[derive(Debug)]
+struct Points {
+    arrays: Vec<Array>,
+    /// Those of the appended arrays behind the first one: if the length of one changes, so do they.
+    offsets: Vec<Offset>,
+}
+
+impl Coordinates for Points {
+    fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
+        let mut edits: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
+        let mut rest = vertices;
+        for Array { start, payload, width } in &self.arrays {
+            let endian = payload.coding.endian;
+            let (own, after) = rest.split_at(payload.data.len() / (3 * width.bytes()));
+            rest = after;
+            let mut data = Vec::with_capacity(payload.data.len());
+            for value in own.iter().flat_map(|point| point.to_array()) {
+                match width {
+                    Width::Single => data.extend_from_slice(&endian.single(narrow(value)?)),
+                    Width::Double => data.extend_from_slice(&endian.double(value)),
+                }
+            }
+            if data != *payload.data {
+                edits.push((*start..*start + payload.length, payload.encode(&data)?));
+            }
+        }
+        let longer = |start: usize| -> isize {
+            let before = edits.iter().filter(|(range, _)| range.start < start);
+            before.map(|(range, new)| new.len() as isize - range.len() as isize).sum()
+        };
+        let moved =
+            self.offsets.iter().map(|offset| (offset, offset.value.saturating_add_signed(longer(offset.start))));
+        let moved = moved.filter(|(offset, new)| *new != offset.value);
+        let moved: Vec<_> =
+            moved.map(|(offset, new)| (offset.attribute.clone(), new.to_string().into_bytes())).collect();
+        edits.extend(moved);
+        edits.sort_by_key(|(range, _)| range.start);
+        let mut copied = 0;
+        for (range, new) in &edits {
+            out.write_all(&bytes[copied..range.start])?;
+            out.write_all(new)?;
+            copied = range.end;
+        }
+        out.write_all(&bytes[copied..])
+    }
+}
