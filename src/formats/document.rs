@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::out::Out;
 use super::scanner::{Encoding, Width, next_token, parse_double};
@@ -62,34 +63,69 @@ pub(super) struct Slots {
     pub slots: Vec<usize>,
 }
 
+/// Vertices in a task of writing text, and tasks whose text is kept until it is written.
+const VERTICES: usize = 2048;
+const TASKS: usize = 64;
+
+impl Slots {
+    /// Writes a text file: coordinates whose value did not change keep their digits. Digits are made in parallel.
+    fn write_text(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
+        let Some(&first) = self.slots.first() else { return out.write_all(bytes) };
+        out.write_all(&bytes[..first])?;
+        // The text from a task's first coordinate to the next one's, and where that is.
+        let of_task = |task: usize| {
+            let (begin, end) = (task * VERTICES, self.slots.len().min((task + 1) * VERTICES));
+            let mut text = Vec::with_capacity(80 * (end - begin));
+            let mut copied = self.slots[begin];
+            for (&slot, vertex) in self.slots[begin..end].iter().zip(&vertices[begin..end]) {
+                copied = write_vertex(bytes, &mut text, copied, slot, vertex)?;
+            }
+            let next = self.slots.get(end).map_or(copied, |&next| next);
+            text.extend_from_slice(&bytes[copied..next]);
+            Ok((text, next))
+        };
+        let mut copied = first;
+        let n_tasks = self.slots.len().div_ceil(VERTICES);
+        for begin in (0..n_tasks).step_by(TASKS) {
+            let tasks = begin..n_tasks.min(begin + TASKS);
+            for (text, next) in tasks.into_par_iter().map(of_task).collect::<io::Result<Vec<_>>>()? {
+                out.write_all(&text)?;
+                copied = next;
+            }
+        }
+        out.write_all(&bytes[copied..])
+    }
+}
+
 impl Coordinates for Slots {
-    /// In a text file, coordinates whose value did not change keep their digits.
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
+        let Encoding::Binary(endian) = self.encoding else { return self.write_text(bytes, out, vertices) };
         let mut copied = 0;
         for (&slot, vertex) in self.slots.iter().zip(vertices) {
-            copied = match self.encoding {
-                Encoding::Text => write_text(bytes, out, copied, slot, vertex)?,
-                Encoding::Binary(endian) => {
-                    out.write_all(&bytes[copied..slot])?;
-                    let mut block = [0; 24];
-                    let block = &mut block[..3 * self.width.bytes()];
-                    for (bytes, value) in block.chunks_exact_mut(self.width.bytes()).zip(vertex.to_array()) {
-                        match self.width {
-                            Width::Single => bytes.copy_from_slice(&endian.single(narrow(value)?)),
-                            Width::Double => bytes.copy_from_slice(&endian.double(value)),
-                        }
-                    }
-                    out.write_all(block)?;
-                    slot + block.len()
+            out.write_all(&bytes[copied..slot])?;
+            let mut block = [0; 24];
+            let block = &mut block[..3 * self.width.bytes()];
+            for (bytes, value) in block.chunks_exact_mut(self.width.bytes()).zip(vertex.to_array()) {
+                match self.width {
+                    Width::Single => bytes.copy_from_slice(&endian.single(narrow(value)?)),
+                    Width::Double => bytes.copy_from_slice(&endian.double(value)),
                 }
-            };
+            }
+            out.write_all(block)?;
+            copied = slot + block.len();
         }
         out.write_all(&bytes[copied..])
     }
 }
 
 /// Copies from `copied` to the end of the vertex's last coordinate and returns that end.
-fn write_text(bytes: &[u8], out: &mut Out, mut copied: usize, slot: usize, vertex: &DVec3) -> io::Result<usize> {
+fn write_vertex(
+    bytes: &[u8],
+    out: &mut impl Write,
+    mut copied: usize,
+    slot: usize,
+    vertex: &DVec3,
+) -> io::Result<usize> {
     let mut at = slot;
     for value in vertex.to_array() {
         let mut token = next_token(bytes, at);
