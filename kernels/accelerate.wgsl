@@ -1,5 +1,5 @@
 // The end of a multigrid cycle: e_new = start + P (relaxation (e - start) + momentum (start - previous)), and per workgroup of
-// 256 vertices the largest squared change e_new - start, in shortest edges. One invocation per vertex. Needs
+// 256 vertices the largest squared change, in shortest edges. One invocation per vertex. Needs
 // constraint.wgsl before it.
 
 struct Params {
@@ -37,9 +37,9 @@ fn accelerate(
     if (row < params.n_vertices) {
         let origin = start[row].xyz;
         let update = params.relaxation * (e[row].xyz - origin) + params.momentum * (origin - previous[row].xyz);
-        let new_e = origin + project(row, update);
-        e[row] = vec4<f32>(new_e, 0.0);
-        let d = (new_e - origin) * inverse_length[row];
+        let step = project(row, update);
+        e[row] = vec4<f32>(origin + step, 0.0);
+        let d = step * inverse_length[row];
         change = d.x * d.x + d.y * d.y + d.z * d.z;
     }
     largest[lane] = bitcast<u32>(change) & 0x7fffffffu;

@@ -140,16 +140,11 @@ fn a_cycle_is_worth_as_much_on_every_mesh() {
     let even = |at: DVec3| at;
     let graded = |at: DVec3| DVec3::new(1e-3f64.powf(1.0 - at.x), at.y, at.z) + at;
     let flat = |at: DVec3| DVec3::new(at.x, at.y, 0.2 * at.z);
-    let places = [("even", even as fn(DVec3) -> DVec3, 12), ("graded", graded, 14), ("flat", flat, 24)];
+    let places = [("even", even as fn(DVec3) -> DVec3, 12), ("graded", graded, 14), ("flat", flat, 14)];
     for springs in
         [(Length::Inverse, Torsion::None), (Length::InverseSquare, Torsion::None), (Length::Inverse, Torsion::Product)]
     {
         for (name, place, most) in places {
-            // Flat tets make the sum of 1/sin^2 some hundred times stiffer one way than the others: beyond aggregates of all
-            // neighbours.
-            if name == "flat" && springs.1 != Torsion::None {
-                continue;
-            }
             for n in [8, 16, 24] {
                 let (positions, network) = network(n, springs, place, hold_boundary);
                 let (_, convergence) = relax(
@@ -164,33 +159,32 @@ fn a_cycle_is_worth_as_much_on_every_mesh() {
     }
 }
 
+/// Layers at a wall, a thousand times as wide as thick, that end at a symmetry plane.
+#[test]
+fn thin_layers_take_no_more_cycles() {
+    let layers = |at: DVec3| DVec3::new(at.x, at.y, 1e-4f64.powf(1.0 - at.z) - 1e-4);
+    let hold = |at: DVec3| match at {
+        _ if at.z == 0.0 || at.max_element() == 1.0 => Constraint::Held,
+        _ if at.x == 0.0 => Constraint::InPlane(DVec3::X),
+        _ => Constraint::Free,
+    };
+    for n in [8, 16, 24] {
+        for length in [Length::Inverse, Length::InverseSquare] {
+            let (positions, network) = network(n, (length, Torsion::None), layers, hold);
+            let accuracy = Accuracy { tolerance: 1e-6, ..TIGHT };
+            let (_, convergence) = relax(&network, &start(&positions, &network), Method::Multigrid, accuracy);
+            assert!(convergence.converged && convergence.sweeps <= 18, "{length:?} {n}: {convergence:?}");
+        }
+    }
+}
+
 /// Coarse networks cost less than the finest one by far.
 #[test]
 fn a_hierarchy_is_small() {
     let (_, network) = network(24, (Length::Inverse, Torsion::Product), |at| at, |_| Constraint::Free);
     let hierarchy = Hierarchy::new(&network);
     assert!(hierarchy.depth() >= 3);
-    assert!(hierarchy.complexity(&network) < 1.3, "{}", hierarchy.complexity(&network));
-}
-
-/// With other springs and back again a hierarchy is what it was: the joined vertices stay the same, all else follows.
-#[test]
-fn a_hierarchy_follows_its_springs() {
-    let plane = |at: DVec3| if at.x == 0.0 { Constraint::InPlane(DVec3::X) } else { Constraint::Free };
-    let of = |springs| network(12, springs, |at| at, plane).1;
-    let [first, second] = [of((Length::Inverse, Torsion::None)), of((Length::InverseSquare, Torsion::Product))];
-    let new = Hierarchy::new(&first);
-    let there = Hierarchy::new(&first).refreshed(&second);
-    for (a, b) in there.data(&second).iter().zip(&new.data(&first)) {
-        assert_eq!(a.network.constraint, b.network.constraint);
-        assert_ne!(a.network.stiffness, b.network.stiffness);
-    }
-    let back = there.refreshed(&first);
-    assert_eq!(back.depth(), new.depth());
-    for (a, b) in back.data(&first).iter().zip(&new.data(&first)) {
-        assert_eq!((a.network.graph, a.network.stiffness), (b.network.graph, b.network.stiffness));
-        assert_eq!((a.transfers, a.sweeps), (b.transfers, b.sweeps));
-    }
+    assert!(hierarchy.complexity(&network) < 1.4, "{}", hierarchy.complexity(&network));
 }
 
 #[test]

@@ -27,7 +27,8 @@ pub struct Params {
 /// - `start`, `previous` `[vertices of the blocks]`: correction before the cycle, and one cycle earlier
 /// - `e` `[vertices of the blocks]`: on entry the correction the cycle ended with, on exit the new one
 /// - `inverse_length` `[vertices of the blocks]`: one over the length of each vertex's shortest edge
-/// - `largest` `[blocks]`: largest `|(e_new - start) * inverse_length|^2`; a NaN in a block comes out as NaN
+/// - `largest` `[blocks]`: largest `|P (...) * inverse_length|^2`; a NaN in a block comes out as NaN. Not taken from
+///   `e_new - start`: compilers of shaders see through that difference, and round it otherwise
 ///
 /// Source: Chebyshev semi-iteration (Golub and Varga 1961) with a cycle in place of a sweep.
 pub fn run<T: Real>(
@@ -50,7 +51,7 @@ pub fn run<T: Real>(
             let mut d = [T::ZERO; 3];
             for axis in 0..3 {
                 e[row][axis] = origin[axis] + step[axis];
-                d[axis] = (e[row][axis] - origin[axis]) * inverse_length[row];
+                d[axis] = step[axis] * inverse_length[row];
             }
             let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
             *largest = largest.max_magnitude(squared);

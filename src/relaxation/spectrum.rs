@@ -157,8 +157,12 @@ fn extremes(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
         }
         count
     };
+    let at = |at: usize| off_diagonal.get(at).copied().unwrap_or(0.0);
+    // Gershgorin's bound. Networks of tets end below 2, coarse ones may not.
+    let reach = (0..diagonal.len()).map(|row| diagonal[row] + at(row) + if row == 0 { 0.0 } else { at(row - 1) });
+    let reach = reach.fold(0.0, f64::max);
     let bisect = |wanted: usize| {
-        let (mut low, mut high) = (-0.5, 2.5);
+        let (mut low, mut high) = (-0.5, reach);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if below(middle) >= wanted { high = middle } else { low = middle }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::super::Network;
-use super::aggregation::Aggregates;
+use super::aggregation::{Aggregates, NONE};
 use crate::backend::{Constraint, Transfer};
 use crate::mesh::csr::Csr;
 
@@ -15,15 +15,20 @@ const ROWS: usize = 1024;
 /// Carries a coarse displacement to the fine network: each vertex takes its aggregate's, smoothed by one sweep of Jacobi's
 /// method with relaxation `4 / (3 highest)`.
 ///
-/// - `highest`: largest eigenvalue of the network's scaled matrix
+/// - `strong`: the springs it is smoothed along
+/// - `highest`: largest eigenvalue of the whole network's scaled matrix
 ///
 /// Source: Vanek, Mandel and Brezina (Computing 56, 1996), section 4.
-pub(super) fn prolongation(network: &Network, aggregates: &Aggregates, highest: f64) -> Transfer {
+pub(super) fn prolongation(strong: &Network, aggregates: &Aggregates, highest: f64) -> Transfer {
     let relaxation = 4.0 / (3.0 * highest);
-    by_rows(network.len(), aggregates.count, |row, out| {
-        out.add(aggregates.of_vertex[row], 1.0 - relaxation);
-        for (&neighbour, &k) in network.graph.row(row).iter().zip(&network.stiffness[network.graph.range(row)]) {
-            out.add(aggregates.of_vertex[neighbour as usize], relaxation * k * network.inverse_total[row]);
+    by_rows(strong.len(), aggregates.count, |row, out| {
+        let of = |vertex: usize| Some(aggregates.of_vertex[vertex]).filter(|&aggregate| aggregate != NONE);
+        let Some(own) = of(row) else { return };
+        out.add(own, 1.0 - relaxation);
+        for (&neighbour, &k) in strong.graph.row(row).iter().zip(&strong.stiffness[strong.graph.range(row)]) {
+            if let Some(aggregate) = of(neighbour as usize) {
+                out.add(aggregate, relaxation * k * strong.inverse_total[row]);
+            }
         }
     })
 }

@@ -5,9 +5,9 @@
 //! spring network with constraints of its own and is swept by the same kernels; what is special here is made once, on the
 //! CPU: which vertices become one (`aggregation`) and with which springs (`coarsening`).
 //!
-//! Constraints: a vertex joins only vertices that may do the same, and the aggregate inherits it, so a plane stays a plane on
-//! all levels. The springs of the coarse networks are those without constraints, which makes the coarse correction a
-//! little too soft or stiff next to a plane: measured on a wing-body with its symmetry plane that takes no more cycles.
+//! Constraints: a vertex joins and is smoothed with only vertices that may do the same, and the aggregate inherits it, so a plane
+//! stays a plane on all levels, and the coarse networks are as stiff as what they stand for. Smoothed across a plane's edge,
+//! corrections overshot: cycles on thin layers with a symmetry plane then had eigenvalues up to 1.38, beyond their bounds.
 //!
 //! Cycles follow each other with Chebyshev's coefficients, on bounds found at set-up. Conjugate gradients took 6 cycles
 //! where these take 7 to 8 (residual over 1e6, wings of 100 000 and 900 000 tets), but need sums over all vertices in each
@@ -16,7 +16,7 @@
 mod aggregation;
 mod coarsening;
 
-use aggregation::Aggregates;
+use aggregation::{Aggregates, strong};
 
 use super::schedule::{Method, Schedule};
 use super::{Network, Spectrum};
@@ -57,27 +57,17 @@ struct Coarser {
 impl Hierarchy {
     /// Coarsens a network of vertices that all move, until little is left.
     pub fn new(finest: &Network) -> Self {
-        Self::build(finest, Vec::new())
-    }
-
-    /// The hierarchy of the same graph with other springs: the same vertices are joined.
-    pub fn refreshed(self, finest: &Network) -> Self {
-        Self::build(finest, self.joined().aggregates)
-    }
-
-    /// - `known`: aggregates of the first levels
-    fn build(finest: &Network, known: Vec<Aggregates>) -> Self {
-        let mut known = known.into_iter();
         let mut levels = Vec::new();
         let mut network: Option<Network> = None;
         loop {
             let fine = network.as_ref().unwrap_or(finest);
-            let aggregates = known.next().or_else(|| aggregates(fine));
+            let strong = strong(fine);
+            let aggregates = aggregates(fine, &strong);
             let (sweeps, coarser, coarse) = match aggregates {
                 None => (solving_sweeps(fine), None, None),
                 Some(aggregates) => {
                     let highest = Spectrum::highest(fine);
-                    let (coarser, coarse) = Coarser::new(fine, aggregates, highest);
+                    let (coarser, coarse) = Coarser::new(fine, strong, aggregates, highest);
                     let damped = Spectrum { low: DAMPED * highest, high: highest };
                     (Schedule::new(Method::Chebyshev, damped).next(SMOOTHING), Some(coarser), Some(coarse))
                 }
@@ -140,8 +130,9 @@ impl Joined {
 
 impl Coarser {
     /// The way to the coarser network, and that network.
-    fn new(fine: &Network, aggregates: Aggregates, highest: f64) -> (Self, Network) {
-        let prolongation = coarsening::prolongation(fine, &aggregates, highest);
+    fn new(fine: &Network, strong: Network, aggregates: Aggregates, highest: f64) -> (Self, Network) {
+        let prolongation = coarsening::prolongation(&strong, &aggregates, highest);
+        drop(strong);
         let mut restriction = coarsening::transpose(&prolongation, aggregates.count);
         let mut coarse = coarsening::galerkin(fine, &prolongation, &restriction);
         coarse.constraint = aggregates.constraints(&fine.constraint);
@@ -157,12 +148,12 @@ impl Coarser {
 }
 
 /// How the vertices of a network join, unless it is coarse enough or does not become much coarser.
-fn aggregates(network: &Network) -> Option<Aggregates> {
+fn aggregates(network: &Network, strong: &Network) -> Option<Aggregates> {
     if network.len() <= COARSEST {
         return None;
     }
-    let aggregates = Aggregates::new(network);
-    (aggregates.count as f64 <= SHRINKS * network.len() as f64).then_some(aggregates)
+    let aggregates = Aggregates::new(strong);
+    (aggregates.count > 0 && aggregates.count as f64 <= SHRINKS * network.len() as f64).then_some(aggregates)
 }
 
 /// Sweeps that shrink every error tenfold.
