@@ -28,7 +28,7 @@ pub struct Params {
 /// - `e` `[vertices of the blocks]`: on entry the correction the cycle ended with, on exit the new one
 /// - `inverse_length` `[vertices of the blocks]`: one over the length of each vertex's shortest edge
 /// - `largest` `[blocks]`: largest `|P (...) * inverse_length|^2`; a NaN in a block comes out as NaN. Not taken from
-///   `e_new - start`: compilers of shaders see through that difference, and round it otherwise
+///   `e_new - start`, which lavapipe rounded otherwise than this
 ///
 /// Source: Chebyshev semi-iteration (Golub and Varga 1961) with a cycle in place of a sweep.
 pub fn run<T: Real>(
