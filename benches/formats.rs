@@ -24,6 +24,8 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), Failure> {
+    // One thread: this one.
+    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     print_machine(&[]);
     let mut paths = std::env::args().skip(1).filter(|argument| argument != "--bench").map(PathBuf::from);
     let source = match &paths.next() {

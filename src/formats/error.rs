@@ -133,7 +133,7 @@ pub enum ReadError {
         /// The element's tag in the file.
         element: u64,
         /// The vertex's tag.
-        vertex: i128,
+        vertex: String,
         /// How many vertices there are and in which range their tags lie.
         defined: String,
     },

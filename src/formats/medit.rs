@@ -289,7 +289,7 @@ impl Reader<'_> {
                         place: self.scanner.place(self.scanner.last),
                         entity: shape.name(),
                         element,
-                        vertex: vertex.into(),
+                        vertex: vertex.to_string(),
                         defined: format!("{n_vertices} vertices, numbered from 1"),
                     });
                 }

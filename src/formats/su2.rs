@@ -249,7 +249,7 @@ fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> R
             if vertex >= n_vertices {
                 let defined = format!("{n_vertices} points, numbered from 0");
                 let place = lines.place(line.start);
-                let vertex = vertex.into();
+                let vertex = vertex.to_string();
                 return ReadError::UnknownVertex { place, entity: shape.name(), element, vertex, defined };
             }
         }

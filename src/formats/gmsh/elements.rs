@@ -117,7 +117,7 @@ impl Elements {
                 place: scanner.place(scanner.last),
                 entity: shape.name(),
                 element,
-                vertex: tag.into(),
+                vertex: tag.to_string(),
                 defined: vertices.described(),
             })
         })
