@@ -25,6 +25,9 @@ pub struct Edges<'a, T> {
 /// Most that `1 / sin^2` of one dihedral angle counts: `sin^2` is clamped below at 1e-6, also in a flat tet.
 const LARGEST: f64 = 1e6;
 
+/// Tets whose edges are gathered together.
+const BLOCK: usize = 32;
+
 /// Local edges of the face opposite each local vertex.
 const FACE: [[usize; 3]; 4] = [[3, 4, 5], [1, 2, 5], [0, 2, 4], [0, 1, 3]];
 
@@ -39,7 +42,17 @@ const STAR: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 4], [1, 3, 5], [2, 4, 5]];
 ///
 /// Source: Murayama, Nakahashi and Matsushima 2002.
 pub fn run<T: Real>(first_tet: usize, edges: &Edges<T>, facing: &mut [[T; 6]]) {
-    facing.iter_mut().enumerate().for_each(|(place, of_tet)| *of_tet = of_edges(edges, first_tet + place));
+    for (block, facing) in facing.chunks_mut(BLOCK).enumerate() {
+        // Gathered at once, tet after tet, so that the processor waits for many edges at a time.
+        let mut vectors = [[[T::ZERO; 3]; 6]; BLOCK];
+        let first = first_tet + block * BLOCK;
+        for (of_tet, edges_of_tet) in vectors.iter_mut().zip(&edges.tet_edges[first..first + facing.len()]) {
+            for (vector, edge) in of_tet.iter_mut().zip(edges_of_tet) {
+                *vector = xyz(&edges.edge_vector[*edge as usize / 2]);
+            }
+        }
+        facing.iter_mut().zip(vectors).for_each(|(facing, vectors)| *facing = of_edges(vectors));
+    }
 }
 
 /// `1 / sin^2` of the dihedral angles that face the six edges of a tet, that is of the angles at the opposite edges; at most
@@ -47,12 +60,8 @@ pub fn run<T: Real>(first_tet: usize, edges: &Edges<T>, facing: &mut [[T; 6]]) {
 ///
 /// For edge ij and opposite edge kl: `sin^2 = 36 V^2 l_kl^2 / (S_i S_j)`, `S_i = 4 A_i^2` of the face opposite i.
 /// Squares only, so the direction in which an edge is stored does not matter.
-fn of_edges<T: Real>(edges: &Edges<T>, tet: usize) -> [T; 6] {
+fn of_edges<T: Real>(mut vectors: [[T; 3]; 6]) -> [T; 6] {
     let limit = T::from_f64(LARGEST);
-    let mut vectors = [[T::ZERO; 3]; 6];
-    for (vector, of_tet) in vectors.iter_mut().zip(edges.tet_edges[tet]) {
-        *vector = xyz(&edges.edge_vector[of_tet as usize / 2]);
-    }
     // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.
     let longest = vectors.iter().map(|&v| dot(v, v)).fold(T::ZERO, T::max_magnitude);
     if longest == T::ZERO {
