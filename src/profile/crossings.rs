@@ -45,8 +45,9 @@ pub(super) struct Crossing {
 pub(super) fn find(distances: &[Vec<f64>], edges: &[[u32; 2]]) -> Vec<Crossing> {
     let crossing = |distances: &Vec<f64>, ends: [u32; 2]| {
         let [a, b] = ends.map(|end| distances[end as usize]);
-        // A vertex on the plane has the profile's displacement already.
-        (a * b < 0.0).then(|| Crossing { ends, at: a / (a - b) })
+        let at = a / (a - b);
+        // A vertex on the plane has the profile's displacement already; distances that overflow cross nowhere.
+        (a * b < 0.0 && at.is_finite()).then_some(Crossing { ends, at })
     };
     distances.iter().flat_map(|distances| edges.iter().filter_map(move |&ends| crossing(distances, ends))).collect()
 }
