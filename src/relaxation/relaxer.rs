@@ -52,6 +52,10 @@ impl Convergence {
     }
 }
 
+/// The error is never reckoned to shrink faster than by this factor with each batch: what changes most may hide slower modes
+/// for a while.
+const FASTEST: f64 = 0.25;
+
 impl Relaxer {
     /// Takes a network to the backend and bounds its spectrum.
     ///
@@ -162,29 +166,45 @@ impl Relaxer {
         let load = self.gather(load);
         self.device.start(&load)?;
         let mut sweeps = 0;
-        let mut last_change = f64::INFINITY;
         let mut largest_change: f64 = 0.0;
+        let mut last = Change { measured: f64::INFINITY, bound: f64::INFINITY, ratio: f64::INFINITY };
         loop {
             let count = batch.min(accuracy.max_sweeps.saturating_sub(done + sweeps));
             if count == 0 {
                 return Ok(Pass { sweeps, error: f64::INFINITY, settled: false });
             }
-            let change = self.device.sweep(&schedule.next(count))?.change;
+            let measured = self.device.sweep(&schedule.next(count))?.change;
             sweeps += count;
-            if !change.is_finite() {
+            if !measured.is_finite() {
                 return Ok(Pass { sweeps, error: f64::NAN, settled: false });
             }
-            largest_change = largest_change.max(change);
+            largest_change = largest_change.max(measured);
+            // Chebyshev's polynomials oscillate: a change far below what the bounds promise is a coincidence, but for none at all.
+            let promised = schedule.rate().powi(batch as i32) * last.bound;
+            let bound = if measured > 0.0 && promised.is_finite() { measured.max(promised) } else { measured };
+            let ratio = bound / last.bound;
             // The error left is what a geometric series of such batches would still add.
-            let ratio = if count < batch { 1.0 } else { (change / last_change).clamp(0.2, 0.99) };
-            let error = change * ratio / (1.0 - ratio).max(0.01);
-            let at_roundoff = change >= 0.5 * last_change && change <= 100.0 * self.epsilon * largest_change;
+            let shrinks = if count < batch { 1.0 } else { ratio.clamp(FASTEST, 0.99) };
+            let error = bound * shrinks / (1.0 - shrinks).max(0.01);
+            let at_roundoff = measured >= 0.5 * last.measured && measured <= 100.0 * self.epsilon * largest_change;
             if error <= accuracy.tolerance || at_roundoff {
                 return Ok(Pass { sweeps, error, settled: true });
             }
-            last_change = change;
+            let adapted = schedule.adapt([last.ratio, ratio]);
+            // The cycles of another schedule shrink the error otherwise.
+            last = Change { measured, bound, ratio: if adapted { 0.0 } else { ratio } };
         }
     }
+}
+
+/// By how much the last batch of sweeps moved any vertex, as a fraction of its shortest edge.
+#[derive(Clone, Copy)]
+struct Change {
+    measured: f64,
+    /// What is reckoned with, never much less than the bounds of the spectrum promise.
+    bound: f64,
+    /// That over the one of the batch before.
+    ratio: f64,
 }
 
 struct Pass {

@@ -33,6 +33,13 @@ pub enum Method {
 /// for two from 5 000. Not measured on a hardware GPU.
 const LARGE: usize = 10_000;
 
+/// Cycles that shrink the error by no more than this have a spectrum wider than its bounds. Where it is a little wider, starting
+/// again would cost more than it brings.
+const SLOW: f64 = 0.4;
+
+/// Bounds are not made wider than this, where cycles shrink the error by half: below, it is roundoff that does not shrink.
+const LOWEST: f64 = 0.1;
+
 impl Method {
     /// What [`Method::Auto`] stands for in a network with so many vertices that move; other methods stand for themselves.
     pub fn for_size(self, n_moving: usize) -> Self {
@@ -76,17 +83,40 @@ impl Schedule {
 
     /// Sweeps that shrink the error tenfold by the spectrum's bounds.
     pub(super) fn sweeps_per_digit(&self) -> usize {
+        let sweeps = 10f64.ln() / -self.rate().clamp(0.1, 1.0 - 1e-9).ln();
+        (sweeps.ceil() as usize).clamp(4, 1 << 20)
+    }
+
+    /// By what factor many sweeps shrink the error on average, by the spectrum's bounds.
+    pub(super) fn rate(&self) -> f64 {
         let Spectrum { low, high } = self.spectrum;
-        let rate = match self.method {
+        match self.method {
             // The iteration matrix has no negative entry, so its largest eigenvalue is its spectral radius (Perron).
             Method::Jacobi => 1.0 - low,
             _ => {
                 let root = (high / low).sqrt();
                 (root - 1.0) / (root + 1.0)
             }
-        };
-        let sweeps = 10f64.ln() / -rate.clamp(0.1, 1.0 - 1e-9).ln();
-        (sweeps.ceil() as usize).clamp(4, 1 << 20)
+        }
+    }
+
+    /// Makes the next cycle the first of others on wider bounds, if the last two shrank the error much less than the bounds promise;
+    /// returns whether it did.
+    ///
+    /// A mode below the bounds fades as Chebyshev's polynomials grow outside `[-1, 1]`, which tells its eigenvalue (after
+    /// Manteuffel, Numer. Math. 28, 1977, 307-327).
+    ///
+    /// - `ratios`: of the changes of these cycles and those before
+    pub(super) fn adapt(&mut self, ratios: [f64; 2]) -> bool {
+        let Spectrum { low, high } = self.spectrum;
+        let growth = ratios[0].max(ratios[1]) / self.rate();
+        let is_slow = ratios.iter().all(|&ratio| ratio >= SLOW) && growth > 1.0;
+        if self.method != Method::Multigrid || !is_slow || low <= LOWEST {
+            return false;
+        }
+        let eigenvalue = 0.5 * (high + low) - 0.5 * (high - low) * 0.5 * (growth + 1.0 / growth);
+        *self = Self::new(self.method, Spectrum { low: (0.9 * eigenvalue).clamp(LOWEST, low), high });
+        true
     }
 
     /// The next sweeps.

@@ -25,10 +25,13 @@ const MOST_STEPS: usize = 200;
 /// Lanczos steps that find the upper end to a few percent.
 const HIGHEST_STEPS: usize = 10;
 
-/// Lanczos steps with a multigrid cycle each. The spectrum is short: more steps hardly move its ends. With three a set-up is a
-/// sixth faster and a solution no slower, but the lowest modes, left outside, end later than the changes say: on a small wing a
-/// tolerance of 1e-6 was missed.
-const CYCLES: usize = 5;
+/// Lanczos steps with a multigrid cycle each. Most spectra are short, and those that are not show it while they are relaxed
+/// ([`super::schedule::Schedule::adapt`]): with five steps a set-up took a tenth longer and solutions no fewer cycles.
+const CYCLES: usize = 3;
+
+/// A step that couples to the next by less than this is the last: bounds would hardly move, and roundoff in f32 would be
+/// taken for modes.
+const UNCOUPLED: f64 = 1e-3;
 
 /// How far above the highest Ritz value the spectrum of sweeps may reach, and that of cycles, which ends at 1 but for what the
 /// constraints and the inexact coarsest level do to it.
@@ -123,10 +126,12 @@ impl Spectrum {
                 image[row] -= along * vector[row] + last * previous[row];
             }
             diagonal.push(along);
+            if step == CYCLES {
+                break;
+            }
             load = pull(&image);
             norm = energy(&load, &image).sqrt();
-            let finished = norm.is_nan() || norm <= 1e-6;
-            if finished || step == CYCLES {
+            if norm.is_nan() || norm <= UNCOUPLED {
                 break;
             }
             off_diagonal.push(norm);

@@ -11,7 +11,7 @@
 //!
 //! Cycles follow each other with Chebyshev's coefficients, on bounds found at set-up. Conjugate gradients took 6 cycles
 //! where these take 7 to 8 (residual over 1e6, wings of 100 000 and 900 000 tets), but need sums over all vertices in each
-//! of them, save nothing at set-up that these bounds do not cost, and are not linear in the load.
+//! of them, and save little at set-up.
 
 mod aggregation;
 mod coarsening;
