@@ -14,7 +14,11 @@ use std::{
     time::Instant,
 };
 
-use common::{Failure, brick, median, network::Edges, print_machine, print_table, row};
+use common::{
+    Failure, brick, median,
+    network::{Edges, in_order},
+    print_machine, print_table, row,
+};
 use glam::DVec3;
 use idmesh::{
     backend::{Backend, Constraint, CpuBackend, Precision},
@@ -64,7 +68,7 @@ fn run() -> Result<(), Failure> {
         }
     }
     for file in files {
-        let mesh = formats::read(&file)?.mesh;
+        let mesh = in_order(&formats::read(&file)?.mesh);
         let (constraint, start) = pitched_wing(&mesh)?;
         let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let network = Edges::new(&mesh.vertices, &mesh.tets).network(&backend, constraint)?;

@@ -17,7 +17,7 @@ use std::{
 
 use common::{
     Failure, median,
-    network::{Edges, copy_bandwidth, sweep_speed},
+    network::{Edges, copy_bandwidth, in_order, sweep_speed},
     print_machine, print_table, row,
 };
 use glam::DQuat;
@@ -200,6 +200,7 @@ impl Cost {
         let megabytes = peak_memory();
         drop(mover);
 
+        mesh = in_order(&mesh);
         let mut constraint = vec![Constraint::Free; mesh.vertices.len()];
         mesh.triangles.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
         let moving = Moving::new(&Edges::new(&mesh.vertices, &mesh.tets).network(&CpuBackend::default(), constraint)?);

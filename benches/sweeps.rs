@@ -9,7 +9,7 @@ use std::{path::Path, process::ExitCode};
 
 use common::{
     Example, Failure, brick,
-    network::{Edges, copy_bandwidth, seconds, sweep_speed},
+    network::{Edges, copy_bandwidth, in_order, seconds, sweep_speed},
     print_machine, print_table, row,
 };
 use glam::DVec3;
@@ -99,6 +99,7 @@ impl Mesh {
             let path = Path::new(argument);
             (path.file_name().unwrap_or_default().to_string_lossy().into_owned(), formats::read(path)?.mesh)
         };
+        let mesh = in_order(&mesh);
         let mut on_boundary = vec![false; mesh.vertices.len()];
         mesh.triangles.iter().flatten().for_each(|&vertex| on_boundary[vertex as usize] = true);
         Self::of(name, &mesh.vertices, &mesh.tets, &on_boundary)

@@ -3,6 +3,8 @@
 //! Everything that depends on the mesh alone (topology, wing vertices' places among the old profiles, continued
 //! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
 //! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
+//!
+//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
 
 mod judge;
 mod reports;
@@ -16,7 +18,7 @@ use judge::Judge;
 
 use crate::{
     backend::{Backend, BackendError, MemoryError, check_memory},
-    mesh::{self, FamilyId, MeshError, TetMesh, Topology},
+    mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
     profile::{Profile, ProfileError},
     projection::crossing::Crossings,
     quality::{self, Statistics, faults::Creases},
@@ -100,8 +102,8 @@ pub struct Outcome {
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
-    /// Triangles of [`Topology::surface`] that the moved surface passes through, and did not before, ascending. Where
-    /// there are any, the mesh overlaps itself even if no tet is inverted.
+    /// Triangles of the mesh that the moved surface passes through, and did not before, ascending. Where there are any, the
+    /// mesh overlaps itself even if no tet is inverted.
     pub pierced: Vec<u32>,
 }
 
@@ -157,7 +159,12 @@ pub enum MoveError {
 /// Moves one mesh, design after design.
 pub struct Mover {
     mesh: TetMesh,
-    topology: Topology,
+    /// Its vertices of each family `[n_families]`, ascending.
+    family_vertices: Vec<Vec<u32>>,
+    order: Order,
+    /// The mesh in that order, as everything below.
+    ordered: TetMesh,
+    surface: Surface,
     creases: Creases,
     crossings: Crossings,
     families: Families,
@@ -192,21 +199,30 @@ impl Mover {
         observer("topology");
         mesh.turn_tets();
         mesh::check(&mesh)?;
-        let (topology, lattice) = rayon::join(|| Topology::new(&mesh), || Lattice::new(&mesh));
-        let topology = topology?;
-        let surface = &topology.surface;
+        let order = Order::breadth_first(&mesh);
+        let ordered = order.of(&mesh);
+        let (topology, lattice) = rayon::join(|| Topology::new(&ordered), || Lattice::new(&ordered));
+        // Errors name what stands in the mesh that was given.
+        let Topology { surface, .. } = topology.or_else(|error| Topology::new(&mesh).and(Err(error)))?;
         let Settings { roles, old_profiles, springs, method, accuracy, quality, max_steps } = settings;
         observer("families");
-        let families = Families::new(&mesh, surface, roles)?;
-        let set_up = SetUp { mesh: &mesh, surface, families: &families, backend: backend.as_ref(), method, accuracy };
+        let families = Families::new(&ordered, &surface, roles)?;
+        let set_up = SetUp {
+            mesh: &ordered,
+            surface: &surface,
+            families: &families,
+            backend: backend.as_ref(),
+            method,
+            accuracy,
+        };
         observer("profiles");
         let wings = Wings::new(&set_up, &old_profiles)?;
         observer("springs");
-        let original_beta = quality::betas(&mesh.vertices, &mesh.tets);
+        let original_beta = quality::betas(&ordered.vertices, &ordered.tets);
         let lowest = Statistics::new(&original_beta).min;
         let of_surfaces = || {
-            let creases = Creases::new(&mesh.vertices, &surface.triangles, &surface.opposite);
-            let crossings = Crossings::new(&mesh.vertices, &surface.triangles);
+            let creases = Creases::new(&ordered.vertices, &surface.triangles, &surface.opposite);
+            let crossings = Crossings::new(&ordered.vertices, &surface.triangles);
             let trailing_edges = TrailingEdges::new(&set_up)?;
             let wingtips = Wingtips::new(&set_up)?;
             let carenages = Carenages::new(&set_up)?;
@@ -216,9 +232,18 @@ impl Mover {
             rayon::join(of_surfaces, || Interior::new(&set_up, lattice, springs, quality, lowest, max_steps));
         let (creases, crossings, trailing_edges, wingtips, carenages, planes) = of_surfaces?;
         let interior = interior?;
+        let family_vertices = |family| {
+            let mut vertices: Vec<u32> =
+                surface.vertices_of(FamilyId(family)).iter().map(|&place| order.vertex(place)).collect();
+            vertices.sort_unstable();
+            vertices
+        };
         Ok(Self {
+            family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
             mesh,
-            topology,
+            order,
+            ordered,
+            surface,
             creases,
             crossings,
             families,
@@ -240,11 +265,6 @@ impl Mover {
         &self.mesh
     }
 
-    /// Its topology.
-    pub fn topology(&self) -> &Topology {
-        &self.topology
-    }
-
     /// Where the arithmetic runs.
     pub fn backend(&self) -> &dyn Backend {
         self.backend.as_ref()
@@ -252,7 +272,7 @@ impl Mover {
 
     /// The vertices of a family, ascending.
     pub fn family_vertices(&self, family: FamilyId) -> &[u32] {
-        self.topology.surface.vertices_of(family)
+        &self.family_vertices[family.index()]
     }
 
     /// Where updates start from now on: from the undeformed mesh unless something else is said.
@@ -266,7 +286,7 @@ impl Mover {
     /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that did not converge are
     /// results: see [`Outcome`].
     pub fn update(&mut self, design: &Design, observer: &dyn Fn(&str)) -> Result<Outcome, MoveError> {
-        self.update_amended(design, observer, &mut |_, _| {})
+        self.run(design, observer, None)
     }
 
     /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the displacement so far
@@ -280,11 +300,24 @@ impl Mover {
         observer: &dyn Fn(&str),
         amend: &mut dyn FnMut(&str, &mut Motion),
     ) -> Result<Outcome, MoveError> {
-        let Self { mesh, topology, creases, families, accuracy, .. } = self;
+        self.run(design, observer, Some(amend))
+    }
+
+    fn run(
+        &mut self,
+        design: &Design,
+        observer: &dyn Fn(&str),
+        mut amend: Option<&mut Amend>,
+    ) -> Result<Outcome, MoveError> {
+        let Self { ordered: mesh, order, surface, creases, families, accuracy, .. } = self;
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
-        let mut judge = Judge::new(mesh, topology, creases, families);
+        let mut judge = Judge::new(mesh, surface, creases, families);
         let mut end = |stage: &'static str, last: Owner, motion: &mut Motion| {
-            amend(stage, motion);
+            if let Some(amend) = &mut amend {
+                let mut given = order.of_vertices(motion);
+                amend(stage, &mut given);
+                *motion = order.to_vertices(&given);
+            }
             let here = displaced(&mesh.vertices, motion);
             judge.judge(stage, last, &here);
             here
@@ -293,7 +326,7 @@ impl Mover {
 
         observer("wing");
         let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
-        prescribe(mesh, topology, families, design, &mut motion)?;
+        prescribe(mesh, order, &self.family_vertices, families, design, &mut motion)?;
         let generators = self
             .wings
             .interpolate(families, &design.profiles, &mut motion)
@@ -320,14 +353,8 @@ impl Mover {
         watch.record(StageName::Corrected, &corrected_beta);
 
         observer("volume");
-        let set_up = SetUp {
-            mesh,
-            surface: &topology.surface,
-            families,
-            backend: self.backend.as_ref(),
-            method: self.method,
-            accuracy: *accuracy,
-        };
+        let set_up =
+            SetUp { mesh, surface, families, backend: self.backend.as_ref(), method: self.method, accuracy: *accuracy };
         let Inside { vertices, beta, convergence: volume, path, smoothed } =
             self.interior.run(&set_up, &mut self.crossings, &mut motion, accuracy, observer)?;
         let amended = end("volume", Owner::Volume, &mut motion);
@@ -348,7 +375,7 @@ impl Mover {
         let Judge { folds, folded, .. } = judge;
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
-        let pierced = self.crossings.pierced_anew(&self.mesh.vertices, &vertices);
+        let pierced = self.crossings.pierced_anew(&self.ordered.vertices, &vertices);
         let families = self.family_reports(&vertices, &folded, &pierced);
         Ok(Outcome {
             strayed: self.strayed(&families),
@@ -356,21 +383,24 @@ impl Mover {
             profiles: self.profile_reports(&vertices, design),
             solver: self.solver_report(&volume),
             stages: watch.stages,
-            original_beta: self.original_beta.clone(),
-            beta,
+            original_beta: self.order.of_tets(&self.original_beta),
+            beta: self.order.of_tets(&beta),
             converged: unconverged.is_empty(),
             unconverged,
             inverted,
             folds,
             folded,
-            pierced,
+            pierced: self.surface.in_mesh(&pierced),
             path,
             smoothed,
-            displacement: motion,
-            vertices,
+            displacement: self.order.of_vertices(&motion),
+            vertices: self.order.of_vertices(&vertices),
         })
     }
 }
+
+/// A say in the displacement after a stage, of which it gets the name.
+type Amend<'a> = dyn FnMut(&str, &mut Motion) + 'a;
 
 struct StageWatch {
     last: Instant,
@@ -390,21 +420,23 @@ impl StageWatch {
 
 fn prescribe(
     mesh: &TetMesh,
-    topology: &Topology,
+    order: &Order,
+    family_vertices: &[Vec<u32>],
     families: &Families,
     design: &Design,
     motion: &mut Motion,
 ) -> Result<(), MoveError> {
     for family in families.placed_by(Owner::Prescribed) {
-        let vertices = topology.surface.vertices_of(family);
+        let vertices = &family_vertices[family.index()];
         let given = design.prescribed.get(&family).map_or(&[][..], Vec::as_slice);
         if given.len() != vertices.len() {
             let family = mesh.families[family.index()].clone();
             return Err(MoveError::Prescribed { family, expected: vertices.len(), found: given.len() });
         }
         for (&vertex, &displacement) in vertices.iter().zip(given) {
-            if families.owner[vertex as usize] == Owner::Prescribed {
-                motion[vertex as usize] = displacement;
+            let place = order.place(vertex) as usize;
+            if families.owner[place] == Owner::Prescribed {
+                motion[place] = displacement;
             }
         }
     }

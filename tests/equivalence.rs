@@ -8,6 +8,7 @@ use common::{compare, compare_by};
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::Outcome;
+use idmesh::quality;
 use idmesh::relaxation::{Accuracy, Method};
 
 fn largest(displacement: &[DVec3]) -> f64 {
@@ -60,7 +61,11 @@ fn numbering_does_not_matter() {
         };
         let mut straight = exact(aircraft.mesh());
         let (mesh, order) = rewritten(straight.mesh());
-        let found = update(&mut exact(mesh), aircraft.profiles(set));
+        let mut rewritten = exact(mesh);
+        let found = update(&mut rewritten, aircraft.profiles(set));
+        // What comes out is in the order of what went in.
+        let betas = quality::betas(&found.vertices, &rewritten.mesh().tets);
+        assert!(betas.iter().zip(&found.beta).all(|(of_mesh, found)| (of_mesh - found).abs() < 1e-9), "{set}");
         let expected = pick(&update(&mut straight, aircraft.profiles(set)).displacement, &order);
         if let Err(mismatch) = compare(&expected, &found.displacement, 1e-6 * largest(&expected)) {
             panic!("{set}: {mismatch:?}, largest {}", largest(&expected));

@@ -4,7 +4,7 @@
 mod meshes;
 
 use glam::DVec3;
-use idmesh::mesh::{FamilyId, MeshError, TetMesh, edges, half_face, validate};
+use idmesh::mesh::{FamilyId, MeshError, Order, TetMesh, edges, half_face, validate};
 use idmesh::quality;
 use meshes::{brick, two_tets};
 
@@ -264,4 +264,35 @@ fn statistics_count_what_is_not_positive() {
     assert!((s.mean + 0.0125).abs() < 1e-17);
     let broken = quality::Statistics::new(&[0.1, f64::NAN, 0.2]);
     assert!(broken.min.is_nan() && broken.max.is_nan() && broken.inverted == 1);
+}
+
+#[test]
+fn an_order_is_a_way_there_and_back() {
+    let mut mesh = brick(10);
+    // Another number for each vertex, one without tets among them; and the tets backwards.
+    mesh.vertices.push(DVec3::splat(2.0));
+    let n = mesh.vertices.len() as u32;
+    let renumbered = |vertex: u32| (vertex * 701 + 5) % n;
+    let mut vertices = mesh.vertices.clone();
+    (0..n).for_each(|vertex| vertices[renumbered(vertex) as usize] = mesh.vertices[vertex as usize]);
+    mesh.vertices = vertices;
+    mesh.tets.reverse();
+    mesh.tets.iter_mut().for_each(|tet| *tet = tet.map(renumbered));
+    mesh.triangles.iter_mut().for_each(|triangle| *triangle = triangle.map(renumbered));
+
+    let order = Order::breadth_first(&mesh);
+    let ordered = order.of(&mesh);
+    assert!((0..n).all(|vertex| order.vertex(order.place(vertex)) == vertex));
+    assert_eq!(order.of_vertices(&ordered.vertices), mesh.vertices);
+    assert_eq!(order.to_vertices(&mesh.vertices), ordered.vertices);
+    let at = |mesh: &TetMesh, corners: [u32; 3]| corners.map(|vertex| mesh.vertices[vertex as usize]);
+    assert!((0..mesh.triangles.len()).all(|i| at(&mesh, mesh.triangles[i]) == at(&ordered, ordered.triangles[i])));
+    let sizes =
+        |mesh: &TetMesh| quality::betas(&mesh.vertices.iter().map(|at| *at * *at).collect::<Vec<_>>(), &mesh.tets);
+    assert_eq!(order.of_tets(&sizes(&ordered)), sizes(&mesh));
+
+    let gap = |mesh: &TetMesh| mesh.tets.iter().map(|tet| tet.iter().max().unwrap() - tet.iter().min().unwrap()).max();
+    // Two shells of the lattice around any vertex have less than half of the vertices of three sides each.
+    assert!(gap(&ordered).unwrap() <= 2 * 3 * 11 * 11, "{:?}", gap(&ordered));
+    assert!(gap(&mesh).unwrap() > 1200, "{:?}", gap(&mesh));
 }

@@ -5,7 +5,10 @@ use std::time::Instant;
 use glam::DVec3;
 use idmesh::{
     backend::{Backend, Constraint, EdgeStiffness, Sweep},
-    mesh::edges::{TetEdges, VertexGraph},
+    mesh::{
+        Order, TetMesh,
+        edges::{TetEdges, VertexGraph},
+    },
     relaxation::{Moving, Network},
     springs::Springs,
 };
@@ -21,6 +24,11 @@ const REPEATS: usize = 5;
 
 /// A piece of work is repeated until this many seconds are over, for each repetition.
 const LEAST_SECONDS: f64 = 0.1;
+
+/// The mesh in the order in which a mover has it.
+pub fn in_order(mesh: &TetMesh) -> TetMesh {
+    Order::breadth_first(mesh).of(mesh)
+}
 
 /// The edges of a mesh's tets.
 pub struct Edges {

@@ -21,7 +21,7 @@ use crate::report::StageName;
 pub(super) fn write_inverted(output: &Path, mover: &Mover, outcome: &Outcome) -> Result<PathBuf, Failure> {
     let path = outputs::inverted_name(output);
     let all = &mover.mesh().tets;
-    let triangles = &mover.topology().surface.triangles;
+    let triangles = &mover.mesh().triangles;
     let shown = if outcome.inverted > 0 {
         faults::around(all, outcome.vertices.len(), &faults::inverted(&outcome.beta))
     } else {
@@ -48,19 +48,18 @@ pub(super) fn write_inverted(output: &Path, mover: &Mover, outcome: &Outcome) ->
 /// The failure that inverted tets are: how many, since which stage, where the worst is, in which files to look, what to try.
 pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[PathBuf]) -> Failure {
     let mesh = mover.mesh();
-    let surface = &mover.topology().surface;
     let clusters = faults::clusters(&outcome.vertices, &mesh.tets, &outcome.beta);
     let family = |cluster: &Cluster| {
-        let triangle = faults::nearest_triangle(&outcome.vertices, &mesh.tets, &surface.triangles, cluster)?;
-        Some(mesh.families[surface.family[triangle as usize].index()].as_str())
+        let triangle = faults::nearest_triangle(&outcome.vertices, &mesh.tets, &mesh.triangles, cluster)?;
+        Some(mesh.families[mesh.triangle_family[triangle as usize].index()].as_str())
     };
     let mut message = format!("{} of {} tets are inverted", outcome.inverted, outcome.beta.len());
     if let Some(&first) = outcome.pierced.first() {
         let mut counts: BTreeMap<String, usize> = BTreeMap::new();
         for &triangle in &outcome.pierced {
-            *counts.entry(mesh.families[surface.family[triangle as usize].index()].clone()).or_default() += 1;
+            *counts.entry(mesh.families[mesh.triangle_family[triangle as usize].index()].clone()).or_default() += 1;
         }
-        let corner = outcome.vertices[surface.triangles[first as usize][0] as usize];
+        let corner = outcome.vertices[mesh.triangles[first as usize][0] as usize];
         let [x, y, z] = corner.to_array().map(short);
         let passes = format!("the moved surface passes through itself ({}), first at ({x}, {y}, {z})", folds(&counts));
         message = if outcome.inverted > 0 { format!("{message}, and {passes}") } else { passes };

@@ -44,6 +44,11 @@ impl Csr {
         Self { row_start, entries }
     }
 
+    /// Collects `0..rows.len()` into the rows that `rows` names; within a row they ascend.
+    pub fn of_rows(n_rows: usize, rows: &[u32]) -> Self {
+        Self::from_pairs(n_rows, rows.iter().copied().zip(0..))
+    }
+
     /// The rows that count as vertices of a graph, breadth first: each connected part from its first row outwards, so that
     /// neighbours come close together (Cuthill and McKee, 1969).
     pub fn breadth_first(&self, counts: impl Fn(usize) -> bool) -> Vec<u32> {

@@ -2,6 +2,8 @@
 
 use std::{ops::Range, sync::Arc};
 
+use rayon::prelude::*;
+
 use super::{csr::Csr, in_pieces};
 
 /// Local vertices of a tet's six edges.
@@ -26,8 +28,10 @@ impl TetEdges {
             let [a, b] = EDGE[slot as usize % 6].map(|local| tet[local]);
             (a.min(b), a.max(b), a > b)
         };
-        let n_slots = tets.len() as u32 * 6;
-        let by_lowest = Csr::from_pairs(n_vertices, (0..n_slots).map(|slot| (ends(slot).0, slot)));
+        let lowest_of_edges = |tet: &[u32; 4]| EDGE.map(|[a, b]| tet[a].min(tet[b]));
+        let lowest: Vec<[u32; 6]> = tets.par_iter().map(lowest_of_edges).collect();
+        let by_lowest = Csr::of_rows(n_vertices, lowest.as_flattened());
+        drop(lowest);
         // The edges of some lowest vertices, how many slots each has, and these.
         let edges_of = |vertices: Range<usize>| {
             let n_entries = by_lowest.row_start[vertices.end] - by_lowest.row_start[vertices.start];
@@ -51,7 +55,7 @@ impl TetEdges {
         let n_edges = pieces.iter().map(|piece| piece.0.len()).sum();
         let mut edges = Vec::with_capacity(n_edges);
         let mut row_start = Vec::with_capacity(n_edges + 1);
-        let mut entries = Vec::with_capacity(n_slots as usize);
+        let mut entries = Vec::with_capacity(tets.len() * 6);
         let mut tet_edges = vec![[0; 6]; tets.len()];
         row_start.push(0);
         for (of_piece, lengths, slots) in pieces {

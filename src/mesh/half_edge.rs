@@ -31,6 +31,8 @@ pub struct Surface {
     pub family: Vec<FamilyId>,
     /// For each half-edge `[3 * n_triangles]` its twin in the neighbouring triangle.
     pub opposite: Vec<u32>,
+    /// For each triangle that of the mesh `[n_triangles]`.
+    of_mesh: Vec<u32>,
     of_family: Csr,
     vertices_of_family: Csr,
 }
@@ -41,10 +43,10 @@ impl Surface {
     /// # Errors
     /// The triangles are not exactly the boundary of the tets, or three or more of them meet in an edge.
     pub fn new(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Self, MeshError> {
-        let mut sorted: Vec<_> =
-            oriented_triangles(mesh, faces)?.into_iter().zip(mesh.triangle_family.iter().copied()).collect();
+        let mut sorted: Vec<_> = oriented_triangles(mesh, faces)?.into_iter().zip(0..).collect();
         sorted.sort_unstable();
-        let (triangles, family): (Vec<_>, Vec<FamilyId>) = sorted.into_iter().unzip();
+        let (triangles, of_mesh): (Vec<_>, Vec<u32>) = sorted.into_iter().unzip();
+        let family: Vec<FamilyId> = of_mesh.iter().map(|&index| mesh.triangle_family[index as usize]).collect();
         let opposite = join_edges(mesh, &triangles)?;
         let pairs = family.iter().enumerate().map(|(triangle, family)| (family.0 as u32, triangle as u32));
         let of_family = Csr::from_pairs(mesh.families.len(), pairs);
@@ -56,7 +58,14 @@ impl Surface {
         corners.sort_unstable();
         corners.dedup();
         let vertices_of_family = Csr::from_pairs(mesh.families.len(), corners.into_iter());
-        Ok(Self { triangles, family, opposite, of_family, vertices_of_family })
+        Ok(Self { triangles, family, opposite, of_mesh, of_family, vertices_of_family })
+    }
+
+    /// The indices of these triangles in the mesh, ascending.
+    pub fn in_mesh(&self, triangles: &[u32]) -> Vec<u32> {
+        let mut indices: Vec<u32> = triangles.iter().map(|&triangle| self.of_mesh[triangle as usize]).collect();
+        indices.sort_unstable();
+        indices
     }
 
     /// The triangles of a family, ascending.

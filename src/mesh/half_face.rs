@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::{MeshError, TetMesh, csr::Csr, in_pieces};
 
 /// Marks a half-face with no tet behind it.
@@ -28,8 +30,13 @@ impl HalfFaces {
     /// have the same four vertices.
     pub fn new(mesh: &TetMesh) -> Result<Self, MeshError> {
         let n = mesh.tets.len() * 4;
-        let lowest = (0..n as u32).map(|half_face| (sorted_face(mesh, half_face)[0], half_face));
-        let by_lowest = Csr::from_pairs(mesh.vertices.len(), lowest);
+        let lowest_of_faces = |&[a, b, c, d]: &[u32; 4]| {
+            let (ab, cd) = (a.min(b), c.min(d));
+            [b.min(cd), a.min(cd), ab.min(d), ab.min(c)]
+        };
+        let lowest: Vec<[u32; 4]> = mesh.tets.par_iter().map(lowest_of_faces).collect();
+        let by_lowest = Csr::of_rows(mesh.vertices.len(), lowest.as_flattened());
+        drop(lowest);
         let pairs_of = |vertices: Range<usize>| {
             let n_faces = by_lowest.row_start[vertices.end] - by_lowest.row_start[vertices.start];
             let mut pairs = Vec::with_capacity(n_faces as usize / 2);

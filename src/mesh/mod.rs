@@ -1,12 +1,13 @@
 //! The tet mesh with its named surface families, and the topology derived from it.
 //!
-//! Coordinates are f64 and stay in the file's order; everything else in idmesh refers to vertices, tets and triangles by
-//! their index here.
+//! Coordinates are f64 and stand in the file's order, or in an [`Order`] made for speed; everything else in idmesh refers to
+//! vertices, tets and triangles by their index here.
 
 pub mod csr;
 pub mod edges;
 pub mod half_edge;
 pub mod half_face;
+mod order;
 mod other_cells;
 mod refine;
 mod validate;
@@ -16,6 +17,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use order::Order;
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
 pub use validate::{MeshError, Topology, check, validate};
@@ -57,23 +59,19 @@ impl TetMesh {
     /// Formats begin a tet with different vertices, and OpenFOAM keeps only its faces: turned, a mesh gives the same sums
     /// to the last bit whatever file it came from.
     pub fn turn_tets(&mut self) {
+        // Each is an even permutation, which keeps the orientation.
+        const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
+        const SECOND: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2]];
         for tet in &mut self.tets {
-            // Two swaps of vertices keep the orientation.
-            match lowest_of(tet) {
-                0 => {}
-                1 => *tet = [tet[1], tet[0], tet[3], tet[2]],
-                2 => *tet = [tet[2], tet[3], tet[0], tet[1]],
-                _ => *tet = [tet[3], tet[2], tet[1], tet[0]],
-            }
-            let second = lowest_of(&tet[1..]);
-            tet[1..].rotate_left(second);
+            let [a, b, c, d] = FIRST[lowest_of(tet)].map(|place| tet[place]);
+            *tet = SECOND[lowest_of(&[b, c, d])].map(|place| [a, b, c, d][place]);
         }
     }
 }
 
 /// The place of the lowest of a cell's or face's vertices.
 fn lowest_of(vertices: &[u32]) -> usize {
-    (0..vertices.len()).min_by_key(|&place| vertices[place]).unwrap_or(0)
+    (1..vertices.len()).fold(0, |lowest, place| if vertices[place] < vertices[lowest] { place } else { lowest })
 }
 
 /// Vertices in a task: some tens of microseconds of work. Fixed, so that nothing depends on the number of threads.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use crate::{
-    mesh::{FamilyId, TetMesh, Topology},
+    mesh::{FamilyId, TetMesh, half_edge::Surface},
     quality::faults::Creases,
     stages::{Families, Owner},
 };
@@ -13,7 +13,7 @@ use crate::{
 /// What has been found wrong with the surfaces of one update.
 pub(super) struct Judge<'a> {
     mesh: &'a TetMesh,
-    topology: &'a Topology,
+    surface: &'a Surface,
     creases: &'a Creases,
     families: &'a Families,
     /// Where the surface's vertices were when it was last looked at, in its order.
@@ -26,9 +26,9 @@ pub(super) struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     /// Nothing is wrong with the undeformed surfaces, `creases` theirs.
-    pub(super) fn new(mesh: &'a TetMesh, topology: &'a Topology, creases: &'a Creases, families: &'a Families) -> Self {
-        let last = topology.surface.vertices().iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
-        Self { mesh, topology, creases, families, last, folded: BTreeMap::new(), folds: Vec::new() }
+    pub(super) fn new(mesh: &'a TetMesh, surface: &'a Surface, creases: &'a Creases, families: &'a Families) -> Self {
+        let last = surface.vertices().iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
+        Self { mesh, surface, creases, families, last, folded: BTreeMap::new(), folds: Vec::new() }
     }
 
     /// Looks at the surfaces after a stage.
@@ -36,7 +36,7 @@ impl<'a> Judge<'a> {
     /// - `placed`: the families it and those before it place, by the last of their owners
     /// - `here` `[n_vertices]`: where the stage puts the vertices
     pub(super) fn judge(&mut self, stage: &'static str, placed: Owner, here: &[DVec3]) {
-        let surface = &self.topology.surface;
+        let surface = self.surface;
         let mut moves = false;
         for (last, &vertex) in self.last.iter_mut().zip(surface.vertices()) {
             moves |= *last != here[vertex as usize];

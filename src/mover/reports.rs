@@ -31,8 +31,8 @@ impl Mover {
     pub(super) fn strayed(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
         let size = |name: &str| {
             let family = self.mesh.family(name).expect("reports are by the mesh's families");
-            let at = |vertex: u32| self.mesh.vertices[vertex as usize];
-            let vertices = self.family_vertices(family);
+            let at = |vertex: u32| self.ordered.vertices[vertex as usize];
+            let vertices = self.surface.vertices_of(family);
             let low = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::min);
             let high = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::max);
             low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
@@ -53,7 +53,8 @@ impl Mover {
         let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
             let shape = shape.as_ref()?;
             let distance = self
-                .family_vertices(FamilyId(index as u16))
+                .surface
+                .vertices_of(FamilyId(index as u16))
                 .par_iter()
                 .map(|&vertex| shape.closest(vertices[vertex as usize]).distance(vertices[vertex as usize]))
                 .reduce(|| 0.0, f64::max);
@@ -70,7 +71,7 @@ impl Mover {
             reports.entry(family.clone()).or_default().folded_triangles = count;
         }
         for &triangle in pierced {
-            let family = &self.mesh.families[self.topology.surface.family[triangle as usize].index()];
+            let family = &self.mesh.families[self.surface.family[triangle as usize].index()];
             reports.entry(family.clone()).or_default().pierced_triangles += 1;
         }
         reports
@@ -78,7 +79,7 @@ impl Mover {
 
     /// Distance of the moved wings' sections to their new profiles; a wing that can no longer be cut there has none.
     pub(super) fn profile_reports(&self, vertices: &[DVec3], design: &Design) -> BTreeMap<String, ProfileReport> {
-        let surface = &self.topology.surface;
+        let surface = &self.surface;
         let reports = self.families.placed_by(Owner::Wing).filter_map(|family| {
             let triangles: Vec<[u32; 3]> =
                 surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]).collect();

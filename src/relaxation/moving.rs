@@ -1,7 +1,5 @@
-//! The part of a network that moves, in an order in which neighbours stand close together.
-//!
-//! Files number vertices at random, as far as a processor's caches can tell. Here they are numbered breadth first
-//! ([`Csr::breadth_first`]), which needs the graph alone.
+//! The part of a network that moves, in the network's order ([`crate::mesh::Order`] makes one in which neighbours stand close
+//! together).
 
 use std::sync::Arc;
 
@@ -20,7 +18,7 @@ pub struct Moving {
 impl Moving {
     /// The part of `whole` that moves.
     pub fn new(whole: &Network) -> Self {
-        let vertices = whole.graph.breadth_first(|row| whole.moves(row));
+        let vertices: Vec<u32> = (0..whole.len() as u32).filter(|&row| whole.moves(row as usize)).collect();
         let mut place = vec![u32::MAX; whole.len()];
         vertices.iter().zip(0..).for_each(|(&vertex, row)| place[vertex as usize] = row);
         let n_entries = vertices.iter().map(|&vertex| whole.graph.row(vertex as usize).len()).sum();
