@@ -200,7 +200,7 @@ impl Cost {
         let megabytes = peak_memory();
         drop(mover);
 
-        mesh = in_order(&mesh);
+        let mesh = &in_order(mesh);
         let mut constraint = vec![Constraint::Free; mesh.vertices.len()];
         mesh.triangles.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
         let moving = Moving::new(&Edges::new(&mesh.vertices, &mesh.tets).network(&CpuBackend::default(), constraint)?);
