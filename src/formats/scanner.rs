@@ -37,6 +37,24 @@ impl Width {
 }
 
 impl Endian {
+    /// The number of which these are the bytes in this order.
+    #[inline]
+    pub fn int(self, bytes: [u8; 4]) -> i32 {
+        match self {
+            Endian::Little => i32::from_le_bytes(bytes),
+            Endian::Big => i32::from_be_bytes(bytes),
+        }
+    }
+
+    /// The same of twice the width.
+    #[inline]
+    pub fn long(self, bytes: [u8; 8]) -> i64 {
+        match self {
+            Endian::Little => i64::from_le_bytes(bytes),
+            Endian::Big => i64::from_be_bytes(bytes),
+        }
+    }
+
     /// The bytes of a number in this order.
     pub fn double(self, value: f64) -> [u8; 8] {
         match self {

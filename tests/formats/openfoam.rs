@@ -92,6 +92,102 @@ fn new_folders_hold_the_mesh() {
     open.triangle_family.pop();
     let error = MeshFile::from_mesh(open).write(&target, &box_file.mesh.vertices, &Fields::default()).unwrap_err();
     assert!(error.to_string().contains("1 faces on the boundary of the cells belong to no family"), "{error}");
+    let mut doubled = box_file.mesh.clone();
+    doubled.triangles.push(doubled.triangles[0]);
+    doubled.triangle_family.push(doubled.triangle_family[0]);
+    let name = doubled.families[doubled.triangle_family[0].index()].clone();
+    let error = MeshFile::from_mesh(doubled).write(&target, &box_file.mesh.vertices, &Fields::default()).unwrap_err();
+    let expected = format!("a face of the family '{name}' is no face on the boundary of the cells");
+    assert!(error.to_string().contains(&expected), "{error}");
+    let mut overlapping = box_file.mesh.clone();
+    overlapping.tets.extend_from_within(..);
+    let error =
+        MeshFile::from_mesh(overlapping).write(&target, &box_file.mesh.vertices, &Fields::default()).unwrap_err();
+    assert!(error.to_string().contains("shares a face with two others"), "{error}");
+}
+
+/// A file of a folder of tets as machines of either byte order write it in binary, with either size of an index.
+fn in_binary(name: &str, text: &str, big: bool, long: bool) -> Vec<u8> {
+    let (header, list) = text.split_once('}').unwrap();
+    let arch = format!("\"{};label={};scalar=64\"", if big { "MSB" } else { "LSB" }, if long { 64 } else { 32 });
+    let header = header.replace("format ascii;", &format!("format binary; arch {arch};"));
+    let numbers = list.split(|letter: char| !letter.is_ascii_digit()).filter(|word| !word.is_empty());
+    let numbers: Vec<i64> = numbers.skip(1).map(|word| word.parse().unwrap()).collect();
+    let lists = match name {
+        "faces" => {
+            let faces = numbers.chunks(4);
+            vec![
+                (0..=faces.len() as i64).map(|face| 3 * face).collect(),
+                faces.flat_map(|face| &face[1..]).copied().collect(),
+            ]
+        }
+        _ => vec![numbers],
+    };
+    let mut bytes = format!("{header}}}\n").into_bytes();
+    for list in lists {
+        bytes.extend(format!("{}\n(", list.len()).bytes());
+        for number in list {
+            match (long, big) {
+                (false, false) => bytes.extend((number as i32).to_le_bytes()),
+                (false, true) => bytes.extend((number as i32).to_be_bytes()),
+                (true, false) => bytes.extend(number.to_le_bytes()),
+                (true, true) => bytes.extend(number.to_be_bytes()),
+            }
+        }
+        bytes.extend(b")\n");
+    }
+    bytes
+}
+
+/// Folders of tets alone go another way than mixed ones.
+#[test]
+fn tets_are_read_and_refused_in_every_encoding() {
+    let out = tempfile::tempdir().unwrap();
+    let [text, binary] = ["text", "binary"].map(|name| out.path().join(name).join("polyMesh"));
+    for folder in [&text, &binary] {
+        fs::create_dir_all(folder.parent().unwrap()).unwrap();
+        let file = read(&data("small.msh.gz")).unwrap();
+        file.write(folder, &file.mesh.vertices, &Fields::default()).unwrap();
+    }
+    let mesh = read(&text).unwrap().mesh;
+    let lists = ["faces", "owner", "neighbour"].map(|name| (name, fs::read_to_string(text.join(name)).unwrap()));
+    for (big, long) in [(false, false), (false, true), (true, false), (true, true)] {
+        for (name, text) in &lists {
+            fs::write(binary.join(name), in_binary(name, text, big, long)).unwrap();
+        }
+        assert!(read(&binary).unwrap().mesh == mesh, "big {big}, long {long}");
+        // The last index of a file, one too large, and one below zero.
+        for (name, text) in &lists {
+            let good = in_binary(name, text, big, long);
+            let size = if long { 8 } else { 4 };
+            let at = good.len() - 2 - size;
+            for number in [1 << 30, -2i64] {
+                let mut bad = good.clone();
+                let bytes = if big { &number.to_be_bytes()[8 - size..] } else { &number.to_le_bytes()[..size] };
+                bad[at..at + size].copy_from_slice(bytes);
+                fs::write(binary.join(name), bad).unwrap();
+                let error = read(&binary).unwrap_err().to_string();
+                assert!(error.contains(&format!("{name}: byte {at}: expected ")), "{error}");
+                assert!(error.contains(&number.to_string()), "{error}");
+            }
+            fs::write(binary.join(name), good).unwrap();
+        }
+    }
+    // Faces that do not close: a corner, a neighbour, the side of a face are others.
+    let [faces, owner, neighbour] =
+        lists.map(|(name, text)| (name, text.lines().map(str::to_string).collect::<Vec<_>>()));
+    let n_internal = neighbour.1.len() - 4;
+    for (name, lines, a, b) in
+        [("faces", &faces.1, 3, 40), ("neighbour", &neighbour.1, 3, n_internal), ("owner", &owner.1, 3, 40)]
+    {
+        let mut changed = lines.clone();
+        changed.swap(a, b);
+        fs::write(text.join(name), changed.join("\n")).unwrap();
+        let error = read(&text).unwrap_err().to_string();
+        assert!(error.contains("polyhedra is not read; split polyhedra"), "{name}: {error}");
+        fs::write(text.join(name), lines.join("\n")).unwrap();
+    }
+    assert!(read(&text).unwrap().mesh == mesh);
 }
 
 /// Reads a copy of the golden folder with one file changed.

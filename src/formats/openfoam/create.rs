@@ -1,130 +1,190 @@
 //! New `polyMesh` folders, ascii.
 
-use std::collections::HashMap;
 use std::io::{self, Write};
+use std::ops::Range;
+
+use rayon::prelude::*;
 
 use crate::formats::content::{Content, clean_names, renamed};
 use crate::formats::document::{NamedFiles, write_shortest};
-use crate::mesh::cell_faces;
+use crate::mesh::csr::Csr;
+use crate::mesh::{cell_faces, in_pieces};
 
-/// A face between two cells, or a cell and a patch.
-struct Face {
-    /// Three or four; behind three, `u32::MAX`.
-    corners: [u32; 4],
-    owner: usize,
-    neighbour: Option<usize>,
+/// Stands for no vertex, no cell, no side.
+const NONE: u32 = u32::MAX;
+
+/// The faces as each cell has them, and behind these the faces of the families, which are sides of the boundary.
+struct Sides {
+    /// Three or four, normal out of the cell; behind three, [`NONE`].
+    corners: Vec<[u32; 4]>,
+    /// The cell of each `[n_sides_of_cells]`, ascending.
+    cells: Vec<u32>,
 }
 
-impl Face {
-    /// What faces with the same corners have in common.
-    fn key(&self) -> [u32; 4] {
-        key(&self.corners)
-    }
-}
-
-/// Up to four corners, ascending, with `u32::MAX` behind.
-fn key(corners: &[u32]) -> [u32; 4] {
-    let mut key = [u32::MAX; 4];
-    key[..corners.len()].copy_from_slice(corners);
-    key.sort_unstable();
-    key
-}
-
-/// The faces of all cells in the order in which cells have them first, those of two cells joined.
-fn faces_of_cells(content: &Content) -> io::Result<Vec<Face>> {
-    let mut sides = Vec::new();
-    for (cell, (_, vertices)) in content.volume_cells().enumerate() {
-        for face in cell_faces(vertices.len()) {
-            let mut corners = [u32::MAX; 4];
-            corners.iter_mut().zip(*face).for_each(|(corner, &of_cell)| *corner = vertices[of_cell]);
-            sides.push(Face { corners, owner: cell, neighbour: None });
+impl Sides {
+    fn new(content: &Content) -> Self {
+        let (mut corners, mut cells) = (Vec::with_capacity(4 * content.n_elements()), Vec::new());
+        let side = |vertices: &mut dyn Iterator<Item = u32>| {
+            let mut corners = [NONE; 4];
+            corners.iter_mut().zip(vertices).for_each(|(corner, vertex)| *corner = vertex);
+            corners
+        };
+        for (cell, (_, vertices)) in (0..).zip(content.volume_cells()) {
+            let faces = cell_faces(vertices.len()).iter();
+            corners.extend(faces.map(|face| side(&mut face.iter().map(|&corner| vertices[corner]))));
+            cells.resize(corners.len(), cell);
         }
+        corners.extend(content.faces().map(|(_, vertices, _)| side(&mut vertices.iter().copied())));
+        Self { corners, cells }
     }
-    // Sides with the same corners follow each other in this order, the side of the lower cell first.
-    let mut order: Vec<([u32; 4], usize)> = sides.iter().enumerate().map(|(side, face)| (face.key(), side)).collect();
-    order.sort_unstable();
-    let mut is_second = vec![false; sides.len()];
-    for same in order.chunk_by(|a, b| a.0 == b.0) {
-        match *same {
-            [_] => {}
-            [(_, first), (_, second)] => {
-                sides[first].neighbour = Some(sides[second].owner);
-                is_second[second] = true;
+
+    fn is_of_cell(&self, side: u32) -> bool {
+        (side as usize) < self.cells.len()
+    }
+
+    /// The side with the same corners as each, or [`NONE`]. The error is the first that finds them taken, or none of a cell.
+    fn partners(&self, n_vertices: usize) -> Result<Vec<u32>, u32> {
+        let lowest = |corners: &[u32; 4]| corners.iter().copied().min().unwrap_or(NONE);
+        let by_lowest = Csr::from_pairs(n_vertices, self.corners.iter().map(lowest).zip(0..));
+        let pairs_of = |vertices: Range<usize>| {
+            let (mut pairs, mut wrong) = (Vec::new(), NONE);
+            // The other corners above, the side below: numbers are sorted faster than tuples of them.
+            let mut row: Vec<u128> = Vec::new();
+            for vertex in vertices {
+                row.clear();
+                row.extend(by_lowest.row(vertex).iter().map(|&side| {
+                    let mut corners = self.corners[side as usize];
+                    corners.sort_unstable();
+                    let [_, b, c, d] = corners.map(u128::from);
+                    b << 96 | c << 64 | d << 32 | u128::from(side)
+                }));
+                row.sort_unstable();
+                for same in row.chunk_by(|a, b| a >> 32 == b >> 32) {
+                    match *same {
+                        [side] if self.is_of_cell(side as u32) => {}
+                        [a, b] if self.is_of_cell(a as u32) => pairs.push([a as u32, b as u32]),
+                        [.., last] => wrong = wrong.min(last as u32),
+                        [] => {}
+                    }
+                }
             }
-            [.., (_, last)] => {
-                return Err(invalid(format!("cell {} shares a face with two others", sides[last].owner)));
-            }
-            [] => {}
+            (pairs, wrong)
+        };
+        let pieces = in_pieces(n_vertices, pairs_of);
+        if let Some(wrong) = pieces.iter().map(|&(_, wrong)| wrong).min().filter(|&wrong| wrong != NONE) {
+            return Err(wrong);
         }
+        let mut partners = vec![NONE; self.corners.len()];
+        for [a, b] in pieces.into_iter().flat_map(|(pairs, _)| pairs) {
+            partners[a as usize] = b;
+            partners[b as usize] = a;
+        }
+        Ok(partners)
     }
-    let mut is_second = is_second.into_iter();
-    sides.retain(|_| is_second.next() == Some(false));
-    Ok(sides)
 }
 
 /// The files of a new folder, points last. Internal faces stand in OpenFOAM's upper-triangular order, patches are the
 /// families, of type `patch`.
 pub(in crate::formats) fn create(content: &Content) -> io::Result<NamedFiles> {
-    let faces = faces_of_cells(content)?;
-    let on_boundary = faces.iter().enumerate().filter(|(_, face)| face.neighbour.is_none());
-    let mut boundary: HashMap<[u32; 4], usize> = on_boundary.map(|(index, face)| (face.key(), index)).collect();
+    let sides = Sides::new(content);
+    let (n_sides, n_of_cells) = (sides.corners.len(), sides.cells.len());
+    if n_sides >= NONE as usize {
+        return Err(invalid(format!("{n_sides} sides of cells are too many (at most {NONE})")));
+    }
+    let partners = sides.partners(content.vertices.len()).map_err(|side| {
+        invalid(match (side as usize).checked_sub(n_of_cells).and_then(|face| content.faces().nth(face)) {
+            Some((_, _, family)) => {
+                let name = &content.cells.families[family.index()];
+                format!("a face of the family '{name}' is no face on the boundary of the cells")
+            }
+            None => format!("cell {} shares a face with two others", sides.cells[side as usize]),
+        })
+    })?;
+    let (of_cells, of_boundary) = partners.split_at(n_of_cells);
+    let n_open = of_cells.iter().filter(|&&partner| partner == NONE).count();
+    if n_open > 0 {
+        return Err(invalid(format!("{n_open} faces on the boundary of the cells belong to no family")));
+    }
+    // A face is the side of its owner, and the neighbour.
+    let owner = |face: &(u32, u32)| sides.cells[face.0 as usize];
+    let internal = (0..).zip(of_cells).filter(|&(side, &partner)| side < partner && sides.is_of_cell(partner));
+    let mut faces: Vec<(u32, u32)> = internal.map(|(side, &partner)| (side, sides.cells[partner as usize])).collect();
+    let of_owner = faces.chunk_by_mut(|a, b| owner(a) == owner(b));
+    of_owner.for_each(|faces| faces.sort_by_key(|&(_, neighbour)| neighbour));
+    let n_internal = faces.len();
     let names = clean_names(content.cells.families, fits);
-    let mut patches: Vec<Vec<usize>> = vec![Vec::new(); names.len()];
-    for (_, corners, family) in content.faces() {
-        let Some(face) = boundary.remove(&key(corners)) else {
-            let name = &content.cells.families[family.index()];
-            return Err(invalid(format!("a face of the family '{name}' is no face on the boundary of the cells")));
-        };
-        patches[family.index()].push(face);
-    }
-    if !boundary.is_empty() {
-        return Err(invalid(format!("{} faces on the boundary of the cells belong to no family", boundary.len())));
-    }
-    let mut order: Vec<usize> = (0..faces.len()).filter(|&face| faces[face].neighbour.is_some()).collect();
-    let n_internal = order.len();
-    order.sort_by_key(|&face| (faces[face].owner, faces[face].neighbour));
-    order.extend(patches.iter().flatten());
+    let mut patches = vec![Vec::new(); names.len()];
+    content.faces().zip(of_boundary).for_each(|((_, _, family), &side)| patches[family.index()].push((side, NONE)));
+    faces.extend(patches.iter().flatten());
 
-    let list = |class: &str, object: &str, count: usize, write: &mut dyn FnMut(&mut Vec<u8>) -> io::Result<()>| {
-        let mut out = Vec::new();
-        let header =
-            format!("version 2.0; format ascii; class {class}; location \"constant/polyMesh\"; object {object};");
-        write!(out, "FoamFile {{ {header} }}\n{count}\n(\n")?;
-        write(&mut out)?;
-        out.extend_from_slice(b")\n");
-        Ok::<_, io::Error>((object.to_string(), out))
-    };
-    Ok(vec![
-        list("faceList", "faces", faces.len(), &mut |out| {
-            order.iter().try_for_each(|&face| match faces[face].corners {
-                [a, b, c, u32::MAX] => writeln!(out, "3({a} {b} {c})"),
-                [a, b, c, d] => writeln!(out, "4({a} {b} {c} {d})"),
-            })
-        })?,
-        list("labelList", "owner", faces.len(), &mut |out| {
-            order.iter().try_for_each(|&face| writeln!(out, "{}", faces[face].owner))
-        })?,
-        list("labelList", "neighbour", n_internal, &mut |out| {
-            order.iter().filter_map(|&face| faces[face].neighbour).try_for_each(|cell| writeln!(out, "{cell}"))
-        })?,
-        list("polyBoundaryMesh", "boundary", names.len(), &mut |out| {
-            let mut start = n_internal;
-            names.iter().zip(&patches).try_for_each(|(name, patch)| {
-                writeln!(out, "{name} {{ type patch; nFaces {}; startFace {start}; }}", patch.len())?;
-                start += patch.len();
-                Ok(())
-            })
-        })?,
-        list("vectorField", "points", content.vertices.len(), &mut |out| {
-            content.vertices.iter().try_for_each(|vertex| {
-                for (place, value) in vertex.to_array().into_iter().enumerate() {
-                    out.extend_from_slice(if place == 0 { b"(" } else { b" " });
-                    write_shortest(out, value)?;
-                }
-                writeln!(out, ")")
-            })
-        })?,
-    ])
+    let ends = patches.iter().scan(n_internal, |end, patch| {
+        *end += patch.len();
+        Some(*end)
+    });
+    let ends: Vec<usize> = ends.collect();
+    let files: [(_, _, _, Entry); 5] = [
+        ("faceList", "faces", faces.len(), &|index, text| {
+            let corners = match &sides.corners[faces[index].0 as usize] {
+                [corners @ .., NONE] => &corners[..],
+                corners => corners,
+            };
+            add_whole(text, corners.len() as u32, b'(');
+            corners.iter().for_each(|&corner| add_whole(text, corner, b' '));
+            text.pop();
+            text.extend_from_slice(b")\n");
+            Ok(())
+        }),
+        ("labelList", "owner", faces.len(), &|index, text| {
+            add_whole(text, owner(&faces[index]), b'\n');
+            Ok(())
+        }),
+        ("labelList", "neighbour", n_internal, &|index, text| {
+            add_whole(text, faces[index].1, b'\n');
+            Ok(())
+        }),
+        ("polyBoundaryMesh", "boundary", names.len(), &|index, text| {
+            let (name, n_faces) = (&names[index], patches[index].len());
+            let start = ends[index] - n_faces;
+            writeln!(text, "{name} {{ type patch; nFaces {n_faces}; startFace {start}; }}")
+        }),
+        ("vectorField", "points", content.vertices.len(), &|index, text| {
+            for (place, value) in content.vertices[index].to_array().into_iter().enumerate() {
+                text.push(if place == 0 { b'(' } else { b' ' });
+                write_shortest(text, value)?;
+            }
+            writeln!(text, ")")
+        }),
+    ];
+    let written = files.into_par_iter().map(|(class, object, count, write)| list(class, object, count, write));
+    written.collect()
+}
+
+/// Adds the entry of that index to a list.
+type Entry<'a> = &'a (dyn Fn(usize, &mut Vec<u8>) -> io::Result<()> + Sync);
+
+/// A file of a list, and its name.
+fn list(class: &str, object: &str, count: usize, write: Entry) -> io::Result<(String, Vec<u8>)> {
+    let mut text = Vec::new();
+    let header = format!("version 2.0; format ascii; class {class}; location \"constant/polyMesh\"; object {object};");
+    write!(text, "FoamFile {{ {header} }}\n{count}\n(\n")?;
+    (0..count).try_for_each(|index| write(index, &mut text))?;
+    text.extend_from_slice(b")\n");
+    Ok((object.to_string(), text))
+}
+
+/// Adds the digits of a number and a mark: as `write!` does, several times as fast.
+fn add_whole(text: &mut Vec<u8>, mut number: u32, mark: u8) {
+    let mut digits = [mark; 11];
+    let mut start = 10;
+    loop {
+        start -= 1;
+        digits[start] = b'0' + (number % 10) as u8;
+        number /= 10;
+        if number == 0 {
+            break;
+        }
+    }
+    text.extend_from_slice(&digits[start..]);
 }
 
 fn invalid(message: String) -> io::Error {

@@ -7,19 +7,23 @@ use glam::DVec3;
 
 use crate::formats::document::Slots;
 use crate::formats::error::ReadError;
+use crate::formats::number::Number;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, parse_double, parse_signed, parse_unsigned, shown};
 
 /// A position in a file whose header was read.
 pub(super) struct File<'a> {
     scanner: Scanner<'a>,
-    /// Size of an index in a binary file.
-    label: usize,
+    /// Type of an index in a binary file.
+    label: Number,
 }
+
+/// More faces than this cannot be numbered: most of them are sides of two cells.
+const MOST_FACES: usize = u32::MAX as usize / 2;
 
 /// Faces as runs of vertices.
 pub(super) struct Faces {
     /// Where each face begins in `vertices`, and the end `[n_faces + 1]`.
-    starts: Vec<usize>,
+    starts: Vec<u32>,
     vertices: Vec<u32>,
 }
 
@@ -28,8 +32,17 @@ impl Faces {
         self.starts.len() - 1
     }
 
+    #[inline]
     pub fn corners(&self, face: usize) -> &[u32] {
-        &self.vertices[self.starts[face]..self.starts[face + 1]]
+        &self.vertices[self.starts[face] as usize..self.starts[face + 1] as usize]
+    }
+
+    /// All faces if they are triangles.
+    pub fn triangles(&self) -> Option<&[[u32; 3]]> {
+        let (triangles, _) = self.vertices.as_chunks();
+        // Without an early end, many are compared at a time.
+        let all = self.starts.windows(2).fold(true, |all, pair| all & (pair[1] - pair[0] == 3));
+        all.then_some(triangles)
     }
 }
 
@@ -44,7 +57,7 @@ pub(super) struct Patch {
 impl<'a> File<'a> {
     /// Reads the header: `FoamFile { format ascii; arch "LSB;label=32;scalar=64"; ... }`.
     pub fn open(path: &'a Path, bytes: &'a [u8]) -> Result<Self, ReadError> {
-        let mut file = Self { scanner: Scanner::new(path, bytes), label: 4 };
+        let mut file = Self { scanner: Scanner::new(path, bytes), label: Number::I32 };
         let found = file.word("FoamFile")?;
         if found != b"FoamFile" {
             return Err(file.scanner.malformed("FoamFile", shown(found)));
@@ -63,7 +76,7 @@ impl<'a> File<'a> {
                 b"arch" => {
                     let says = |text: &[u8]| value.windows(text.len()).any(|window| window == text);
                     endian = if says(b"MSB") { Endian::Big } else { Endian::Little };
-                    file.label = if says(b"label=64") { 8 } else { 4 };
+                    file.label = if says(b"label=64") { Number::I64 } else { Number::I32 };
                     file.scanner.width = if says(b"scalar=32") { Width::Single } else { Width::Double };
                 }
                 _ => {}
@@ -185,70 +198,85 @@ impl<'a> File<'a> {
         Ok((positions, Slots { encoding: self.scanner.encoding, width, slots }))
     }
 
-    /// Reads a list of indices.
-    fn labels(&mut self) -> Result<Vec<i64>, ReadError> {
-        let mut labels = Vec::new();
-        self.add_labels(&mut labels)?;
-        Ok(labels)
-    }
-
-    /// Reads a list of indices and adds them to others.
-    fn add_labels(&mut self, labels: &mut Vec<i64>) -> Result<(), ReadError> {
-        let count = self.begin("the number of indices", 2, self.label as u64)?;
+    /// Reads a list of indices within `range` and adds them to others, -1 as `u32::MAX`. Of another one, `wrong` says what
+    /// is expected and found, from its place in the list and itself.
+    fn add_labels(
+        &mut self,
+        labels: &mut Vec<u32>,
+        range: Range<i64>,
+        wrong: impl Fn(usize, i64) -> (String, String),
+    ) -> Result<(), ReadError> {
+        let bytes = self.label.bytes();
+        let count = self.begin("the number of indices", 2, bytes as u64)?;
         labels.reserve(count);
-        for _ in 0..count {
-            labels.push(match (self.scanner.encoding, self.label) {
-                (Encoding::Text, _) => self.number("an index", parse_signed)?,
-                (_, 8) => self.scanner.long("an index")?,
-                _ => self.scanner.int("an index")?.into(),
-            });
+        let malformed = |scanner: &Scanner, (place, label)| {
+            let (expected, found) = wrong(place, label);
+            scanner.malformed(expected, found)
+        };
+        if let Encoding::Binary(endian) = self.scanner.encoding {
+            let list = self.scanner.take(count * bytes, "an index")?;
+            let (ints, longs) = (list.as_chunks().0.iter(), list.as_chunks().0.iter());
+            let added = match self.label {
+                Number::I64 => add_within(labels, range, longs.map(|&label| endian.long(label))),
+                _ => add_within(labels, range, ints.map(|&label| endian.int(label))),
+            };
+            added.map_err(|(place, label)| {
+                self.scanner.last += place * bytes;
+                malformed(&self.scanner, (place, label))
+            })?;
+        } else {
+            for place in 0..count {
+                let label = self.number("an index", parse_signed)?;
+                add_within(labels, range.clone(), [label].into_iter())
+                    .map_err(|(_, label)| malformed(&self.scanner, (place, label)))?;
+            }
         }
         self.expect(b')')
     }
 
-    /// Reads the cell of each face, below `limit`; -1 is let through.
-    pub fn cells_below(mut self, limit: usize) -> Result<Vec<i64>, ReadError> {
-        let cells = self.labels()?;
-        match cells.iter().position(|&cell| cell < -1 || (cell >= 0 && cell as u64 >= limit as u64)) {
-            Some(face) => {
-                let found = format!("cell {} for face {face}", cells[face]);
-                Err(self.scanner.malformed(format!("cells numbered from 0, below {limit}"), found))
-            }
-            None => Ok(cells),
-        }
+    /// Reads the cell of each face, below `limit`; with `or_none`, -1 is let through as `u32::MAX`.
+    pub fn cells_below(mut self, limit: usize, or_none: bool) -> Result<Vec<u32>, ReadError> {
+        let mut cells = Vec::new();
+        self.add_labels(&mut cells, -i64::from(or_none)..limit as i64, |face, cell| {
+            (format!("cells numbered from 0, below {limit}"), format!("cell {cell} for face {face}"))
+        })?;
+        Ok(cells)
     }
 
     /// Reads the faces: each a list of its own, or in a binary file all their starts and then all vertices.
     pub fn faces(mut self, n_vertices: usize) -> Result<Faces, ReadError> {
-        let mut starts = vec![0];
+        let mut starts = Vec::new();
         let mut vertices = Vec::new();
-        let vertex = |file: &Self, label: i64| match u32::try_from(label) {
-            Ok(vertex) if (vertex as usize) < n_vertices => Ok(vertex),
-            _ => Err(file.scanner.malformed(format!("a vertex below {n_vertices}"), label.to_string())),
-        };
+        let wrong = |_, label: i64| (format!("a vertex below {n_vertices}"), label.to_string());
+        let range = 0..n_vertices as i64;
         if self.scanner.encoding == Encoding::Text {
             let count = self.begin("the number of faces", 4, 4)?;
-            starts.reserve(count);
-            let mut labels = Vec::new();
+            starts.reserve(count + 1);
+            starts.push(0);
             for _ in 0..count {
-                labels.clear();
-                self.add_labels(&mut labels)?;
-                for &label in &labels {
-                    vertices.push(vertex(&self, label)?);
-                }
-                starts.push(vertices.len());
+                self.add_labels(&mut vertices, range.clone(), wrong)?;
+                starts.push(vertices.len() as u32);
             }
             self.expect(b')')?;
-            return Ok(Faces { starts, vertices });
+        } else {
+            let most = self.scanner.remaining().min(u32::MAX as usize) as i64;
+            let expected = || format!("starts of faces from 0 to {most}");
+            self.add_labels(&mut starts, 0..most, |_, label| (expected(), label.to_string()))?;
+            self.add_labels(&mut vertices, range, wrong)?;
+            let rising = starts.is_sorted();
+            if !rising || starts.first() != Some(&0) || starts.last() != Some(&(vertices.len() as u32)) {
+                let expected = format!("starts of faces from 0 to {}", vertices.len());
+                return Err(self.scanner.malformed(expected, "others"));
+            }
         }
-        let ends = self.labels()?;
-        vertices = self.labels()?.into_iter().map(|label| vertex(&self, label)).collect::<Result<_, _>>()?;
-        let rising = ends.windows(2).all(|pair| pair[0] <= pair[1]);
-        if !rising || ends.first() != Some(&0) || ends.last() != Some(&(vertices.len() as i64)) {
-            let expected = format!("starts of faces from 0 to {}", vertices.len());
-            return Err(self.scanner.malformed(expected, "others"));
+        for (what, count, limit) in
+            [("faces", starts.len(), MOST_FACES), ("corners of faces", vertices.len(), u32::MAX as usize)]
+        {
+            if count > limit {
+                return Err(ReadError::TooMany { path: self.scanner.path().into(), what, count, limit });
+            }
         }
-        Ok(Faces { starts: ends.into_iter().map(|end| end as usize).collect(), vertices })
+        Ok(Faces { starts, vertices })
     }
 
     /// Reads the patches, which are text in binary files too; they must hold every face from `n_internal` on, once.
@@ -293,4 +321,19 @@ impl<'a> File<'a> {
         }
         Ok(patches)
     }
+}
+
+/// Adds indices that are within `range`; the error is the first other one after its place among them.
+fn add_within<T: Copy + Ord + Into<i64>>(
+    labels: &mut Vec<u32>,
+    range: Range<i64>,
+    list: impl Iterator<Item = T> + Clone,
+) -> Result<(), (usize, i64)> {
+    labels.extend(list.clone().map(|label| label.into() as u32));
+    let is_within = |label: T| range.contains(&label.into());
+    // Where these two are, all are: they are found many at a time.
+    if [list.clone().min(), list.clone().max()].into_iter().flatten().all(is_within) {
+        return Ok(());
+    }
+    list.enumerate().find(|&(_, label)| !is_within(label)).map_or(Ok(()), |(place, label)| Err((place, label.into())))
 }

@@ -53,28 +53,25 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let (faces_path, faces) = load("faces")?;
     let faces = File::open(&faces_path, &faces)?.faces(positions.len())?;
     // Every cell has a face, so no number reaches theirs.
-    let cells = |name| {
+    let cells = |name, or_none| {
         let (path, bytes) = load(name)?;
-        File::open(&path, &bytes)?.cells_below(faces.len())
+        File::open(&path, &bytes)?.cells_below(faces.len(), or_none)
     };
-    let owner = cells("owner")?;
     // Old files give the faces of the boundary the neighbour -1.
-    let mut neighbour = cells("neighbour")?;
-    neighbour.truncate(neighbour.iter().position(|&cell| cell < 0).unwrap_or(neighbour.len()));
+    let (owner, neighbour) = rayon::join(|| cells("owner", false), || cells("neighbour", true));
+    let (owner, mut neighbour) = (owner?, neighbour?);
+    neighbour.truncate(neighbour.iter().position(|&cell| cell == u32::MAX).unwrap_or(neighbour.len()));
     let (boundary_path, boundary) = load("boundary")?;
     let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
-    let malformed = |expected: String, found: String| ReadError::Malformed {
-        place: Place::File(faces_path.clone()),
-        expected,
-        found,
-    };
     if owner.len() != faces.len() || neighbour.len() > faces.len() {
-        let found = format!("{} faces, {} owners, {} neighbours", faces.len(), owner.len(), neighbour.len());
-        return Err(malformed("an owner for every face, and no more neighbours".into(), found));
+        return Err(ReadError::Malformed {
+            place: Place::File(faces_path),
+            expected: "an owner for every face, and no more neighbours".into(),
+            found: format!("{} faces, {} owners, {} neighbours", faces.len(), owner.len(), neighbour.len()),
+        });
     }
     let mut assembly = Assembly::default();
-    cells::assemble(&faces, &owner, &neighbour, &mut assembly)
-        .map_err(|cell| malformed(format!("cells numbered from 0, below {}", faces.len()), format!("cell {cell}")))?;
+    cells::assemble(&faces, &owner, &neighbour, &mut assembly);
     for (tag, patch) in (0..).zip(&patches) {
         for face in patch.faces.clone() {
             let corners = faces.corners(face);
