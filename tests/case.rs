@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use idmesh::case::displacement::{self, DisplacementError};
 use idmesh::case::{Case, CaseError, Position, Role};
 use idmesh::profile::files::SpanAxis;
 use idmesh::relaxation::Method;
@@ -355,85 +354,6 @@ fn files_that_are_no_text_or_not_there() {
     std::fs::write(&path, b"mesh = \"m\"\n\xff\n").unwrap();
     let error = Case::read(&path).unwrap_err().to_string();
     assert!(error.ends_with("case.toml:2:1: not a text file, expected TOML in UTF-8"), "{error}");
-}
-
-// Prescribed displacements.
-
-fn rows(text: &str) -> Result<displacement::DisplacementTable, DisplacementError> {
-    displacement::parse(text, Path::new("d.csv"))
-}
-
-#[test]
-fn displacements_with_and_without_header() {
-    let with = rows("x,y,z,dx,dy,dz\n1,2,3,0.5,0,-1e-3\n\n4,5,6,0,0,0\n").unwrap();
-    let without = rows("1, 2, 3, 0.5, 0, -1e-3\r\n4,5,6,0,0,0").unwrap();
-    assert_eq!(with.rows.len(), 2);
-    assert_eq!((with.rows[0].line, with.rows[1].line), (2, 4));
-    assert_eq!(with.rows[0].displacement, DVec3::new(0.5, 0.0, -1e-3));
-    assert_eq!(
-        without.rows.iter().map(|row| row.position).collect::<Vec<_>>(),
-        [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)]
-    );
-}
-
-#[test]
-fn bad_displacement_lines() {
-    let error = |text: &str| rows(text).unwrap_err().to_string();
-    let expected = "expected six numbers x,y,z,dx,dy,dz";
-    assert_eq!(error("x,y,z,dx,dy,dz\n1,2,3,4,5\n"), format!("d.csv:2: 5 columns, {expected}"));
-    assert_eq!(error("1,2,3,4,5,6,7\n"), format!("d.csv:1: 7 columns, {expected}"));
-    assert_eq!(error("1,2,3,4,5,6\n1,2,3,4,5,six\n"), format!("d.csv:2: \"six\" is not a number, {expected}"));
-    assert_eq!(error("1,2,3,nan,5,6\n"), format!("d.csv:1: \"nan\" is not finite, {expected}"));
-    assert_eq!(error("1,2,3,4,5,1e999\n"), format!("d.csv:1: \"1e999\" is not finite, {expected}"));
-    assert_eq!(error("a,b,c,dx,dy,dz\n"), format!("d.csv:1: \"a\" is not a number, {expected}"));
-    assert_eq!(error("x,y,z,dx,dy,dz\n"), "d.csv: no displacements, expected rows x,y,z,dx,dy,dz");
-}
-
-/// A 40 x 40 grid of vertices, the family being every second one, its rows in reverse order and a little off.
-#[test]
-fn displacements_find_their_vertices() {
-    let vertices: Vec<DVec3> = (0..1600).map(|i| DVec3::new((i % 40) as f64, (i / 40) as f64, -3.0) * 1e-3).collect();
-    let family: Vec<u32> = (0..1600).step_by(2).collect();
-    let mut text = String::new();
-    for &vertex in family.iter().rev() {
-        let place = vertices[vertex as usize] + DVec3::new(4e-10, -4e-10, 4e-10);
-        text += &format!("{},{},{},{vertex},0,0\n", place.x, place.y, place.z);
-    }
-    let matched = displacement::match_displacements(&rows(&text).unwrap(), &vertices, &family, 1e-9).unwrap();
-    let expected: Vec<DVec3> = family.iter().map(|&vertex| DVec3::new(f64::from(vertex), 0.0, 0.0)).collect();
-    assert_eq!(matched, expected);
-    // A tolerance below the offset finds none.
-    assert!(displacement::match_displacements(&rows(&text).unwrap(), &vertices, &family, 1e-10).is_err());
-}
-
-#[test]
-fn displacements_that_do_not_fit_the_family() {
-    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-    let error = |text: &str| {
-        displacement::match_displacements(&rows(text).unwrap(), &vertices, &[0, 1, 2], 1e-6).unwrap_err().to_string()
-    };
-    // Vertex 3 is no vertex of the family.
-    assert_eq!(
-        error("0,0,0,1,1,1\n0,0,1,1,1,1\n"),
-        "d.csv:2: no vertex of the family at (0, 0, 1), the nearest is 1e0 away, expected one within 1e-6"
-    );
-    assert_eq!(
-        error("0,0,0,1,1,1\n1,0,0,1,1,1\n0,1e-7,0,1,1,1\n"),
-        "d.csv:3: a second row for the vertex at (0, 0.0000001, 0), the first is on line 1, expected one"
-    );
-    assert_eq!(
-        error("0,0,0,1,1,1\n"),
-        "d.csv: 2 of the family's 3 vertices have no row, the first is vertex 1 at (1, 0, 0)"
-    );
-}
-
-/// Exact positions match with tolerance zero, also far from the origin.
-#[test]
-fn displacements_match_exactly() {
-    let vertices = [DVec3::splat(1e6), DVec3::new(1e6, 1e6, 1e6 + 1e-9)];
-    let text = "1e6,1e6,1000000.000000001,2,0,0\n1e6,1e6,1e6,1,0,0\n";
-    let matched = displacement::match_displacements(&rows(text).unwrap(), &vertices, &[0, 1], 0.0).unwrap();
-    assert_eq!(matched, [DVec3::X, 2.0 * DVec3::X]);
 }
 
 #[test]

@@ -1,0 +1,118 @@
+//! The kernels' files: shaders and twins belong together, are valid, and are laid out alike.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::mem::offset_of;
+use std::path::Path;
+
+use idmesh::kernels::row::Entry;
+use idmesh::kernels::{
+    KERNELS, PARTS, accelerate, climb_vertices, convergence, defect, edge_stiffness, relax_sweep, smooth_vertices,
+    transfer,
+};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{AddressSpace, Module, TypeInner};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn stems(folder: &str, extension: &str) -> BTreeSet<String> {
+    let files = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let files = files.filter(|path| path.extension().is_some_and(|found| found == extension));
+    files.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect()
+}
+
+fn parse(source: &str, name: &str) -> Module {
+    naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)))
+}
+
+#[test]
+fn every_kernel_has_its_files_and_its_row() {
+    let table: BTreeSet<String> = KERNELS.iter().map(|kernel| kernel.name).chain(PARTS).map(str::to_owned).collect();
+    assert_eq!(stems("kernels", "wgsl"), table, "kernels/*.wgsl against the table");
+    let mut twins = stems("src/kernels", "rs");
+    // The table itself and the number types.
+    assert!(twins.remove("mod") && twins.remove("real"));
+    assert_eq!(twins, table, "src/kernels/*.rs against the table");
+    let readme = fs::read_to_string(root().join("kernels/README.md")).unwrap();
+    for name in &table {
+        assert!(readme.contains(&format!("| `{name}.wgsl`")), "kernels/README.md has no row for {name}");
+    }
+    for kernel in KERNELS {
+        let file = |stem: &str| fs::read_to_string(root().join(format!("kernels/{stem}.wgsl"))).unwrap();
+        let source: String = kernel.parts.iter().chain([&kernel.name]).map(|stem| file(stem)).collect();
+        assert_eq!(kernel.source, source, "{}", kernel.name);
+    }
+}
+
+#[test]
+fn every_kernel_validates_within_webgpu_limits() {
+    for kernel in KERNELS {
+        let module = parse(kernel.source, kernel.name);
+        if let Err(error) = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module) {
+            panic!("{}: {}", kernel.name, error.emit_to_string(kernel.source));
+        }
+        let is_storage = |space| matches!(space, AddressSpace::Storage { .. });
+        let n_storage = module.global_variables.iter().filter(|(_, variable)| is_storage(variable.space)).count();
+        assert!(n_storage <= 8, "{} binds {n_storage} storage buffers", kernel.name);
+        let [entry] = &module.entry_points[..] else { panic!("{} has not one entry point", kernel.name) };
+        assert_eq!(entry.name, kernel.name);
+        assert!(entry.workgroup_size.iter().product::<u32>() <= 256, "{}", kernel.name);
+    }
+    for part in PARTS {
+        let source = fs::read_to_string(root().join(format!("kernels/{part}.wgsl"))).unwrap();
+        assert!(parse(&source, part).entry_points.is_empty());
+    }
+}
+
+/// Names, offsets and size of a struct in a kernel.
+fn layout(kernel: &str, of: &str) -> (Vec<(String, u32)>, u32) {
+    let kernel = KERNELS.iter().find(|found| found.name == kernel).unwrap();
+    let module = parse(kernel.source, kernel.name);
+    let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(of)).unwrap().1;
+    let TypeInner::Struct { members, span } = &found.inner else { panic!("{of} is no struct") };
+    (members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect(), *span)
+}
+
+macro_rules! assert_layout {
+    ($kernel:literal, $struct:literal, $rust:ty, $($member:ident),*) => {
+        let (members, span) = layout($kernel, $struct);
+        let expected = vec![$((stringify!($member).to_owned(), offset_of!($rust, $member) as u32)),*];
+        assert_eq!(members, expected, "{} {}", $kernel, $struct);
+        assert_eq!(span as usize, size_of::<$rust>(), "{} {}", $kernel, $struct);
+    };
+}
+
+#[test]
+fn structs_are_laid_out_as_in_wgsl() {
+    assert_layout!("edge_stiffness", "Params", edge_stiffness::Params, n_edges);
+    assert_layout!("relax_sweep", "Params", relax_sweep::Params, first_row, n_rows, relaxation, momentum);
+    assert_layout!("relax_sweep", "Entry", Entry, column, stiffness);
+    assert_layout!("convergence", "Params", convergence::Params, first_row, n_rows);
+    assert_layout!("convergence", "Entry", Entry, column, stiffness);
+    assert_layout!("defect", "Params", defect::Params, first_row, n_rows);
+    assert_layout!("transfer", "Params", transfer::Params, first_row, n_rows, keep, padding);
+    let weight = (vec![("column".to_owned(), 0), ("weight".to_owned(), 4)], 8);
+    assert_eq!(layout("transfer", "Weight"), weight, "weights are stored as entries");
+    assert_layout!("accelerate", "Params", accelerate::Params, n_vertices, relaxation, momentum, padding);
+    assert_layout!(
+        "smooth_vertices",
+        "Params",
+        smooth_vertices::Params,
+        first,
+        n_vertices,
+        power,
+        size,
+        delta_squared,
+        tolerance
+    );
+    assert_layout!("climb_vertices", "Params", climb_vertices::Params, first, n_vertices, six_goal, gain);
+}
+
+#[test]
+fn the_block_of_the_twin_is_the_workgroup() {
+    for kernel in KERNELS.iter().filter(|kernel| ["convergence", "accelerate"].contains(&kernel.name)) {
+        assert_eq!(parse(kernel.source, kernel.name).entry_points[0].workgroup_size, [convergence::BLOCK as u32, 1, 1]);
+    }
+}
