@@ -126,6 +126,8 @@ fn half_a_turn_is_followed_in_steps() {
     let small = mover.update(&pitched(&mover, 10.0), &|_| {}).unwrap();
     assert_eq!((small.path.steps, small.path.given_up, small.path.reached), (1, 0, 1.0));
     assert_eq!(small.smoothed, None);
+    let fresh = set_up(Default::default(), Some(Target::Original)).update(&pitched(&mover, 10.0), &|_| {}).unwrap();
+    assert_eq!(small.vertices, fresh.vertices);
 }
 
 /// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing can be done, and

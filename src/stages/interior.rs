@@ -64,7 +64,11 @@ const REPAIR_SWEEPS: usize = 100;
 
 /// The inside of a mesh, set up once per mesh.
 pub struct Interior {
-    volume: Volume,
+    /// None after a path of steps, whose networks had its place in the memory; the next design sets it up anew.
+    volume: Option<Volume>,
+    constraint: Vec<Constraint>,
+    method: Method,
+    start: Start,
     bodies: Bodies,
     smoothing: Option<Smoothing>,
     stepping: Stepping,
@@ -142,13 +146,13 @@ impl Interior {
     ) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, .. } = *set_up;
         let volume = Volume::last(set_up, lattice, springs)?;
+        let constraint = volume.constraint().to_vec();
         let smoothing = match quality {
             None => None,
             Some(target) => {
                 let slides = Slides::new(mesh, surface, families);
-                let constraint = volume.constraint();
                 let smoother =
-                    Smoother::new(backend, &mesh.tets, &mesh.vertices, constraint, &slides.vertices(), target);
+                    Smoother::new(backend, &mesh.tets, &mesh.vertices, &constraint, &slides.vertices(), target);
                 let (enough, goal) = match target {
                     Target::Original => (ENOUGH * lowest, lowest),
                     Target::Improve => (IMPROVED * lowest, IMPROVED * lowest),
@@ -157,17 +161,21 @@ impl Interior {
             }
         };
         let stepping = Stepping { springs, lowest, max_steps };
-        Ok(Self { volume, bodies: Bodies::new(set_up), smoothing, stepping })
+        let (method, start) = (volume.method(), Start::default());
+        Ok(Self { volume: Some(volume), constraint, method, start, bodies: Bodies::new(set_up), smoothing, stepping })
     }
 
     /// How the volume's springs are relaxed; never [`Method::Auto`].
     pub fn method(&self) -> Method {
-        self.volume.method()
+        self.method
     }
 
     /// Where the springs start from now on.
     pub fn start_from(&mut self, start: Start) {
-        self.volume.start_from(start);
+        self.start = start;
+        if let Some(volume) = &mut self.volume {
+            volume.start_from(start);
+        }
     }
 
     /// Moves the inside after the surfaces.
@@ -187,7 +195,15 @@ impl Interior {
     ) -> Result<Inside, BackendError> {
         let mesh = set_up.mesh;
         let surfaces = motion.clone();
-        let mut convergence = self.volume.run(&mesh.vertices, motion, accuracy)?;
+        let volume = match &mut self.volume {
+            Some(volume) => volume,
+            none => {
+                let mut volume = Volume::last(set_up, Lattice::new(mesh), self.stepping.springs)?;
+                volume.start_from(self.start);
+                none.insert(volume)
+            }
+        };
+        let mut convergence = volume.run(&mesh.vertices, motion, accuracy)?;
         let mut state = State::new(displaced(&mesh.vertices, motion), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
         // No volume fits surfaces that pass through each other.
@@ -200,6 +216,7 @@ impl Interior {
             && self.stepping.max_steps > 1
             && !self.surfaces_invert(&state, mesh)
         {
+            self.volume = None;
             let route = self.bodies.route(mesh, set_up.families, &surfaces);
             let followed = self.stepping.follow(&route, self.smoothing.as_mut(), set_up, accuracy, observer)?;
             convergence = convergence.and(followed.convergence);
@@ -235,7 +252,7 @@ impl Interior {
 
     /// Whether a tet is inverted by its surface vertices alone: no path would help it.
     fn surfaces_invert(&self, state: &State, mesh: &TetMesh) -> bool {
-        let held = |&vertex: &u32| self.volume.constraint()[vertex as usize] == Constraint::Held;
+        let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
         mesh.tets.iter().zip(&state.beta).any(|(tet, &beta)| faults::is_inverted(beta) && tet.iter().all(held))
     }
 }
