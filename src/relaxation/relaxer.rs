@@ -67,10 +67,8 @@ impl Relaxer {
         let method = method.for_size(moving.len());
         let (joined, device, spectrum) = if method == Method::Multigrid {
             let hierarchy = Hierarchy::new(&of_moving);
-            let mut device = backend.upload_hierarchy(&hierarchy.data(&of_moving))?;
-            let joined = hierarchy.joined();
-            let spectrum = Spectrum::of_cycles(&of_moving, device.as_mut())?;
-            (Some(joined), device, spectrum)
+            let device = backend.upload_hierarchy(&hierarchy.data(&of_moving))?;
+            (Some(hierarchy.joined()), device, Some(Spectrum::OF_CYCLES))
         } else {
             (None, backend.upload(&of_moving.data())?, Spectrum::new(&of_moving))
         };
@@ -88,21 +86,15 @@ impl Relaxer {
     }
 
     /// Replaces what the vertices may do. Held vertices must stay held and others not held: the rows that move are kept, and
-    /// the bounds of their spectrum, which holding back directions cannot leave. Those of multigrid cycles are found anew.
+    /// the bounds of their spectrum, which holding back directions cannot leave.
     ///
     /// # Errors
     /// The device failed.
     pub fn constrain(&mut self, constraint: Vec<Constraint>) -> Result<(), BackendError> {
         let of_moving = self.gather(&constraint);
         self.network.constraint = constraint;
-        match &self.joined {
-            None => self.device.constrain(&of_moving),
-            Some(joined) => {
-                self.device.constrain(&joined.constraints(&of_moving))?;
-                self.spectrum = Spectrum::of_cycles(&Moving::new(&self.network).network, self.device.as_mut())?;
-                Ok(())
-            }
-        }
+        let of_levels = self.joined.as_ref().map(|joined| joined.constraints(&of_moving));
+        self.device.constrain(&of_levels.unwrap_or(of_moving))
     }
 
     /// Moves the free vertices of `displacement` `[n_vertices]` to equilibrium with the held ones.

@@ -9,9 +9,8 @@
 //! stays a plane on all levels, and the coarse networks are as stiff as what they stand for. Smoothed across a plane's edge,
 //! corrections overshot: cycles on thin layers with a symmetry plane then had eigenvalues up to 1.38, beyond their bounds.
 //!
-//! Cycles follow each other with Chebyshev's coefficients, on bounds found at set-up. Conjugate gradients took 6 cycles
-//! where these take 7 to 8 (residual over 1e6, wings of 100 000 and 900 000 tets), but need sums over all vertices in each
-//! of them, and save little at set-up.
+//! Cycles follow each other with Chebyshev's coefficients. Conjugate gradients took 6 cycles where these take 7 to 8 (residual
+//! over 1e6, wings of 100 000 and 900 000 tets), but need sums over all vertices in each of them.
 
 mod aggregation;
 mod coarsening;
