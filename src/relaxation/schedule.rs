@@ -35,7 +35,7 @@ const LARGE: usize = 10_000;
 
 /// Cycles that shrink the error by no more than this have a spectrum wider than its bounds. Where it is a little wider, starting
 /// again would cost more than it brings.
-const SLOW: f64 = 0.4;
+const SLOW: f64 = 0.3;
 
 /// Bounds are not made wider than this, where cycles shrink the error by half: below, it is roundoff that does not shrink.
 const LOWEST: f64 = 0.1;
