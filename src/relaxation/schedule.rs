@@ -23,14 +23,15 @@ pub enum Method {
 ///
 /// | vertices that move | Chebyshev | multigrid |
 /// |---|---|---|
-/// | 6 859 | 3.0 + 8.4 | 9.4 + 5.0 |
-/// | 13 824 | 6.4 + 21.1 | 22.4 + 10.2 |
-/// | 14 673, pitching wing | 11.7 + 29.6 | 27.7 + 13.5 |
-/// | 39 304 | 26.0 + 89.1 | 61.7 + 31.2 |
-/// | 117 649 | 107.5 + 440.8 | 244.4 + 113.6 |
+/// | 2 744 | 1.2 + 2.7 | 1.9 + 1.7 |
+/// | 6 859 | 2.8 + 8.3 | 5.4 + 5.1 |
+/// | 13 824 | 6.3 + 21.1 | 11.6 + 10.6 |
+/// | 14 673, pitching wing | 11.5 + 25.8 | 17.7 + 15.0 |
+/// | 39 304 | 19.7 + 101.2 | 36.7 + 34.9 |
+/// | 117 649 | 80.3 + 423.1 | 127.9 + 116.8 |
 ///
-/// A solution is faster by multigrid from a thousand vertices on; for one solution alone the set-up pays from some 15 000 on,
-/// for two from 5 000. Not measured on a hardware GPU.
+/// A solution is faster by multigrid from a thousand vertices on, and with its set-up from some 3 000 on. On a GPU, where the small
+/// networks of a hierarchy cost as much as larger ones, the crossover lies higher; it was not measured on hardware.
 const LARGE: usize = 10_000;
 
 /// Cycles that shrink the error by no more than this have a spectrum wider than its bounds. Where it is a little wider, starting
