@@ -182,9 +182,8 @@ impl Relaxer {
             if error <= accuracy.tolerance || at_roundoff {
                 return Ok(Pass { sweeps, error, settled: true });
             }
-            let adapted = schedule.adapt([last.ratio, ratio]);
-            // The cycles of another schedule shrink the error otherwise.
-            last = Change { measured, bound, ratio: if adapted { 0.0 } else { ratio } };
+            schedule.adapt([last.ratio, ratio]);
+            last = Change { measured, bound, ratio };
         }
     }
 }

@@ -69,11 +69,13 @@ pub(super) struct Schedule {
     spectrum: Spectrum,
     /// Relaxation factor of the last Chebyshev sweep.
     last: Option<f64>,
+    /// Sweeps since it began.
+    age: usize,
 }
 
 impl Schedule {
     pub(super) fn new(method: Method, spectrum: Spectrum) -> Self {
-        Self { method, spectrum, last: None }
+        Self { method, spectrum, last: None, age: 0 }
     }
 
     /// Sweeps between two measures: as many as shrink the error tenfold by the spectrum's bounds, or a single cycle, which
@@ -101,23 +103,22 @@ impl Schedule {
         }
     }
 
-    /// Makes the next cycle the first of others on wider bounds, if the last two shrank the error much less than the bounds promise;
-    /// returns whether it did.
+    /// Makes the next cycle the first of others on wider bounds, if the last two shrank the error much less than the bounds promise.
     ///
     /// A mode below the bounds fades as Chebyshev's polynomials grow outside `[-1, 1]`, which tells its eigenvalue (after
     /// Manteuffel, Numer. Math. 28, 1977, 307-327).
     ///
     /// - `ratios`: of the changes of these cycles and those before
-    pub(super) fn adapt(&mut self, ratios: [f64; 2]) -> bool {
+    pub(super) fn adapt(&mut self, ratios: [f64; 2]) {
         let Spectrum { low, high } = self.spectrum;
-        let growth = ratios[0].max(ratios[1]) / self.rate();
-        let is_slow = ratios.iter().all(|&ratio| ratio >= SLOW) && growth > 1.0;
-        if self.method != Method::Multigrid || !is_slow || low <= LOWEST {
-            return false;
+        let growth = ratios[1] / self.rate();
+        let is_slow = ratios.iter().all(|&ratio| ratio >= SLOW.max(1.3 * self.rate()));
+        // The first cycles of a schedule say little of those to come.
+        if self.method != Method::Multigrid || !is_slow || low <= LOWEST || self.age < 4 {
+            return;
         }
         let eigenvalue = 0.5 * (high + low) - 0.5 * (high - low) * 0.5 * (growth + 1.0 / growth);
-        *self = Self::new(self.method, Spectrum { low: (0.9 * eigenvalue).clamp(LOWEST, low), high });
-        true
+        *self = Self::new(self.method, Spectrum { low: (0.8 * eigenvalue).clamp(LOWEST, low), high });
     }
 
     /// The next sweeps.
@@ -128,6 +129,7 @@ impl Schedule {
     /// Chebyshev semi-iteration for eigenvalues in `[low, high]` (Saad, Iterative Methods, algorithm 12.1, written with
     /// the change of the displacement instead of a search direction).
     fn sweep(&mut self) -> Sweep {
+        self.age += 1;
         if self.method == Method::Jacobi {
             return Sweep { relaxation: 1.0, momentum: 0.0 };
         }
