@@ -74,11 +74,11 @@ fn lowest_of(vertices: &[u32]) -> usize {
     (1..vertices.len()).fold(0, |lowest, place| if vertices[place] < vertices[lowest] { place } else { lowest })
 }
 
-/// Vertices, or whatever else, in a task: some tens of microseconds of work. Fixed, so that nothing depends on the number of threads.
+/// Items in a task: some tens of microseconds of work. Fixed, so that nothing depends on the number of threads.
 const PIECE: usize = 2048;
 
-/// What comes of the vertices `0..n_vertices`, or whatever else, piece by piece, in parallel; in their order.
-pub(crate) fn in_pieces<T: Send>(n_vertices: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
-    let pieces = 0..n_vertices.div_ceil(PIECE);
-    pieces.into_par_iter().map(|piece| work(piece * PIECE..n_vertices.min((piece + 1) * PIECE))).collect()
+/// What comes of the items `0..n_items`, piece by piece, in parallel; in their order.
+pub(crate) fn in_pieces<T: Send>(n_items: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    let pieces = 0..n_items.div_ceil(PIECE);
+    pieces.into_par_iter().map(|piece| work(piece * PIECE..n_items.min((piece + 1) * PIECE))).collect()
 }

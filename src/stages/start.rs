@@ -15,7 +15,7 @@ pub enum Start {
     #[default]
     Undeformed,
     /// The last design that converged, in the volume's springs: fewer sweeps for designs that lie close together, and a result
-    /// that depends on earlier ones within the tolerance.
+    /// that depends on earlier ones within the tolerance. After a design that was reached in steps it is the undeformed mesh again.
     LastDesign,
 }
 
