@@ -268,7 +268,7 @@ fn statistics_count_what_is_not_positive() {
 
 #[test]
 fn an_order_is_a_way_there_and_back() {
-    let mut mesh = brick(10);
+    let mut mesh = brick(24);
     // Another number for each vertex, one without tets among them; and the tets backwards.
     mesh.vertices.push(DVec3::splat(2.0));
     let n = mesh.vertices.len() as u32;
@@ -292,7 +292,8 @@ fn an_order_is_a_way_there_and_back() {
     assert_eq!(order.of_tets(&sizes(&ordered)), sizes(&mesh));
 
     let gap = |mesh: &TetMesh| mesh.tets.iter().map(|tet| tet.iter().max().unwrap() - tet.iter().min().unwrap()).max();
-    // Two shells of the lattice around any vertex have less than half of the vertices of three sides each.
-    assert!(gap(&ordered).unwrap() <= 2 * 3 * 11 * 11, "{:?}", gap(&ordered));
-    assert!(gap(&mesh).unwrap() > 1200, "{:?}", gap(&mesh));
+    // Two shells of the lattice around any vertex have less than half of the vertices of three sides each; and then vertices
+    // are sorted within a thousand.
+    assert!(gap(&ordered).unwrap() <= 2 * 3 * 25 * 25 + 1024, "{:?}", gap(&ordered));
+    assert!(gap(&mesh).unwrap() > 15_000, "{:?}", gap(&mesh));
 }

@@ -1,6 +1,4 @@
 //! The CPU backend: the twins over chunks of rows, in parallel.
-//!
-//! A chunk's result does not depend on who computes it, so neither does the result on the number of threads.
 
 use std::fs;
 use std::mem;
@@ -8,7 +6,8 @@ use std::mem;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cpu_hierarchy::CpuHierarchy;
+use super::chunks::{CHUNK, in_chunks, in_chunks_with};
+use super::cpu_hierarchy::{DoubleHierarchy, SingleHierarchy};
 use super::packed::{Packed, PackedEdges};
 use super::smoother::CpuSmoother;
 use super::vectors::Vectors;
@@ -19,12 +18,6 @@ use super::{
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
 use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};
-
-/// Rows in a task: a task of this size takes about 20 microseconds, ten times what handing it over does.
-pub(super) const CHUNK: usize = 4 * BLOCK;
-
-/// Networks up to this size run on the calling thread: waking the others would cost more than they save.
-pub(super) const SERIAL: usize = 2 * CHUNK;
 
 /// Tets evaluated at a time for the stiffness of edges: enough for many threads, and little memory.
 const TETS: usize = 32 * CHUNK;
@@ -91,8 +84,8 @@ impl Backend for CpuBackend {
 
     fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError> {
         Ok(match self.precision {
-            Precision::F64 => Box::new(CpuHierarchy::<f64>::new(levels)),
-            Precision::F32 => Box::new(CpuHierarchy::<f32>::new(levels)),
+            Precision::F64 => Box::new(DoubleHierarchy::new(levels)),
+            Precision::F32 => Box::new(SingleHierarchy::new(levels)),
         })
     }
 
@@ -164,29 +157,18 @@ impl<T: Real> DeviceNetwork for CpuNetwork<T> {
 
     fn sweep(&mut self, sweeps: &[Sweep]) -> Result<Measure, BackendError> {
         let rows = self.packed.rows();
-        let serial = self.e.len() <= SERIAL;
         for sweep in sweeps {
             let (relaxation, momentum) = (T::from_f64(sweep.relaxation), T::from_f64(sweep.momentum));
             let e = &*self.e;
-            if serial {
-                relax_sweep::run(0, &rows, relaxation, momentum, e, &mut self.e_previous);
-            } else {
-                let tasks = self.e_previous.par_chunks_mut(CHUNK).enumerate();
-                tasks.for_each(|(chunk, e_previous)| {
-                    relax_sweep::run(chunk * CHUNK, &rows, relaxation, momentum, e, e_previous);
-                });
-            }
+            in_chunks(&mut self.e_previous, |first, e_previous| {
+                relax_sweep::run(first, &rows, relaxation, momentum, e, e_previous);
+            });
             mem::swap(&mut self.e, &mut self.e_previous);
         }
-        let (e, snapshot, inverse_length) = (&*self.e, &*self.snapshot, self.packed.inverse_length());
-        if serial {
-            convergence::run(0, &rows, e, snapshot, inverse_length, &mut self.partials);
-        } else {
-            let tasks = self.partials.par_chunks_mut(CHUNK / BLOCK).enumerate();
-            tasks.for_each(|(chunk, partials)| {
-                convergence::run(chunk * CHUNK, &rows, e, snapshot, inverse_length, partials);
-            });
-        }
+        let (e, inverse_length) = (&*self.e, self.packed.inverse_length());
+        in_chunks_with(&mut self.snapshot, &mut self.partials, |first, snapshot, partials| {
+            convergence::run(first, &rows, e, snapshot, inverse_length, partials);
+        });
         self.snapshot.copy_from_slice(&self.e);
         Ok(self.packed.measure(&self.partials))
     }

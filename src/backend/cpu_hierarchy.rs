@@ -1,125 +1,53 @@
-//! A hierarchy of networks in the CPU's memory: multigrid cycles out of the twins.
+//! Hierarchies of networks on the CPU: in f32 as on a GPU, and in f64.
+//!
+//! The f64 one cycles in f32 too: a cycle takes the load the correction leaves, and what it makes of it need only be right
+//! to a few digits. Load and correction are f64, so nothing is lost, and of a cycle's passes over the springs one is in f64
+//! instead of five.
 
 use std::mem;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use super::cpu::{CHUNK, SERIAL};
+use super::chunks::{in_chunks, in_chunks_with};
+use super::cpu_levels::{self, Level, cycle, cycle_from_zero};
 use super::packed::Packed;
 use super::vectors::Vectors;
-use super::{BackendError, Constraint, DeviceNetwork, LevelData, Measure, Sweep, Transfer};
+use super::{BackendError, Constraint, DeviceNetwork, LevelData, Measure, Sweep};
+use crate::kernels::constraint::project;
 use crate::kernels::convergence::BLOCK;
-use crate::kernels::transfer::Weights;
-use crate::kernels::{Real, accelerate, defect, relax_sweep, transfer};
+use crate::kernels::row::residual;
+use crate::kernels::{Real, accelerate};
 
-/// A hierarchy in the CPU's memory, finest level first.
-pub(super) struct CpuHierarchy<T> {
-    levels: Vec<Level<T>>,
+/// A hierarchy in f32, the twin of the GPU's.
+pub(super) struct SingleHierarchy {
+    /// Finest first.
+    levels: Vec<Level>,
     /// The finest level's correction before the cycle, and one cycle earlier.
-    start: Vectors<T>,
-    previous: Vectors<T>,
-    largest: Vec<T>,
+    start: Vectors<f32>,
+    previous: Vectors<f32>,
+    largest: Vec<f32>,
 }
 
-struct Level<T> {
-    packed: Packed<T>,
-    sweeps: Vec<Sweep>,
-    /// To the load of the coarser level, and back.
-    transfers: Option<[PackedTransfer<T>; 2]>,
-    e: Vectors<T>,
-    /// The correction a sweep earlier; also the defect.
-    spare: Vectors<T>,
-}
-
-struct PackedTransfer<T> {
-    row_start: Vec<u32>,
-    columns: Vec<u32>,
-    weights: Vec<T>,
-}
-
-impl<T: Real> CpuHierarchy<T> {
+impl SingleHierarchy {
     pub(super) fn new(levels: &[LevelData]) -> Self {
-        let levels: Vec<Level<T>> = levels
-            .iter()
-            .map(|level| {
-                let packed = Packed::new(&level.network);
-                Level {
-                    sweeps: level.sweeps.to_vec(),
-                    transfers: level.transfers.map(|both| both.map(PackedTransfer::new)),
-                    spare: Vectors::zero(packed.n_vertices()),
-                    e: Vectors::zero(packed.n_vertices()),
-                    packed,
-                }
-            })
-            .collect();
+        let levels = cpu_levels::levels(levels);
         let n_vertices = levels[0].e.len();
         let zero = || Vectors::zero(n_vertices);
-        Self { levels, start: zero(), previous: zero(), largest: vec![T::ZERO; n_vertices.div_ceil(BLOCK)] }
+        Self { levels, start: zero(), previous: zero(), largest: vec![0.0; n_vertices.div_ceil(BLOCK)] }
     }
 }
 
-impl<T: Real> PackedTransfer<T> {
-    fn new(transfer: &Transfer) -> Self {
-        Self {
-            row_start: transfer.sources.row_start.clone(),
-            columns: transfer.sources.entries.clone(),
-            weights: transfer.weights.iter().map(|&weight| T::from_f64(weight)).collect(),
-        }
-    }
-
-    /// See [`transfer::run`].
-    fn run(&self, constraint: &[[T; 4]], keep: T, source: &[[T; 4]], target: &mut [[T; 4]]) {
-        let weights = Weights { row_start: &self.row_start, columns: &self.columns, weights: &self.weights };
-        in_chunks(target, |first, target| transfer::run(first, &weights, constraint, keep, source, target));
-    }
-}
-
-impl<T: Real> Level<T> {
-    fn smooth(&mut self) {
-        let rows = self.packed.rows();
-        for sweep in &self.sweeps {
-            let (relaxation, momentum) = (T::from_f64(sweep.relaxation), T::from_f64(sweep.momentum));
-            let e = &*self.e;
-            in_chunks(&mut self.spare, |first, previous| {
-                relax_sweep::run(first, &rows, relaxation, momentum, e, previous);
-            });
-            mem::swap(&mut self.e, &mut self.spare);
-        }
-    }
-}
-
-/// The correction of the finest of these levels after one cycle, from the correction and load that stand in it.
-fn cycle<T: Real>(levels: &mut [Level<T>]) {
-    let [level, coarser @ ..] = levels else { return };
-    level.smooth();
-    let (Some([restriction, prolongation]), Some(next)) = (&level.transfers, coarser.first_mut()) else { return };
-    let rows = level.packed.rows();
-    let e = &*level.e;
-    in_chunks(&mut level.spare, |first, out| defect::run(first, &rows, e, out));
-    let (constraint, load) = next.packed.constraint_and_load();
-    restriction.run(constraint, T::ZERO, &level.spare, load);
-    next.e.fill([T::ZERO; 4]);
-    cycle(coarser);
-    prolongation.run(rows.constraint, T::ONE, &coarser[0].e, &mut level.e);
-    level.smooth();
-}
-
-impl<T: Real> DeviceNetwork for CpuHierarchy<T> {
-    fn constrain(&mut self, mut constraint: &[Constraint]) -> Result<(), BackendError> {
-        for level in &mut self.levels {
-            let (own, coarser) = constraint.split_at(level.e.len());
-            level.packed.constrain(own);
-            constraint = coarser;
-        }
+impl DeviceNetwork for SingleHierarchy {
+    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
+        cpu_levels::constrain(&mut self.levels, constraint);
         Ok(())
     }
 
     fn start(&mut self, load: &[DVec3]) -> Result<(), BackendError> {
         let finest = &mut self.levels[0];
         finest.packed.start(load);
-        finest.e.fill([T::ZERO; 4]);
-        self.previous.fill([T::ZERO; 4]);
+        finest.e.fill([0.0; 4]);
+        self.previous.fill([0.0; 4]);
         Ok(())
     }
 
@@ -129,18 +57,16 @@ impl<T: Real> DeviceNetwork for CpuHierarchy<T> {
             self.start.copy_from_slice(&self.levels[0].e);
             cycle(&mut self.levels);
             let Level { packed, e, .. } = &mut self.levels[0];
-            let factors = [sweep.relaxation, sweep.momentum].map(T::from_f64);
+            let factors = [sweep.relaxation, sweep.momentum].map(f32::from_f64);
             let (constraint, inverse_length) = (packed.rows().constraint, packed.inverse_length());
             let (start, previous) = (&*self.start, &*self.previous);
-            let chunks = e.par_chunks_mut(CHUNK).zip(self.largest.par_chunks_mut(CHUNK / BLOCK)).enumerate();
-            chunks.for_each(|(chunk, (e, largest))| {
-                let rows = chunk * CHUNK..chunk * CHUNK + e.len();
+            in_chunks_with(e, &mut self.largest, |first, e, largest| {
+                let rows = first..first + e.len();
                 let [start, previous, constraint] = [start, previous, constraint].map(|of| &of[rows.clone()]);
                 accelerate::run(factors, constraint, start, previous, &inverse_length[rows], e, largest);
             });
             mem::swap(&mut self.start, &mut self.previous);
-            let largest = self.largest.iter().fold(T::ZERO, |largest, &block| largest.max_magnitude(block));
-            change = packed.change(largest.to_f64());
+            change = packed.change(greatest(&self.largest));
         }
         Ok(Measure { change, residual: f64::NAN })
     }
@@ -151,11 +77,101 @@ impl<T: Real> DeviceNetwork for CpuHierarchy<T> {
     }
 }
 
-/// Chunks of an array in parallel, each with the place of its first element; small arrays on the calling thread.
-fn in_chunks<T: Send>(array: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
-    if array.len() <= SERIAL {
-        work(0, array);
-    } else {
-        array.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, array)| work(chunk * CHUNK, array));
+/// A hierarchy whose load and correction are f64.
+pub(super) struct DoubleHierarchy {
+    finest: Packed<f64>,
+    /// Finest first.
+    levels: Vec<Level>,
+    e: Vectors<f64>,
+    /// The correction a cycle earlier.
+    previous: Vectors<f64>,
+    /// Whether `e` is zero everywhere.
+    is_zero: bool,
+    largest: Vec<f64>,
+}
+
+impl DoubleHierarchy {
+    pub(super) fn new(levels: &[LevelData]) -> Self {
+        let finest = Packed::new(&levels[0].network);
+        let n_vertices = finest.n_vertices();
+        let zero = || Vectors::zero(n_vertices);
+        Self {
+            levels: cpu_levels::levels(levels),
+            e: zero(),
+            previous: zero(),
+            is_zero: true,
+            largest: vec![0.0; n_vertices.div_ceil(BLOCK)],
+            finest,
+        }
     }
+
+    /// The load that the correction leaves becomes that of the cycle.
+    fn hand_over(&mut self) {
+        let rows = self.finest.rows();
+        let (e, is_zero) = (&*self.e, self.is_zero);
+        let (_, load) = self.levels[0].packed.constraint_and_load();
+        in_chunks(load, |first, load| {
+            for (row, load) in (first..).zip(load) {
+                let left = if is_zero { rows.load[row] } else { residual(&rows, e, row) };
+                let [x, y, z, _] = project(&rows.constraint[row], left);
+                *load = [x as f32, y as f32, z as f32, load[3]];
+            }
+        });
+    }
+
+    /// `e_new = e + P (relaxation cycle's + momentum (e - previous))`, and how far that is at most: see [`accelerate::run`].
+    fn accelerate(&mut self, &Sweep { relaxation, momentum }: &Sweep) {
+        let (constraint, inverse_length) = (self.finest.rows().constraint, self.finest.inverse_length());
+        let (e, of_cycle) = (&*self.e, &*self.levels[0].e);
+        in_chunks_with(&mut self.previous, &mut self.largest, |first, previous, largest| {
+            for (block, (previous, largest)) in previous.chunks_mut(BLOCK).zip(largest).enumerate() {
+                *largest = 0.0;
+                for (row, previous) in (first + block * BLOCK..).zip(previous) {
+                    let (now, found) = (e[row], of_cycle[row]);
+                    let update = [0, 1, 2]
+                        .map(|axis| relaxation * f64::from(found[axis]) + momentum * (now[axis] - previous[axis]));
+                    let [x, y, z] = project(&constraint[row], update);
+                    *previous = [now[0] + x, now[1] + y, now[2] + z, 0.0];
+                    let squared = [x, y, z].iter().map(|step| (step * inverse_length[row]).powi(2)).sum();
+                    *largest = largest.max_magnitude(squared);
+                }
+            }
+        });
+        mem::swap(&mut self.e, &mut self.previous);
+        self.is_zero = false;
+    }
+}
+
+impl DeviceNetwork for DoubleHierarchy {
+    fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
+        self.finest.constrain(&constraint[..self.e.len()]);
+        cpu_levels::constrain(&mut self.levels, constraint);
+        Ok(())
+    }
+
+    fn start(&mut self, load: &[DVec3]) -> Result<(), BackendError> {
+        self.finest.start(load);
+        self.e.fill([0.0; 4]);
+        self.previous.fill([0.0; 4]);
+        self.is_zero = true;
+        Ok(())
+    }
+
+    fn sweep(&mut self, sweeps: &[Sweep]) -> Result<Measure, BackendError> {
+        for sweep in sweeps {
+            self.hand_over();
+            cycle_from_zero(&mut self.levels);
+            self.accelerate(sweep);
+        }
+        let largest = if sweeps.is_empty() { 0.0 } else { greatest(&self.largest) };
+        Ok(Measure { change: self.finest.change(largest), residual: f64::NAN })
+    }
+
+    fn correction(&mut self) -> Result<Vec<DVec3>, BackendError> {
+        Ok(self.finest.correction(&self.e))
+    }
+}
+
+fn greatest<T: Real>(of_blocks: &[T]) -> f64 {
+    of_blocks.iter().fold(T::ZERO, |largest, &of_block| largest.max_magnitude(of_block)).to_f64()
 }

@@ -3,8 +3,10 @@
 //! A backend knows nothing of wings or tolerances: it evaluates stiffness, sweeps a network and measures it.
 //! [`crate::relaxation`] decides how often.
 
+mod chunks;
 pub mod cpu;
 mod cpu_hierarchy;
+mod cpu_levels;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod memory;
@@ -17,6 +19,8 @@ pub use cpu::{CpuBackend, Precision};
 pub use memory::{MemoryError, check_memory};
 pub use select::{AdapterSummary, Selection, adapters, select};
 pub use smoother::{Ball, DeviceSmoother, Objective, Patch};
+
+use std::sync::Arc;
 
 use glam::DVec3;
 use thiserror::Error;
@@ -40,7 +44,7 @@ pub enum Constraint {
 #[derive(Clone, Copy, Debug)]
 pub struct NetworkData<'a> {
     /// Neighbours of each vertex `[n_vertices]` rows, each edge in both of its rows.
-    pub graph: &'a Csr,
+    pub graph: &'a Arc<Csr>,
     /// Spring stiffness `[n_entries]`, one per entry of `graph`, `>= 0`; only ratios matter.
     pub stiffness: &'a [f64],
     /// Stiffness of the spring that ties each vertex to displacement zero `[n_vertices]`, `>= 0`.

@@ -2,6 +2,8 @@
 //!
 //! Both backends scale alike. Every other scale than a row's total is a power of two, so scaling by it rounds nothing.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -9,6 +11,7 @@ use super::{Constraint, EdgeStiffness, Measure, NetworkData};
 use crate::kernels::Real;
 use crate::kernels::constraint::kind;
 use crate::kernels::row::Rows;
+use crate::mesh::csr::Csr;
 
 /// Fewest rows that are worth a task of their own.
 const ROWS: usize = 4096;
@@ -18,8 +21,7 @@ const ROWS: usize = 4096;
 /// Each row's stiffness is divided by the row's own total, anchor included. Corrections are scaled by the load of the pass,
 /// which drives them linearly.
 pub(super) struct Packed<T> {
-    row_start: Vec<u32>,
-    columns: Vec<u32>,
+    graph: Arc<Csr>,
     stiffness: Vec<T>,
     anchor: Vec<T>,
     /// Rows without any stiffness, which do not move.
@@ -57,8 +59,7 @@ impl<T: Real> Packed<T> {
         let anchor = network.anchor.iter().enumerate().map(|(row, &of_row)| T::from_f64(of_row * scale(row))).collect();
         let inverse_length_unit = power_of_two(network.inverse_length.iter().copied().fold(0.0, f64::max));
         let mut packed = Self {
-            row_start: if n_vertices == 0 { vec![0] } else { network.graph.row_start.clone() },
-            columns: columns.clone(),
+            graph: Arc::clone(network.graph),
             stiffness,
             anchor,
             loose,
@@ -102,8 +103,8 @@ impl<T: Real> Packed<T> {
 
     pub(super) fn rows(&self) -> Rows<'_, T> {
         Rows {
-            row_start: &self.row_start,
-            columns: &self.columns,
+            row_start: if self.graph.row_start.is_empty() { &[0] } else { &self.graph.row_start },
+            columns: &self.graph.entries,
             stiffness: &self.stiffness,
             constraint: &self.constraint,
             load: &self.load,

@@ -16,18 +16,26 @@ pub mod kind {
 
 /// The part of a vector its vertex may follow: all of it, none, without its component along the normal, or only its
 /// component along the direction.
+///
+/// - `v`: the vector, and idle components if any, which stay what they are but at held vertices
 #[inline(always)]
-pub fn project<T: Real>(constraint: &[T; 4], v: [T; 3]) -> [T; 3] {
+pub fn project<T: Real, const N: usize>(constraint: &[T; 4], mut v: [T; N]) -> [T; N] {
     let [x, y, z, of_kind] = *constraint;
     let along = x * v[0] + y * v[1] + z * v[2];
     if of_kind == T::from_f64(kind::FREE) {
         return v;
     }
     if of_kind == T::from_f64(kind::IN_PLANE) {
-        return [v[0] - along * x, v[1] - along * y, v[2] - along * z];
+        for axis in 0..3 {
+            v[axis] = v[axis] - along * constraint[axis];
+        }
+        return v;
     }
     if of_kind == T::from_f64(kind::ON_LINE) {
-        return [along * x, along * y, along * z];
+        for axis in 0..3 {
+            v[axis] = along * constraint[axis];
+        }
+        return v;
     }
-    [T::ZERO; 3]
+    [T::ZERO; N]
 }

@@ -22,7 +22,8 @@ pub struct Params {
 /// Measures blocks of [`BLOCK`] rows: the sum of `|P r|^2` and the largest `|(e - snapshot) * inverse_length|^2`.
 ///
 /// - `first_row`: first row of the first block, a multiple of [`BLOCK`]
-/// - `e`, `snapshot` `[n_vertices]`: correction now and at the last measure, in the unit of a displacement
+/// - `e` `[n_vertices]`: correction, in the unit of a displacement
+/// - `snapshot` `[rows of the blocks]`: the correction at the last measure
 /// - `inverse_length` `[n_vertices]`: one over the length of each vertex's shortest edge
 /// - `partials` `[blocks]`: the results; a NaN in a block comes out as NaN
 ///
@@ -35,15 +36,14 @@ pub fn run<T: Real>(
     inverse_length: &[T],
     partials: &mut [[T; 2]],
 ) {
-    let n_vertices = e.len();
-    for (first, partial) in (first_row..).step_by(BLOCK).zip(partials) {
+    for ((first, snapshot), partial) in (first_row..).step_by(BLOCK).zip(snapshot.chunks(BLOCK)).zip(partials) {
         let mut sums = [T::ZERO; BLOCK];
         let mut largest = [T::ZERO; BLOCK];
-        for lane in 0..BLOCK.min(n_vertices - first) {
+        for (lane, snapshot) in snapshot.iter().enumerate() {
             let row = first + lane;
             let r = project(&rows.constraint[row], residual(rows, e, row));
             sums[lane] = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-            let d = [0, 1, 2].map(|axis| (e[row][axis] - snapshot[row][axis]) * inverse_length[row]);
+            let d = [0, 1, 2].map(|axis| (e[row][axis] - snapshot[axis]) * inverse_length[row]);
             largest[lane] = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         }
         let mut half = BLOCK / 2;

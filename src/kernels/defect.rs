@@ -23,7 +23,6 @@ pub struct Params {
 /// - `defect` `[n_rows of the chunk]`: `P r`, see [`residual`] and [`project`]; its fourth component is 0
 pub fn run<T: Real>(first_row: usize, rows: &Rows<T>, e: &[[T; 4]], defect: &mut [[T; 4]]) {
     for (row, defect) in (first_row..).zip(defect) {
-        let [x, y, z] = project(&rows.constraint[row], residual(rows, e, row));
-        *defect = [x, y, z, T::ZERO];
+        *defect = project(&rows.constraint[row], residual(rows, e, row));
     }
 }

@@ -25,7 +25,7 @@ pub struct Params {
 /// - `first_row`: row of the chunk's first element
 /// - `e` `[n_vertices]`: correction, in the unit of a displacement
 /// - `e_previous` `[n_rows of the chunk]`: on entry the correction one sweep earlier, on exit the new one; a row reads
-///   no other row of it
+///   no other row of it. The fourth components of both are 0
 ///
 /// `r` is [`residual`], `P` is [`project`]. A row without stiffness keeps its correction, and so does a held one.
 ///
@@ -42,12 +42,13 @@ pub fn run<T: Real>(
     for (row, previous) in (first_row..).zip(e_previous) {
         let own = e[row];
         let r = residual(rows, e, row);
-        let update = [
-            relaxation * r[0] + momentum * (own[0] - previous[0]),
-            relaxation * r[1] + momentum * (own[1] - previous[1]),
-            relaxation * r[2] + momentum * (own[2] - previous[2]),
-        ];
+        let mut update = [T::ZERO; 4];
+        for axis in 0..4 {
+            update[axis] = relaxation * r[axis] + momentum * (own[axis] - previous[axis]);
+        }
         let step = project(&rows.constraint[row], update);
-        *previous = [own[0] + step[0], own[1] + step[1], own[2] + step[2], T::ZERO];
+        for axis in 0..4 {
+            previous[axis] = own[axis] + step[axis];
+        }
     }
 }

@@ -31,17 +31,17 @@ pub struct Rows<'a, T> {
 
 /// Residual of a row: `sum_j k_ij (e_j - e_i) - anchor_i e_i + load_i`, `k` and `anchor` over the row's total.
 ///
-/// - `e` `[n_vertices]`: correction to the displacement; the fourth component is not used
+/// - `e` `[n_vertices]`: correction to the displacement; its fourth component is 0, and so is the residual's: with it a
+///   compiler fills whole vector registers
 ///
 /// Entries are added in CSR order. Differences rather than a weighted mean: where `e`
 /// is smooth the mean of the neighbours would cancel against `e_i` in f32.
 ///
 /// Source: Jacobi's method for the equilibrium of linear springs (Batina 1990), in residual form.
 #[inline(always)]
-pub fn residual<T: Real>(rows: &Rows<T>, e: &[[T; 4]], row: usize) -> [T; 3] {
+pub fn residual<T: Real>(rows: &Rows<T>, e: &[[T; 4]], row: usize) -> [T; 4] {
     let own = e[row];
     let range = rows.row_start[row] as usize..rows.row_start[row + 1] as usize;
-    // Four components, of which one is idle: they fill whole vector registers.
     let mut sum = [T::ZERO; 4];
     for (&column, &stiffness) in rows.columns[range.clone()].iter().zip(&rows.stiffness[range]) {
         let other = &e[column as usize];
@@ -50,5 +50,9 @@ pub fn residual<T: Real>(rows: &Rows<T>, e: &[[T; 4]], row: usize) -> [T; 3] {
         }
     }
     let [x, y, z, anchor] = rows.load[row];
-    [sum[0] - anchor * own[0] + x, sum[1] - anchor * own[1] + y, sum[2] - anchor * own[2] + z]
+    let load = [x, y, z, T::ZERO];
+    for axis in 0..4 {
+        sum[axis] = sum[axis] - anchor * own[axis] + load[axis];
+    }
+    sum
 }

@@ -34,7 +34,8 @@ pub struct Weights<'a, T> {
 ///
 /// - `first_row`: row of the chunk's first element
 /// - `constraint` `[n_targets]`: see [`project`]
-/// - `source` `[n_sources]`, `target` `[n_rows of the chunk]`
+/// - `source` `[n_sources]`: its fourth component is 0
+/// - `target` `[n_rows of the chunk]`
 pub fn run<T: Real>(
     first_row: usize,
     weights: &Weights<T>,
@@ -53,7 +54,10 @@ pub fn run<T: Real>(
                 sum[axis] = sum[axis] + weight * source[axis];
             }
         }
-        let [x, y, z] = project(&constraint[row], [sum[0], sum[1], sum[2]]);
-        *target = [keep * target[0] + x, keep * target[1] + y, keep * target[2] + z, target[3]];
+        let sum = project(&constraint[row], sum);
+        let keep = [keep, keep, keep, T::ONE];
+        for axis in 0..4 {
+            target[axis] = keep[axis] * target[axis] + sum[axis];
+        }
     }
 }

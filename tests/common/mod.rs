@@ -8,6 +8,8 @@ pub mod brick;
 pub mod carved;
 pub mod faults;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use idmesh::backend::{Constraint, NetworkData};
 use idmesh::mesh::csr::Csr;
@@ -78,7 +80,7 @@ pub fn assert_close(found: f64, expected: f64, tolerance: f64) {
 /// A network that owns its arrays.
 #[derive(Clone, Debug)]
 pub struct Network {
-    pub graph: Csr,
+    pub graph: Arc<Csr>,
     pub stiffness: Vec<f64>,
     pub anchor: Vec<f64>,
     pub inverse_length: Vec<f64>,
@@ -94,7 +96,7 @@ impl Network {
         let mut by_row: Vec<_> = both().collect();
         by_row.sort_by_key(|spring| spring.0);
         Self {
-            graph,
+            graph: Arc::new(graph),
             stiffness: by_row.into_iter().map(|spring| spring.2).collect(),
             anchor: vec![0.0; n_vertices],
             inverse_length: vec![1.0; n_vertices],

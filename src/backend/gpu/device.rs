@@ -244,7 +244,7 @@ mod tests {
             return;
         }
         let device = Arc::new(Device::open(&choose(Choice::Any).unwrap(), Bounds::default()).unwrap());
-        let graph = Csr::from_pairs(2, [(0, 1), (1, 0)].into_iter());
+        let graph = Arc::new(Csr::from_pairs(2, [(0, 1), (1, 0)].into_iter()));
         let network = NetworkData {
             graph: &graph,
             stiffness: &[1.0, 1.0],

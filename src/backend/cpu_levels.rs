@@ -1,0 +1,134 @@
+//! The levels of a hierarchy of networks in the CPU's memory, in f32: multigrid cycles out of the twins.
+
+use std::mem;
+
+use super::chunks::in_chunks;
+use super::packed::Packed;
+use super::vectors::Vectors;
+use super::{Constraint, LevelData, Sweep, Transfer};
+use crate::kernels::constraint::project;
+use crate::kernels::transfer::Weights;
+use crate::kernels::{defect, relax_sweep, transfer};
+
+/// A level of a hierarchy.
+pub(super) struct Level {
+    /// Its network.
+    pub(super) packed: Packed<f32>,
+    sweeps: Vec<Sweep>,
+    /// To the load of the coarser level, and back.
+    transfers: Option<[PackedTransfer; 2]>,
+    /// The correction.
+    pub(super) e: Vectors<f32>,
+    /// The correction a sweep earlier; also the defect.
+    spare: Vectors<f32>,
+}
+
+struct PackedTransfer {
+    row_start: Vec<u32>,
+    columns: Vec<u32>,
+    weights: Vec<f32>,
+}
+
+/// These levels, finest first.
+pub(super) fn levels(levels: &[LevelData]) -> Vec<Level> {
+    let level = |level: &LevelData| {
+        let packed = Packed::new(&level.network);
+        Level {
+            sweeps: level.sweeps.to_vec(),
+            transfers: level.transfers.map(|both| both.map(PackedTransfer::new)),
+            e: Vectors::zero(packed.n_vertices()),
+            spare: Vectors::zero(packed.n_vertices()),
+            packed,
+        }
+    };
+    levels.iter().map(level).collect()
+}
+
+/// Replaces the constraints of all levels.
+///
+/// - `constraint`: of the levels one after another
+pub(super) fn constrain(levels: &mut [Level], mut constraint: &[Constraint]) {
+    for level in levels {
+        let (own, coarser) = constraint.split_at(level.e.len());
+        level.packed.constrain(own);
+        constraint = coarser;
+    }
+}
+
+/// The correction of the finest of these levels after one cycle, from the correction and load that stand in it.
+pub(super) fn cycle(levels: &mut [Level]) {
+    if let Some(level) = levels.first_mut() {
+        level.smooth();
+        correct(levels);
+    }
+}
+
+/// [`cycle`] from no correction.
+pub(super) fn cycle_from_zero(levels: &mut [Level]) {
+    if let Some(level) = levels.first_mut() {
+        level.smooth_from_zero();
+        correct(levels);
+    }
+}
+
+/// What follows a level's first sweeps: the coarser level's correction, and the sweeps once more.
+fn correct(levels: &mut [Level]) {
+    let [level, coarser @ ..] = levels else { return };
+    let (Some([restriction, prolongation]), Some(next)) = (&level.transfers, coarser.first_mut()) else { return };
+    let rows = level.packed.rows();
+    let e = &*level.e;
+    in_chunks(&mut level.spare, |first, out| defect::run(first, &rows, e, out));
+    let (constraint, load) = next.packed.constraint_and_load();
+    restriction.run(constraint, 0.0, &level.spare, load);
+    cycle_from_zero(coarser);
+    prolongation.run(rows.constraint, 1.0, &coarser[0].e, &mut level.e);
+    level.smooth();
+}
+
+impl Level {
+    fn smooth(&mut self) {
+        self.sweep_from(0);
+    }
+
+    /// The first sweep from no correction takes a share of the load, and reads no spring.
+    fn smooth_from_zero(&mut self) {
+        let rows = self.packed.rows();
+        let relaxation = self.sweeps.first().map_or(0.0, |sweep| sweep.relaxation as f32);
+        in_chunks(&mut self.e, |first, e| {
+            for (row, e) in (first..).zip(e) {
+                let [x, y, z, _] = rows.load[row];
+                *e = project(&rows.constraint[row], [relaxation * x, relaxation * y, relaxation * z, 0.0]);
+            }
+        });
+        in_chunks(&mut self.spare, |_, previous| previous.fill([0.0; 4]));
+        self.sweep_from(1);
+    }
+
+    fn sweep_from(&mut self, first_sweep: usize) {
+        let rows = self.packed.rows();
+        for sweep in self.sweeps.iter().skip(first_sweep) {
+            let (relaxation, momentum) = (sweep.relaxation as f32, sweep.momentum as f32);
+            let e = &*self.e;
+            in_chunks(&mut self.spare, |first, previous| {
+                relax_sweep::run(first, &rows, relaxation, momentum, e, previous);
+            });
+            mem::swap(&mut self.e, &mut self.spare);
+        }
+    }
+}
+
+impl PackedTransfer {
+    fn new(transfer: &Transfer) -> Self {
+        Self {
+            row_start: transfer.sources.row_start.clone(),
+            columns: transfer.sources.entries.clone(),
+            weights: transfer.weights.iter().map(|&weight| weight as f32).collect(),
+        }
+    }
+
+    /// See [`transfer::run`].
+    fn run(&self, constraint: &[[f32; 4]], keep: f32, source: &[[f32; 4]], target: &mut [[f32; 4]]) {
+        let weights = Weights { row_start: &self.row_start, columns: &self.columns, weights: &self.weights };
+        in_chunks(target, |first, target| transfer::run(first, &weights, constraint, keep, source, target));
+    }
+}
