@@ -188,7 +188,8 @@ impl Assembly {
     /// The tags of the faces, each once, in the order in which they come.
     pub fn used_tags(&self) -> Vec<i32> {
         let mut seen = HashSet::new();
-        self.triangle_tags.iter().chain(&self.quadrilateral_tags).copied().filter(|&tag| seen.insert(tag)).collect()
+        let of_faces = runs(&self.triangle_tags).chain(runs(&self.quadrilateral_tags));
+        of_faces.map(|(tag, _)| tag).filter(|&tag| seen.insert(tag)).collect()
     }
 
     /// As [`Assembly::finish`], with the families in the order of `used`, which holds every tag.
@@ -222,11 +223,20 @@ impl Assembly {
             });
             of_tag.insert(tag, family);
         }
-        let numbered = |tags: &[i32]| tags.iter().map(|tag| of_tag[tag]).collect();
+        let numbered = |tags: &[i32]| {
+            let mut families = Vec::with_capacity(tags.len());
+            runs(tags).for_each(|(tag, length)| families.resize(families.len() + length, of_tag[&tag]));
+            families
+        };
         others.quadrilateral_family = numbered(&quadrilateral_tags);
         let triangle_family = numbered(&triangle_tags);
         Ok((TetMesh { vertices: positions, tets, triangles, triangle_family, families }, others))
     }
+}
+
+/// Equal tags that follow each other, and how many: most files hold the faces of a family together, and few are then looked up.
+fn runs(tags: &[i32]) -> impl Iterator<Item = (i32, usize)> {
+    tags.chunk_by(|a, b| a == b).map(|run| (run[0], run.len()))
 }
 
 #[inline]
