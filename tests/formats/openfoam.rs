@@ -190,6 +190,42 @@ fn tets_are_read_and_refused_in_every_encoding() {
     assert!(read(&text).unwrap().mesh == mesh);
 }
 
+/// Wherever a face inside has another corner, or lies beside another cell, that leaves cells that are no tets.
+#[test]
+fn every_face_of_a_tet_is_checked() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().join("polyMesh");
+    let file = read(&data("small.msh.gz")).unwrap();
+    file.write(&folder, &file.mesh.vertices, &Fields::default()).unwrap();
+    let lists = ["faces", "owner", "neighbour"].map(|name| (name, fs::read_to_string(folder.join(name)).unwrap()));
+    let n_internal = lists[2].1.lines().count() - 4;
+    let limits = [file.mesh.vertices.len(), file.mesh.tets.len(), file.mesh.tets.len()];
+    let mut random = damage::Random(11);
+    for round in 0..300 {
+        let ((name, text), limit) = (&lists[round % 3], limits[round % 3]);
+        let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+        let line = &mut lines[3 + random.below(n_internal)];
+        // In a face, the number before the parenthesis counts its corners.
+        let place = if *name == "faces" { 1 + random.below(3) } else { 0 };
+        let number = line.split(['(', ' ', ')']).nth(place).unwrap().parse::<usize>().unwrap();
+        let other = (number + 1 + random.below(limit - 1)) % limit;
+        let before = line.clone();
+        *line = match place {
+            0 => other.to_string(),
+            1 => line.replacen(&format!("({number} "), &format!("({other} "), 1),
+            2 => line.replacen(&format!(" {number} "), &format!(" {other} "), 1),
+            _ => line.replacen(&format!(" {number})"), &format!(" {other})"), 1),
+        };
+        assert_ne!(*line, before);
+        let after = line.clone();
+        fs::write(folder.join(name), lines.join("\n")).unwrap();
+        let error = read(&folder).expect_err(&format!("{name}: {before} -> {after}")).to_string();
+        assert!(error.contains("polyhedra is not read; split polyhedra"), "{name}: {before} -> {after}: {error}");
+        fs::write(folder.join(name), text).unwrap();
+    }
+    read(&folder).unwrap();
+}
+
 /// Reads a copy of the golden folder with one file changed.
 fn changed(kind: &str, name: &str, change: impl Fn(Vec<u8>) -> Vec<u8>) -> Result<MeshFile, ReadError> {
     let copy = tempfile::tempdir().unwrap();

@@ -2,7 +2,9 @@
 
 use std::convert::Infallible;
 
-use super::file::Faces;
+use rayon::prelude::*;
+
+use super::file::{Faces, Label};
 use crate::formats::assembly::{Assembly, Shape};
 use crate::mesh::csr::Csr;
 
@@ -10,17 +12,17 @@ use crate::mesh::csr::Csr;
 ///
 /// - `owner` `[n_faces]`: the cell that each face's normal points out of
 /// - `neighbour` `[n_internal_faces]`: the cell it points into
-pub(super) fn assemble(faces: &Faces, owner: &[u32], neighbour: &[u32], assembly: &mut Assembly) {
-    let last = [owner, neighbour].into_iter().filter_map(|cells| cells.iter().copied().max()).max();
-    let n_cells = last.map_or(0, |cell| cell as usize + 1);
-    if let Some(tets) = tets(faces, owner, neighbour, n_cells) {
+pub(super) fn assemble(faces: &Faces, owner: &[Label], neighbour: &[Label], assembly: &mut Assembly) {
+    if let Some(tets) = tets(faces, owner, neighbour) {
         assembly.tets = tets;
         return;
     }
-    let sides = |cells| (0..).zip(cells).map(|(face, &cell): (u32, &u32)| (cell, face));
+    let last = owner.iter().chain(neighbour).map(|cell| cell.value()).max();
+    let n_cells = last.map_or(0, |cell| cell as usize + 1);
+    let sides = |cells| (0..).zip(cells).map(|(face, cell): (u32, &Label)| (cell.value(), face));
     let faces_of = Csr::from_pairs(n_cells, sides(owner).chain(sides(neighbour)));
     for cell in 0..n_cells {
-        match recognise(faces, faces_of.row(cell), |face| owner[face as usize] as usize == cell) {
+        match recognise(faces, faces_of.row(cell), |face| owner[face as usize].value() as usize == cell) {
             Some((shape, corners)) => {
                 let mut corners = corners.into_iter();
                 let Ok(()) = assembly.push(shape, 0, || Ok::<u32, Infallible>(corners.next().unwrap_or_default()));
@@ -30,45 +32,92 @@ pub(super) fn assemble(faces: &Faces, owner: &[u32], neighbour: &[u32], assembly
     }
 }
 
+/// Marks the number of a face whose normal points out of the cell.
+const OUTWARD: u32 = 1 << 31;
+
+/// Stands for no face, whose number is too high for one.
+const NONE: u32 = u32::MAX;
+
+/// Cells whose faces are gathered at a time.
+const BLOCK: usize = 64;
+
+/// Cells in a task.
+const TASK: usize = 256 * BLOCK;
+
+/// The corners of the four faces of some cells. Each corner of each face stands beside that of the next cell, so that several
+/// cells are compared at a time.
+type Corners = [[[u32; BLOCK]; 3]; 4];
+
 /// The cells if all of them are tets: the corners of the first face, normal inward, and the one that this has not.
 ///
-/// Goes through the faces as they follow each other in memory: to gather those of each cell takes several times as long.
-fn tets(faces: &Faces, owner: &[u32], neighbour: &[u32], n_cells: usize) -> Option<Vec<[u32; 4]>> {
+/// The faces of a cell lie anywhere in memory, and to wait for them takes most of the time. So they are gathered for many cells
+/// without a question in between, and the processor waits for several at once.
+fn tets(faces: &Faces, owner: &[Label], neighbour: &[Label]) -> Option<Vec<[u32; 4]>> {
     let triangles = faces.triangles()?;
-    // Backwards, so that the first face comes last and stays. What is left over when each corner comes three times and
-    // those of the first face once more, all joined by exclusive or, is the corner that this has not.
-    let mut tets = vec![[0; 4]; n_cells];
-    for (&cell, &[a, b, c]) in neighbour.iter().zip(triangles).rev() {
-        let tet = &mut tets[cell as usize];
-        *tet = [a, b, c, tet[3] ^ a ^ b ^ c];
+    let n_sides = owner.len() + neighbour.len();
+    if !n_sides.is_multiple_of(4) {
+        return None;
     }
-    for (&cell, &[a, b, c]) in owner.iter().zip(triangles).rev() {
-        let tet = &mut tets[cell as usize];
-        *tet = [c, b, a, tet[3] ^ a ^ b ^ c];
-    }
-    tets.iter_mut().for_each(|[a, b, c, apex]| *apex ^= *a ^ *b ^ *c);
-    // A tet has one face opposite each corner, which holds the other three: the corners that have one, as bits. All is
-    // counted without branches: the processor would guess them wrong, and wait for every cell.
-    let closed_by = |cells: &[u32]| {
-        let mut closed = vec![0u8; n_cells];
-        let mut fits = true;
-        for (&cell, &[a, b, c]) in cells.iter().zip(triangles) {
-            let [p, q, r, s] = tets[cell as usize];
-            let places = |corner| {
-                u8::from(p == corner)
-                    | u8::from(q == corner) << 1
-                    | u8::from(r == corner) << 2
-                    | u8::from(s == corner) << 3
-            };
-            let opposite = 0b1111 ^ (places(a) | places(b) | places(c));
-            let closed = &mut closed[cell as usize];
-            fits &= opposite.is_power_of_two() & (*closed & opposite == 0);
-            *closed |= opposite;
-        }
-        fits.then_some(closed)
+    // First the faces of each cell, in the place of its corners: backwards, so that the first one comes last and stands first.
+    // Where each cell has a fourth, none has a fifth. Filled with something else than zero, because zeros come from the system
+    // page by page, each where it is first touched and once more where it is written.
+    let mut tets = vec![[NONE; 4]; n_sides / 4];
+    let mut push = |cell: &Label, face: u32| {
+        let faces = tets.get_mut(cell.value() as usize)?;
+        *faces = [face, faces[0], faces[1], faces[2]];
+        Some(())
     };
-    let (by_own, by_others) = rayon::join(|| closed_by(owner), || closed_by(neighbour));
-    by_own?.iter().zip(by_others?).all(|(own, others)| own ^ others == 0b1111).then_some(tets)
+    neighbour.iter().enumerate().rev().try_for_each(|(face, cell)| push(cell, face as u32))?;
+    owner.iter().enumerate().rev().try_for_each(|(face, cell)| push(cell, face as u32 | OUTWARD))?;
+    let formed = tets.par_chunks_mut(TASK).map(|cells| {
+        let mut corners = [[[0; BLOCK]; 3]; 4];
+        cells.chunks_mut(BLOCK).try_for_each(|cells| {
+            gather(cells, triangles, &mut corners)?;
+            form(&corners, cells)
+        })
+    });
+    formed.collect::<Option<()>>()?;
+    Some(tets)
+}
+
+/// Fetches the corners of the faces of each cell; none if one has no fourth face.
+fn gather(cells: &[[u32; 4]], triangles: &[[Label; 3]], corners: &mut Corners) -> Option<()> {
+    for (cell, faces) in cells.iter().enumerate() {
+        for (face, corners) in faces.iter().zip(&mut *corners) {
+            let triangle = triangles.get((face & !OUTWARD) as usize)?;
+            corners.iter_mut().zip(triangle).for_each(|(corners, corner)| corners[cell] = corner.value());
+        }
+    }
+    Some(())
+}
+
+/// Puts the corners of each cell in the place of its faces; none if the faces of one are not those of a tet.
+fn form(corners: &Corners, cells: &mut [[u32; 4]]) -> Option<()> {
+    let mut apexes = [0; BLOCK];
+    let mut fits = true;
+    // Without branches, and without `map` over arrays: with these the compiler takes cell by cell.
+    for cell in 0..cells.len().min(BLOCK) {
+        let face = |face: usize| [corners[face][0][cell], corners[face][1][cell], corners[face][2][cell]];
+        let [p, q, r] = face(0);
+        // The corners of the first face come twice in the others: joined by exclusive or, they leave the apex.
+        let joined = |[a, b, c]: [u32; 3]| a ^ b ^ c;
+        let apex = joined(face(1)) ^ joined(face(2)) ^ joined(face(3));
+        // The corners of the cell that a face has not, as bits.
+        let lacking = |[a, b, c]: [u32; 3]| {
+            let lacks = |corner| u32::from((corner != a) & (corner != b) & (corner != c));
+            lacks(p) | lacks(q) << 1 | lacks(r) << 2 | lacks(apex) << 3
+        };
+        // Each of these faces lacks one corner of the first, another one each: 1, 2 and 4 are the only numbers but zero
+        // that both join and add up to 7. Then all four corners differ.
+        let (x, y, z) = (lacking(face(1)), lacking(face(2)), lacking(face(3)));
+        fits &= (x | y | z == 7) & (x + y + z == 7) & (x != 0) & (y != 0) & (z != 0);
+        apexes[cell] = apex;
+    }
+    for (cell, tet) in cells.iter_mut().enumerate() {
+        let [p, q, r] = [0, 1, 2].map(|place: usize| corners[0][place][cell]);
+        *tet = if tet[0] & OUTWARD == 0 { [p, q, r, apexes[cell]] } else { [r, q, p, apexes[cell]] };
+    }
+    fits.then_some(())
 }
 
 /// The shape and the corners of a cell, from its faces and whether their normals point out of it.
@@ -86,14 +135,14 @@ fn recognise(faces: &Faces, of_cell: &[u32], outward: impl Fn(u32) -> bool) -> O
     };
     let base_face = corners.iter().position(|face| face.len() == base)?;
     let bottom = corners[base_face];
-    let mut cell = [0; 8];
+    let mut cell = [Label::NONE; 8];
     cell[..base].copy_from_slice(bottom);
     // The base's normal points into the cell.
     if outward(of_cell[base_face]) {
         cell[..base].reverse();
     }
     // The end of the edge that leads away from the base.
-    let over = |vertex: u32| {
+    let over = |vertex: Label| {
         let others = corners.iter().enumerate().filter(|&(place, _)| place != base_face).map(|(_, face)| face);
         others.into_iter().find_map(|face| {
             let at = face.iter().position(|&corner| corner == vertex)?;
@@ -107,5 +156,5 @@ fn recognise(faces: &Faces, of_cell: &[u32], outward: impl Fn(u32) -> bool) -> O
     let all = &cell[..shape.n_vertices()];
     let distinct = (1..all.len()).all(|place| !all[..place].contains(&all[place]));
     let closed = corners.iter().all(|face| face.iter().all(|vertex| all.contains(vertex)));
-    (distinct && closed).then_some((shape, cell))
+    (distinct && closed).then_some((shape, cell.map(Label::value)))
 }

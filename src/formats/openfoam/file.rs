@@ -1,8 +1,10 @@
 //! One file of a `polyMesh` folder: its header, and lists of numbers, faces and patches.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
+use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::DVec3;
 
 use crate::formats::document::Slots;
@@ -20,29 +22,50 @@ pub(super) struct File<'a> {
 /// More faces than this cannot be numbered: most of them are sides of two cells.
 const MOST_FACES: usize = u32::MAX as usize / 2;
 
-/// Faces as runs of vertices.
-pub(super) struct Faces {
-    /// Where each face begins in `vertices`, and the end `[n_faces + 1]`.
-    starts: Vec<u32>,
-    vertices: Vec<u32>,
+/// An index as most binary files hold it, little-endian and of four bytes, at any address: where it stands so, it is used there,
+/// because to copy all indices is a good part of the time of reading.
+#[derive(Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub(super) struct Label([u8; 4]);
+
+impl Label {
+    /// What [`File::cells_below`] gives for -1.
+    pub const NONE: Self = Self([u8::MAX; 4]);
+
+    #[inline]
+    pub fn value(self) -> u32 {
+        u32::from_le_bytes(self.0)
+    }
 }
 
-impl Faces {
+impl From<u32> for Label {
+    fn from(value: u32) -> Self {
+        Self(value.to_le_bytes())
+    }
+}
+
+/// Faces as runs of vertices.
+pub(super) struct Faces<'a> {
+    /// Where each face begins in `vertices`, and the end `[n_faces + 1]`.
+    starts: Cow<'a, [Label]>,
+    vertices: Cow<'a, [Label]>,
+}
+
+impl Faces<'_> {
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
     #[inline]
-    pub fn corners(&self, face: usize) -> &[u32] {
-        &self.vertices[self.starts[face] as usize..self.starts[face + 1] as usize]
+    pub fn corners(&self, face: usize) -> &[Label] {
+        let [start, end] = [face, face + 1].map(|place| self.starts[place].value() as usize);
+        &self.vertices[start..end]
     }
 
     /// All faces if they are triangles.
-    pub fn triangles(&self) -> Option<&[[u32; 3]]> {
+    pub fn triangles(&self) -> Option<&[[Label; 3]]> {
         let (triangles, _) = self.vertices.as_chunks();
-        // Without an early end, many are compared at a time.
-        let all = self.starts.windows(2).fold(true, |all, pair| all & (pair[1] - pair[0] == 3));
-        all.then_some(triangles)
+        each_pair(&self.starts, |start, end| end - start == 3).then_some(triangles)
     }
 }
 
@@ -198,85 +221,108 @@ impl<'a> File<'a> {
         Ok((positions, Slots { encoding: self.scanner.encoding, width, slots }))
     }
 
-    /// Reads a list of indices within `range` and adds them to others, -1 as `u32::MAX`. Of another one, `wrong` says what
-    /// is expected and found, from its place in the list and itself.
+    /// The error of an index that `wrong` tells of, from its place in the list and itself: what is expected and found.
+    fn wrong_label(&self, (place, label): (usize, i64), wrong: impl Fn(usize, i64) -> (String, String)) -> ReadError {
+        let (expected, found) = wrong(place, label);
+        self.scanner.malformed(expected, found)
+    }
+
+    /// Reads a list of indices within `range`, -1 as [`Label::NONE`]. Of another one, `wrong` says what is expected and
+    /// found, from its place in the list and itself.
+    fn labels(
+        &mut self,
+        range: Range<i64>,
+        wrong: impl Fn(usize, i64) -> (String, String),
+    ) -> Result<Cow<'a, [Label]>, ReadError> {
+        let Encoding::Binary(endian) = self.scanner.encoding else {
+            let mut labels = Vec::new();
+            self.add_labels(&mut labels, range, wrong)?;
+            return Ok(labels.into());
+        };
+        let bytes = self.label.bytes();
+        let count = self.begin("the number of indices", 2, bytes as u64)?;
+        let list = self.scanner.take(count * bytes, "an index")?;
+        let (labels, checked) = if self.label == Number::I64 {
+            let longs = list.as_chunks().0.iter().map(|&label| endian.long(label));
+            (longs.clone().map(|label| Label::from(label as u32)).collect(), all_within(range, longs))
+        } else {
+            let ints = list.as_chunks().0.iter().map(|&label| endian.int(label));
+            let labels = match endian {
+                Endian::Little => Cow::Borrowed(cast_slice(list)),
+                Endian::Big => ints.clone().map(|label| Label::from(label as u32)).collect(),
+            };
+            (labels, all_within(range, ints))
+        };
+        checked.map_err(|(place, label)| {
+            self.scanner.last += place * bytes;
+            self.wrong_label((place, label), wrong)
+        })?;
+        self.expect(b')')?;
+        Ok(labels)
+    }
+
+    /// Reads a list as [`File::labels`] from text, and adds it to others.
     fn add_labels(
         &mut self,
-        labels: &mut Vec<u32>,
+        labels: &mut Vec<Label>,
         range: Range<i64>,
         wrong: impl Fn(usize, i64) -> (String, String),
     ) -> Result<(), ReadError> {
-        let bytes = self.label.bytes();
-        let count = self.begin("the number of indices", 2, bytes as u64)?;
+        let count = self.begin("the number of indices", 2, 2)?;
         labels.reserve(count);
-        let malformed = |scanner: &Scanner, (place, label)| {
-            let (expected, found) = wrong(place, label);
-            scanner.malformed(expected, found)
-        };
-        if let Encoding::Binary(endian) = self.scanner.encoding {
-            let list = self.scanner.take(count * bytes, "an index")?;
-            let (ints, longs) = (list.as_chunks().0.iter(), list.as_chunks().0.iter());
-            let added = match self.label {
-                Number::I64 => add_within(labels, range, longs.map(|&label| endian.long(label))),
-                _ => add_within(labels, range, ints.map(|&label| endian.int(label))),
-            };
-            added.map_err(|(place, label)| {
-                self.scanner.last += place * bytes;
-                malformed(&self.scanner, (place, label))
-            })?;
-        } else {
-            for place in 0..count {
-                let label = self.number("an index", parse_signed)?;
-                add_within(labels, range.clone(), [label].into_iter())
-                    .map_err(|(_, label)| malformed(&self.scanner, (place, label)))?;
+        for place in 0..count {
+            let label = self.number("an index", parse_signed)?;
+            if !range.contains(&label) {
+                return Err(self.wrong_label((place, label), wrong));
             }
+            labels.push(Label::from(label as u32));
         }
         self.expect(b')')
     }
 
-    /// Reads the cell of each face, below `limit`; with `or_none`, -1 is let through as `u32::MAX`.
-    pub fn cells_below(mut self, limit: usize, or_none: bool) -> Result<Vec<u32>, ReadError> {
-        let mut cells = Vec::new();
-        self.add_labels(&mut cells, -i64::from(or_none)..limit as i64, |face, cell| {
+    /// Reads the cell of each face, below `limit`; with `or_none`, -1 is let through as [`Label::NONE`].
+    pub fn cells_below(mut self, limit: usize, or_none: bool) -> Result<Cow<'a, [Label]>, ReadError> {
+        self.labels(-i64::from(or_none)..limit as i64, |face, cell| {
             (format!("cells numbered from 0, below {limit}"), format!("cell {cell} for face {face}"))
-        })?;
-        Ok(cells)
+        })
     }
 
     /// Reads the faces: each a list of its own, or in a binary file all their starts and then all vertices.
-    pub fn faces(mut self, n_vertices: usize) -> Result<Faces, ReadError> {
-        let mut starts = Vec::new();
-        let mut vertices = Vec::new();
+    pub fn faces(mut self, n_vertices: usize) -> Result<Faces<'a>, ReadError> {
         let wrong = |_, label: i64| (format!("a vertex below {n_vertices}"), label.to_string());
         let range = 0..n_vertices as i64;
-        if self.scanner.encoding == Encoding::Text {
+        let faces = if self.scanner.encoding == Encoding::Text {
             let count = self.begin("the number of faces", 4, 4)?;
-            starts.reserve(count + 1);
-            starts.push(0);
+            let mut vertices = Vec::new();
+            let mut starts = Vec::with_capacity(count + 1);
+            starts.push(Label::from(0));
             for _ in 0..count {
                 self.add_labels(&mut vertices, range.clone(), wrong)?;
-                starts.push(vertices.len() as u32);
+                starts.push(Label::from(vertices.len() as u32));
             }
             self.expect(b')')?;
+            Faces { starts: starts.into(), vertices: vertices.into() }
         } else {
             let most = self.scanner.remaining().min(u32::MAX as usize) as i64;
             let expected = || format!("starts of faces from 0 to {most}");
-            self.add_labels(&mut starts, 0..most, |_, label| (expected(), label.to_string()))?;
-            self.add_labels(&mut vertices, range, wrong)?;
-            let rising = starts.is_sorted();
-            if !rising || starts.first() != Some(&0) || starts.last() != Some(&(vertices.len() as u32)) {
+            let starts = self.labels(0..most, |_, label| (expected(), label.to_string()))?;
+            let vertices = self.labels(range, wrong)?;
+            let rising = each_pair(&starts, |start, end| start <= end);
+            let ends = [starts.first(), starts.last()].map(|start| start.map(|start| start.value()));
+            if !rising || ends != [Some(0), Some(vertices.len() as u32)] {
                 let expected = format!("starts of faces from 0 to {}", vertices.len());
                 return Err(self.scanner.malformed(expected, "others"));
             }
-        }
+            Faces { starts, vertices }
+        };
         for (what, count, limit) in
-            [("faces", starts.len(), MOST_FACES), ("corners of faces", vertices.len(), u32::MAX as usize)]
+            [("faces", faces.starts.len(), MOST_FACES), ("corners of faces", faces.vertices.len(), u32::MAX as usize)]
         {
             if count > limit {
                 return Err(ReadError::TooMany { path: self.scanner.path().into(), what, count, limit });
             }
         }
-        Ok(Faces { starts, vertices })
+        Ok(faces)
     }
 
     /// Reads the patches, which are text in binary files too; they must hold every face from `n_internal` on, once.
@@ -323,16 +369,21 @@ impl<'a> File<'a> {
     }
 }
 
-/// Adds indices that are within `range`; the error is the first other one after its place among them.
-fn add_within<T: Copy + Ord + Into<i64>>(
-    labels: &mut Vec<u32>,
+/// Whether that is so for each index and the next. Without an early end, many are compared at a time.
+fn each_pair(labels: &[Label], is_so: impl Fn(u32, u32) -> bool) -> bool {
+    labels.windows(2).fold(true, |all, pair| all & is_so(pair[0].value(), pair[1].value()))
+}
+
+/// Whether indices are within `range`; the error is the first other one after its place among them.
+fn all_within<T: Copy + Ord + Into<i64>>(
     range: Range<i64>,
     list: impl Iterator<Item = T> + Clone,
 ) -> Result<(), (usize, i64)> {
-    labels.extend(list.clone().map(|label| label.into() as u32));
+    let Some(first) = list.clone().next() else { return Ok(()) };
     let is_within = |label: T| range.contains(&label.into());
     // Where these two are, all are: they are found many at a time.
-    if [list.clone().min(), list.clone().max()].into_iter().flatten().all(is_within) {
+    let (least, most) = list.clone().fold((first, first), |(least, most), label| (least.min(label), most.max(label)));
+    if is_within(least) && is_within(most) {
         return Ok(());
     }
     list.enumerate().find(|&(_, label)| !is_within(label)).map_or(Ok(()), |(place, label)| Err((place, label.into())))

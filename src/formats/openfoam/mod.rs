@@ -24,7 +24,7 @@ use super::table::Parsed;
 
 pub(super) use create::{create, limits};
 
-use file::File;
+use file::{File, Label};
 
 /// The format's name in [`super::FORMATS`].
 pub(super) const NAME: &str = "OpenFOAM";
@@ -52,26 +52,26 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let load = |name: &str| load(folder, &siblings, name);
     let (faces_path, faces) = load("faces")?;
     let faces = File::open(&faces_path, &faces)?.faces(positions.len())?;
+    let (owner, neighbour) = rayon::join(|| load("owner"), || load("neighbour"));
+    let ((owner_path, owner), (neighbour_path, neighbour)) = (owner?, neighbour?);
     // Every cell has a face, so no number reaches theirs.
-    let cells = |name, or_none| {
-        let (path, bytes) = load(name)?;
-        File::open(&path, &bytes)?.cells_below(faces.len(), or_none)
-    };
+    let cells = |path, bytes, or_none| File::open(path, bytes)?.cells_below(faces.len(), or_none);
+    let (owner, neighbour) =
+        rayon::join(|| cells(&owner_path, &owner, false), || cells(&neighbour_path, &neighbour, true));
+    let (owner, neighbour) = (owner?, neighbour?);
     // Old files give the faces of the boundary the neighbour -1.
-    let (owner, neighbour) = rayon::join(|| cells("owner", false), || cells("neighbour", true));
-    let (owner, mut neighbour) = (owner?, neighbour?);
-    neighbour.truncate(neighbour.iter().position(|&cell| cell == u32::MAX).unwrap_or(neighbour.len()));
+    let neighbour = neighbour.split(|&cell| cell == Label::NONE).next().unwrap_or_default();
     let (boundary_path, boundary) = load("boundary")?;
     let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
     if owner.len() != faces.len() || neighbour.len() > faces.len() {
         return Err(ReadError::Malformed {
-            place: Place::File(faces_path),
+            place: Place::File(faces_path.clone()),
             expected: "an owner for every face, and no more neighbours".into(),
             found: format!("{} faces, {} owners, {} neighbours", faces.len(), owner.len(), neighbour.len()),
         });
     }
     let mut assembly = Assembly::default();
-    cells::assemble(&faces, &owner, &neighbour, &mut assembly);
+    cells::assemble(&faces, &owner, neighbour, &mut assembly);
     for (tag, patch) in (0..).zip(&patches) {
         for face in patch.faces.clone() {
             let corners = faces.corners(face);
@@ -83,7 +83,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
                     continue;
                 }
             };
-            let mut corners = corners.iter().copied();
+            let mut corners = corners.iter().map(|corner| corner.value());
             assembly.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
         }
     }
