@@ -291,6 +291,10 @@ fn an_order_is_a_way_there_and_back() {
         |mesh: &TetMesh| quality::betas(&mesh.vertices.iter().map(|at| *at * *at).collect::<Vec<_>>(), &mesh.tets);
     assert_eq!(order.of_tets(&sizes(&ordered)), sizes(&mesh));
 
+    let mut around = vec![0; n as usize];
+    ordered.tets.iter().flatten().for_each(|&vertex| around[vertex as usize] += 1);
+    assert!(around.chunks(1024).all(|block| block.is_sorted()), "vertices with as many tets stand together");
+
     let gap = |mesh: &TetMesh| mesh.tets.iter().map(|tet| tet.iter().max().unwrap() - tet.iter().min().unwrap()).max();
     // Two shells of the lattice around any vertex have less than half of the vertices of three sides each; and then vertices
     // are sorted within a thousand.
