@@ -29,7 +29,7 @@ use crate::{
     stages::{
         Families, Motion, Owner, Role, SetUp, SetupError, Start,
         carenage::Carenages,
-        interior::{Inside, Interior, displaced},
+        interior::{Inside, InsideError, Interior, displaced},
         lattice::Lattice,
         planes::Planes,
         trailing_edge::TrailingEdges,
@@ -151,9 +151,21 @@ pub enum MoveError {
         /// What is lacking.
         error: MemoryError,
     },
+    /// There is no memory to lead the inside to the design in steps.
+    #[error(transparent)]
+    Inside(InsideError),
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
+}
+
+impl From<InsideError> for MoveError {
+    fn from(error: InsideError) -> Self {
+        match error {
+            InsideError::Backend(error) => error.into(),
+            error => Self::Inside(error),
+        }
+    }
 }
 
 /// Moves one mesh, design after design.

@@ -1,13 +1,13 @@
 //! Memory, asked for before it is taken: a large mesh is refused with two numbers instead of a process that the system ends.
 
-use std::fs;
+use std::{fs, path::Path};
 
 use thiserror::Error;
 
 /// Less memory is available than is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
-    "this takes about {:.2} GB of memory, but {:.2} GB are available",
+    "this takes about {:.3} GB of memory, but {:.3} GB are available",
     1e-9 * *needed as f64, 1e-9 * *available as f64
 )]
 pub struct MemoryError {
@@ -32,14 +32,65 @@ fn enough(needed: u64, available: Option<u64>) -> Result<(), MemoryError> {
     }
 }
 
-/// Bytes the process may still take: what the system has left, within the process's own limit (`ulimit -v`). `None` where the
-/// system does not tell; Linux does.
+/// Bytes the process may still take: what the system has left, within the process's own limit (`ulimit -v`) and those of the
+/// control groups it is in. `None` where the system does not tell; Linux does.
 fn available_memory() -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let of_system = kilobytes(&read("/proc/meminfo"), "MemAvailable:");
     let taken = kilobytes(&read("/proc/self/status"), "VmSize:");
     let of_process = limit(&read("/proc/self/limits")).zip(taken).map(|(limit, taken)| limit.saturating_sub(taken));
-    of_system.into_iter().chain(of_process).min()
+    let of_groups = left_in_groups(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup"));
+    [of_system, of_process, of_groups].into_iter().flatten().min()
+}
+
+/// Where a version of control groups says what a group may take and has taken.
+struct GroupFiles {
+    /// The folder of the groups.
+    folder: &'static str,
+    limit: &'static str,
+    taken: &'static str,
+    /// What of it is copies of files that are given back when they are in the way; a line of `memory.stat`.
+    given_back: &'static str,
+}
+
+const VERSION_1: GroupFiles = GroupFiles {
+    folder: "memory",
+    limit: "memory.limit_in_bytes",
+    taken: "memory.usage_in_bytes",
+    given_back: "total_inactive_file ",
+};
+
+const VERSION_2: GroupFiles =
+    GroupFiles { folder: "", limit: "memory.max", taken: "memory.current", given_back: "inactive_file " };
+
+/// The bytes left in the tightest of a process's control groups and the groups around them: jobs of a cluster and containers
+/// are held by them. None if no group has a limit.
+///
+/// - `membership`: `/proc/self/cgroup`
+/// - `root`: the folder with all groups
+fn left_in_groups(membership: &str, root: &Path) -> Option<u64> {
+    let of_group = |line: &str| {
+        let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
+        let files = match controllers {
+            "" => &VERSION_2,
+            _ if controllers.split(',').any(|controller| controller == "memory") => &VERSION_1,
+            _ => return None,
+        };
+        let folder = root.join(files.folder);
+        // In a container the path may be that of the machine outside, and only the folder of all groups is there.
+        Path::new(path.trim_start_matches('/')).ancestors().filter_map(|group| left(&folder.join(group), files)).min()
+    };
+    membership.lines().filter_map(of_group).min()
+}
+
+/// The bytes left in one group.
+fn left(group: &Path, files: &GroupFiles) -> Option<u64> {
+    let number = |name: &str| fs::read_to_string(group.join(name)).ok()?.trim().parse::<u64>().ok();
+    let (limit, taken) = (number(files.limit)?, number(files.taken)?);
+    let statistics = fs::read_to_string(group.join("memory.stat")).unwrap_or_default();
+    let given_back =
+        statistics.lines().find_map(|line| line.strip_prefix(files.given_back)?.trim().parse::<u64>().ok());
+    Some(limit.saturating_sub(taken.saturating_sub(given_back.unwrap_or(0))))
 }
 
 /// The bytes in a line `name 1234 kB`.
@@ -73,12 +124,39 @@ mod tests {
         assert!(!cfg!(target_os = "linux") || available_memory().is_some_and(|bytes| bytes > 1 << 20));
     }
 
+    /// Files as in the kernel's documentation of control groups, both versions.
+    #[test]
+    fn the_tightest_control_group_counts() {
+        let root = tempfile::tempdir().unwrap();
+        let write = |group: &str, files: &[(&str, &str)]| {
+            fs::create_dir_all(root.path().join(group)).unwrap();
+            for (name, text) in files {
+                fs::write(root.path().join(group).join(name), text).unwrap();
+            }
+        };
+        let left = |membership: &str| left_in_groups(membership, root.path());
+        assert_eq!(left("0::/job\n"), None);
+        write("job", &[("memory.max", "max\n"), ("memory.current", "3000\n")]);
+        assert_eq!(left("0::/job\n"), None);
+        write("job/step", &[("memory.max", "9000\n"), ("memory.current", "3000\n")]);
+        assert_eq!(left("0::/job/step\n"), Some(6000));
+        write("job/step", &[("memory.stat", "anon 1000\nfile 2000\ninactive_file 1500\n")]);
+        assert_eq!(left("0::/job/step\n"), Some(7500));
+        write("job", &[("memory.max", "5000\n")]);
+        assert_eq!(left("0::/job/step\n"), Some(2000));
+
+        assert_eq!(left("4:memory:/gone\n"), None);
+        write("memory", &[("memory.limit_in_bytes", "8000\n"), ("memory.usage_in_bytes", "7000\n")]);
+        write("memory", &[("memory.stat", "inactive_file 1\ntotal_inactive_file 500\n")]);
+        assert_eq!(left("5:cpu,cpuacct:/\n4:memory:/gone\n0::/\n"), Some(1500));
+    }
+
     #[test]
     fn a_refusal_has_both_numbers() {
         assert_eq!(enough(5, Some(5)), Ok(()));
         assert_eq!(enough(5, None), Ok(()));
         let refused = enough(12_340_000_000, Some(7_900_000_000)).unwrap_err();
-        assert_eq!(refused.to_string(), "this takes about 12.34 GB of memory, but 7.90 GB are available");
+        assert_eq!(refused.to_string(), "this takes about 12.340 GB of memory, but 7.900 GB are available");
         assert!(check_memory(u64::MAX).is_err() || !cfg!(target_os = "linux"));
     }
 }

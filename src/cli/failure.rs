@@ -97,6 +97,8 @@ impl From<MoveError> for Failure {
     fn from(error: MoveError) -> Self {
         match error {
             MoveError::Backend(error) => error.into(),
+            error @ MoveError::Inside(_) => Self::bad_input(error.to_string())
+                .with_hint("max_steps = 1 under [volume] makes do with the jump, inverted tets and all"),
             error => Self::bad_input(error.to_string()),
         }
     }

@@ -11,6 +11,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use thiserror::Error;
 
 use super::{
     Motion, SetUp, Start,
@@ -20,7 +21,7 @@ use super::{
     volume::Volume,
 };
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::{BackendError, Constraint, MemoryError, check_memory},
     mesh::TetMesh,
     projection::crossing::Crossings,
     quality::{self, Statistics, faults},
@@ -62,6 +63,10 @@ const LOCAL: f64 = 1e-3;
 /// Most sweeps of a repair on the way.
 const REPAIR_SWEEPS: usize = 100;
 
+/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the mesh on the way, its
+/// lattice and its networks; 399 to 441 in meshes of 0.1 to 6.5 million tets.
+const PATH_BYTES: u64 = 450;
+
 /// The inside of a mesh, set up once per mesh.
 pub struct Interior {
     /// None after a path of steps, whose networks had its place in the memory; the next design sets it up anew.
@@ -90,6 +95,22 @@ struct Smoothing {
     goal: f64,
     /// The smallest beta that is left alone.
     enough: f64,
+}
+
+/// Why the inside could not be moved.
+#[derive(Debug, Error)]
+pub enum InsideError {
+    /// One jump inverts tets, and there is no memory for a path of steps.
+    #[error("{n_tets} tets, moved in steps as one jump inverts some: {error}")]
+    Memory {
+        /// Tets of the mesh.
+        n_tets: usize,
+        /// What is lacking.
+        error: MemoryError,
+    },
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
 }
 
 /// How the inside was moved.
@@ -184,7 +205,7 @@ impl Interior {
     /// - `motion` `[n_vertices]`: the displacement of the surfaces; becomes that of all vertices
     ///
     /// # Errors
-    /// The backend failed.
+    /// The backend failed, or there is no memory for a path of steps that the design needs.
     pub fn run(
         &mut self,
         set_up: &SetUp,
@@ -192,7 +213,7 @@ impl Interior {
         motion: &mut Motion,
         accuracy: &Accuracy,
         observer: &dyn Fn(&str),
-    ) -> Result<Inside, BackendError> {
+    ) -> Result<Inside, InsideError> {
         let mesh = set_up.mesh;
         let surfaces = motion.clone();
         let volume = match &mut self.volume {
@@ -217,6 +238,8 @@ impl Interior {
             && !self.surfaces_invert(&state, mesh)
         {
             self.volume = None;
+            let n_tets = mesh.tets.len();
+            check_memory(PATH_BYTES * n_tets as u64).map_err(|error| InsideError::Memory { n_tets, error })?;
             let route = self.bodies.route(mesh, set_up.families, &surfaces);
             let followed = self.stepping.follow(&route, self.smoothing.as_mut(), set_up, accuracy, observer)?;
             convergence = convergence.and(followed.convergence);

@@ -5,6 +5,7 @@ mod commands;
 mod fixture;
 mod formats;
 mod gpu;
+mod memory;
 mod refine;
 mod refusals;
 mod results;
