@@ -203,7 +203,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     Ok(Parsed {
         mesh,
         others,
-        document: Document { format: NAME, extension, bytes, coordinates, beside, companion, siblings: Vec::new() },
+        document: Document { companion, ..Document::of_file(NAME, extension, bytes, coordinates, beside) },
     })
 }
 

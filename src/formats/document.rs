@@ -41,6 +41,17 @@ pub(super) struct Companion {
 }
 
 impl Document {
+    /// A mesh that is one file.
+    pub fn of_file(
+        format: &'static str,
+        extension: &'static str,
+        bytes: Vec<u8>,
+        coordinates: Box<dyn Coordinates>,
+        beside: Vec<String>,
+    ) -> Self {
+        Self { format, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() }
+    }
+
     /// Writes the file with the vertices moved to `vertices` `[n_vertices]`: every byte but the coordinates is copied.
     pub fn write(&self, out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         self.coordinates.write(&self.bytes, out, vertices)

@@ -108,8 +108,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     };
     let (mesh, others) = assembly.finish(path, positions, name)?;
     let coordinates = Box::new(Slots { encoding, width, slots });
-    let document =
-        Document { format: NAME, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() };
+    let document = Document::of_file(NAME, extension, bytes, coordinates, beside);
     Ok(Parsed { mesh, others, document })
 }
 

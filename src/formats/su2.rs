@@ -74,19 +74,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     beside.extend(assembly.passed_over());
     let (mesh, others) = assembly.finish(path, positions, |marker| markers[marker as usize].clone())?;
     let coordinates = Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots });
-    Ok(Parsed {
-        mesh,
-        others,
-        document: Document {
-            format: NAME,
-            extension,
-            bytes,
-            coordinates,
-            beside,
-            companion: None,
-            siblings: Vec::new(),
-        },
-    })
+    Ok(Parsed { mesh, others, document: Document::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
 /// Reads what a keyword announces; false if idmesh does not know it.

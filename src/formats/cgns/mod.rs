@@ -112,8 +112,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     // HDF5 has let go of them.
     let bytes = Arc::unwrap_or_clone(shared.0);
     let coordinates = Box::new(columns);
-    let document =
-        Document { format: NAME, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() };
+    let document = Document::of_file(NAME, extension, bytes, coordinates, beside);
     Ok(Parsed { mesh, others, document })
 }
 

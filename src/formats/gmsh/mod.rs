@@ -70,19 +70,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     beside.extend(parts.beside.iter().map(|name| format!("the section ${name}")));
     let (mesh, others) = elements.into_mesh(path, version, &parts.groups, positions)?;
     let coordinates = Box::new(Slots { encoding, width: Width::Double, slots });
-    Ok(Parsed {
-        mesh,
-        others,
-        document: Document {
-            format: NAME,
-            extension,
-            bytes,
-            coordinates,
-            beside,
-            companion: None,
-            siblings: Vec::new(),
-        },
-    })
+    Ok(Parsed { mesh, others, document: Document::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
 /// Reads the section whose `$Name` line was just read, up to and with its `$EndName`.

@@ -97,8 +97,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     }
     let further = siblings.iter().map(|(name, _)| name.trim_end_matches(".gz")).filter(|name| !FILES.contains(name));
     beside.extend(further.map(|name| format!("the file {name}")));
-    let document =
-        Document { format: NAME, extension, bytes, coordinates: Box::new(slots), beside, companion: None, siblings };
+    let document = Document { siblings, ..Document::of_file(NAME, extension, bytes, Box::new(slots), beside) };
     Ok(Parsed { mesh, others, document })
 }
 

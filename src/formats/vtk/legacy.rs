@@ -67,8 +67,7 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
     };
     let (mesh, others) = assembly.finish(path, positions, name)?;
     let coordinates = Box::new(slots);
-    let document =
-        Document { format: NAME, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() };
+    let document = Document::of_file(NAME, extension, bytes, coordinates, beside);
     Ok(Parsed { mesh, others, document })
 }
 

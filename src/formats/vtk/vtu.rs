@@ -73,19 +73,7 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
     let (mesh, others) = assembly.finish(path, positions, name)?;
-    Ok(Parsed {
-        mesh,
-        others,
-        document: Document {
-            format: NAME,
-            extension,
-            bytes,
-            coordinates,
-            beside,
-            companion: None,
-            siblings: Vec::new(),
-        },
-    })
+    Ok(Parsed { mesh, others, document: Document::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
 /// The points of a poly data file, and those of its lines.
