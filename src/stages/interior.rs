@@ -2,8 +2,8 @@
 //!
 //! One jump from the undeformed mesh is tried first, and is enough for what designs usually ask. Where it inverts a tet, the
 //! surfaces are led to their places in steps (see [`super::route`]). A step starts from the mesh the one before left: the springs'
-//! stiffness and rest edges are those of that mesh. A step that inverts a tet is made half as long, after one that goes
-//! well the next is twice as long. On the way only the inside is optimised, and only when tets get bad; in the end the
+//! stiffness and rest edges are those of that mesh. A step that inverts a tet is made half as long, with the same springs; after
+//! one that goes well the next is twice as long. On the way only the inside is optimised, and only when tets get bad; in the end the
 //! whole mesh is. All steps follow from the design and the undeformed mesh, so the result still depends on the design alone.
 //!
 //! The paper moves in one step and stops there.
@@ -63,9 +63,9 @@ const LOCAL: f64 = 1e-3;
 /// Most sweeps of a repair on the way.
 const REPAIR_SWEEPS: usize = 100;
 
-/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the mesh on the way, its
-/// lattice and its networks; 399 to 441 in meshes of 0.1 to 6.5 million tets.
-const PATH_BYTES: u64 = 450;
+/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the lattice and the networks
+/// of a step; 345 to 363 in meshes of 0.1 to 6.5 million tets.
+const PATH_BYTES: u64 = 380;
 
 /// The inside of a mesh, set up once per mesh.
 pub struct Interior {
@@ -237,11 +237,9 @@ impl Interior {
             && self.stepping.max_steps > 1
             && !self.surfaces_invert(&state, mesh)
         {
-            self.volume = None;
-            let n_tets = mesh.tets.len();
-            check_memory(PATH_BYTES * n_tets as u64).map_err(|error| InsideError::Memory { n_tets, error })?;
             let route = self.bodies.route(mesh, set_up.families, &surfaces);
-            let followed = self.stepping.follow(&route, self.smoothing.as_mut(), set_up, accuracy, observer)?;
+            let volume = self.volume.take();
+            let followed = self.stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, accuracy, observer)?;
             convergence = convergence.and(followed.convergence);
             path = followed.path;
             stuck = path.reached < 1.0;
@@ -282,15 +280,18 @@ impl Interior {
 
 impl Stepping {
     /// Leads the surfaces along their route, in steps that invert no tet.
+    ///
+    /// - `volume`: of the undeformed mesh, for the steps that start there; gone afterwards
     fn follow(
         &self,
         route: &Route,
+        volume: Option<Volume>,
         mut smoothing: Option<&mut Smoothing>,
         set_up: &SetUp,
         accuracy: &Accuracy,
         observer: &dyn Fn(&str),
-    ) -> Result<Followed, BackendError> {
-        let lattice = Lattice::new(set_up.mesh);
+    ) -> Result<Followed, InsideError> {
+        let mut networks = Networks::new(volume);
         let mut mesh = set_up.mesh.clone();
         let mut state = State::new(mesh.vertices.clone(), &mesh.tets);
         let mut surfaces = route.at(0.0);
@@ -304,7 +305,7 @@ impl Stepping {
             let next = route.at(progress);
             mesh.vertices.copy_from_slice(&state.vertices);
             let mut motion: Motion = next.iter().zip(&surfaces).map(|(next, now)| *next - *now).collect();
-            let mut volume = Volume::new(&SetUp { mesh: &mesh, ..*set_up }, &lattice, self.springs)?;
+            let volume = networks.at(&SetUp { mesh: &mesh, ..*set_up }, self.springs)?;
             convergence = convergence.and(volume.run(&mesh.vertices, &mut motion, accuracy)?);
             let mut vertices = displaced(&mesh.vertices, &motion);
             for (vertex, constraint) in volume.constraint().iter().enumerate() {
@@ -319,6 +320,7 @@ impl Stepping {
                 step *= 0.5;
                 continue;
             }
+            networks.volume = None;
             state = tried;
             surfaces = next;
             path.steps += 1;
@@ -334,6 +336,42 @@ impl Stepping {
             }
         }
         Ok(Followed { state, convergence, path })
+    }
+}
+
+/// The networks at one shape of the mesh: a large mesh's have room but once.
+struct Networks {
+    volume: Option<Volume>,
+    lattice: Option<Lattice>,
+}
+
+impl Networks {
+    /// Those of the undeformed mesh, wherever they started from last.
+    fn new(mut volume: Option<Volume>) -> Self {
+        if let Some(volume) = &mut volume {
+            volume.start_from(Start::default());
+        }
+        Self { volume, lattice: None }
+    }
+
+    /// Those that are there, or else new ones at the shape of `set_up`'s mesh.
+    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut Volume, InsideError> {
+        let volume = match self.volume.take() {
+            Some(volume) => volume,
+            None => {
+                let lattice = match self.lattice.take() {
+                    Some(lattice) => lattice,
+                    None => {
+                        let n_tets = set_up.mesh.tets.len();
+                        check_memory(PATH_BYTES * n_tets as u64)
+                            .map_err(|error| InsideError::Memory { n_tets, error })?;
+                        Lattice::new(set_up.mesh)
+                    }
+                };
+                Volume::new(set_up, self.lattice.insert(lattice), springs)?
+            }
+        };
+        Ok(self.volume.insert(volume))
     }
 }
 
