@@ -264,6 +264,19 @@ fn statistics_count_what_is_not_positive() {
     assert!((s.mean + 0.0125).abs() < 1e-17);
     let broken = quality::Statistics::new(&[0.1, f64::NAN, 0.2]);
     assert!(broken.min.is_nan() && broken.max.is_nan() && broken.inverted == 1);
+
+    // -20, -19 ... 82 in another order: their sum is 103 * 31.
+    let many: Vec<f64> = (0..103).map(|at| f64::from((at * 37) % 103 - 20)).collect();
+    let s = quality::Statistics::new(&many);
+    assert_eq!((s.min, s.max, s.mean, s.inverted), (-20.0, 82.0, 31.0, 21));
+    for at in 0..many.len() {
+        let mut broken = many.clone();
+        broken[at] = f64::NAN;
+        let s = quality::Statistics::new(&broken);
+        assert!(s.min.is_nan() && s.max.is_nan() && s.mean.is_nan(), "{at}");
+        assert_eq!(s.inverted, if many[at] > 0.0 { 22 } else { 21 }, "{at}");
+    }
+    assert!(quality::Statistics::new(&[]).mean.is_nan());
 }
 
 #[test]

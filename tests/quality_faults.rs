@@ -4,7 +4,7 @@
 mod carved;
 
 use carved::{carve, on};
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use idmesh::mesh::half_edge::Surface;
 use idmesh::mesh::{TetMesh, validate};
 use idmesh::projection::crossing::Crossings;
@@ -199,6 +199,31 @@ fn a_spike_pierces_the_triangle_it_comes_out_of() {
     assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), expected);
     moved[tip].z = 0.01;
     assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), [0u32; 0]);
+}
+
+/// Vertices thrown about: every edge against every triangle, where it meets its plane by solving for the place.
+#[test]
+fn all_pierced_triangles_are_found() {
+    let (mesh, surface) = block();
+    for amount in [0.1, 0.5, 2.0] {
+        let thrown = |n: usize| DVec3::new(7.0 * n as f64, 3.0 * n as f64, 11.0 * n as f64).map(|x| (x * x).sin());
+        let moved: Vec<_> = mesh.vertices.iter().enumerate().map(|(n, &at)| at + amount * thrown(n)).collect();
+        let edges = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let edges: Vec<[u32; 2]> = edges.filter(|[a, b]| a < b).collect();
+        let is_pierced = |&triangle: &u32| {
+            let corners = surface.triangles[triangle as usize];
+            let [a, b, c] = corners.map(|vertex| moved[vertex as usize]);
+            edges.iter().filter(|edge| !edge.iter().any(|end| corners.contains(end))).any(|edge| {
+                let [from, to] = edge.map(|end| moved[end as usize]);
+                // a + u (b - a) + v (c - a) = from + t (to - from)
+                let place = DMat3::from_cols(b - a, c - a, from - to).inverse() * (from - a);
+                place.min_element() > 0.0 && place.x + place.y < 1.0 && place.z < 1.0
+            })
+        };
+        let expected: Vec<u32> = (0..surface.triangles.len() as u32).filter(is_pierced).collect();
+        assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), expected, "{amount}");
+        assert_eq!(expected.is_empty(), amount < 0.2, "{amount}: {}", expected.len());
+    }
 }
 
 /// A relaxation that diverges leaves vertices nowhere: nothing is said of them, and nothing hangs.

@@ -84,16 +84,22 @@ impl Crossings {
                     continue;
                 }
                 let of_second = self.triangles[second];
-                let common = of_first.iter().filter(|vertex| of_second.contains(vertex)).count();
+                let common = of_first.map(|vertex| of_second.contains(&vertex));
                 // Where two vertices are common, every edge touches the other triangle.
-                if common > 1 {
+                if common.iter().filter(|common| **common).count() > 1 {
                     continue;
                 }
                 let [first_corners, second_corners] = [&self.tree.corners()[first], &self.tree.corners()[second]];
-                if passes(of_first, first_corners, of_second, second_corners) {
+                let above = Heights::new(first_corners, second_corners);
+                // A triangle beside another one's plane has no edge through it, nor has that one.
+                if above.on_one_side(common) {
+                    continue;
+                }
+                if above.passes(of_first, first_corners, of_second, second_corners) {
                     found.push(second);
                 }
-                if passes(of_second, second_corners, of_first, first_corners) {
+                let above = Heights::new(second_corners, first_corners);
+                if above.passes(of_second, second_corners, of_first, first_corners) {
                     found.push(first);
                 }
             }
@@ -101,28 +107,47 @@ impl Crossings {
     }
 }
 
-/// Whether an edge of a triangle passes through the inside of another one and does not touch it.
-fn passes(vertices: [u32; 3], corners: &[DVec3; 3], of_other: [u32; 3], &[a, b, c]: &[DVec3; 3]) -> bool {
-    let normal = (b - a).cross(c - a);
-    let beside = [normal.dot(corners[0] - a), normal.dot(corners[1] - a), normal.dot(corners[2] - a)];
-    for [from, to] in [[0, 1], [1, 2], [2, 0]] {
-        // Each edge comes once from either side; one of them is enough.
-        if vertices[from] > vertices[to] || (beside[from] > 0.0) == (beside[to] > 0.0) {
-            continue;
-        }
-        if of_other.contains(&vertices[from]) || of_other.contains(&vertices[to]) {
-            continue;
-        }
-        let (from, to, before, behind) = (corners[from], corners[to], beside[from], beside[to]);
-        let beyond = BEYOND * from.distance(to) * normal.length();
-        if before.abs() <= beyond || behind.abs() <= beyond {
-            continue;
-        }
-        let side = |p: DVec3, q: DVec3| (to - from).dot((p - from).cross(q - from));
-        let sides = [side(a, b), side(b, c), side(c, a)];
-        if sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0) {
-            return true;
-        }
+/// The corners of a triangle above the plane of another one.
+struct Heights {
+    /// Of each corner, times the length of `normal`.
+    above: [f64; 3],
+    /// Normal of the other one, as long as twice its area.
+    normal: DVec3,
+}
+
+impl Heights {
+    fn new(corners: &[DVec3; 3], &[a, b, c]: &[DVec3; 3]) -> Self {
+        let normal = (b - a).cross(c - a);
+        Self { above: corners.map(|corner| normal.dot(corner - a)), normal }
     }
-    false
+
+    /// Whether all corners but those left out are above the plane, or all below.
+    fn on_one_side(&self, left_out: [bool; 3]) -> bool {
+        let all = |is_there: fn(f64) -> bool| (0..3).all(|at| left_out[at] || is_there(self.above[at]));
+        all(|above| above > 0.0) || all(|above| above < 0.0)
+    }
+
+    /// Whether an edge of the triangle passes through the inside of the other one and does not touch it.
+    fn passes(&self, vertices: [u32; 3], corners: &[DVec3; 3], of_other: [u32; 3], &[a, b, c]: &[DVec3; 3]) -> bool {
+        for [from, to] in [[0, 1], [1, 2], [2, 0]] {
+            // Each edge comes once from either side; one of them is enough.
+            if vertices[from] > vertices[to] || (self.above[from] > 0.0) == (self.above[to] > 0.0) {
+                continue;
+            }
+            if of_other.contains(&vertices[from]) || of_other.contains(&vertices[to]) {
+                continue;
+            }
+            let (from, to, before, behind) = (corners[from], corners[to], self.above[from], self.above[to]);
+            let beyond = BEYOND * from.distance(to) * self.normal.length();
+            if before.abs() <= beyond || behind.abs() <= beyond {
+                continue;
+            }
+            let side = |p: DVec3, q: DVec3| (to - from).dot((p - from).cross(q - from));
+            let sides = [side(a, b), side(b, c), side(c, a)];
+            if sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0) {
+                return true;
+            }
+        }
+        false
+    }
 }

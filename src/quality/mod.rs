@@ -68,18 +68,27 @@ pub fn betas_after(mut betas: Vec<f64>, from: &[DVec3], to: &[DVec3], tets: &[[u
 impl Statistics {
     /// The statistics of these values. A NaN counts as inverted and shows in all three figures.
     pub fn new(betas: &[f64]) -> Self {
-        let Some(&first) = betas.first() else {
-            return Self { min: f64::NAN, max: f64::NAN, mean: f64::NAN, inverted: 0 };
+        // Beside each other, which the processor does at once.
+        const LANES: usize = 8;
+        let (mut min, mut max) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+        let (mut sum, mut inverted) = ([0.0; LANES], [0; LANES]);
+        let mut add = |lane: usize, beta: f64| {
+            min[lane] = if beta < min[lane] { beta } else { min[lane] };
+            max[lane] = if beta > max[lane] { beta } else { max[lane] };
+            sum[lane] += beta;
+            inverted[lane] += u64::from(faults::is_inverted(beta));
         };
-        let mut all = Self { min: first, max: first, mean: 0.0, inverted: 0 };
-        for &beta in betas {
-            // A NaN is never replaced, and replaces what it is compared with.
-            all.min = if all.min.is_nan() || all.min <= beta { all.min } else { beta };
-            all.max = if all.max.is_nan() || all.max >= beta { all.max } else { beta };
-            all.mean += beta;
-            all.inverted += usize::from(faults::is_inverted(beta));
+        let (groups, rest) = betas.as_chunks::<LANES>();
+        groups.iter().for_each(|group| (0..LANES).for_each(|lane| add(lane, group[lane])));
+        rest.iter().enumerate().for_each(|(lane, &beta)| add(lane, beta));
+        let mean = sum.iter().sum::<f64>() / betas.len() as f64;
+        // No number is less or greater than a NaN; the sum has it.
+        let or_nan = |value: f64| if mean.is_nan() { f64::NAN } else { value };
+        Self {
+            min: or_nan(min.into_iter().fold(f64::INFINITY, f64::min)),
+            max: or_nan(max.into_iter().fold(f64::NEG_INFINITY, f64::max)),
+            mean,
+            inverted: inverted.iter().sum::<u64>() as usize,
         }
-        all.mean /= betas.len() as f64;
-        all
     }
 }
