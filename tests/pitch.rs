@@ -130,6 +130,27 @@ fn half_a_turn_is_followed_in_steps() {
     assert_eq!(small.vertices, fresh.vertices);
 }
 
+/// Where the jump inverts a few tets in one place, they are repaired there: steps are for those that cannot be.
+#[test]
+fn a_few_faults_of_the_jump_are_repaired_without_steps() {
+    let mut alone = set_up(Default::default(), None);
+    let stepped = alone.update(&pitched(&alone, 160.0), &|_| {}).unwrap();
+    assert_eq!(stepped.inverted, 0);
+    assert!(stepped.path.steps > 1 && stepped.path.given_up > 0, "{:?}", stepped.path);
+    let mut mover = set_up(Default::default(), Some(Target::Original));
+    let repaired = mover.update(&pitched(&mover, 160.0), &|_| {}).unwrap();
+    assert!(
+        repaired.is_valid() && repaired.folded.is_empty(),
+        "{} {:?} {:?}",
+        repaired.inverted,
+        repaired.pierced,
+        repaired.folded
+    );
+    assert_eq!((repaired.path.steps, repaired.path.given_up, repaired.path.reached), (1, 0, 1.0));
+    assert!(repaired.smoothed.is_some_and(|smoothed| smoothed.moved > 0));
+    assert!(repaired.stages[3].beta_min >= 0.011, "{}", repaired.stages[3].beta_min);
+}
+
 /// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing can be done, and
 /// nothing is optimised. The farfield stands at x = 5.5, the trailing edge at 1 chord.
 #[test]

@@ -1,10 +1,14 @@
 //! Everything inside, once the surfaces have moved: springs, a path of steps where one jump is too far, local optimisation.
 //!
-//! One jump from the undeformed mesh is tried first, and is enough for what designs usually ask. Where it inverts a tet, the
-//! surfaces are led to their places in steps (see [`super::route`]). A step starts from the mesh the one before left: the springs'
-//! stiffness and rest edges are those of that mesh. A step that inverts a tet is made half as long, with the same springs; after
-//! one that goes well the next is twice as long. On the way only the inside is optimised, and only when tets get bad; in the end the
-//! whole mesh is. All steps follow from the design and the undeformed mesh, so the result still depends on the design alone.
+//! One jump from the undeformed mesh is tried first, and is enough for what designs usually ask. Where it inverts tets in a few
+//! places, they are repaired there. Where they cannot be, the surfaces are led to their places in steps (see [`super::route`]). A step
+//! starts from the mesh the one before left: the springs' stiffness and rest edges are those of that mesh. A step that inverts a
+//! tet beyond repair is made half as long, with the same springs; after one that goes well the next is twice as long. On the
+//! way only the inside is optimised, and only when tets get bad; in the end the whole mesh is. All steps follow from the design
+//! and the undeformed mesh, so the result still depends on the design alone.
+//!
+//! Repairs first save the set-ups of steps: a half aircraft of 2.8 million tets in thin layers, its profiles 1 % thicker, has 52
+//! inverted tets after its jump and is as good as before in 4 s; in steps alone it took 157 s and 63 attempts. A wing turned by 180 degrees takes two thirds of the time.
 //!
 //! The paper moves in one step and stops there.
 
@@ -146,6 +150,31 @@ impl State {
         let Statistics { inverted, min: worst, .. } = Statistics::new(&beta);
         Self { vertices, beta, worst, inverted }
     }
+
+    /// Whether what is inverted, if anything, is a fault in a few places.
+    fn is_local(&self) -> bool {
+        self.inverted as f64 <= LOCAL * self.beta.len() as f64
+    }
+}
+
+impl Smoothing {
+    /// What becomes of a mesh on whose shapes the whole design is.
+    fn run(&mut self, set_up: &SetUp, state: &State) -> Result<(State, Smoothed), BackendError> {
+        let Self { smoother, slides, goal, .. } = self;
+        let sliding = slides.on(set_up.mesh, set_up.surface, set_up.families, &state.vertices);
+        let goal = Goal { beta: *goal, max_sweeps: MOST_SWEEPS };
+        let (mut vertices, mut beta) = (state.vertices.clone(), state.beta.clone());
+        let smoothed = smoother.run(&mut vertices, &mut beta, &goal, Some(&sliding))?;
+        Ok((State::of(vertices, beta), smoothed))
+    }
+
+    /// Repairs the inside of a mesh on the way, up to this beta.
+    fn repair(&mut self, state: State, enough: f64) -> Result<State, BackendError> {
+        let State { mut vertices, mut beta, .. } = state;
+        let goal = Goal { beta: enough, max_sweeps: REPAIR_SWEEPS };
+        self.smoother.run(&mut vertices, &mut beta, &goal, None)?;
+        Ok(State::of(vertices, beta))
+    }
 }
 
 impl Interior {
@@ -231,33 +260,36 @@ impl Interior {
         let mut stuck = state.inverted > 0 && !crossings.pierced_anew(&mesh.vertices, &state.vertices).is_empty();
         // A relaxation that diverged left no place to go to.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
+        let mut smoothed = None;
         if state.inverted > 0
             && somewhere
             && !stuck
             && self.stepping.max_steps > 1
             && !self.surfaces_invert(&state, mesh)
         {
-            let route = self.bodies.route(mesh, set_up.families, &surfaces);
-            let volume = self.volume.take();
-            let followed = self.stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, accuracy, observer)?;
-            convergence = convergence.and(followed.convergence);
-            path = followed.path;
-            stuck = path.reached < 1.0;
-            if path.reached >= 1.0 {
-                state = followed.state;
+            if let Some(smoothing) = &mut self.smoothing {
+                smoothed = self.stepping.repair_last(&mut state, smoothing, set_up, observer)?;
+            }
+            if state.inverted > 0 {
+                let route = self.bodies.route(mesh, set_up.families, &surfaces);
+                let (stepping, volume) = (self.stepping, self.volume.take());
+                let followed = stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, accuracy, observer)?;
+                convergence = convergence.and(followed.convergence);
+                path = followed.path;
+                stuck = path.reached < 1.0;
+                if path.reached >= 1.0 {
+                    (state, smoothed) = (followed.state, followed.smoothed);
+                }
             }
         }
-        let mut smoothed = None;
-        if let Some(Smoothing { smoother, slides, goal, enough }) = &mut self.smoothing
-            && !(stuck && state.inverted as f64 > LOCAL * mesh.tets.len() as f64)
-            && state.worst < *enough
+        if let Some(smoothing) = &mut self.smoothing
+            && smoothed.is_none()
+            && (!stuck || state.is_local())
+            && state.worst < smoothing.enough
         {
             observer("smoothing");
-            let before = state.vertices.clone();
-            let sliding = slides.on(mesh, set_up.surface, set_up.families, &before);
-            let goal = Goal { beta: *goal, max_sweeps: MOST_SWEEPS };
-            smoothed = Some(smoother.run(&mut state.vertices, &mut state.beta, &goal, Some(&sliding))?);
-            state = State::of(state.vertices, state.beta);
+            let (better, by) = smoothing.run(set_up, &state)?;
+            (state, smoothed) = (better, Some(by));
         }
         for ((displacement, from), to) in motion.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
             // What the springs or the surfaces gave keeps its bits.
@@ -279,6 +311,27 @@ impl Interior {
 }
 
 impl Stepping {
+    /// Optimises a mesh at the end of the way if it has faults in a few places alone: they need no shorter steps if they can be
+    /// repaired where they are. If they cannot, the mesh stays.
+    fn repair_last(
+        &self,
+        state: &mut State,
+        smoothing: &mut Smoothing,
+        set_up: &SetUp,
+        observer: &dyn Fn(&str),
+    ) -> Result<Option<Smoothed>, BackendError> {
+        if state.inverted == 0 || !state.is_local() {
+            return Ok(None);
+        }
+        observer("smoothing");
+        let (repaired, smoothed) = smoothing.run(set_up, state)?;
+        if repaired.worst < ENOUGH * self.lowest {
+            return Ok(None);
+        }
+        *state = repaired;
+        Ok(Some(smoothed))
+    }
+
     /// Leads the surfaces along their route, in steps that invert no tet.
     ///
     /// - `volume`: of the undeformed mesh, for the steps that start there; gone afterwards
@@ -297,6 +350,7 @@ impl Stepping {
         let mut surfaces = route.at(0.0);
         let mut path = Path { steps: 0, given_up: 1, reached: 0.0 };
         let mut convergence = Convergence::nothing_to_do();
+        let mut smoothed = None;
         let mut step = f64::min(0.5, FIRST_TURN / route.largest_turn());
         while path.reached < 1.0 && step >= SHORTEST && path.steps + path.given_up < self.max_steps {
             observer(&format!("step to {:.0} %", 100.0 * (path.reached + step).min(1.0)));
@@ -314,7 +368,14 @@ impl Stepping {
                     vertices[vertex] = moved(set_up.mesh.vertices[vertex], next[vertex]);
                 }
             }
-            let tried = State::new(vertices, &mesh.tets);
+            let mut tried = State::new(vertices, &mesh.tets);
+            if let Some(smoothing) = &mut smoothing {
+                if progress == 1.0 {
+                    smoothed = self.repair_last(&mut tried, smoothing, set_up, observer)?;
+                } else if tried.worst < REPAIR.0 * self.lowest && tried.is_local() {
+                    tried = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
+                }
+            }
             if tried.inverted > 0 {
                 path.given_up += 1;
                 step *= 0.5;
@@ -326,16 +387,8 @@ impl Stepping {
             path.steps += 1;
             path.reached = progress;
             step *= 2.0;
-            if let Some(Smoothing { smoother, .. }) = &mut smoothing
-                && progress < 1.0
-                && state.worst < REPAIR.0 * self.lowest
-            {
-                let goal = Goal { beta: REPAIR.1 * self.lowest, max_sweeps: REPAIR_SWEEPS };
-                smoother.run(&mut state.vertices, &mut state.beta, &goal, None)?;
-                state = State::of(state.vertices, state.beta);
-            }
         }
-        Ok(Followed { state, convergence, path })
+        Ok(Followed { state, convergence, path, smoothed })
     }
 }
 
@@ -379,6 +432,8 @@ struct Followed {
     state: State,
     convergence: Convergence,
     path: Path,
+    /// What was repaired in the end, if it had to be.
+    smoothed: Option<Smoothed>,
 }
 
 /// The vertices where a motion puts them; see [`moved`].

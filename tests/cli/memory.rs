@@ -8,7 +8,7 @@ use crate::fixture::*;
 
 const MESH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/pitch-wing.msh.gz");
 
-/// A wing in a cube of 102 341 tets, turned by 150 degrees: too far for one jump.
+/// A wing in a cube of 102 341 tets, turned by 175 degrees: too far for one jump.
 fn turned_wing() -> Fixture {
     let fixture = Fixture::new();
     let mesh = formats::read(MESH.as_ref()).unwrap().mesh;
@@ -17,7 +17,7 @@ fn turned_wing() -> Fixture {
     let mut vertices: Vec<u32> = triangles.flat_map(|(triangle, _)| *triangle).collect();
     vertices.sort_unstable();
     vertices.dedup();
-    let (sin, cos) = 150.0_f64.to_radians().sin_cos();
+    let (sin, cos) = 175.0_f64.to_radians().sin_cos();
     let row = |vertex: u32| {
         let at = mesh.vertices[vertex as usize];
         let (x, z) = (at.x * cos + at.z * sin, at.z * cos - at.x * sin);
