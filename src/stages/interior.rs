@@ -8,7 +8,8 @@
 //! and the undeformed mesh, so the result still depends on the design alone.
 //!
 //! Repairs first save the set-ups of steps: a half aircraft of 2.8 million tets in thin layers, its profiles 1 % thicker, has 52
-//! inverted tets after its jump and is as good as before in 4 s; in steps alone it took 157 s and 63 attempts. A wing turned by 180 degrees takes two thirds of the time.
+//! inverted tets after its jump and is as good as before in 4 s; in steps alone it took 157 s and 63 attempts. A wing turned by
+//! 180 degrees takes two thirds of the time.
 //!
 //! The paper moves in one step and stops there.
 
