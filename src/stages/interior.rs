@@ -47,7 +47,7 @@ const IMPROVED: f64 = 1.5;
 /// Most sweeps of the optimisation: it ends by itself when it no longer helps, after some tens.
 const MOST_SWEEPS: usize = 400;
 
-/// How many steps an update may try, if nothing else is said. A half turn takes six.
+/// How many steps an update may try, if nothing else is said. A half turn takes four, six without repairs.
 pub const MAX_STEPS: usize = 64;
 
 /// The first step on a path turns no body by more than this, in radians; steps get longer when they go well.
