@@ -268,10 +268,8 @@ impl Interior {
             && self.stepping.max_steps > 1
             && !self.surfaces_invert(&state, mesh)
         {
-            if let Some(smoothing) = &mut self.smoothing {
-                smoothed = self.stepping.repair_last(&mut state, smoothing, set_up, observer)?;
-            }
-            if state.inverted > 0 {
+            let mut repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
+            if !repaired.as_ref().is_some_and(|(state, _)| self.stepping.is_good(state)) {
                 let route = self.bodies.route(mesh, set_up.families, &surfaces);
                 let (stepping, volume) = (self.stepping, self.volume.take());
                 let followed = stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, accuracy, observer)?;
@@ -279,8 +277,11 @@ impl Interior {
                 path = followed.path;
                 stuck = path.reached < 1.0;
                 if path.reached >= 1.0 {
-                    (state, smoothed) = (followed.state, followed.smoothed);
+                    (state, smoothed, repaired) = (followed.state, followed.smoothed, None);
                 }
+            }
+            if let Some((better, by)) = repaired {
+                (state, smoothed) = (better, Some(by));
             }
         }
         if let Some(smoothing) = &mut self.smoothing
@@ -312,25 +313,23 @@ impl Interior {
 }
 
 impl Stepping {
-    /// Optimises a mesh at the end of the way if it has faults in a few places alone: they need no shorter steps if they can be
-    /// repaired where they are. If they cannot, the mesh stays.
+    /// A mesh at the end of the way, optimised, if it has faults in a few places alone: it needs no shorter steps if they can be
+    /// repaired where they are.
     fn repair_last(
         &self,
-        state: &mut State,
-        smoothing: &mut Smoothing,
+        state: &State,
+        smoothing: Option<&mut Smoothing>,
         set_up: &SetUp,
         observer: &dyn Fn(&str),
-    ) -> Result<Option<Smoothed>, BackendError> {
-        if state.inverted == 0 || !state.is_local() {
-            return Ok(None);
-        }
+    ) -> Result<Option<(State, Smoothed)>, BackendError> {
+        let Some(smoothing) = smoothing.filter(|_| state.inverted > 0 && state.is_local()) else { return Ok(None) };
         observer("smoothing");
-        let (repaired, smoothed) = smoothing.run(set_up, state)?;
-        if repaired.worst < ENOUGH * self.lowest {
-            return Ok(None);
-        }
-        *state = repaired;
-        Ok(Some(smoothed))
+        smoothing.run(set_up, state).map(Some)
+    }
+
+    /// Whether what was repaired may stay as it is.
+    fn is_good(&self, repaired: &State) -> bool {
+        repaired.worst >= ENOUGH * self.lowest
     }
 
     /// Leads the surfaces along their route, in steps that invert no tet.
@@ -370,12 +369,16 @@ impl Stepping {
                 }
             }
             let mut tried = State::new(vertices, &mesh.tets);
-            if let Some(smoothing) = &mut smoothing {
-                if progress == 1.0 {
-                    smoothed = self.repair_last(&mut tried, smoothing, set_up, observer)?;
-                } else if tried.worst < REPAIR.0 * self.lowest && tried.is_local() {
-                    tried = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
+            if progress == 1.0 {
+                let repaired = self.repair_last(&tried, smoothing.as_deref_mut(), set_up, observer)?;
+                if let Some((good, by)) = repaired.filter(|(state, _)| self.is_good(state)) {
+                    (tried, smoothed) = (good, Some(by));
                 }
+            } else if let Some(smoothing) = &mut smoothing
+                && tried.worst < REPAIR.0 * self.lowest
+                && tried.is_local()
+            {
+                tried = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
             }
             if tried.inverted > 0 {
                 path.given_up += 1;
