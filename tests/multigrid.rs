@@ -178,7 +178,6 @@ fn thin_layers_take_no_more_cycles() {
     }
 }
 
-/// Coarse networks cost less than the finest one by far.
 /// The equation itself tells: f32 cycles alone leave a residual of some 1e-7 of the load.
 #[test]
 fn cycles_of_the_reference_lose_no_digit_of_f64() {
@@ -206,6 +205,7 @@ fn middle_levels_are_swept_twice_as_often() {
     assert_eq!(sweeps[..sweeps.len() - 1], [2, 4, 2]);
 }
 
+/// Coarse networks cost less than the finest one by far.
 #[test]
 fn a_hierarchy_is_small() {
     let (_, network) = network(24, (Length::Inverse, Torsion::Product), |at| at, |_| Constraint::Free);

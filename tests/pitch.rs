@@ -3,10 +3,15 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::aircraft::{cpu, file, vertices_of};
 use common::faults::{bits_changed, inverted};
 use glam::DVec3;
+use idmesh::backend::{
+    Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, NetworkData,
+};
 use idmesh::formats;
 use idmesh::mesh::TetMesh;
 use idmesh::mover::{Design, MoveError, Mover, Settings};
@@ -27,6 +32,10 @@ fn displacement(at: DVec3, degrees: f64) -> DVec3 {
 }
 
 fn set_up(springs: &'static Springs, quality: Option<Target>) -> Mover {
+    set_up_on(cpu(), springs, quality, MAX_STEPS)
+}
+
+fn set_up_on(backend: Arc<dyn Backend>, springs: &'static Springs, quality: Option<Target>, max_steps: usize) -> Mover {
     let mesh = mesh();
     let role = |name: &String| match name.as_str() {
         "wing" => Role::Prescribed,
@@ -40,9 +49,9 @@ fn set_up(springs: &'static Springs, quality: Option<Target>) -> Mover {
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
         quality,
-        max_steps: MAX_STEPS,
+        max_steps,
     };
-    Mover::new(mesh, settings, cpu(), &|_| {}).unwrap()
+    Mover::new(mesh, settings, backend, &|_| {}).unwrap()
 }
 
 fn pitched(mover: &Mover, degrees: f64) -> Design {
@@ -149,6 +158,63 @@ fn a_few_faults_of_the_jump_are_repaired_without_steps() {
     assert_eq!((repaired.path.steps, repaired.path.given_up, repaired.path.reached), (1, 0, 1.0));
     assert!(repaired.smoothed.is_some_and(|smoothed| smoothed.moved > 0));
     assert!(repaired.stages[3].beta_min >= 0.011, "{}", repaired.stages[3].beta_min);
+}
+
+/// Counts how often springs are evaluated.
+struct Counting {
+    cpu: Arc<dyn Backend>,
+    evaluated: AtomicUsize,
+}
+
+impl Backend for Counting {
+    fn info(&self) -> BackendInfo {
+        self.cpu.info()
+    }
+    fn epsilon(&self) -> f64 {
+        self.cpu.epsilon()
+    }
+    fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
+        self.evaluated.fetch_add(1, Ordering::Relaxed);
+        self.cpu.edge_stiffness(input)
+    }
+    fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        self.cpu.upload(network)
+    }
+    fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        self.cpu.upload_hierarchy(levels)
+    }
+    fn smoother(&self) -> Box<dyn DeviceSmoother> {
+        self.cpu.smoother()
+    }
+}
+
+/// Springs are evaluated once at each shape that a step starts from: the undeformed mesh's are there, and steps that fail
+/// leave the shape as it was.
+#[test]
+fn springs_are_evaluated_once_at_a_shape() {
+    let backend = Arc::new(Counting { cpu: cpu(), evaluated: AtomicUsize::new(0) });
+    let mut mover = set_up_on(backend.clone(), Default::default(), None, MAX_STEPS);
+    assert_eq!(backend.evaluated.swap(0, Ordering::Relaxed), 1);
+    let path = mover.update(&pitched(&mover, 180.0), &|_| {}).unwrap().path;
+    assert!(path.steps > 2 && path.given_up > 1, "{path:?}");
+    assert_eq!(backend.evaluated.load(Ordering::Relaxed), path.steps - 1, "{path:?}");
+}
+
+/// A repair of the jump that leaves a beta too low for it is kept where no way leads on, and not tried again.
+#[test]
+fn a_jump_is_repaired_but_once() {
+    let mut mover = set_up_on(cpu(), Default::default(), Some(Target::Original), 2);
+    let wing = mover.mesh().family("wing").unwrap();
+    let bent = |&vertex: &u32| DVec3::Z * 2.2 * (mover.mesh().vertices[vertex as usize].y / 2.0).powi(2);
+    let moved = mover.family_vertices(wing).iter().map(bent).collect();
+    let design = Design { prescribed: BTreeMap::from([(wing, moved)]), ..Design::default() };
+    let smoothings = AtomicUsize::new(0);
+    let hears = |stage: &str| _ = smoothings.fetch_add(usize::from(stage == "smoothing"), Ordering::Relaxed);
+    let outcome = mover.update(&design, &hears).unwrap();
+    assert_eq!(outcome.path.steps + outcome.path.given_up, 2, "{:?}", outcome.path);
+    assert!(outcome.is_valid() && outcome.smoothed.is_some_and(|smoothed| smoothed.moved > 0));
+    assert!(outcome.stages[3].beta_min < 0.75 * outcome.stages[0].beta_min, "{}", outcome.stages[3].beta_min);
+    assert_eq!(smoothings.into_inner(), 1);
 }
 
 /// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing can be done, and

@@ -47,7 +47,6 @@ fn run_within(fixture: &Fixture, megabytes: usize) -> Output {
 
 /// Between too little for the set-up and enough for all there is a limit that only the steps do not fit into.
 #[test]
-#[cfg(target_os = "linux")]
 fn lack_of_memory_is_told() {
     let fixture = turned_wing();
     let mut before = fixture.files();
