@@ -67,7 +67,7 @@ fn varied(design: &Design, at: usize) -> Design {
         Profile { number: profile.number, points: points.collect() }
     };
     let profiles: BTreeMap<_, _> =
-        design.profiles.iter().map(|(family, profiles)| (*family, profiles.iter().map(vary).collect())).collect();
+        design.profiles.iter().map(|(wing, profiles)| (wing.clone(), profiles.iter().map(vary).collect())).collect();
     Design { profiles, ..Design::default() }
 }
 

@@ -168,7 +168,7 @@ impl Cost {
             accuracy: Accuracy::default(),
             quality: Some(idmesh::smoothing::Target::Original),
             max_steps: MAX_STEPS,
-            old_profiles: Default::default(),
+            wings: Vec::new(),
         };
         forget_peak_memory();
         let start = Instant::now();

@@ -31,7 +31,7 @@
 //!     profile::csv,
 //!     relaxation::{Accuracy, Method},
 //!     springs::Springs,
-//!     stages::{Role, TipStart},
+//!     stages::{Role, TipStart, WingProfiles},
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -54,7 +54,7 @@
 //! };
 //! let settings = Settings {
 //!     roles: file.mesh.families.iter().map(role).collect(),
-//!     old_profiles: BTreeMap::from([(wing, profiles("old.csv")?)]),
+//!     wings: vec![WingProfiles::new("wing", wing, profiles("old.csv")?)],
 //!     springs: <&Springs>::default(),
 //!     method: Method::Chebyshev,
 //!     accuracy: Accuracy::default(),
@@ -65,7 +65,7 @@
 //! let mut mover = Mover::new(file.mesh.clone(), settings, backend.into(), &|_| {})?;
 //!
 //! // Once per design.
-//! let design = Design { profiles: BTreeMap::from([(wing, profiles("new.csv")?)]), ..Design::default() };
+//! let design = Design { profiles: BTreeMap::from([("wing".to_owned(), profiles("new.csv")?)]), ..Design::default() };
 //! let outcome = mover.update(&design, &|stage| eprintln!("{stage}"))?;
 //! assert!(outcome.converged);
 //! assert!(outcome.is_valid());

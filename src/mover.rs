@@ -19,7 +19,7 @@ use judge::Judge;
 use crate::{
     backend::{Backend, BackendError, MemoryError, check_memory},
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
-    profile::{Profile, ProfileError},
+    profile::{Missed, Profile, ProfileError},
     projection::crossing::Crossings,
     quality::{self, Statistics, faults::Creases},
     relaxation::{Accuracy, Method},
@@ -27,7 +27,7 @@ use crate::{
     smoothing::{Smoothed, Target},
     springs::Springs,
     stages::{
-        Families, Motion, Owner, Role, SetUp, SetupError, Start,
+        Families, Motion, Owner, Role, SetUp, SetupError, Start, WingProfiles,
         carenage::Carenages,
         interior::{Inside, InsideError, Interior, displaced},
         lattice::Lattice,
@@ -43,8 +43,8 @@ use crate::{
 pub struct Settings {
     /// Role of each family `[n_families]`.
     pub roles: Vec<Role>,
-    /// Old profiles of each wing.
-    pub old_profiles: BTreeMap<FamilyId, Vec<Profile>>,
+    /// The wings with their old profiles.
+    pub wings: Vec<WingProfiles>,
     /// The volume's springs.
     pub springs: &'static Springs,
     /// How networks are relaxed.
@@ -60,8 +60,8 @@ pub struct Settings {
 /// One design: what replaces the old shape.
 #[derive(Clone, Debug, Default)]
 pub struct Design {
-    /// New profiles of each wing, paired with the old ones by number.
-    pub profiles: BTreeMap<FamilyId, Vec<Profile>>,
+    /// New profiles of each wing, by its name, paired with the old ones by number.
+    pub profiles: BTreeMap<String, Vec<Profile>>,
     /// Displacement of each prescribed family's vertices, in the order of [`Mover::family_vertices`].
     pub prescribed: BTreeMap<FamilyId, Vec<DVec3>>,
 }
@@ -102,16 +102,19 @@ pub struct Outcome {
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
+    /// Wings whose vertices miss their new profiles by more than [`MISSED`] of the chord, by name: the worst vertex, as one
+    /// of the mesh.
+    pub missed: BTreeMap<String, Missed>,
     /// Triangles of the mesh that the moved surface passes through, and did not before, ascending. Where there are any, the
     /// mesh overlaps itself even if no tet is inverted.
     pub pierced: Vec<u32>,
 }
 
 impl Outcome {
-    /// Whether the moved mesh is one: no tet is inverted, the surface does not pass through itself, and what slides on a
-    /// carenage or in a plane is there.
+    /// Whether the moved mesh is what was asked for: no tet is inverted, the surface does not pass through itself, what slides
+    /// on a carenage or in a plane is there, and the wings have their new profiles.
     pub fn is_valid(&self) -> bool {
-        self.inverted == 0 && self.pierced.is_empty() && self.strayed.is_empty()
+        self.inverted == 0 && self.pierced.is_empty() && self.strayed.is_empty() && self.missed.is_empty()
     }
 }
 
@@ -126,9 +129,9 @@ pub enum MoveError {
     #[error(transparent)]
     Setup(#[from] SetupError),
     /// A wing's new profiles cannot be used.
-    #[error("profiles of family `{family}`: {error}")]
+    #[error("profiles of `{family}`: {error}")]
     Profiles {
-        /// The family.
+        /// The wing.
         family: String,
         /// What is wrong with them.
         error: ProfileError,
@@ -185,12 +188,17 @@ pub struct Mover {
     backend: Arc<dyn Backend>,
     original_beta: Vec<f64>,
     wings: Wings,
+    /// The families of each wing, by name.
+    wing_families: BTreeMap<String, Vec<FamilyId>>,
     trailing_edges: TrailingEdges,
     wingtips: Wingtips,
     carenages: Carenages,
     planes: Planes,
     interior: Interior,
 }
+
+/// Greatest share of the chord by which a wing's vertices may miss their new profiles.
+pub const MISSED: f64 = 2e-3;
 
 /// Memory that a mover takes at most for each tet, updates included, beside the mesh it is given; measured with 6.5 million tets.
 const BYTES: u64 = 600;
@@ -216,7 +224,7 @@ impl Mover {
         let (topology, lattice) = rayon::join(|| Topology::new(&ordered), || Lattice::new(&ordered));
         // Errors name what stands in the mesh that was given.
         let Topology { surface, .. } = topology.or_else(|error| Topology::new(&mesh).and(Err(error)))?;
-        let Settings { roles, old_profiles, springs, method, accuracy, quality, max_steps } = settings;
+        let Settings { roles, wings, springs, method, accuracy, quality, max_steps } = settings;
         observer("families");
         let families = Families::new(&ordered, &surface, roles)?;
         let set_up = SetUp {
@@ -228,10 +236,12 @@ impl Mover {
             accuracy,
         };
         observer("profiles");
-        let wings = Wings::new(&set_up, &old_profiles)?;
+        let wing_families = wings.iter().map(|wing| (wing.name.clone(), wing.families.clone())).collect();
+        let wings = Wings::new(&set_up, &wings)?;
         observer("springs");
         let original_beta = quality::betas(&ordered.vertices, &ordered.tets);
         let lowest = Statistics::new(&original_beta).min;
+        let shaped = wings.beside_sections();
         let of_surfaces = || {
             let creases = Creases::new(&ordered.vertices, &surface.triangles, &surface.opposite);
             let crossings = Crossings::new(&ordered.vertices, &surface.triangles);
@@ -241,7 +251,7 @@ impl Mover {
             Ok::<_, SetupError>((creases, crossings, trailing_edges, wingtips, carenages, Planes::new(&set_up)?))
         };
         let (of_surfaces, interior) =
-            rayon::join(of_surfaces, || Interior::new(&set_up, lattice, springs, quality, lowest, max_steps));
+            rayon::join(of_surfaces, || Interior::new(&set_up, lattice, springs, quality, lowest, max_steps, &shaped));
         let (creases, crossings, trailing_edges, wingtips, carenages, planes) = of_surfaces?;
         let interior = interior?;
         let family_vertices = |family| {
@@ -264,6 +274,7 @@ impl Mover {
             backend,
             original_beta,
             wings,
+            wing_families,
             trailing_edges,
             wingtips,
             carenages,
@@ -339,15 +350,15 @@ impl Mover {
         observer("wing");
         let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
         prescribe(mesh, order, &self.family_vertices, families, design, &mut motion)?;
-        let generators = self
+        let of_wings = self
             .wings
             .interpolate(families, &design.profiles, &mut motion)
-            .map_err(|(family, error)| MoveError::Profiles { family: mesh.families[family.index()].clone(), error })?;
+            .map_err(|(family, error)| MoveError::Profiles { family, error })?;
         let deformed = displaced(&mesh.vertices, &motion);
         let deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
 
-        let junction = self.wings.join(mesh, families, &generators, &mut motion, accuracy)?;
+        let junction = self.wings.join(mesh, families, &of_wings, &mut motion, accuracy)?;
         end("wing", Owner::Wing, &mut motion);
         observer("trailing edge");
         let trailing_edge = self.trailing_edges.run(mesh, families, &mut motion, accuracy)?;
@@ -389,10 +400,12 @@ impl Mover {
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let pierced = self.crossings.pierced_anew(&self.ordered.vertices, &vertices);
         let families = self.family_reports(&vertices, &folded, &pierced);
+        let missed = self.wings.missed(&of_wings, &vertices);
         Ok(Outcome {
             strayed: self.strayed(&families),
             families,
-            profiles: self.profile_reports(&vertices, design),
+            profiles: self.profile_reports(&vertices, design, &missed),
+            missed: self.beyond(missed),
             solver: self.solver_report(&volume),
             stages: watch.stages,
             original_beta: self.order.of_tets(&self.original_beta),

@@ -288,8 +288,8 @@ fn profiles_and_wings_belong_together() {
     let other =
         "profiles are given for family `symmetry`, whose role is \"plane\", expected a family whose role is \"wing\"";
     assert_mistake("[profiles.wing]", "[profiles.symmetry]", 3, 11, other);
-    let lonely =
-        "family `symmetry` is a wing, but there is no table [profiles.symmetry], expected one with its new profiles";
+    let lonely = "family `symmetry` is a wing, but there is no table [profiles.symmetry], expected one with its new profiles, or \
+         one of several families that names it: families = [\"symmetry\", ...]";
     assert_mistake("role = \"plane\"", "role = \"wing\"", 17, 9, lonely);
 }
 
@@ -307,10 +307,10 @@ fn families_must_agree_with_the_mesh() {
     let case = parse(GOOD).unwrap();
     let names = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
     let all = ["wing", "trailing_edge", "wingtip", "carenage", "symmetry", "farfield", "flap"];
-    case.check_families(&names(&all)).unwrap();
+    case.for_families(&names(&all)).unwrap();
 
     let mesh = names(&["wing", "trailing_edge", "wingtip", "carenage", "symetry", "farfield", "flap", "pylon"]);
-    let error = case.check_families(&mesh).unwrap_err();
+    let error = case.for_families(&mesh).unwrap_err();
     assert!(matches!(error, CaseError::Families { .. }));
     assert_eq!(
         error.to_string(),
@@ -319,7 +319,7 @@ fn families_must_agree_with_the_mesh() {
          `trailing_edge`, `wingtip`, `carenage`, `symetry`, `farfield`, `flap`, `pylon`; the case has `carenage`, \
          `farfield`, `flap`, `symmetry`, `trailing_edge`, `wing`, `wingtip`"
     );
-    let error = case.check_families(&[]).unwrap_err().to_string();
+    let error = case.for_families(&[]).unwrap_err().to_string();
     assert!(error.contains("the mesh has none"), "{error}");
 }
 

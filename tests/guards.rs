@@ -16,7 +16,7 @@ use idmesh::mover::{Mover, Outcome};
 
 /// Moves to the set `big`, with vertices put elsewhere once a stage has ended.
 fn update(mover: &mut Mover, stage: &str, put: &[(usize, DVec3)]) -> Outcome {
-    let design = design(mover, SMALL.profiles("big_2"));
+    let design = design(SMALL.profiles("big_2"));
     let original = mover.mesh().vertices.clone();
     let mut stages = Vec::new();
     let mut amend = |ended: &str, motion: &mut Vec<DVec3>| {

@@ -53,12 +53,15 @@ struct Change {
 }
 
 fn check(outcome: &Outcome, mesh: &TetMesh, name: &str) {
-    assert!(outcome.converged && outcome.is_valid(), "{name}: {} inverted", outcome.inverted);
+    assert!(outcome.converged && outcome.is_valid(), "{name}: {} inverted, {:?}", outcome.inverted, outcome.missed);
     assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
     assert!(outcome.folded.is_empty() && outcome.pierced.is_empty(), "{name}: {:?}", outcome.folded);
     assert!(outcome.families["carenage"].max_distance_to_original_surface.unwrap() <= 1e-9 * size(mesh), "{name}");
     assert!(outcome.families["symmetry"].max_distance_to_plane.unwrap() <= 1e-12 * size(mesh), "{name}");
-    assert!(outcome.profiles["wing"].max_distance_to_new_profiles < 2e-3, "{name}");
+    let report = &outcome.profiles["wing"];
+    assert!(report.max_miss_of_vertices.unwrap() < 1e-3, "{name}: {report:?}");
+    // The facets of this coarse wing have a sag of their own.
+    assert!(report.max_distance_to_new_profiles.unwrap() < 6e-3, "{name}: {report:?}");
     // The root went along with the wing: it is the junction that ends on the fuselage.
     let fuselage: BTreeSet<usize> = vertices_of(mesh, "carenage").into_iter().collect();
     let junction = vertices_of(mesh, "wing").into_iter().filter(|vertex| fuselage.contains(vertex));

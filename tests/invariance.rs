@@ -3,8 +3,6 @@
 
 mod common;
 
-use std::collections::BTreeMap;
-
 use common::aircraft::*;
 use common::faults::{bits_changed, size};
 use common::{Mismatch, compare};
@@ -192,7 +190,7 @@ fn a_refused_design_changes_no_later_result() {
     let first = update(&mut mover, SMALL.profiles("big_2"));
     let mut unpaired = SMALL.profiles("planform_2");
     unpaired.pop();
-    let refused = design(&mover, unpaired);
+    let refused = design(unpaired);
     assert!(mover.update(&refused, &|_| {}).is_err());
     assert!(mover.update(&Default::default(), &|_| {}).is_err());
     assert_same(&first, &update(&mut mover, SMALL.profiles("big_2")));
@@ -240,12 +238,8 @@ fn unused_vertices_and_minus_zero_survive() {
     }
     let settings = settings(&mesh, SMALL.profiles("old_2"));
     let mut mover = mover(mesh, settings).unwrap();
-    let wing = mover.mesh().family("wing").unwrap();
-    for design in
-        [BTreeMap::from([(wing, SMALL.profiles("planform_2"))]), BTreeMap::from([(wing, SMALL.profiles("old_2"))])]
-    {
-        let design = idmesh::mover::Design { profiles: design, ..Default::default() };
-        let outcome = mover.update(&design, &|_| {}).unwrap();
+    for design in [SMALL.profiles("planform_2"), SMALL.profiles("old_2")] {
+        let outcome = update(&mut mover, design);
         let at = outcome.vertices.last().unwrap();
         assert_eq!(at.to_array().map(f64::to_bits), lost.to_array().map(f64::to_bits));
         for &vertex in &symmetry {

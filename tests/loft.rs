@@ -4,7 +4,7 @@
 mod wing;
 
 use glam::DVec3;
-use idmesh::profile::{Plane, Profile, ProfileError, WingLoft, cut, distance, matching};
+use idmesh::profile::{Plane, Profile, ProfileError, WingLoft, WingSurface, cut, distance, matching};
 use wing::{BLUNT, CHORD, SHARP, Surface, Wing, affine, mapped, resampled};
 
 /// Greatest difference of the displacement from `map(X) - X` over all wing vertices.
@@ -59,15 +59,19 @@ fn the_exactness_check_sees_one_wrong_point() {
 }
 
 #[test]
-fn bending_quadratic_along_the_span_is_exact_with_three_planes_and_more() {
+fn bending_quadratic_along_the_span_is_exact_between_three_planes_and_more() {
     let bend = |p: DVec3| p + DVec3::new(0.01 * p.y * p.y - 0.03 * p.y, 0.0, 0.02 * p.y * p.y + 0.1 * p.x);
     for wing in [BLUNT, SHARP] {
         let surface = wing.surface();
         for stations in [&[0.9, 2.0, 3.3][..], &[0.5, 1.23, 2.1, 2.9, 3.4]] {
             let old = surface.cut(stations);
             let motion = surface.loft(&old).displacements(&mapped(&old, bend)).unwrap();
-            let error = worst(&surface, &motion.displacement, bend);
-            assert!(error < EXACT, "{error:e} with {} planes", stations.len());
+            let between = stations[0]..=stations[stations.len() - 1];
+            for (&at, &d) in surface.vertices.iter().zip(&motion.displacement).filter(|(at, _)| between.contains(&at.y))
+            {
+                let error = (bend(at) - at).distance(d);
+                assert!(error < EXACT, "{error:e} at {at} with {} planes", stations.len());
+            }
         }
     }
 }
@@ -119,8 +123,9 @@ fn the_sides_of_a_thin_wing_do_not_mix() {
     // bow as well (see the module's note on the trend).
     let [mut above, mut below] = [0.0; 2];
     let points = &old[0].points;
-    for (a, b) in points.iter().zip(points.iter().rev()) {
-        let (x, half) = (chord_fraction(points, *a), (a.z - b.z).abs());
+    for (i, (a, b)) in points.iter().zip(points.iter().rev()).enumerate() {
+        let around = points[i.saturating_sub(1)].distance(points[(i + 1).min(points.len() - 1)]);
+        let (x, half) = (chord_fraction(points, *a), around * (a.z - b.z).abs());
         (above, below) = (above + half * x * x, below + half * x);
     }
     let c = above / below;
@@ -167,28 +172,6 @@ fn the_moved_wing_passes_through_its_new_profiles() {
     }
 }
 
-/// On a coarse wing the vertices alone do not bring the section onto a profile that bends between them.
-#[test]
-fn facets_of_a_coarse_wing_meet_the_new_profiles() {
-    let surface = Wing { around: 41, rows: 6, ..BLUNT }.surface();
-    let stations = [1.03, 2.71];
-    let old = surface.cut(&stations);
-    let thicker = |p: DVec3, middle: f64| DVec3::new(p.x, p.y, p.z + 0.8 * (p.z - middle));
-    let bent = |p: DVec3| thicker(p, 0.0) + DVec3::Z * (0.3 * (p.x - 0.45 * p.y - 0.5 * CHORD).powi(2));
-    let new = mapped(&old, bent);
-    let missed = |edges: &[[u32; 2]]| {
-        let loft = WingLoft::new(&old, &surface.vertices, &surface.normals, edges).unwrap();
-        let motion = loft.displacements(&new).unwrap();
-        let vertices: Vec<DVec3> = surface.vertices.iter().zip(&motion.displacement).map(|(v, d)| *v + *d).collect();
-        let moved = Surface { vertices, triangles: surface.triangles.clone(), normals: Vec::new() };
-        let off = |(section, new): (&Profile, &Profile)| distance::max_distance(&section.points, &new.points);
-        moved.cut(&stations).iter().zip(&new).map(off).fold(0.0, f64::max)
-    };
-    let (vertices_only, with_facets) = (missed(&[]), missed(&surface.edges()));
-    assert!(vertices_only > 1e-3 * CHORD, "{vertices_only:e}: the case is too easy to show anything");
-    assert!(with_facets < 6e-4 * CHORD, "{with_facets:e}");
-}
-
 #[test]
 fn a_profile_that_crosses_itself_is_refused() {
     let surface = BLUNT.surface();
@@ -228,12 +211,18 @@ fn numbers_must_agree() {
     assert_eq!(loft.displacements(&old[..1]), Err(ProfileError::Numbers { old: vec![0, 1], new: vec![0] }));
     new[1].number = 0;
     assert_eq!(loft.displacements(&new), Err(ProfileError::Doubled { profile: 0 }));
-    let doubled = WingLoft::new(&new, &[], &[], &[]).unwrap_err();
+    let doubled = WingLoft::new(&new, &WingSurface::default()).unwrap_err();
     assert_eq!(doubled, ProfileError::Doubled { profile: 0 });
     new[1] = Profile { number: 1, ..old[0].clone() };
-    assert!(matches!(WingLoft::new(&new, &[], &[], &[]), Err(ProfileError::SamePlane { first: 0, second: 1, .. })));
-    assert!(matches!(WingLoft::new(&[], &[], &[], &[]), Err(ProfileError::NoProfiles)));
-    assert!(matches!(WingLoft::new(&old, &[DVec3::ZERO], &[], &[]), Err(ProfileError::Lengths { .. })));
+    assert!(matches!(
+        WingLoft::new(&new, &WingSurface::default()),
+        Err(ProfileError::SamePlane { first: 0, second: 1, .. })
+    ));
+    assert!(matches!(WingLoft::new(&[], &WingSurface::default()), Err(ProfileError::NoProfiles)));
+    assert!(matches!(
+        WingLoft::new(&old, &WingSurface { positions: &[DVec3::ZERO], ..WingSurface::default() }),
+        Err(ProfileError::Lengths { .. })
+    ));
 }
 
 /// Rubbish in: an error or numbers out, never a panic.
@@ -245,7 +234,7 @@ fn degenerate_input_never_panics() {
         (state >> 33) % n
     };
     let (mut errors, mut results) = (0, 0);
-    for _ in 0..400 {
+    for _ in 0..2000 {
         // Few different values, so that points coincide, line up and lie in planes.
         let coordinate = |r: u64| [0.0, 1.0, -1.0, 2.0, 1e-12, 0.5, 1e8, 1e-300][r as usize];
         let mut profiles = |n_planes: u64| -> Vec<Profile> {
@@ -270,7 +259,8 @@ fn degenerate_input_never_panics() {
         let (old, new) = (profiles(3), profiles(3));
         let positions: Vec<DVec3> = old.iter().chain(&new).flat_map(|p| p.points.clone()).collect();
         let normals = vec![DVec3::Z; positions.len()];
-        match WingLoft::new(&old, &positions, &normals, &[]).and_then(|loft| loft.displacements(&new)) {
+        let surface = WingSurface { positions: &positions, normals: &normals, triangles: &[] };
+        match WingLoft::new(&old, &surface).and_then(|loft| loft.displacements(&new)) {
             Ok(motion) => {
                 results += 1;
                 assert_eq!(motion.displacement.len(), positions.len());

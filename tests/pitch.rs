@@ -44,7 +44,7 @@ fn set_up_on(backend: Arc<dyn Backend>, springs: &'static Springs, quality: Opti
     };
     let settings = Settings {
         roles: mesh.families.iter().map(role).collect(),
-        old_profiles: BTreeMap::new(),
+        wings: Vec::new(),
         springs,
         method: Method::Chebyshev,
         accuracy: Accuracy::default(),
@@ -270,7 +270,7 @@ fn every_spring_translates_the_mesh_with_its_boundary() {
         let roles = vec![Role::Prescribed; mesh.families.len()];
         let settings = Settings {
             roles,
-            old_profiles: BTreeMap::new(),
+            wings: Vec::new(),
             springs,
             method: Method::Chebyshev,
             accuracy: Accuracy { tolerance: 1e-8, ..Accuracy::default() },

@@ -55,7 +55,7 @@ fn a_moved_block_leaves_springs_in_equilibrium() {
         let mesh = carve(CELLS, &["block", "box"], |at| off_block(at) == 0.0, family, place);
         let settings = Settings {
             roles: vec![Role::Prescribed, Role::Fixed],
-            old_profiles: BTreeMap::new(),
+            wings: Vec::new(),
             springs,
             method: Method::Chebyshev,
             accuracy: Accuracy { tolerance: 1e-12, ..Accuracy::default() },

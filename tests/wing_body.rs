@@ -43,7 +43,7 @@ fn check(aircraft: Aircraft, mover: &mut Mover, set: &str) -> Outcome {
 
     // From the wing's sections to the profiles, and from the profiles to the wing's triangles.
     let shortest = new.iter().map(chord).fold(f64::INFINITY, f64::min);
-    let off = outcome.profiles["wing"].max_distance_to_new_profiles / shortest;
+    let off = outcome.profiles["wing"].max_distance_to_new_profiles.unwrap() / shortest;
     assert!(off <= aircraft.section_tolerance, "{set}: a section of the wing is {off:e} chords off its profile");
     let wing = triangles_of(mesh, "wing");
     for profile in &new {
@@ -105,9 +105,9 @@ fn cut_profiles_serve_as_well_as_given_ones() {
     let old = cut::cut_at_planes(&mesh.vertices, &wing, &planes).unwrap();
     let settings = settings(&mesh, old);
     let cut = check(WING_BODY, &mut mover(mesh, settings).unwrap(), "big_2");
-    let given = update(&mut WING_BODY.mover(2), new);
-    // The given ones are the same cut, written with twelve decimals.
-    common::compare(&given.vertices, &cut.vertices, 1e-9).unwrap();
+    let given = update(&mut WING_BODY.mover(2), new.clone());
+    // The given ones are cut from facets, those cut here are what the vertices say: they differ by the facets' sag.
+    common::compare(&given.vertices, &cut.vertices, 2e-3 * chord(&new[0])).unwrap();
 }
 
 // ---- the checks themselves ----

@@ -9,12 +9,11 @@ use glam::DVec3;
 use idmesh::{
     backend::BackendInfo,
     formats::{self, MeshFile},
-    mesh::FamilyId,
     mover::{Design, Settings},
     profile::{Profile, csv},
     relaxation::{Accuracy, Method},
     springs::Springs,
-    stages::{Role, TipStart, interior::MAX_STEPS},
+    stages::{Role, TipStart, WingProfiles, interior::MAX_STEPS},
 };
 
 /// What goes wrong in a benchmark.
@@ -39,9 +38,9 @@ impl Example {
         let folder = root().join("examples/wing-body");
         let file = formats::read(&folder.join("wing-body.msh.gz"))?;
         let wing = file.mesh.family("wing").ok_or("the example has no wing")?;
-        let profiles = |name: &str| -> Result<BTreeMap<FamilyId, Vec<Profile>>, Failure> {
+        let profiles = |name: &str| -> Result<Vec<Profile>, Failure> {
             let path = folder.join(name);
-            Ok(BTreeMap::from([(wing, csv::parse(&[(&path, &fs::read_to_string(&path)?)])?)]))
+            Ok(csv::parse(&[(&path, &fs::read_to_string(&path)?)])?)
         };
         let role = |family: &String| match family.as_str() {
             "wing" => Role::Wing,
@@ -53,14 +52,15 @@ impl Example {
         };
         let settings = Settings {
             roles: file.mesh.families.iter().map(role).collect(),
-            old_profiles: profiles("old.csv")?,
+            wings: vec![WingProfiles::new("wing", wing, profiles("old.csv")?)],
             springs: <&Springs>::default(),
             method: Method::default(),
             accuracy: Accuracy::default(),
             quality: Some(idmesh::smoothing::Target::Original),
             max_steps: MAX_STEPS,
         };
-        let design = Design { profiles: profiles("new.csv")?, ..Design::default() };
+        let design =
+            Design { profiles: BTreeMap::from([("wing".to_owned(), profiles("new.csv")?)]), ..Design::default() };
         Ok(Self { file, settings, design })
     }
 }

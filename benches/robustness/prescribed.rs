@@ -94,7 +94,7 @@ impl Body for Prescribed {
         roles[self.family.index()] = Role::Prescribed;
         Settings {
             roles,
-            old_profiles: BTreeMap::new(),
+            wings: Vec::new(),
             springs: self.springs(),
             method: Method::default(),
             accuracy: Accuracy::default(),

@@ -13,7 +13,7 @@ use idmesh::{
     relaxation::{self, Method},
     smoothing::Target,
     springs::Springs,
-    stages::{Role, interior::MAX_STEPS},
+    stages::{Role, WingProfiles, interior::MAX_STEPS},
 };
 
 use crate::{
@@ -52,7 +52,7 @@ impl Sections {
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let case = Case::read(path)?;
         let mesh = formats::read(&case.mesh)?.mesh;
-        case.check_families(&mesh.families)?;
+        let case = case.for_families(&mesh.families)?;
         let roles: Vec<Role> = mesh.families.iter().map(|name| Role::from(&case.families[name].role)).collect();
         let mut wings = (0..roles.len()).filter(|&family| roles[family] == Role::Wing);
         let (Some(wing), None) = (wings.next(), wings.next()) else {
@@ -108,7 +108,7 @@ impl Body for Sections {
     fn settings(&self, quality: Option<Target>) -> Settings {
         Settings {
             roles: self.roles.clone(),
-            old_profiles: BTreeMap::from([(self.wing, self.old.clone())]),
+            wings: vec![WingProfiles::new("wing", self.wing, self.old.clone())],
             springs: self.springs,
             method: Method::default(),
             accuracy: self.accuracy,
@@ -119,7 +119,7 @@ impl Body for Sections {
 
     fn design(&self, _mover: &Mover, kind: usize, amount: f64) -> Design {
         let new = self.old.iter().map(|section| self.moved(section, kind, amount)).collect();
-        Design { profiles: BTreeMap::from([(self.wing, new)]), ..Design::default() }
+        Design { profiles: BTreeMap::from([("wing".to_owned(), new)]), ..Design::default() }
     }
 }
 

@@ -1,18 +1,134 @@
 //! Do the case and the mesh speak of the same families?
+//!
+//! Names of tables may be patterns. A family belongs to the table of its own name, else to the one pattern that fits it.
+
+use std::collections::BTreeMap;
 
 use super::nearest::nearest;
-use super::{Case, CaseError};
+use super::paths::{is_pattern, matches};
+use super::{Case, CaseError, FamilySettings, Position, ProfileSource, Role};
+
+/// Why profiles cannot be given for a family.
+pub(super) fn no_wing(family: &str, role: &Role) -> String {
+    format!(
+        "profiles are given for family `{family}`, whose role is \"{}\", expected a family whose role is \"wing\"",
+        role.name()
+    )
+}
+
+/// What a wing without profiles lacks.
+pub(super) fn no_profiles(family: &str) -> String {
+    format!(
+        "family `{family}` is a wing, but there is no table [profiles.{family}], expected one with its new profiles, or one of \
+         several families that names it: families = [\"{family}\", ...]"
+    )
+}
 
 impl Case {
-    /// Checks that every family of the mesh has a table and every table a family.
+    /// The case for a mesh with these families: each has its settings, and each wing its families, by their own names.
+    ///
+    /// Tables of profiles that name the same files are one wing.
     ///
     /// # Errors
-    /// [`CaseError::Families`], naming all that lack their other half and, where two names are alike, the likely one.
-    pub fn check_families(&self, mesh_families: &[String]) -> Result<(), CaseError> {
+    /// [`CaseError::Families`], naming all that lack their other half and, where two names are alike, the likely one;
+    /// [`CaseError::Invalid`] where two patterns fit a family, or a wing has no profiles or two tables of them.
+    pub fn for_families(&self, mesh_families: &[String]) -> Result<Self, CaseError> {
+        let families = self.named_families(mesh_families)?;
+        let profiles = self.named_profiles(&families)?;
+        Ok(Self { families, profiles, ..self.clone() })
+    }
+
+    fn invalid(&self, position: Position, message: String) -> CaseError {
+        CaseError::Invalid { path: self.path.clone(), position, message }
+    }
+
+    fn named_families(&self, mesh_families: &[String]) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
+        let mut families = BTreeMap::new();
+        for (name, settings) in &self.families {
+            for family in mesh_families.iter().filter(|family| matches(name, family)) {
+                if family != name && self.families.contains_key(family) {
+                    continue;
+                }
+                if let Some((other, _)) = families.insert(family.clone(), (name, settings)) {
+                    let message = format!(
+                        "family `{family}` fits [family.\"{name}\"] and [family.\"{other}\"], expected one table"
+                    );
+                    return Err(self.invalid(settings.position, message));
+                }
+            }
+        }
+        let families: BTreeMap<_, _> =
+            families.into_iter().map(|(family, (_, settings))| (family, settings.clone())).collect();
+        self.check_families(mesh_families, &families)?;
+        Ok(families)
+    }
+
+    fn named_profiles(
+        &self,
+        families: &BTreeMap<String, FamilySettings>,
+    ) -> Result<BTreeMap<String, ProfileSource>, CaseError> {
+        let mut tables: Vec<(&String, &ProfileSource)> = self.profiles.iter().collect();
+        tables.sort_by_key(|(_, source)| (source.position.line, source.position.column));
+        let mut wings: Vec<(String, ProfileSource)> = Vec::new();
+        let mut owner: BTreeMap<String, &String> = BTreeMap::new();
+        for (table, source) in tables {
+            let mut members = Vec::new();
+            for entry in &source.families {
+                let fitting: Vec<_> = families.iter().filter(|(family, _)| matches(entry, family)).collect();
+                // A pattern takes the wings that fit it.
+                let wings = fitting.iter().filter(|(_, settings)| settings.role == Role::Wing);
+                let found: Vec<&String> = wings.map(|(family, _)| *family).collect();
+                match (fitting.first(), found.is_empty()) {
+                    (None, _) => {
+                        let message = format!("[profiles.{table}]: no family of the mesh is or fits `{entry}`");
+                        return Err(self.invalid(source.position, message));
+                    }
+                    (Some((family, settings)), true) => {
+                        return Err(self.invalid(source.position, no_wing(family, &settings.role)));
+                    }
+                    _ => members.extend(found.into_iter().cloned()),
+                }
+            }
+            members.sort();
+            members.dedup();
+            for member in &members {
+                if let Some(other) = owner.insert(member.clone(), table) {
+                    let message =
+                        format!("family `{member}` is in [profiles.{other}] and in [profiles.{table}], expected one");
+                    return Err(self.invalid(source.position, message));
+                }
+            }
+            let same = |(_, other): &&mut (String, ProfileSource)| {
+                other.new == source.new
+                    && other.old == source.old
+                    && other.placements == source.placements
+                    && other.mirror == source.mirror
+            };
+            match wings.iter_mut().find(same) {
+                Some((_, other)) => other.families.extend(members),
+                None => wings.push((table.clone(), ProfileSource { families: members, ..source.clone() })),
+            }
+        }
+        let mut without =
+            families.iter().filter(|(name, settings)| settings.role == Role::Wing && !owner.contains_key(*name));
+        if let Some((name, settings)) = without.next() {
+            return Err(self.invalid(settings.position, no_profiles(name)));
+        }
+        Ok(wings.into_iter().collect())
+    }
+
+    fn check_families(
+        &self,
+        mesh_families: &[String],
+        families: &BTreeMap<String, FamilySettings>,
+    ) -> Result<(), CaseError> {
         let tables: Vec<&String> = self.families.keys().collect();
-        let without_table: Vec<&String> = mesh_families.iter().filter(|name| !tables.contains(name)).collect();
-        let without_family: Vec<&String> =
-            tables.iter().copied().filter(|name| !mesh_families.contains(name)).collect();
+        let without_table: Vec<&String> = mesh_families.iter().filter(|name| !families.contains_key(*name)).collect();
+        let fits_none = |name: &&String| {
+            let fits = |family: &String| if is_pattern(name) { matches(name, family) } else { *name == family };
+            !mesh_families.iter().any(fits)
+        };
+        let without_family: Vec<&String> = tables.iter().copied().filter(fits_none).collect();
         if without_table.is_empty() && without_family.is_empty() {
             return Ok(());
         }

@@ -2,7 +2,7 @@
 //!
 //! [`Case::read`] turns the TOML file into a [`Case`] in which every value is checked and every path is resolved against
 //! the file's folder. Its errors name the line and column, so that the file can be corrected without this documentation.
-//! What only the mesh can tell (its families) is checked by [`Case::check_families`].
+//! What only the mesh can tell (its families) is checked by [`Case::for_families`].
 
 mod document;
 mod families;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::profile::files::Placement;
+use crate::profile::{Plane, files::Placement};
 use crate::relaxation::{Accuracy, Method};
 use crate::smoothing::Target;
 use crate::springs::Springs;
@@ -33,9 +33,9 @@ pub struct Case {
     pub path: PathBuf,
     /// The mesh to move.
     pub mesh: PathBuf,
-    /// New (and perhaps old) profiles of each family whose role is [`Role::Wing`].
+    /// New (and perhaps old) profiles of each wing: of one family or several whose role is [`Role::Wing`].
     pub profiles: BTreeMap<String, ProfileSource>,
-    /// What each family does, by name.
+    /// What each family does, by name; before [`Case::for_families`] a name may be a pattern.
     pub families: BTreeMap<String, FamilySettings>,
     /// Springs of the volume.
     pub springs: &'static Springs,
@@ -52,6 +52,12 @@ pub struct Case {
 /// The files that hold a wing's profiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileSource {
+    /// The wing's families; before [`Case::for_families`] a name may be a pattern.
+    pub families: Vec<String>,
+    /// The plane beyond which the wing is its own mirror image.
+    pub mirror: Option<Plane>,
+    /// Where its table begins.
+    pub position: Position,
     /// Profiles the wing shall have; at least one file, patterns expanded in sorted order.
     pub new: Vec<PathBuf>,
     /// Profiles the wing has; `None` to cut them from the mesh at the new profiles' planes.

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use glam::DVec3;
+
 use crate::profile::files::{Placement, SpanAxis};
+use crate::profile::{Plane, stations};
 use crate::relaxation::Method;
 use crate::smoothing::Target;
 use crate::springs::{SPRINGS, Springs};
@@ -11,6 +14,7 @@ use crate::stages::{TipStart, interior::MAX_STEPS};
 
 use super::document::{Document, Section, Value};
 use super::nearest::{did_you_mean, quoted_list};
+use super::paths::{is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Output, ProfileSource, Role, SolverSettings, paths};
 
 /// Reads the whole document.
@@ -95,27 +99,32 @@ fn profiles(
 ) -> Result<BTreeMap<String, ProfileSource>, CaseError> {
     let mut profiles = BTreeMap::new();
     let sections = match top.get("profiles") {
-        Some(table) => table.sections(&["new", "old", "placement"])?,
+        Some(table) => table.sections(&["families", "new", "old", "placement", "mirror"])?,
         None => Vec::new(),
     };
     for (name, section) in sections {
-        match families.get(name).map(|family| &family.role) {
-            Some(Role::Wing) => {}
-            Some(role) => {
-                return Err(section.error(format!(
-                    "profiles are given for family `{name}`, whose role is \"{}\", expected a family whose role is \
-                     \"wing\"",
-                    role.name()
-                )));
+        let members = match section.get("families") {
+            Some(value) => {
+                value.texts()?.iter().map(|entry| entry.text().map(str::to_owned)).collect::<Result<_, _>>()?
             }
-            None => {
-                let known: Vec<_> = families.keys().collect();
-                let advice = did_you_mean(name, &known).unwrap_or_default();
-                return Err(section.error(format!(
-                    "profiles are given for family `{name}`, but there is no table [family.{name}]{advice}"
-                )));
+            None => vec![name.to_owned()],
+        };
+        for member in &members {
+            match families.get(member).map(|family| &family.role) {
+                Some(Role::Wing) => {}
+                Some(role) => return Err(section.error(super::families::no_wing(member, role))),
+                // What a pattern stands for only the mesh can tell.
+                None if is_pattern(member) || families.keys().any(|table| matches(table, member)) => {}
+                None => {
+                    let known: Vec<_> = families.keys().collect();
+                    let advice = did_you_mean(member, &known).unwrap_or_default();
+                    return Err(section.error(format!(
+                        "profiles are given for family `{member}`, but there is no table [family.{member}]{advice}"
+                    )));
+                }
             }
         }
+        let mirror = section.get("mirror").map(|value| mirror(&value)).transpose()?;
         let new = section.require("new", "a profile file, a list of them, or a pattern such as \"new/*.dat\"")?;
         let new = paths::files(&new, folder)?;
         let old = section.get("old").map(|value| paths::files(&value, folder)).transpose()?;
@@ -131,19 +140,42 @@ fn profiles(
                 placements.insert(path, placement(&section)?);
             }
         }
-        profiles.insert(name.to_owned(), ProfileSource { new, old, placements });
+        let position = section.position();
+        profiles.insert(name.to_owned(), ProfileSource { families: members, mirror, position, new, old, placements });
     }
-    let without = families.iter().filter(|(name, family)| family.role == Role::Wing && !profiles.contains_key(*name));
+    let belongs = |name: &str| {
+        let members = profiles.values().flat_map(|source: &ProfileSource| &source.families);
+        members.into_iter().any(|member| matches(member, name) || matches(name, member))
+    };
+    // Patterns may have a family in common: whether they do only the mesh can tell.
+    let without =
+        families.iter().filter(|(name, family)| family.role == Role::Wing && !is_pattern(name) && !belongs(name));
     if let Some((name, family)) = without.min_by_key(|(_, family)| family.position.line) {
-        return Err(CaseError::Invalid {
-            path: top.path().to_path_buf(),
-            position: family.position,
-            message: format!(
-                "family `{name}` is a wing, but there is no table [profiles.{name}], expected one with its new profiles"
-            ),
-        });
+        let message = super::families::no_profiles(name);
+        return Err(CaseError::Invalid { path: top.path().to_path_buf(), position: family.position, message });
     }
     Ok(profiles)
+}
+
+/// A mirror plane: an axis across it, with or without a place, or a point and a normal.
+fn mirror(value: &Value) -> Result<Plane, CaseError> {
+    if let Ok(text) = value.text() {
+        let at = if text.contains('=') { text.to_owned() } else { format!("{text}=0") };
+        return stations::parse(&at).map_err(|_| {
+            value.error(format!(
+                "`mirror` is \"{text}\", expected \"x\", \"y\" or \"z\", such a plane's place as in \"y=0.5\", or {{ point = \
+                 [0, 0, 0], normal = [0, 1, 0] }}"
+            ))
+        });
+    }
+    let section = value.section(&["point", "normal"])?;
+    let vector =
+        |key: &str| -> Result<DVec3, CaseError> { Ok(section.require(key, "three numbers")?.position()?.into()) };
+    let (point, normal) = (vector("point")?, vector("normal")?);
+    let Some(normal) = normal.try_normalize() else {
+        return Err(value.error("`mirror.normal` has no direction, expected one across the mirror plane"));
+    };
+    Ok(Plane { point, normal })
 }
 
 /// Where the airfoil of a file goes.

@@ -15,11 +15,7 @@ pub(super) fn files(value: &Value, folder: &Path) -> Result<Vec<PathBuf>, CaseEr
     let mut files = Vec::new();
     for entry in value.texts()? {
         let text = entry.text()?;
-        if text.contains(['*', '?']) {
-            expand(&entry, text, folder, &mut files)?
-        } else {
-            files.push(folder.join(text))
-        }
+        if is_pattern(text) { expand(&entry, text, folder, &mut files)? } else { files.push(folder.join(text)) }
     }
     Ok(files)
 }
@@ -49,9 +45,14 @@ fn expand(value: &Value, text: &str, folder: &Path, files: &mut Vec<PathBuf>) ->
     Ok(())
 }
 
+/// Whether a text stands for several names.
+pub(super) fn is_pattern(text: &str) -> bool {
+    text.contains(['*', '?'])
+}
+
 /// Whether a name fits a pattern: `*` is any run of characters, `?` any one. Like a shell's, `*` does not match a leading
 /// dot.
-fn matches(pattern: &str, name: &str) -> bool {
+pub(super) fn matches(pattern: &str, name: &str) -> bool {
     if name.starts_with('.') && !pattern.starts_with('.') {
         return false;
     }

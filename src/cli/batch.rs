@@ -7,11 +7,12 @@ use serde::Serialize;
 
 use super::console::Console;
 use super::design::{Moved, Ready, Targets};
-use super::designs::{self, DesignFile, Shard};
+use super::designs::{self, DesignFiles, Shard};
 use super::failure::{Exit, Failure};
-use super::job::{Job, Varied};
+use super::job::Job;
 use super::lines::{Kept, Lines};
 use super::outputs::{self, Folder};
+use super::varied::Varied;
 use super::{BackendChoice, JsonTarget, json_target};
 use crate::report::RunReport;
 
@@ -20,7 +21,8 @@ use crate::report::RunReport;
 pub(super) struct Arguments {
     /// The case file (TOML), whole as for `run`; each design replaces its new profiles or its prescribed displacement.
     case: PathBuf,
-    /// The designs: a folder of profile files, or a text file that names them, one a line.
+    /// The designs: a folder of profile files, or a text file that names them, one a line. With several tables
+    /// [profiles.TABLE] a design is a folder with a file TABLE.csv for each, or files NAME.TABLE.csv.
     #[arg(long, value_name = "DIR|LIST")]
     designs: PathBuf,
     /// Where to compute.
@@ -57,13 +59,13 @@ struct Failed<'a> {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let job = Job::read(&arguments.case, console)?;
     let varied = Varied::of(&job)?;
-    let all = designs::find(&arguments.designs, varied.extensions())?;
+    let all = designs::find(&arguments.designs, varied.extensions(), varied.tables())?;
     let pattern = Targets::of(&job, arguments.out.as_deref());
     let _folder = check(&pattern, &all, &job, arguments, console)?;
     let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
 
     let kept = kept(&designs, &pattern, arguments)?;
-    let is_done = |design: &&DesignFile| kept.failed.contains_key(&design.name);
+    let is_done = |design: &&DesignFiles| kept.failed.contains_key(&design.name);
     let (done, left): (Vec<_>, Vec<_>) = designs.iter().partition(is_done);
     if !done.is_empty() {
         console.note(format_args!("{} of {} designs are done already", done.len(), designs.len()));
@@ -89,7 +91,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
 /// # Errors
 /// What would fail for every other design too: the line cannot be written, or the GPU failed.
 fn finish(
-    design: &DesignFile,
+    design: &DesignFiles,
     varied: &Varied,
     job: &Job,
     ready: &mut Ready,
@@ -100,7 +102,7 @@ fn finish(
     let name = design.name.as_str();
     let start = Instant::now();
     let moved = pattern.named(name).and_then(|targets| {
-        let what = varied.read(job, &design.path)?;
+        let what = varied.read(job, design)?;
         ready.move_to(&what, Some(name), start.elapsed().as_secs_f64(), &targets, console)
     });
     let (report, failure) = match moved {
@@ -127,7 +129,7 @@ fn finish(
 /// Checks everything that will be written, and makes the folder for it, to be held until then.
 fn check(
     pattern: &Targets,
-    all: &[DesignFile],
+    all: &[DesignFiles],
     job: &Job,
     arguments: &Arguments,
     console: &Console,
@@ -141,12 +143,13 @@ fn check(
     };
     for design in all {
         let targets = pattern.named(&design.name)?;
-        inputs.push(design.path.clone());
+        let known = inputs.len();
+        inputs.extend(design.paths().map(Path::to_path_buf));
         outputs::check_distinct(&inputs, &targets.paths().chain(json).collect::<Vec<_>>())?;
-        inputs.pop();
+        inputs.truncate(known);
     }
     if let Some(json) = json {
-        inputs.extend(all.iter().map(|design| design.path.clone()));
+        inputs.extend(all.iter().flat_map(DesignFiles::paths).map(Path::to_path_buf));
         outputs::check_distinct(&inputs, &[json])?;
     }
     let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
@@ -161,7 +164,7 @@ fn check(
 }
 
 /// What an earlier run of these designs left: lines of designs whose outputs are there, and of designs not asked for.
-fn kept(designs: &[DesignFile], pattern: &Targets, arguments: &Arguments) -> Result<Kept, Failure> {
+fn kept(designs: &[DesignFiles], pattern: &Targets, arguments: &Arguments) -> Result<Kept, Failure> {
     match &arguments.json {
         _ if !arguments.resume => Ok(Kept::default()),
         Some(JsonTarget::File(path)) => Kept::read(path, |name| {

@@ -16,9 +16,9 @@ use crate::profile::{Plane, csv, cut, stations};
 pub(super) struct Arguments {
     /// The mesh file.
     mesh: PathBuf,
-    /// The family to cut.
-    #[arg(long, value_name = "NAME")]
-    family: String,
+    /// The family to cut, or several that are one wing: wing_upper,wing_lower.
+    #[arg(long, value_name = "NAME", value_delimiter = ',', required = true)]
+    family: Vec<String>,
     /// Cut at this many planes, evenly along the span.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     planes: Option<u16>,
@@ -40,18 +40,19 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     outputs::check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
     console.step(&format!("reading {}", arguments.mesh.display()));
     let mesh = formats::read(&arguments.mesh)?.mesh;
-    let Some(family) = mesh.family(&arguments.family) else {
-        let advice = did_you_mean(&arguments.family, &mesh.families).unwrap_or_default();
-        let message = format!(
-            "{}: no family `{}`, the mesh has `{}`{advice}",
-            arguments.mesh.display(),
-            arguments.family,
-            mesh.families.join("`, `")
-        );
-        return Err(Failure::bad_input(message));
-    };
+    let families = arguments.family.iter().map(|name| {
+        mesh.family(name).ok_or_else(|| {
+            let advice = did_you_mean(name, &mesh.families).unwrap_or_default();
+            Failure::bad_input(format!(
+                "{}: no family `{name}`, the mesh has `{}`{advice}",
+                arguments.mesh.display(),
+                mesh.families.join("`, `")
+            ))
+        })
+    });
+    let families = families.collect::<Result<Vec<_>, _>>()?;
     console.step("cutting");
-    let triangles = family_triangles(&mesh, family);
+    let triangles = family_triangles(&mesh, &families);
     let planes = match arguments.planes {
         Some(count) => stations::evenly(&mesh.vertices, &triangles, count.into()),
         None => Ok(arguments.at.clone()),

@@ -8,12 +8,54 @@ use std::str::FromStr;
 use super::failure::Failure;
 use crate::case::design_list;
 
-/// A design's file, and the name its results get.
+/// A design: the name its results get, and its files.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct DesignFile {
-    /// The file's name without its extension.
+pub(super) struct DesignFiles {
     pub(super) name: String,
-    pub(super) path: PathBuf,
+    /// The file's or the folder's own path.
+    path: PathBuf,
+    /// The file of each table; empty where one file is the design.
+    tables: BTreeMap<String, PathBuf>,
+}
+
+impl DesignFiles {
+    /// Whether one file is the design.
+    pub(super) fn is_single(&self) -> bool {
+        self.tables.is_empty()
+    }
+
+    /// All files.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
+        let single = self.is_single().then_some(&self.path);
+        self.tables.values().chain(single).map(PathBuf::as_path)
+    }
+
+    /// The one file.
+    ///
+    /// # Errors
+    /// There are several.
+    pub(super) fn only(&self) -> Result<&Path, Failure> {
+        if self.is_single() {
+            return Ok(&self.path);
+        }
+        Err(Failure::bad_input(format!("the design {} is a folder, expected one file", self.path.display())))
+    }
+
+    /// The file of a table.
+    ///
+    /// # Errors
+    /// There is none.
+    pub(super) fn of_table(&self, table: &str) -> Result<&Path, Failure> {
+        self.tables.get(table).map(PathBuf::as_path).ok_or_else(|| {
+            Failure::bad_input(format!(
+                "the design {} has no file for the table [profiles.{table}]",
+                self.path.display()
+            ))
+            .with_hint(format!(
+                "a design of several tables is a folder with {table}.csv and the others, or NAME.{table}.csv"
+            ))
+        })
+    }
 }
 
 /// `I/N`: every N-th design, from the I-th on.
@@ -42,18 +84,17 @@ impl Shard {
     }
 }
 
-/// The files with one of some extensions in a folder, sorted by name; or those that a text file names, one a line, relative
-/// to it, with comments from `#` on.
+/// The designs of a folder, sorted by name; or those that a text file names, one a line, relative to it, with comments from
+/// `#` on. A design is a file with one of some extensions, named `NAME.TABLE.EXT` where there are several tables, or a folder
+/// with a file `TABLE.EXT` for each table.
 ///
 /// # Errors
-/// It cannot be read, names none, or two with the same name before their extensions.
-pub(super) fn find(path: &Path, extensions: &[&str]) -> Result<Vec<DesignFile>, Failure> {
+/// It cannot be read, names none, or two with the same name before their extensions, or a file's name has no table.
+pub(super) fn find(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Vec<DesignFiles>, Failure> {
     let cannot_read = |error| Failure::bad_input(format!("cannot read the designs {}: {error}", path.display()));
     let paths = if path.is_dir() {
-        let entries = fs::read_dir(path).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
-        let mut paths: Vec<_> = entries.map_err(cannot_read)?.into_iter().map(|entry| entry.path()).collect();
-        paths.retain(|path| is_design(path, extensions));
-        paths.sort();
+        let mut paths = entries(path).map_err(cannot_read)?;
+        paths.retain(|path| is_design(path, extensions) || !of_folder(path, extensions, tables).is_empty());
         paths
     } else {
         design_list::parse(&fs::read_to_string(path).map_err(cannot_read)?, path)
@@ -61,20 +102,75 @@ pub(super) fn find(path: &Path, extensions: &[&str]) -> Result<Vec<DesignFile>, 
     if paths.is_empty() {
         return Err(Failure::bad_input(format!("{}: no designs, expected at least one", path.display())));
     }
-    let mut seen: BTreeMap<String, PathBuf> = BTreeMap::new();
-    let mut designs = Vec::new();
+    let mut designs: Vec<DesignFiles> = Vec::new();
     for path in paths {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        if let Some(other) = seen.insert(name.clone(), path.clone()) {
-            return Err(Failure::bad_input(format!(
-                "the results of {} and {} would both be named {name}, expected different names",
-                other.display(),
-                path.display()
-            )));
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            add(&mut designs, DesignFiles { name, tables: of_folder(&path, extensions, tables), path })?;
+        } else if tables.len() < 2 {
+            add(&mut designs, DesignFiles { name: stem, path, tables: BTreeMap::new() })?;
+        } else {
+            let table = tables.iter().filter_map(|table| Some((stem.strip_suffix(&format!(".{table}"))?, table)));
+            let Some((name, table)) = table.max_by_key(|(_, table)| table.len()) else {
+                let message = format!(
+                    "{}: the case has the tables {}, expected a folder with a file for each, or files named NAME.{}.csv",
+                    path.display(),
+                    tables.iter().map(|table| format!("[profiles.{table}]")).collect::<Vec<_>>().join(", "),
+                    tables[0]
+                );
+                return Err(Failure::bad_input(message));
+            };
+            match designs.iter_mut().find(|design| design.name == name && !design.path.is_dir()) {
+                Some(design) => {
+                    if let Some(other) = design.tables.insert(table.clone(), path.clone()) {
+                        return Err(same_name(name, &other, &path));
+                    }
+                }
+                None => {
+                    let tables = BTreeMap::from([(table.clone(), path.clone())]);
+                    add(&mut designs, DesignFiles { name: name.to_owned(), path, tables })?;
+                }
+            }
         }
-        designs.push(DesignFile { name, path });
     }
     Ok(designs)
+}
+
+fn add(designs: &mut Vec<DesignFiles>, design: DesignFiles) -> Result<(), Failure> {
+    if let Some(other) = designs.iter().find(|other| other.name == design.name) {
+        return Err(same_name(&design.name, &other.path, &design.path));
+    }
+    designs.push(design);
+    Ok(())
+}
+
+fn same_name(name: &str, one: &Path, other: &Path) -> Failure {
+    Failure::bad_input(format!(
+        "the results of {} and {} would both be named {name}, expected different names",
+        one.display(),
+        other.display()
+    ))
+}
+
+fn entries(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut paths: Vec<_> = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// The files of a folder that are named after tables.
+fn of_folder(folder: &Path, extensions: &[&str], tables: &[String]) -> BTreeMap<String, PathBuf> {
+    let hidden = folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    if hidden || !folder.is_dir() {
+        return BTreeMap::new();
+    }
+    let paths = entries(folder).unwrap_or_default().into_iter().filter(|path| is_design(path, extensions));
+    let named = paths.filter_map(|path| {
+        let stem = path.file_stem()?.to_string_lossy().into_owned();
+        tables.contains(&stem).then_some((stem, path))
+    });
+    named.collect()
 }
 
 fn is_design(path: &Path, extensions: &[&str]) -> bool {

@@ -9,7 +9,7 @@ use super::failure::{Exit, Failure};
 use super::job::Job;
 use super::outputs;
 use crate::formats::{Cells, Fields, write_vtu};
-use crate::mover::{Mover, Outcome};
+use crate::mover::{MISSED, Mover, Outcome};
 use crate::quality::faults::{self, Cluster};
 use crate::report::StageName;
 
@@ -53,7 +53,10 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         let triangle = faults::nearest_triangle(&outcome.vertices, &mesh.tets, &mesh.triangles, cluster)?;
         Some(mesh.families[mesh.triangle_family[triangle as usize].index()].as_str())
     };
-    let mut message = format!("{} of {} tets are inverted", outcome.inverted, outcome.beta.len());
+    let mut faults = Vec::new();
+    if outcome.inverted > 0 {
+        faults.push(format!("{} of {} tets are inverted", outcome.inverted, outcome.beta.len()));
+    }
     if let Some(&first) = outcome.pierced.first() {
         let mut counts: BTreeMap<String, usize> = BTreeMap::new();
         for &triangle in &outcome.pierced {
@@ -61,21 +64,30 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         }
         let corner = outcome.vertices[mesh.triangles[first as usize][0] as usize];
         let [x, y, z] = corner.to_array().map(short);
-        let passes = format!("the moved surface passes through itself ({}), first at ({x}, {y}, {z})", folds(&counts));
-        message = if outcome.inverted > 0 { format!("{message}, and {passes}") } else { passes };
+        faults.push(format!("the moved surface passes through itself ({}), first at ({x}, {y}, {z})", folds(&counts)));
     }
     if !outcome.strayed.is_empty() {
         let strayed: Vec<_> = outcome.strayed.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
-        let strayed = format!("vertices left the surface they slide on ({})", strayed.join(", "));
-        let alone = outcome.inverted == 0 && outcome.pierced.is_empty();
-        message = if alone { strayed } else { format!("{message}, and {strayed}") };
+        faults.push(format!("vertices left the surface they slide on ({})", strayed.join(", ")));
     }
+    for (wing, missed) in &outcome.missed {
+        let [x, y, z] = outcome.vertices[missed.vertex].to_array().map(short);
+        faults.push(format!(
+            "the wing of `{wing}` misses its new profile {} by {:.2} % of the chord at ({x}, {y}, {z}), allowed is {} %",
+            missed.profile,
+            100.0 * missed.share,
+            100.0 * MISSED
+        ));
+    }
+    let mut message = faults.join(", and ");
     if let Some(worst) = clusters.first() {
         let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
         let [x, y, z] = worst.at.to_array().map(short);
         message += &format!("; {}, the worst tet at ({x}, {y}, {z}){near}", places(clusters.len()));
     }
-    message += &format!("; inverted by stage: {}", stages(outcome));
+    if outcome.inverted > 0 {
+        message += &format!("; inverted by stage: {}", stages(outcome));
+    }
     if let Some((stage, count)) = outcome.folds.first() {
         message += &format!("; triangles folded first by stage {stage}: {count}");
     }
@@ -115,6 +127,11 @@ fn hint(job: &Job, outcome: &Outcome) -> String {
             "the moved surface itself is folded ({}), and no volume fits it: correct its profiles or displacements first",
             folds(&outcome.folded)
         );
+    }
+    if outcome.inverted == 0 && !outcome.missed.is_empty() {
+        return "a family that holds the wing back, or a change too uneven along the span for these profiles: give more of \
+                them there"
+            .to_owned();
     }
     if !outcome.converged {
         return "the relaxation did not converge either: raise max_sweeps or tolerance in [solver] first".to_owned();

@@ -1,6 +1,6 @@
 //! A case with everything it names read in: the part of a run that is the same for every command.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -12,13 +12,11 @@ use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
 use crate::profile::{self, Plane, Profile, files};
+use crate::stages::WingProfiles;
 
 /// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
 const MATCH: f64 = 1e-3;
-
-/// Profiles lie in the same plane within this fraction of their size, as the points of one do.
-const PLANES: f64 = 1e-6;
 
 /// A case, its mesh, what a mover needs and the design.
 pub(super) struct Job {
@@ -44,11 +42,11 @@ impl Job {
         console.step(&format!("reading {}", case.mesh.display()));
         let file = formats::read(&case.mesh)?;
         let mesh = &file.mesh;
-        case.check_families(&mesh.families)?;
+        let case = case.for_families(&mesh.families)?;
 
         let mut inputs = vec![path.to_path_buf(), case.mesh.clone()];
         let mut design = Design::default();
-        let mut old_profiles = BTreeMap::new();
+        let mut wings = Vec::new();
         let mut roles = Vec::new();
         for (index, name) in mesh.families.iter().enumerate() {
             let family = FamilyId(index as u16);
@@ -60,7 +58,7 @@ impl Job {
             }
         }
         for (name, source) in &case.profiles {
-            let Some(family) = mesh.family(name) else { continue };
+            let families: Vec<FamilyId> = source.families.iter().filter_map(|family| mesh.family(family)).collect();
             let new = read_profiles(&source.new, source)?;
             inputs.extend(source.new.iter().cloned());
             let old = match &source.old {
@@ -70,16 +68,18 @@ impl Job {
                 }
                 None => {
                     console.step(&format!("cutting the old profiles of {name}"));
-                    cut_like(mesh, family, &new).map_err(|failure| about_profiles(failure, name, &source.new))?
+                    cut_like(mesh, &families, &new).map_err(|failure| about_profiles(failure, name, &source.new))?
                 }
             };
+            profile::compare_sizes(&old, &new)
+                .map_err(|error| about_profiles(Failure::bad_input(error.to_string()), name, &source.new))?;
             console.detail(format_args!("{name}: {} new profiles, {} old ones", new.len(), old.len()));
-            design.profiles.insert(family, new);
-            old_profiles.insert(family, old);
+            design.profiles.insert(name.clone(), new);
+            wings.push(WingProfiles { name: name.clone(), families, old, mirror: source.mirror });
         }
         let settings = Settings {
             roles,
-            old_profiles,
+            wings,
             springs: case.springs,
             method: case.solver.method,
             accuracy: case.solver.accuracy,
@@ -90,103 +90,14 @@ impl Job {
     }
 }
 
-/// What a design replaces in a case.
-#[derive(Clone, Debug)]
-pub(super) enum Varied {
-    /// The new profiles of a wing.
-    Profiles(String, FamilyId),
-    /// The displacement of a prescribed family.
-    Displacement(FamilyId),
-}
-
-impl Varied {
-    /// The one set of profiles, or, where there is none, the one displacement.
-    ///
-    /// # Errors
-    /// There is none or more than one.
-    pub(super) fn of(job: &Job) -> Result<Self, Failure> {
-        let profiles: Vec<FamilyId> = job.design.profiles.keys().copied().collect();
-        let prescribed: Vec<FamilyId> = job.design.prescribed.keys().copied().collect();
-        match (profiles.as_slice(), prescribed.as_slice()) {
-            (&[family], _) => Ok(Self::Profiles(job.file.mesh.families[family.index()].clone(), family)),
-            (&[], &[family]) => Ok(Self::Displacement(family)),
-            (profiles, prescribed) => Err(Failure::bad_input(format!(
-                "{}: {} tables [profiles.NAME] and {} prescribed families, expected exactly one table whose profiles \
-                 the designs replace, or none and one prescribed family",
-                job.case.path.display(),
-                profiles.len(),
-                prescribed.len()
-            ))),
-        }
-    }
-
-    /// The extensions that designs have in a folder.
-    pub(super) fn extensions(&self) -> &'static [&'static str] {
-        match self {
-            Self::Profiles(..) => files::EXTENSIONS,
-            Self::Displacement(_) => &["csv"],
-        }
-    }
-
-    /// The job's design with what a file says in place of what it varies.
-    ///
-    /// # Errors
-    /// The file cannot be read or is wrong, or its profiles lie in other planes than those cut from the mesh.
-    pub(super) fn read(&self, job: &Job, path: &Path) -> Result<Design, Failure> {
-        let mut design = job.design.clone();
-        match self {
-            Self::Displacement(family) => {
-                design.prescribed.insert(*family, prescribed(&job.file.mesh, *family, path)?);
-            }
-            Self::Profiles(name, family) => {
-                let mut source = job.case.profiles[name].clone();
-                // An airfoil takes the place of the case's.
-                if let [only] = source.new.as_slice()
-                    && let Some(placement) = source.placements.get(only).cloned()
-                {
-                    source.placements.insert(path.to_path_buf(), placement);
-                }
-                let paths = [path.to_path_buf()];
-                let new = read_profiles(&paths, &source)?;
-                if source.old.is_none() {
-                    same_planes(&job.design.profiles[family], &new)
-                        .map_err(|failure| about_profiles(failure, name, &paths))?;
-                }
-                design.profiles.insert(*family, new);
-            }
-        }
-        Ok(design)
-    }
-}
-
-/// Refuses profiles in other planes than those at which the old ones were cut: their motion would be another than in a
-/// run of their own, where the old ones are cut at their planes.
-fn same_planes(cut: &[Profile], new: &[Profile]) -> Result<(), Failure> {
-    let bad = |error: profile::ProfileError| Failure::bad_input(error.to_string());
-    for profile in new {
-        let Some(like) = cut.iter().find(|other| other.number == profile.number) else { continue };
-        let plane = Plane::of_profile(like).map_err(bad)?;
-        let size = profile.points.iter().map(|point| point.distance(profile.points[0])).fold(0.0, f64::max);
-        let off = profile.points.iter().map(|&point| plane.distance(point).abs()).fold(0.0, f64::max);
-        if off > PLANES * size {
-            let message = format!(
-                "profile {} is up to {off:.1e} away from the plane at which the case's new profiles let the old one be cut",
-                profile.number
-            );
-            return Err(Failure::bad_input(message).with_hint("name the old profiles in the case: old = \"FILE\""));
-        }
-    }
-    Ok(())
-}
-
-/// The triangles of a family.
-pub(super) fn family_triangles(mesh: &TetMesh, family: FamilyId) -> Vec<[u32; 3]> {
-    let members = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|&(_, &other)| other == family);
+/// The triangles of some families.
+pub(super) fn family_triangles(mesh: &TetMesh, families: &[FamilyId]) -> Vec<[u32; 3]> {
+    let members = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|&(_, other)| families.contains(other));
     members.map(|(&triangle, _)| triangle).collect()
 }
 
-fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam::DVec3>, Failure> {
-    let triangles = family_triangles(mesh, family);
+pub(super) fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam::DVec3>, Failure> {
+    let triangles = family_triangles(mesh, &[family]);
     let vertices: Vec<u32> = triangles.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
     let lengths = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| {
         let (a, b) = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
@@ -199,7 +110,7 @@ fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam:
 }
 
 /// Reads the profiles of some files.
-fn read_profiles(paths: &[PathBuf], of: &ProfileSource) -> Result<Vec<Profile>, Failure> {
+pub(super) fn read_profiles(paths: &[PathBuf], of: &ProfileSource) -> Result<Vec<Profile>, Failure> {
     let mut contents = Vec::new();
     for path in paths {
         let bytes = fs::read(path)
@@ -218,17 +129,17 @@ fn read_profiles(paths: &[PathBuf], of: &ProfileSource) -> Result<Vec<Profile>, 
 }
 
 /// The old profiles, cut from the mesh at the new ones' planes.
-fn cut_like(mesh: &TetMesh, family: FamilyId, new: &[Profile]) -> Result<Vec<Profile>, Failure> {
+fn cut_like(mesh: &TetMesh, families: &[FamilyId], new: &[Profile]) -> Result<Vec<Profile>, Failure> {
     let bad = |error: profile::ProfileError| Failure::bad_input(error.to_string());
     let planes = new
         .iter()
         .map(|profile| Ok((profile.number, Plane::of_profile(profile).map_err(bad)?)))
         .collect::<Result<Vec<_>, Failure>>()?;
-    profile::cut::cut_at_planes(&mesh.vertices, &family_triangles(mesh, family), &planes).map_err(bad)
+    profile::cut::cut_at_planes(&mesh.vertices, &family_triangles(mesh, families), &planes).map_err(bad)
 }
 
-fn about_profiles(mut failure: Failure, family: &str, paths: &[PathBuf]) -> Failure {
-    failure.message = format!("{}: profiles of family `{family}`: {}", list(paths), failure.message);
+pub(super) fn about_profiles(mut failure: Failure, family: &str, paths: &[PathBuf]) -> Failure {
+    failure.message = format!("{}: profiles of `{family}`: {}", list(paths), failure.message);
     failure
 }
 

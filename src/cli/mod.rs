@@ -20,6 +20,7 @@ mod outputs;
 mod quality;
 mod refine;
 mod run;
+mod varied;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -36,7 +37,8 @@ Exit codes:
   2  wrong usage
   3  bad input, nothing was written
   4  not converged
-  5  inverted tets remain or the surface passes through itself: the mesh is
+  5  inverted tets remain, the surface passes through itself, or the wing
+     misses its new profiles: the mesh is
      written as NAME.invalid.EXT, the tets in question as NAME.inverted.vtu
   6  no usable GPU";
 

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, Mover};
+use super::{Design, MISSED, Mover};
 use crate::{
     mesh::FamilyId,
-    profile::{Plane, ProfileError, cut, distance},
+    profile::{Missed, Plane, ProfileError, cut, distance},
     relaxation::Convergence,
     report::{FamilyReport, ProfileReport, Solver},
-    stages::{Owner, families::Shape},
+    stages::families::Shape,
 };
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from
@@ -77,24 +77,52 @@ impl Mover {
         reports
     }
 
-    /// Distance of the moved wings' sections to their new profiles; a wing that can no longer be cut there has none.
-    pub(super) fn profile_reports(&self, vertices: &[DVec3], design: &Design) -> BTreeMap<String, ProfileReport> {
-        let surface = &self.surface;
-        let reports = self.families.placed_by(Owner::Wing).filter_map(|family| {
-            let triangles: Vec<[u32; 3]> =
-                surface.triangles_of(family).iter().map(|&triangle| surface.triangles[triangle as usize]).collect();
-            let furthest = design
-                .profiles
-                .get(&family)?
+    /// How true the moved wings are to their new profiles, by the name of the wing and of each of its families.
+    ///
+    /// - `missed`: the worst vertex of each profile, by wing
+    pub(super) fn profile_reports(
+        &self,
+        vertices: &[DVec3],
+        design: &Design,
+        missed: &BTreeMap<String, Vec<Missed>>,
+    ) -> BTreeMap<String, ProfileReport> {
+        let mut reports = BTreeMap::new();
+        for (wing, families) in &self.wing_families {
+            let Some(new) = design.profiles.get(wing) else { continue };
+            let corners = families.iter().flat_map(|&family| self.surface.corners_of(family));
+            let triangles: Vec<[u32; 3]> = corners.collect();
+            let furthest = new
                 .iter()
                 .map(|new| {
                     let section = cut::cut(vertices, &triangles, &Plane::of_profile(new)?)?;
                     Ok(distance::max_distance(&section, &new.points))
                 })
                 .try_fold(0.0, |furthest, distance: Result<f64, ProfileError>| distance.map(|d| f64::max(furthest, d)));
-            let report = ProfileReport { max_distance_to_new_profiles: furthest.ok()? };
-            Some((self.mesh.families[family.index()].clone(), report))
-        });
-        reports.collect()
+            let share = missed.get(wing).and_then(|missed| missed.iter().map(|missed| missed.share).reduce(f64::max));
+            let report = ProfileReport {
+                max_distance_to_new_profiles: furthest.as_ref().ok().copied(),
+                max_miss_of_vertices: share,
+                not_measured: match (&furthest, share) {
+                    (Err(error), _) => Some(error.to_string()),
+                    (_, None) => Some("no edge of the wing crosses the planes of its profiles".to_owned()),
+                    _ => None,
+                },
+            };
+            for &family in families {
+                reports.insert(self.mesh.families[family.index()].clone(), report.clone());
+            }
+            reports.insert(wing.clone(), report);
+        }
+        reports
+    }
+
+    /// The wings that miss their new profiles by more than what is allowed, with their worst vertex in the mesh's order.
+    pub(super) fn beyond(&self, missed: BTreeMap<String, Vec<Missed>>) -> BTreeMap<String, Missed> {
+        let worst = |(wing, missed): (String, Vec<Missed>)| {
+            let worst = missed.into_iter().max_by(|a, b| a.share.total_cmp(&b.share))?;
+            let vertex = self.order.vertex(worst.vertex as u32) as usize;
+            (worst.share > MISSED).then_some((wing, Missed { vertex, ..worst }))
+        };
+        missed.into_iter().filter_map(worst).collect()
     }
 }

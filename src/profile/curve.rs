@@ -8,7 +8,8 @@
 
 use glam::DVec3;
 
-use super::cut::twice_area;
+use super::cut::{short_end, twice_area};
+use super::distance::nearest_on_segment;
 use super::edges::trailing_edge;
 use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
@@ -77,11 +78,39 @@ impl Outline {
             outline.sides.reverse();
             outline.base.reverse();
         }
+        if let Some(at) = disorder(&outline.sides) {
+            return Err(ProfileError::NotInOrder { profile: profile.number, at });
+        }
+        if let Some(at) = (!closed).then(|| short_end(&outline.sides)).flatten() {
+            return Err(ProfileError::ProfileCutShort { profile: profile.number, at });
+        }
         match crossing(&outline.sides, plane) {
             Some(at) => Err(ProfileError::CrossesItself { profile: profile.number, at }),
             None => Ok(outline),
         }
     }
+
+    /// Distance between the ends of the sides.
+    pub fn gap(&self) -> f64 {
+        self.sides[0].distance(self.sides[self.sides.len() - 1])
+    }
+}
+
+/// Turns of more than this, in degrees, are turns back.
+const BACK: f64 = 120.0;
+/// A section turns back at its leading edge at most, if that is a corner. One that starts elsewhere does so at its trailing
+/// edge too, and one more may come from points that lie close together.
+const TURNS_BACK: usize = 3;
+
+/// Where the points of a curve turn back and forth, as points do that are sorted by a coordinate.
+fn disorder(points: &[DVec3]) -> Option<DVec3> {
+    let back = BACK.to_radians().cos();
+    let turns = points.windows(3).filter(|corner| {
+        let [before, after] = [corner[1] - corner[0], corner[2] - corner[1]].map(DVec3::normalize_or_zero);
+        before.dot(after) < back
+    });
+    let turns: Vec<DVec3> = turns.map(|corner| corner[1]).collect();
+    (turns.len() > TURNS_BACK).then(|| turns[0])
 }
 
 /// A smooth curve through knots, followed in small steps.
@@ -251,6 +280,24 @@ impl Measured {
         self.path[i].lerp(self.path[i + 1], t)
     }
 
+    /// Parameter of the point nearest to `at` between two parameters.
+    pub fn nearest(&self, at: DVec3, between: [f64; 2]) -> f64 {
+        let n = self.path.len();
+        let first = self.tau.partition_point(|&tau| tau < between[0]).clamp(1, n - 1);
+        let last = self.tau.partition_point(|&tau| tau <= between[1]).clamp(first, n - 1);
+        let candidates = (first..=last).map(|step| {
+            let (point, t) = nearest_on_segment(at, self.path[step - 1], self.path[step]);
+            (point.distance_squared(at), self.tau[step - 1] + (self.tau[step] - self.tau[step - 1]) * t)
+        });
+        candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(self.tau[0], |(_, tau)| tau)
+    }
+
+    /// Point at a parameter, and the unit tangent there.
+    pub fn point_and_tangent(&self, tau: f64) -> (DVec3, DVec3) {
+        let (i, t) = bracket(&self.tau, tau);
+        (self.path[i].lerp(self.path[i + 1], t), (self.path[i + 1] - self.path[i]).normalize_or_zero())
+    }
+
     /// Arc length at a parameter.
     pub fn arc(&self, tau: f64) -> f64 {
         let (i, t) = bracket(&self.tau, tau);
@@ -258,7 +305,7 @@ impl Measured {
     }
 }
 
-fn arc_length(path: &[DVec3]) -> Vec<f64> {
+pub(super) fn arc_length(path: &[DVec3]) -> Vec<f64> {
     let mut s = vec![0.0];
     s.extend(path.windows(2).scan(0.0, |sum, pair| {
         *sum += pair[0].distance(pair[1]);

@@ -3,50 +3,128 @@
 //! Which triangles a plane cuts, and how the pieces join, is decided by the signs of the vertices alone, and a crossing
 //! is known by its edge: so the curve is whole whatever the rounding. A vertex exactly on the plane counts as above it;
 //! the crossings of its edges then coincide and are merged at the end.
+//!
+//! A cut through flat facets lies below the smooth surface that the vertices stand on, by up to the facets' sag.
+//! [`cut`] gives this flat section, [`section`] the one that the vertices beside the plane say (see `carry`).
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
 use super::edges::trailing_edge;
-use super::{Plane, Profile, ProfileError, extent};
+use super::{Plane, Profile, ProfileError, carry, extent};
 
 /// Points closer than this share of the section's size are one point.
 const SAME: f64 = 1e-12;
 
-/// The curve in which a plane cuts a family's triangles, in order: lower side of the trailing edge, leading edge, upper
+/// An open section ends at the trailing edge on both sides: no point stands farther behind, along the chord, than this share
+/// of its length, or than half the thickness of its base, which may be oblique. A section that another body cuts short, or one
+/// side of a wing alone, ends far from there on one side.
+const BEHIND: f64 = 0.1;
+
+/// The curve in which a plane cuts a wing's facets, in order: lower side of the trailing edge, leading edge, upper
 /// side of the trailing edge. Open for a blunt trailing edge (its triangles are another family), closed with the first
 /// point repeated for a sharp one.
 ///
 /// - `vertices`: of the whole mesh, in its unit
-/// - `triangles`: the wing family's, any orientation
+/// - `triangles`: the wing's, any orientation
 ///
 /// "Lower" is towards -z; towards -y for a plane whose normal is z.
 ///
 /// # Errors
 /// [`ProfileError::PlaneMisses`] with the wing's extent along the normal, [`ProfileError::Pieces`] with the number of
-/// curves, [`ProfileError::Branches`] where the surface is no simple sheet, [`ProfileError::Triangle`].
+/// curves, [`ProfileError::CutShort`] for an open curve that does not end at the trailing edge on both sides,
+/// [`ProfileError::Branches`] where the surface is no simple sheet, [`ProfileError::Triangle`].
 pub fn cut(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
+    Ok(flat_section(vertices, triangles, plane)?.points())
+}
+
+/// The section that a wing's vertices beside a plane say, in the order of [`cut`]: each is carried into the plane along the
+/// wing's own span-wise direction.
+///
+/// # Errors
+/// Those of [`cut`].
+pub fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
+    let flat = flat_section(vertices, triangles, plane)?;
+    Ok(carry::carried(vertices, triangles, plane, &flat))
+}
+
+/// A section cut from facets.
+#[derive(Clone, Debug)]
+pub(super) struct FlatSection {
+    /// In the order of [`cut`]; the last repeats the first if the section is closed.
+    pub crossings: Vec<Crossing>,
+    /// Where the base of a blunt trailing edge begins that belongs to a closed section.
+    pub base: Option<usize>,
+}
+
+/// Where the plane crosses the edges of the surface.
+#[derive(Clone, Debug)]
+pub(super) struct Crossing {
+    pub at: DVec3,
+    /// The edges that cross the plane there: the end below it and the end above it.
+    pub edges: Vec<[u32; 2]>,
+}
+
+impl FlatSection {
+    pub fn points(&self) -> Vec<DVec3> {
+        self.crossings.iter().map(|crossing| crossing.at).collect()
+    }
+
+    pub fn is_closed(&self) -> bool {
+        is_closed(&self.crossings)
+    }
+}
+
+fn is_closed(curve: &[Crossing]) -> bool {
+    curve.len() > 3 && curve[0].at == curve[curve.len() - 1].at
+}
+
+/// What [`cut`] gives, with the edges.
+pub(super) fn flat_section(
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+    plane: &Plane,
+) -> Result<FlatSection, ProfileError> {
     check(vertices, triangles)?;
     let at = plane.point.dot(plane.normal);
     let normal = plane.normal;
-    let curve = match crossing_curves(vertices, triangles, plane, true)? {
+    let mut curves = match crossing_curves(vertices, triangles, plane, true)? {
         curves if !curves.is_empty() => curves,
         // The wing may end exactly in the plane and lie above it: then its edge vertices must count as below.
         _ => crossing_curves(vertices, triangles, plane, false)?,
     };
-    match curve.len() {
-        0 => {
+    match (curves.pop(), curves.len()) {
+        (None, _) => {
             let distances = triangles.iter().flatten().map(|&v| vertices[v as usize].dot(normal));
             let (low, high) = distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
             Err(ProfileError::PlaneMisses { normal, at, low, high })
         }
-        1 => Ok(in_order(curve.into_iter().next().unwrap_or_default(), plane)),
-        pieces => Err(ProfileError::Pieces { normal, at, pieces }),
+        (Some(curve), 0) => match (!is_closed(&curve)).then(|| short_end(&points_of(&curve))).flatten() {
+            Some(position) => Err(ProfileError::CutShort { normal, at, position }),
+            None => Ok(in_order(curve, plane)),
+        },
+        (_, others) => Err(ProfileError::Pieces { normal, at, pieces: 1 + others }),
     }
 }
 
-/// [`cut`] at each of several planes, each with the number its profile shall carry.
+/// The end of an open curve that is not at the trailing edge, if there is one.
+pub(super) fn short_end(curve: &[DVec3]) -> Option<DVec3> {
+    let (&first, &last) = (curve.first()?, curve.last()?);
+    let middle = (first + last) / 2.0;
+    let farther = |far: DVec3, &point: &DVec3| {
+        if point.distance_squared(middle) > far.distance_squared(middle) { point } else { far }
+    };
+    let leading = curve.iter().fold(middle, farther);
+    let chord = (middle - leading).try_normalize()?;
+    let rear = curve.iter().map(|point| point.dot(chord)).fold(f64::NEG_INFINITY, f64::max);
+    let length = rear - leading.dot(chord);
+    let end = if first.dot(chord) < last.dot(chord) { first } else { last };
+    let base = (last - first).reject_from_normalized(chord).length();
+    (rear - end.dot(chord) > f64::max(BEHIND * length, base / 2.0)).then_some(end)
+}
+
+/// [`section`] at each of several planes, each with the number its profile shall carry.
 ///
 /// # Errors
 /// Those of [`cut`], for the first plane that fails.
@@ -55,7 +133,7 @@ pub fn cut_at_planes(
     triangles: &[[u32; 3]],
     planes: &[(i64, Plane)],
 ) -> Result<Vec<Profile>, ProfileError> {
-    let profile = |&(number, ref plane)| Ok(Profile { number, points: cut(vertices, triangles, plane)? });
+    let profile = |&(number, ref plane)| Ok(Profile { number, points: section(vertices, triangles, plane)? });
     planes.iter().map(profile).collect()
 }
 
@@ -77,7 +155,7 @@ fn crossing_curves(
     triangles: &[[u32; 3]],
     plane: &Plane,
     zero_is_above: bool,
-) -> Result<Vec<Vec<DVec3>>, ProfileError> {
+) -> Result<Vec<Vec<Crossing>>, ProfileError> {
     const NONE: usize = usize::MAX;
     let above = |v: u32| {
         let d = plane.distance(vertices[v as usize]);
@@ -85,15 +163,18 @@ fn crossing_curves(
     };
     let mut index: HashMap<(u32, u32), usize> = HashMap::new();
     let mut points: Vec<DVec3> = Vec::new();
+    let mut edges: Vec<[u32; 2]> = Vec::new();
     let mut neighbours: Vec<[usize; 2]> = Vec::new();
     for &[a, b, c] in triangles {
         let mut ends = [NONE; 2];
         let mut n_ends = 0;
         for (i, j) in [(a, b), (b, c), (c, a)] {
             if above(i) != above(j) && n_ends < 2 {
+                let edge = if above(i) { [j, i] } else { [i, j] };
                 let (i, j) = (i.min(j), i.max(j));
                 ends[n_ends] = *index.entry((i, j)).or_insert_with(|| {
                     points.push(crossing(vertices[i as usize], vertices[j as usize], plane));
+                    edges.push(edge);
                     neighbours.push([NONE; 2]);
                     points.len() - 1
                 });
@@ -129,14 +210,14 @@ fn crossing_curves(
         let mut current = start;
         loop {
             visited[current] = true;
-            curve.push(points[current]);
+            curve.push(Crossing { at: points[current], edges: vec![edges[current]] });
             match neighbours[current].iter().find(|&&n| n != NONE && !visited[n]) {
                 Some(&next) => current = next,
                 None => break,
             }
         }
         if !is_end(&start) {
-            curve.push(points[start]);
+            curve.push(curve[0].clone());
         }
         merge(&mut curve, SAME * size);
         // What shrinks to a point only touches the plane.
@@ -154,37 +235,52 @@ fn crossing(a: DVec3, b: DVec3, plane: &Plane) -> DVec3 {
     p - plane.normal * plane.distance(p)
 }
 
-/// Drops points that coincide with the one before; the last point stays.
-fn merge(curve: &mut Vec<DVec3>, tolerance: f64) {
-    let last = curve.last().copied();
-    curve.dedup_by(|next, kept| next.distance(*kept) <= tolerance);
+/// Joins points that coincide with the one before; the last point stays.
+fn merge(curve: &mut Vec<Crossing>, tolerance: f64) {
+    let last = curve.last().map(|crossing| crossing.at);
+    curve.dedup_by(|next, kept| {
+        let same = next.at.distance(kept.at) <= tolerance;
+        if same {
+            kept.edges.append(&mut next.edges);
+        }
+        same
+    });
     if let (Some(last), Some(end)) = (last, curve.last_mut()) {
-        *end = last;
+        end.at = last;
     }
 }
 
 /// Turns and, if closed, rotates a curve to lower trailing edge, leading edge, upper trailing edge.
-fn in_order(mut curve: Vec<DVec3>, plane: &Plane) -> Vec<DVec3> {
+fn in_order(mut curve: Vec<Crossing>, plane: &Plane) -> FlatSection {
     let up = if plane.normal.z.abs() < 0.9 { DVec3::Z } else { DVec3::Y };
-    let closed = curve.len() > 3 && curve.first() == curve.last();
-    if !closed {
-        if starts_above(&curve, up) {
+    if !is_closed(&curve) {
+        if starts_above(&points_of(&curve), up) {
             curve.reverse();
         }
-        return curve;
+        return FlatSection { crossings: curve, base: None };
     }
-    curve.pop();
-    let te = trailing_edge(&curve);
+    // The first crossing may have joined with the last ones.
+    let last = curve.pop();
+    if let (Some(last), Some(first)) = (last, curve.first_mut()) {
+        first.edges.extend(last.edges);
+        first.edges.sort_unstable();
+        first.edges.dedup();
+    }
+    let te = trailing_edge(&points_of(&curve));
     let n = curve.len();
     curve.rotate_left(te.start);
     // A blunt trailing edge within the family: its base follows after the two sides.
     let end = (te.end + n - te.start) % n;
-    if starts_above(&curve, up) {
+    if starts_above(&points_of(&curve), up) {
         curve.rotate_left(end);
         curve[1..].reverse();
     }
-    curve.push(curve[0]);
-    curve
+    curve.push(curve[0].clone());
+    FlatSection { crossings: curve, base: (end > 0).then_some(end) }
+}
+
+fn points_of(curve: &[Crossing]) -> Vec<DVec3> {
+    curve.iter().map(|crossing| crossing.at).collect()
 }
 
 /// Whether a curve runs from the trailing edge along the upper side first.

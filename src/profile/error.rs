@@ -46,7 +46,10 @@ pub enum ProfileError {
         points: usize,
     },
     /// All points lie on one line, so they fix no plane.
-    #[error("profile {profile}: all points lie on one line, expected a section with thickness")]
+    #[error(
+        "profile {profile}: all points lie on one line, expected a section with thickness; families that make up one wing share \
+         one table with whole sections: families = [\"upper\", \"lower\"]"
+    )]
     OnOneLine {
         /// Number of the profile.
         profile: i64,
@@ -63,6 +66,89 @@ pub enum ProfileError {
         /// The greatest distance accepted.
         allowed: f64,
     },
+    /// The points of a profile jump back and forth.
+    #[error(
+        "profile {profile}: the points are not in order along the curve, they turn back at {at:.6} and elsewhere, expected \
+         them from one side of the trailing edge round the leading edge to the other"
+    )]
+    NotInOrder {
+        /// Number of the profile.
+        profile: i64,
+        /// The first turn back.
+        at: DVec3,
+    },
+    /// An open profile does not end at the trailing edge on both sides.
+    #[error(
+        "profile {profile} is open and ends at {at:.6}, short of the trailing edge: expected both sides of a section, from \
+         one side of the trailing edge round the leading edge to the other"
+    )]
+    ProfileCutShort {
+        /// Number of the profile.
+        profile: i64,
+        /// Where it ends.
+        at: DVec3,
+    },
+    /// An old profile does not lie on the wing.
+    #[error(
+        "profile {profile}: the old profile and the wing's surface are {distance:.4} apart in its plane, {:.1} % of the \
+         chord, expected the section of this wing: profiles of another place, another design, or in other axes?",
+        100.0 * share
+    )]
+    OffWing {
+        /// Number of the profile.
+        profile: i64,
+        /// Largest distance, in the unit of the mesh.
+        distance: f64,
+        /// The same as share of the profile's length.
+        share: f64,
+    },
+    /// A profile is much larger or smaller than what it belongs to.
+    #[error("profile {profile} is {}: another unit of length?", times_of(*times, of))]
+    Size {
+        /// Number of the profile.
+        profile: i64,
+        /// Its length over the other one's.
+        times: f64,
+        /// What it is compared with.
+        of: &'static str,
+    },
+    /// A new profile is nowhere near the wing.
+    #[error(
+        "profile {profile} lies {distance:.4} away from the old one, the whole wing measures {wing:.4}: profiles of another \
+         wing, or in another unit of length or other axes?"
+    )]
+    FarAway {
+        /// Number of the profile.
+        profile: i64,
+        /// Distance between the two profiles' middles.
+        distance: f64,
+        /// Extent of the wing.
+        wing: f64,
+    },
+    /// New profiles follow each other in another order along the span than the old ones.
+    #[error(
+        "the new profiles {first} and {second} stand the other way round along the span than the old ones: numbered from tip \
+         to root on one side, and from root to tip on the other?"
+    )]
+    Order {
+        /// One profile.
+        first: i64,
+        /// The other.
+        second: i64,
+    },
+    /// A new profile closes a blunt trailing edge.
+    #[error(
+        "profile {profile}: the new trailing edge is {new:.2e} thick, the old one {old:.2e}: a blunt trailing edge cannot \
+         become sharp, its base would have no area"
+    )]
+    Sharp {
+        /// Number of the profile.
+        profile: i64,
+        /// Thickness of the old trailing edge, in the unit of the mesh.
+        old: f64,
+        /// Thickness of the new one.
+        new: f64,
+    },
     /// The two sides of a section cross each other.
     #[error("profile {profile} crosses itself near {at:.6}, expected a curve round a wing section")]
     CrossesItself {
@@ -70,6 +156,17 @@ pub enum ProfileError {
         profile: i64,
         /// Where.
         at: DVec3,
+    },
+    /// Profiles stand on both sides of their mirror plane.
+    #[error(
+        "the profiles reach from {low} to {high} across the mirror plane, expected all on one side: the other half moves as \
+         the mirror image"
+    )]
+    BothSides {
+        /// The lowest signed distance from the plane.
+        low: f64,
+        /// The highest.
+        high: f64,
     },
     /// There is no profile at all.
     #[error("no profiles given, expected at least one")]
@@ -120,6 +217,19 @@ pub enum ProfileError {
         /// How many curves.
         pieces: usize,
     },
+    /// An open section does not end at the trailing edge on both sides.
+    #[error(
+        "the plane at {at} along normal {normal} cuts a section that ends at {position:.6}, short of the trailing edge: \
+         another body stands there, or the families hold one side of the wing only"
+    )]
+    CutShort {
+        /// The plane's normal.
+        normal: DVec3,
+        /// Where the plane stands along its normal.
+        at: f64,
+        /// Where the section ends.
+        position: DVec3,
+    },
     /// The cut branches, because three or more triangles share an edge there.
     #[error("the plane at {at} along normal {normal} cuts no simple curve: it branches at {position}")]
     Branches {
@@ -162,4 +272,13 @@ pub enum ProfileError {
         /// What the writer said.
         what: String,
     },
+}
+
+/// How a profile of `times` the length of another compares, in words.
+fn times_of(times: f64, of: &str) -> String {
+    let figure = |times: f64| if times < 100.0 { format!("{times:.1}") } else { format!("{times:.0}") };
+    match times {
+        times if times < 1.0 => format!("{} times smaller than {of}", figure(1.0 / times)),
+        times => format!("{} times larger than {of}", figure(times)),
+    }
 }

@@ -5,20 +5,23 @@
 //! ```
 //!
 //! - `P_kj`, `D_kj`: knot j of old profile k and its displacement, see [`super::matching`].
-//! - `trend`: least-squares polynomial in 1, x, y, z and, with three and more planes, eta². Its degree drops by itself in
-//!   directions the profiles cannot see. It makes an affine change of all profiles, and one quadratic along the span,
-//!   exact to rounding at every vertex, also off the loft and beyond the outermost planes.
+//! - `trend`: position, twist, chord and thickness, linear along the span, see `trend`. It makes an affine change of all
+//!   profiles exact to rounding at every vertex, also off the loft and beyond the outermost planes.
 //! - `eta`, `w_k`: span coordinate of X and the planes' weights (linear for two planes, blended parabolas for more),
-//!   exactly one plane's on that plane.
+//!   exactly one plane's on that plane. What is quadratic along the span is exact between the outermost planes; beyond them
+//!   the remainder is held.
 //! - `tau`, `c_kj`: the point of the section X stands at, see `locate`, and the cubic through the four knots round it.
 //!
-//! The ends of the edges that cross a profile's plane are corrected so that the facets between them have the profile's
-//! remainder there too (see `crossings`); the trend stays exact at the vertices.
+//! Blended parabolas overshoot beside a section that changes alone, without bound where planes stand unevenly. What lies
+//! off the straight way between the two neighbouring sections' displacements by more than [`OVERSHOOT`] of the change is
+//! brought back to it.
 //!
 //! The paper's step 3 is one least-squares polynomial of degree up to two in x, y, z. It smooths: the wing would miss its
 //! new profiles by as much as the displacement differs from a quadratic. And a wing swept by more than its chord ties x
 //! to y in the data, so that the x² term is fitted on the sections and then acts between the planes, as a dihedral.
 //! Hence no x², xz, z² here, and the remainder is interpolated.
+//!
+//! Vertices move, not facets: a facet between two vertices misses a curved section by its sag, before as after.
 //!
 //! The trend's slope across a thin wing comes from its change of thickness. Where the surface between the planes is off
 //! the straight loft by d, that slope moves it by slope times d: right if all space is stretched, wrong if only the
@@ -29,29 +32,52 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::crossings::{self, Corrector, Crossing};
+use super::accuracy::{Carried, Missed, Watch};
+use super::checks;
 use super::curve::bracket;
-use super::least_squares::LeastSquares;
 use super::locate::SectionGrid;
 use super::matching::OldSection;
-use super::span::Span;
+use super::section::{Changes, Forms};
+use super::span::{Span, SpanWeights};
+use super::trend::{Trend, TrendMap};
 use super::{Profile, ProfileError, extent};
+
+/// Greatest distance from the straight way between two neighbouring sections' displacements, as share of the largest
+/// difference between the sections that count there.
+pub const OVERSHOOT: f64 = 0.1;
+
+/// A wing's surface: what profiles are interpolated over.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WingSurface<'a> {
+    /// Its vertices `[n]`, in the unit of the profiles.
+    pub positions: &'a [DVec3],
+    /// Unit outward normals there `[n]`; a zero normal matches either side.
+    pub normals: &'a [DVec3],
+    /// Its triangles, as places in `positions`, any orientation. Old profiles are checked against them; without any they
+    /// are taken as they are.
+    pub triangles: &'a [[u32; 3]],
+}
 
 /// Everything about a wing and its old profiles that new profiles do not change. Made once per mesh.
 #[derive(Debug)]
 pub struct WingLoft {
     span: Span,
     /// In the order of the span.
-    sections: Vec<OldSection>,
+    forms: Forms,
     numbers: Vec<i64>,
+    /// Where each section's knots begin among all, sides and base, and their arc lengths.
+    arcs: Vec<SectionArcs>,
     /// Knots of all sections, back to back.
     knots: Vec<DVec3>,
     trend: Trend,
-    /// The wing's vertices and after them the crossings.
+    /// Trend of the flat form.
+    flat_trend: Option<Trend>,
+    /// The wing's vertices.
     places: Vec<Place>,
-    /// Rows of the places, back to back.
-    terms: Vec<Term>,
-    corrector: Corrector,
+    watch: Watch,
+    /// Of each section the knots that count for the vertices of `watch`.
+    watched: Vec<Vec<(usize, [f64; 4])>>,
+    extent: f64,
 }
 
 /// What new profiles do to the wing.
@@ -62,44 +88,74 @@ pub struct WingMotion {
     /// Unit direction along which the moved wing runs span-wise at each vertex `[n_positions]`, at constant parameter of
     /// the sections, towards growing span coordinate.
     pub generator: Vec<DVec3>,
+    /// The sections that the wing's vertices shall have, in the order of the span: the new profiles, or, where these are flat
+    /// cuts through facets, the old sections from vertices, changed as the cuts are.
+    pub sections: Vec<Profile>,
+    /// Where the vertices beside the planes of the profiles, carried into them, are led: of each section.
+    pub(super) carried: Vec<Vec<DVec3>>,
 }
 
-/// A point of the wing's surface between the profiles.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
+struct SectionArcs {
+    /// First knot of the sides, and the arc lengths of the sides' knots.
+    sides: (usize, Vec<f64>),
+    base: Option<(usize, Vec<f64>)>,
+}
+
+impl SectionArcs {
+    /// One past the section's last knot.
+    fn end(&self) -> usize {
+        self.sides.0 + self.sides.1.len() + self.base.as_ref().map_or(0, |base| base.1.len())
+    }
+}
+
+/// A vertex of the wing between the profiles.
+#[derive(Clone, Debug)]
 struct Place {
     position: DVec3,
     eta: f64,
-    /// Where its row in the terms ends; it begins where the last one's ended.
-    end: usize,
+    /// The sections that count here, at most four.
+    shares: Vec<Share>,
+    /// The section below, as place in `shares`, and the share of the way to the next one.
+    lower: (usize, f64),
 }
 
-/// How much one knot counts at a place.
+/// How much one section counts at a place.
 #[derive(Clone, Copy, Debug)]
-struct Term {
+struct Share {
+    /// The first of at most four knots, and their weights.
     knot: u32,
+    knots: [f64; 4],
+    /// Weight of the section's remainder, and its derivative along the span coordinate.
     weight: f64,
-    /// Derivative of `weight` along the span coordinate.
     slope: f64,
+    /// Derivative of the section's weight for the place itself.
+    place_slope: f64,
+}
+
+impl Share {
+    fn of(&self, values: &[DVec3]) -> DVec3 {
+        let values = &values[self.knot as usize..];
+        self.knots
+            .iter()
+            .zip(values)
+            .filter(|(weight, _)| **weight != 0.0)
+            .map(|(&weight, &value)| value * weight)
+            .sum()
+    }
 }
 
 impl WingLoft {
-    /// Finds where every wing vertex stands between the old profiles.
+    /// Finds where every wing vertex stands between the old profiles, and checks these against the wing.
     ///
     /// - `old`: the old profiles, at least one, in any order and direction
-    /// - `positions` `[n]`: the wing's vertices, in the unit of the profiles
-    /// - `normals` `[n]`: unit outward normals of the wing's surface there; a zero normal matches either side
-    /// - `edges`: the edges of the wing's surface as pairs of places in `positions`: where they cross a profile's plane
-    ///   the moved facets meet the new profile. Without them the vertices alone are moved.
     ///
     /// # Errors
     /// [`ProfileError::NoProfiles`], [`ProfileError::Doubled`], [`ProfileError::SamePlane`],
-    /// [`ProfileError::Lengths`], and those of profiles that are no plane curves (see [`super::Plane::of_profile`]).
-    pub fn new(
-        old: &[Profile],
-        positions: &[DVec3],
-        normals: &[DVec3],
-        edges: &[[u32; 2]],
-    ) -> Result<Self, ProfileError> {
+    /// [`ProfileError::Lengths`], [`ProfileError::OffWing`] and [`ProfileError::Size`] for old profiles that are not this
+    /// wing's, and those of profiles that are no plane curves (see [`super::Plane::of_profile`]).
+    pub fn new(old: &[Profile], surface: &WingSurface) -> Result<Self, ProfileError> {
+        let WingSurface { positions, normals, triangles } = *surface;
         if positions.len() != normals.len() {
             return Err(ProfileError::Lengths { positions: positions.len(), normals: normals.len() });
         }
@@ -108,62 +164,69 @@ impl WingLoft {
         let (span, order) = Span::new(old, size)?;
         let pairs = order.iter().zip(&span.planes);
         let sections = pairs.map(|(&i, plane)| OldSection::new(&old[i], plane)).collect::<Result<Vec<_>, _>>()?;
-        let grid = SectionGrid::new(&sections, span.normal);
+        let own = checks::against_wing(&sections, &span, positions, triangles)?;
+        let compared: Vec<bool> = own.iter().map(Option::is_some).collect();
+        Self::of_sections(Forms::new(sections, own), &compared, span, surface)
+    }
 
+    fn of_sections(forms: Forms, compared: &[bool], span: Span, surface: &WingSurface) -> Result<Self, ProfileError> {
+        let sections = &forms.smooth;
+        let numbers = sections.iter().map(|section| section.profile().number).collect();
+        let grid = SectionGrid::new(sections, span.normal);
         let mut knots = Vec::new();
-        let mut knot_eta = Vec::new();
         let mut arcs = Vec::new();
-        for (section, &eta) in sections.iter().zip(&span.eta) {
+        for section in sections {
             let sides = (knots.len(), section.side_arcs());
             let base = section.base_arcs().map(|base| (knots.len() + sides.1.len(), base));
-            arcs.push((sides, base));
+            arcs.push(SectionArcs { sides, base });
             knots.extend(section.knots());
-            knot_eta.resize(knots.len(), eta);
         }
-        let trend = Trend::new(&knots, &knot_eta, span.planes.len() >= 3);
+        let trend = Trend::new(sections.iter(), &span);
+        let flat_trend = forms.flat.as_ref().map(|flat| Trend::new(flat.iter(), &span));
 
-        let distances: Vec<Vec<f64>> =
-            span.planes.iter().map(|plane| positions.iter().map(|&p| plane.distance(p)).collect()).collect();
-        let crossings = crossings::find(&distances, edges);
-        let crossing = |values: &[DVec3], crossing: &Crossing| {
-            let [a, b] = crossing.ends.map(|end| values[end as usize]);
-            a.lerp(b, crossing.at)
-        };
-        let at_crossings = crossings.iter().map(|c| (crossing(positions, c), crossing(normals, c)));
-        let points: Vec<(DVec3, DVec3)> =
-            positions.iter().copied().zip(normals.iter().copied()).chain(at_crossings).collect();
-
-        let rows: Vec<(f64, Vec<Term>)> = points
-            .par_iter()
-            .map(|&(position, outward)| {
+        let points = surface.positions.par_iter().zip(surface.normals);
+        let places: Vec<Place> = points
+            .map(|(&position, &outward)| {
                 let (eta, interval) = span.coordinate(position);
-                let planes = span.weights(eta, interval);
-                let tau = grid.parameter(position, outward, &planes);
-                let mut row = Vec::with_capacity(16);
-                for i in 0..planes.count {
-                    let section = &sections[planes.first + i];
-                    let (sides, base) = &arcs[planes.first + i];
-                    let ((first, knot_arcs), arc) = match (base, &section.measured_base) {
-                        (Some(base), Some(measured)) if tau > 2.0 => (base, measured.arc(tau)),
-                        _ => (sides, section.measured.arc(tau.min(2.0))),
-                    };
-                    for (knot, weight) in cubic(knot_arcs, arc) {
-                        let (weight, slope) = (planes.weight[i] * weight, planes.slope[i] * weight);
-                        row.push(Term { knot: (first + knot) as u32, weight, slope });
-                    }
-                }
-                (eta, row)
+                let at = span.place(eta, interval);
+                let change = span.change(eta, interval);
+                let tau = grid.parameter(position, outward, &at);
+                let shares = (0..change.count).map(|i| {
+                    let section = change.first + i;
+                    let (knot, knots) = cubic_at(&arcs[section], &sections[section], tau);
+                    let place_slope =
+                        section.checked_sub(at.first).map_or(0.0, |i| at.slope.get(i).copied().unwrap_or(0.0));
+                    Share { knot: knot as u32, knots, weight: change.weight[i], slope: change.slope[i], place_slope }
+                });
+                Place { position, eta, shares: shares.collect(), lower: (change.lower, change.share) }
             })
             .collect();
-        let mut places = Vec::with_capacity(points.len());
-        let mut terms = Vec::new();
-        for (&(position, _), (eta, row)) in points.iter().zip(rows) {
-            terms.extend(row);
-            places.push(Place { position, eta, end: terms.len() });
-        }
-        let numbers = order.iter().map(|&i| old[i].number).collect();
-        let corrector = Corrector::new(crossings, positions.len());
-        Ok(Self { span, sections, numbers, knots, trend, places, terms, corrector })
+        let extent = extent(surface.positions);
+        let mut loft = Self {
+            span,
+            forms,
+            numbers,
+            arcs,
+            knots,
+            trend,
+            flat_trend,
+            places,
+            watch: Watch::default(),
+            watched: Vec::new(),
+            extent,
+        };
+        let along = |place: usize| loft.place_slope(&loft.places[place]).normalize_or(loft.span.normal);
+        loft.watch = Watch::new(&loft.span, &loft.forms.smooth, compared, surface, along)?;
+        let of_section = |section: usize| {
+            let only = SpanWeights::only(section);
+            let knots = |carried: &Carried| {
+                let tau = grid.parameter(carried.at, surface.normals[carried.vertex], &only);
+                cubic_at(&loft.arcs[section], &loft.forms.smooth[section], tau)
+            };
+            loft.watch.of_section(section).iter().map(knots).collect()
+        };
+        loft.watched = (0..loft.numbers.len()).map(of_section).collect();
+        Ok(loft)
     }
 
     /// Displacement of every wing vertex for one design. Cheap: no search, a few multiplications a vertex.
@@ -173,46 +236,152 @@ impl WingLoft {
     /// A profile that agrees with its old one to 12 digits moves by exactly zero, and if all do, so does every vertex.
     ///
     /// # Errors
-    /// [`ProfileError::Numbers`] when the numbers differ from the old ones, [`ProfileError::Doubled`], and those of
-    /// profiles that are no plane curves.
+    /// [`ProfileError::Numbers`] when the numbers differ from the old ones, [`ProfileError::Doubled`],
+    /// [`ProfileError::Size`], [`ProfileError::Order`], [`ProfileError::FarAway`] and [`ProfileError::Sharp`] for new
+    /// profiles that are no changed old ones, and those of profiles that are no plane curves.
     pub fn displacements(&self, new: &[Profile]) -> Result<WingMotion, ProfileError> {
-        let by_number = by_number(new)?;
-        let mut matched = Vec::with_capacity(self.knots.len());
+        let new = self.paired(new)?;
+        checks::against_old(self.forms.given(), &new, &self.span, self.extent)?;
         let mut normal = DVec3::ZERO;
-        for (number, section) in self.numbers.iter().zip(&self.sections) {
-            let Some(&profile) = by_number.get(number) else { return Err(self.wrong_numbers(new)) };
-            matched.extend(section.displacements(profile)?);
+        for (section, profile) in self.forms.given().iter().zip(&new) {
             normal += section.new_normal(profile)?;
         }
-        if by_number.len() != self.numbers.len() {
-            return Err(self.wrong_numbers(new));
-        }
         let normal = normal.normalize_or(self.span.normal);
-        let trend = self.trend.fit(&matched);
-        let remainder: Vec<DVec3> =
-            matched.iter().enumerate().map(|(i, &d)| d - self.trend.at_knot(&trend, i)).collect();
-        let moved: Vec<DVec3> = self.knots.iter().zip(&matched).map(|(&p, &d)| p + d).collect();
+        let Changes { form, knots: changes, flat } = self.forms.changes(&new)?;
+        let trend = self.flat_trend.as_ref().filter(|_| flat).unwrap_or(&self.trend);
+        let affine: Vec<_> = form.iter().zip(&changes).map(|(section, change)| section.affine_change(change)).collect();
+        let map = trend.fit(|section, point| affine[section](point));
 
-        let at_place = |i: usize| {
-            let place = &self.places[i];
-            let begin = if i == 0 { 0 } else { self.places[i - 1].end };
-            let (mut displacement, mut along) = (DVec3::ZERO, DVec3::ZERO);
-            for term in &self.terms[begin..place.end] {
-                displacement += remainder[term.knot as usize] * term.weight;
-                along += moved[term.knot as usize] * term.slope;
-            }
-            (displacement, along.normalize_or(normal))
-        };
-        let (mut displacement, mut generator): (Vec<DVec3>, Vec<DVec3>) =
-            (0..self.places.len()).into_par_iter().map(at_place).unzip();
-        let vertices = self.places.len() - self.corrector.n_crossings();
-        let at_crossings = displacement.split_off(vertices);
-        generator.truncate(vertices);
-        self.corrector.correct(&at_crossings, &mut displacement);
-        for (displacement, place) in displacement.iter_mut().zip(&self.places) {
-            *displacement += self.trend.evaluate(&trend, place.position, place.eta);
+        let mut remainder = Vec::with_capacity(self.knots.len());
+        for (k, (section, change)) in form.iter().zip(&changes).enumerate() {
+            let left: Vec<DVec3> = section
+                .knots()
+                .iter()
+                .zip(change)
+                .map(|(&knot, &d)| d - trend.at(&map, knot, self.span.eta[k]))
+                .collect();
+            if flat { remainder.extend(self.transferred(k, section, &left)) } else { remainder.extend(left) }
         }
-        Ok(WingMotion { displacement, generator })
+        let whole: Vec<DVec3> = self
+            .arcs
+            .iter()
+            .enumerate()
+            .flat_map(|(k, arcs)| (arcs.sides.0..arcs.end()).map(move |knot| (k, knot)))
+            .map(|(k, knot)| remainder[knot] + trend.at(&map, self.knots[knot], self.span.eta[k]))
+            .collect();
+
+        let at_place = |place: &Place| self.at_place(place, trend, &map, &remainder, &whole, normal);
+        let (displacement, generator) = self.places.par_iter().map(at_place).unzip();
+        let sections = self.arcs.iter().zip(&self.forms.smooth).zip(&new).map(|((arcs, section), &new)| {
+            if flat { section.displaced(&whole[arcs.sides.0..arcs.end()]) } else { new.clone() }
+        });
+        let carried = self.watched.iter().enumerate().map(|(k, watched)| {
+            let at = |(carried, &(knot, knots)): (&Carried, &(usize, [f64; 4]))| {
+                let left: DVec3 = knots.iter().zip(&remainder[knot..]).map(|(&weight, &value)| value * weight).sum();
+                carried.at + left + trend.at(&map, carried.at, self.span.eta[k])
+            };
+            self.watch.of_section(k).iter().zip(watched).map(at).collect()
+        });
+        Ok(WingMotion { displacement, generator, sections: sections.collect(), carried: carried.collect() })
+    }
+
+    /// Displacement and span-wise direction at a place.
+    ///
+    /// - `remainder`, `whole`: displacement of each knot without and with the trend
+    /// - `normal`: the direction where one section alone says none
+    fn at_place(
+        &self,
+        place: &Place,
+        trend: &Trend,
+        map: &TrendMap,
+        remainder: &[DVec3],
+        whole: &[DVec3],
+        normal: DVec3,
+    ) -> (DVec3, DVec3) {
+        let (mut left, mut slope) = (DVec3::ZERO, DVec3::ZERO);
+        for share in &place.shares {
+            let value = share.of(remainder);
+            left += value * share.weight;
+            slope += value * share.slope;
+        }
+        let (lower, t) = place.lower;
+        if let Some(upper) = place.shares.get(lower + 1).filter(|_| place.shares.len() > 2) {
+            let straight = place.shares[lower].of(remainder).lerp(upper.of(remainder), t);
+            let whole: Vec<DVec3> = place.shares.iter().map(|share| share.of(whole)).collect();
+            left = straight + limited(left - straight, &whole, lower, t);
+        }
+        let displacement = left + trend.at(map, place.position, place.eta);
+        if self.span.planes.len() < 2 {
+            return (displacement, normal);
+        }
+        let along = self.place_slope(place);
+        let generator = along + trend.slope(map, place.position, place.eta, along) + slope;
+        (displacement, generator.normalize_or(normal))
+    }
+
+    /// How the undeformed wing goes on along the span at constant parameter, for each unit of the span coordinate.
+    fn place_slope(&self, place: &Place) -> DVec3 {
+        place.shares.iter().map(|share| share.of(&self.knots) * share.place_slope).sum()
+    }
+
+    /// Values at the knots of a flat section, brought to those of the smooth one by the common parameter.
+    fn transferred(&self, section: usize, flat: &OldSection, values: &[DVec3]) -> Vec<DVec3> {
+        let smooth = &self.forms.smooth[section];
+        let arcs = SectionArcs {
+            sides: (0, flat.side_arcs()),
+            base: flat.base_arcs().map(|base| (flat.side_arcs().len(), base)),
+        };
+        let at = |tau: f64| {
+            let (knot, knots) = cubic_at(&arcs, flat, tau);
+            knots.iter().zip(&values[knot..]).map(|(&weight, &value)| value * weight).sum()
+        };
+        smooth.knot_parameters().into_iter().map(at).collect()
+    }
+
+    /// How far the vertices beside the planes of the profiles miss the sections they shall have: see [`Missed`].
+    ///
+    /// - `motion`: what [`Self::displacements`] made
+    /// - `moved` `[n_positions]`: where the wing's vertices are in the end
+    ///
+    /// # Errors
+    /// Those of profiles that are no plane curves.
+    pub fn missed(&self, motion: &WingMotion, moved: &[DVec3]) -> Result<Vec<Missed>, ProfileError> {
+        self.watch.missed(motion, |vertex| self.places[vertex].position, moved)
+    }
+
+    /// Places of the vertices at the edges that cross the planes of the profiles.
+    pub fn beside_sections(&self) -> impl Iterator<Item = usize> + '_ {
+        self.watch.vertices()
+    }
+
+    /// Places of the vertices at the edges that cross the planes of the profiles, with those beyond the planes as seen from
+    /// a point.
+    pub(crate) fn sections_and_beyond(&self, from: DVec3) -> Vec<bool> {
+        let mut beyond: Vec<bool> = self
+            .places
+            .iter()
+            .map(|place| {
+                self.span.planes.iter().any(|plane| plane.distance(place.position) * plane.distance(from) <= 0.0)
+            })
+            .collect();
+        self.watch.vertices().for_each(|vertex| beyond[vertex] = true);
+        beyond
+    }
+
+    /// How far the wing reaches beyond its outermost sections, as a share of the span these cover: below the first, and
+    /// above the last one. `None` for a single section, which moves the whole span alike.
+    pub fn reach(&self) -> Option<[f64; 2]> {
+        let (first, last) = (self.span.eta[0], self.span.eta[self.span.eta.len() - 1]);
+        let etas = self.places.iter().map(|place| place.eta);
+        let (low, high) = etas.fold((first, last), |(low, high), eta| (low.min(eta), high.max(eta)));
+        (last > first).then(|| [(first - low) / (last - first), (high - last) / (last - first)])
+    }
+
+    /// The new profiles in the order of the sections.
+    fn paired<'a>(&self, new: &'a [Profile]) -> Result<Vec<&'a Profile>, ProfileError> {
+        let by_number = by_number(new)?;
+        let paired: Option<Vec<&Profile>> = self.numbers.iter().map(|number| by_number.get(number).copied()).collect();
+        paired.filter(|paired| paired.len() == by_number.len()).ok_or_else(|| self.wrong_numbers(new))
     }
 
     fn wrong_numbers(&self, new: &[Profile]) -> ProfileError {
@@ -225,6 +394,27 @@ impl WingLoft {
     }
 }
 
+/// What the parabolas add to the straight way between two sections, cut where it leaves the way too far.
+///
+/// - `whole`: displacement of each section that counts
+fn limited(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> DVec3 {
+    let pairs = whole.iter().enumerate().flat_map(|(i, &a)| whole[..i].iter().map(move |&b| a.distance(b)));
+    let allowed = OVERSHOOT * pairs.fold(0.0, f64::max);
+    let (from, to) = (whole[lower], whole[lower + 1]);
+    let on_way = from.lerp(to, t);
+    let off = |share: f64| super::distance::distance(on_way + bow * share, &[from, to]);
+    if off(1.0) <= allowed {
+        return bow;
+    }
+    // The distance grows with the share.
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = (low + high) / 2.0;
+        if off(middle) <= allowed { low = middle } else { high = middle }
+    }
+    bow * low
+}
+
 fn by_number(profiles: &[Profile]) -> Result<HashMap<i64, &Profile>, ProfileError> {
     let mut map = HashMap::new();
     for profile in profiles {
@@ -235,10 +425,20 @@ fn by_number(profiles: &[Profile]) -> Result<HashMap<i64, &Profile>, ProfileErro
     Ok(map)
 }
 
-/// Knots and weights of the cubic at arc length `x`: Hermite, with the slopes of the parabolas through three neighbours.
+/// First knot and weights of a section's cubic at a parameter.
+fn cubic_at(arcs: &SectionArcs, section: &OldSection, tau: f64) -> (usize, [f64; 4]) {
+    let ((first, knot_arcs), arc) = match (&arcs.base, &section.measured_base) {
+        (Some(base), Some(measured)) if tau > 2.0 => (base, measured.arc(tau)),
+        _ => (&arcs.sides, section.measured.arc(tau.min(2.0))),
+    };
+    let (knot, weights) = cubic(knot_arcs, arc);
+    (first + knot, weights)
+}
+
+/// First knot and weights of the cubic at arc length `x`: Hermite, with the slopes of the parabolas through three neighbours.
 ///
 /// - `knots`: ascending arc lengths, at least two
-fn cubic(knots: &[f64], x: f64) -> Vec<(usize, f64)> {
+fn cubic(knots: &[f64], x: f64) -> (usize, [f64; 4]) {
     let n = knots.len();
     let (i, t) = bracket(knots, x);
     let h = knots[i + 1] - knots[i];
@@ -273,60 +473,5 @@ fn cubic(knots: &[f64], x: f64) -> Vec<(usize, f64)> {
     }
     weights[i - first] -= chord / h;
     weights[i + 1 - first] += chord / h;
-    (first..n.min(first + 4)).zip(weights).filter(|(_, weight)| *weight != 0.0).collect()
-}
-
-/// The polynomial part of the displacement.
-#[derive(Debug)]
-struct Trend {
-    centre: DVec3,
-    eta: f64,
-    scale: f64,
-    quadratic: bool,
-    /// Basis at the knots `[n_knots]`.
-    rows: Vec<[f64; 5]>,
-    squares: LeastSquares,
-}
-
-impl Trend {
-    fn new(knots: &[DVec3], eta: &[f64], quadratic: bool) -> Self {
-        let n = knots.len().max(1) as f64;
-        let centre = knots.iter().sum::<DVec3>() / n;
-        let scale = extent(knots).max(f64::MIN_POSITIVE);
-        let mean_eta = eta.iter().sum::<f64>() / n;
-        let mut trend =
-            Self { centre, eta: mean_eta, scale, quadratic, rows: Vec::new(), squares: LeastSquares::new(Vec::new()) };
-        trend.rows = knots.iter().zip(eta).map(|(&p, &eta)| trend.basis(p, eta)).collect();
-        let column = |i: usize| trend.rows.iter().map(|row| row[i]).collect();
-        trend.squares = LeastSquares::new((0..5).map(column).collect());
-        trend
-    }
-
-    fn basis(&self, point: DVec3, eta: f64) -> [f64; 5] {
-        let q = (point - self.centre) / self.scale;
-        let e = (eta - self.eta) / self.scale;
-        [1.0, q.x, q.y, q.z, if self.quadratic { e * e } else { 0.0 }]
-    }
-
-    fn fit(&self, displacement: &[DVec3]) -> Vec<DVec3> {
-        let mut map = self.squares.solve(displacement);
-        // A second pass on what is left takes the rounding of the first.
-        let left: Vec<DVec3> = displacement.iter().enumerate().map(|(i, &d)| d - self.at_knot(&map, i)).collect();
-        for (coefficient, more) in map.iter_mut().zip(self.squares.solve(&left)) {
-            *coefficient += more;
-        }
-        map
-    }
-
-    fn at_knot(&self, map: &[DVec3], knot: usize) -> DVec3 {
-        combine(map, &self.rows[knot])
-    }
-
-    fn evaluate(&self, map: &[DVec3], point: DVec3, eta: f64) -> DVec3 {
-        combine(map, &self.basis(point, eta))
-    }
-}
-
-fn combine(map: &[DVec3], row: &[f64; 5]) -> DVec3 {
-    map.iter().zip(row).map(|(&coefficient, &value)| coefficient * value).sum()
+    (first, weights)
 }

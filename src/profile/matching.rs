@@ -9,10 +9,12 @@
 //! to an affine map than the measured one.
 
 use glam::DVec3;
+use nalgebra::{Matrix6, Vector6};
 
 use super::curve::{Curve, Measured, Outline, bracket};
+use super::distance::distance;
 use super::least_squares::LeastSquares;
-use super::{Plane, Profile, ProfileError};
+use super::{Plane, Profile, ProfileError, extent};
 
 /// Turns of fit and match. The first does most of it; for a blunt section 40 % thicker, 5 leave 1e-3 of the chord along
 /// the curve and 20 leave 6e-4.
@@ -21,6 +23,18 @@ const TURNS: usize = 6;
 /// New points with the old ones' count are taken point by point unless that leaves this many times more of the
 /// displacement unexplained by an affine map than the measured match does.
 const POINT_BY_POINT: f64 = 2.0;
+
+/// Turns of the fit across the curve; the third changes nothing any more.
+const STRAIGHT_TURNS: usize = 3;
+/// Nearest points of the new curve are looked for within this parameter of the measured match.
+const NEAR: f64 = 0.05;
+/// Knots that are this share of the section's length from the new curve, by the affine map and on root-mean-square average,
+/// go a quarter of the way to the nearest points. What is no affine change is a design, and measured as before.
+const STRAIGHT: f64 = 0.001;
+/// A smaller share of the way than this is none: far from the curve, rounding may decide which point is nearest.
+const NOTHING: f64 = 0.05;
+/// Nearest points are not taken where knots come closer together than this share of the measured match.
+const CROWDED: f64 = 0.5;
 
 /// Profiles that agree to this share of their largest coordinate are the same: files carry 12 digits.
 const IDENTICAL: f64 = 1e-11;
@@ -48,7 +62,8 @@ impl OldSection {
         let measured = Measured::sides(sides.path.clone());
         let measured_base = base.as_ref().map(|base| Measured::base(base.path.clone()));
         let knots: Vec<DVec3> = sides.knots.iter().map(|&i| outline.sides[i]).collect();
-        let affine = PlaneAffine::new(plane, &knots);
+        let arcs: Vec<f64> = sides.knot_step.iter().map(|&i| measured.s[i]).collect();
+        let affine = PlaneAffine::new(plane, &knots, &arcs);
         Ok(Self { profile: profile.clone(), plane: *plane, outline, sides, base, measured, measured_base, affine })
     }
 
@@ -70,11 +85,23 @@ impl OldSection {
         Some(base.knot_step.iter().map(|&i| measured.s[i]).collect())
     }
 
+    /// Common parameter of the knots, in their order.
+    pub fn knot_parameters(&self) -> Vec<f64> {
+        let sides = self.sides.knot_step.iter().map(|&i| self.measured.tau[i]);
+        let base = self.base.iter().zip(&self.measured_base);
+        sides.chain(base.flat_map(|(base, measured)| base.knot_step.iter().map(|&i| measured.tau[i]))).collect()
+    }
+
+    /// Whether a profile has the section's points, in the same or the opposite order.
+    pub fn is_same(&self, new: &Profile) -> bool {
+        identical(&self.profile.points, &new.points)
+    }
+
     /// Displacement of each knot (order of [`Self::knots`]) that brings the section onto the new profile; exactly zero
     /// if that is the old one.
     pub fn displacements(&self, new: &Profile) -> Result<Vec<DVec3>, ProfileError> {
         let old = self.knots();
-        if identical(&self.profile.points, &new.points) {
+        if self.is_same(new) {
             return Ok(vec![DVec3::ZERO; old.len()]);
         }
         let matched = self.matched(new)?;
@@ -96,6 +123,94 @@ impl OldSection {
             }
         }
         Ok(targets.into_iter().zip(old).map(|(new, old)| new - old).collect())
+    }
+
+    /// The affine map of the section's plane that is nearest to displacements of its knots, as the displacement of a point.
+    pub fn affine_change(&self, displacement: &[DVec3]) -> impl Fn(DVec3) -> DVec3 {
+        let displacement = &displacement[..self.sides.knots.len()];
+        let (mut map, _) = self.affine.fit(displacement);
+        // A second pass on what is left takes the rounding of the first.
+        let left: Vec<DVec3> =
+            self.affine.knots.iter().zip(displacement).map(|(&p, &d)| d - self.affine.evaluate(&map, p)).collect();
+        for (coefficient, more) in map.iter_mut().zip(self.affine.fit(&left).0) {
+            *coefficient += more;
+        }
+        move |point| self.affine.evaluate(&map, point)
+    }
+
+    /// How much displacements of the knots alternate from knot to knot across the curve, as share of the section's length:
+    /// the root mean square of what lies off the straight line between the neighbours', affine part apart.
+    pub fn roughness(&self, displacement: &[DVec3]) -> f64 {
+        let affine = self.affine_change(displacement);
+        let knots = &self.affine.knots;
+        let left: Vec<DVec3> = knots.iter().zip(displacement).map(|(&p, &d)| d - affine(p)).collect();
+        let arcs = self.side_arcs();
+        let off = (1..knots.len().saturating_sub(1)).map(|j| {
+            let share = (arcs[j] - arcs[j - 1]) / (arcs[j + 1] - arcs[j - 1]).max(f64::MIN_POSITIVE);
+            let off = left[j] - left[j - 1].lerp(left[j + 1], share);
+            off.reject_from_normalized((knots[j + 1] - knots[j - 1]).normalize_or(self.plane.normal)).length_squared()
+        });
+        (off.sum::<f64>() / knots.len() as f64).sqrt() / self.length()
+    }
+
+    /// The number of the profile, and its points as given.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// Extent of the section, in the unit of the mesh: about its chord.
+    pub fn length(&self) -> f64 {
+        extent(&self.profile.points)
+    }
+
+    /// Where the section is: the mean of its curve.
+    pub fn middle(&self) -> DVec3 {
+        self.affine.centre
+    }
+
+    /// Gap between the ends of the two sides: the thickness of a blunt trailing edge.
+    pub fn gap(&self) -> f64 {
+        self.outline.gap()
+    }
+
+    /// Distance of a point of the section's plane from the smooth curve through the section's points.
+    pub fn distance(&self, point: DVec3) -> f64 {
+        let of = |measured: &Measured| distance(point, &measured.path);
+        of(&self.measured).min(self.measured_base.as_ref().map_or(f64::INFINITY, of))
+    }
+
+    /// Distance of a point of the section's plane from the straight lines between the section's points.
+    pub fn distance_to_lines(&self, point: DVec3) -> f64 {
+        distance(point, &self.outline.sides).min(match self.outline.base.as_slice() {
+            [] => f64::INFINITY,
+            base => distance(point, base),
+        })
+    }
+
+    /// [`Self::distance_to_lines`], the line between the ends of an open section included.
+    pub fn distance_to_closed_lines(&self, point: DVec3) -> f64 {
+        let sides = &self.outline.sides;
+        self.distance_to_lines(point).min(distance(point, &[sides[sides.len() - 1], sides[0]]))
+    }
+
+    /// The section with its knots displaced, in the order of [`Self::knots`].
+    pub fn displaced(&self, displacement: &[DVec3]) -> Profile {
+        let mut points: Vec<DVec3> = self.knots().iter().zip(displacement).map(|(&p, &d)| p + d).collect();
+        if self.base.is_some() {
+            // The base begins where the sides end, and ends where they begin.
+            points.remove(self.sides.knots.len());
+        }
+        if self.outline.joined {
+            let first = points[0];
+            points.pop();
+            points.push(first);
+        }
+        Profile { number: self.profile.number, points }
+    }
+
+    /// Points of the two sides, in small steps.
+    pub fn path(&self) -> &[DVec3] {
+        &self.measured.path
     }
 
     /// Unit normal of the new profile's plane, on the side of the old one's.
@@ -127,6 +242,7 @@ impl OldSection {
             let mapped = self.sides.path.iter().map(|&p| p + self.affine.evaluate(&map, p)).collect();
             tau = Measured::sides(mapped).tau;
         }
+        let best = self.settled(best, &measured, &plane);
         let same_counts = outline.sides.len() == self.outline.sides.len()
             && outline.base.len() == self.outline.base.len()
             && outline.joined == self.outline.joined;
@@ -136,6 +252,58 @@ impl OldSection {
             self.affine.fit(&moved).1 <= POINT_BY_POINT * best.0
         };
         Ok(Match { tau: best.1, new: measured, new_base: Measured::base(base), by_index: by_index.then_some(outline) })
+    }
+}
+
+impl OldSection {
+    /// A match whose knots go straight across the curve where little changes.
+    ///
+    /// Lengths measured along two samplings of one curve differ by 1e-3, and a match by them slides along the curve by as much.
+    /// An affine map brings the knots onto the new curve, wherever along it; each then takes the nearest point there, if
+    /// they all come near. Fit and nearest points take turns.
+    fn settled(&self, matched: (f64, Vec<f64>), new: &Measured, plane: &Plane) -> (f64, Vec<f64>) {
+        let knots = &self.affine.knots;
+        let steps = &self.sides.knot_step;
+        let start: Vec<f64> = steps.iter().map(|&step| matched.1[step]).collect();
+        let mut tau = start.clone();
+        let mut nearest: Vec<(DVec3, DVec3)> = start.iter().map(|&tau| new.point_and_tangent(tau)).collect();
+        let mut off = 0.0;
+        for _ in 0..STRAIGHT_TURNS {
+            let Some(map) = self.affine.fit_across(plane, &nearest) else { return matched };
+            off = 0.0;
+            for j in 1..tau.len() - 1 {
+                let at = knots[j] + self.affine.evaluate(&map, knots[j]);
+                tau[j] = new.nearest(at, [start[j] - NEAR, start[j] + NEAR]);
+                nearest[j] = new.point_and_tangent(tau[j]);
+                off += (nearest[j].0.distance(at) * self.affine.weights[j]).powi(2);
+            }
+        }
+        // One share for all knots: a knot that is near by chance must not slide past its neighbours.
+        let off = off.sqrt() / (STRAIGHT * self.length());
+        let share = ((1.0 + off * off).powi(-2) - NOTHING) / (1.0 - NOTHING);
+        if share <= 0.0 {
+            return matched;
+        }
+        for (tau, &start) in tau.iter_mut().zip(&start) {
+            *tau = start + (*tau - start) * share;
+        }
+        let crowded = |j: usize| tau[j + 1] - tau[j] < CROWDED * (start[j + 1] - start[j]);
+        if (0..tau.len() - 1).any(crowded) {
+            return matched;
+        }
+        let moved: Vec<DVec3> = tau.iter().zip(knots).map(|(&tau, &knot)| new.point(tau) - knot).collect();
+        let residual = self.affine.fit(&moved).1;
+        // Between knots the way along the curve is shared as before.
+        let mut all = matched.1;
+        for j in 0..tau.len() - 1 {
+            let shifts = [tau[j] - start[j], tau[j + 1] - start[j + 1]];
+            let last = if j + 2 == tau.len() { steps[j + 1] + 1 } else { steps[j + 1] };
+            for (i, value) in all[steps[j]..last].iter_mut().enumerate() {
+                let share = i as f64 / (steps[j + 1] - steps[j]) as f64;
+                *value += shifts[0] + (shifts[1] - shifts[0]) * share;
+            }
+        }
+        (residual, all)
     }
 }
 
@@ -200,33 +368,84 @@ fn identical(old: &[DVec3], new: &[DVec3]) -> bool {
     old.len() == new.len() && (old.iter().zip(new).all(close) || old.iter().rev().zip(new).all(close))
 }
 
-/// Least-squares fit of a displacement that is affine in a section's plane.
+/// Least-squares fit of a displacement that is affine in a section's plane. Knots count by the arc length around them.
 #[derive(Clone, Debug)]
 struct PlaneAffine {
+    /// Mean of the curve.
     centre: DVec3,
     /// Two perpendicular directions of the plane, divided by the section's size.
     axes: [DVec3; 2],
     knots: Vec<DVec3>,
+    /// Square root of each knot's share of the arc length.
+    weights: Vec<f64>,
     squares: LeastSquares,
 }
 
 impl PlaneAffine {
-    fn new(plane: &Plane, knots: &[DVec3]) -> Self {
-        let centre = knots.iter().sum::<DVec3>() / knots.len() as f64;
-        let size = super::extent(knots);
+    /// - `arcs`: arc length at each knot, ascending
+    fn new(plane: &Plane, knots: &[DVec3], arcs: &[f64]) -> Self {
+        let n = knots.len();
+        let total = (arcs[n - 1] - arcs[0]).max(f64::MIN_POSITIVE);
+        let share = |j: usize| (arcs[(j + 1).min(n - 1)] - arcs[j.saturating_sub(1)]) / (2.0 * total);
+        let shares: Vec<f64> = (0..n).map(share).collect();
+        let centre =
+            knots.iter().zip(&shares).map(|(&p, &share)| p * share).sum::<DVec3>() / shares.iter().sum::<f64>();
+        let weights: Vec<f64> = shares.iter().map(|share| share.sqrt()).collect();
+        let size = extent(knots);
         let (u, v) = plane.normal.any_orthonormal_pair();
         let axes = [u / size, v / size];
-        let column = |axis: DVec3| knots.iter().map(|&p| (p - centre).dot(axis)).collect::<Vec<f64>>();
-        let squares = LeastSquares::new(vec![vec![1.0; knots.len()], column(axes[0]), column(axes[1])]);
-        Self { centre, axes, knots: knots.to_vec(), squares }
+        let column = |axis: DVec3| -> Vec<f64> {
+            knots.iter().zip(&weights).map(|(&p, weight)| (p - centre).dot(axis) * weight).collect()
+        };
+        let squares = LeastSquares::new(vec![weights.clone(), column(axes[0]), column(axes[1])]);
+        Self { centre, axes, knots: knots.to_vec(), weights, squares }
     }
 
     /// Coefficients of the fit to the knots' displacements, and the root mean square of what it leaves.
     fn fit(&self, displacement: &[DVec3]) -> (Vec<DVec3>, f64) {
-        let map = self.squares.solve(displacement);
-        let left = |(&p, &d): (&DVec3, &DVec3)| (d - self.evaluate(&map, p)).length_squared();
-        let sum: f64 = self.knots.iter().zip(displacement).map(left).sum();
-        (map, (sum / self.knots.len() as f64).sqrt())
+        let weighted: Vec<DVec3> = displacement.iter().zip(&self.weights).map(|(&d, &weight)| d * weight).collect();
+        let map = self.squares.solve(&weighted);
+        let left = |((&p, &d), weight): ((&DVec3, &DVec3), f64)| {
+            (d - self.evaluate(&map, p)).length_squared() * weight * weight
+        };
+        let sum: f64 = self.knots.iter().zip(displacement).zip(self.weights.iter().copied()).map(left).sum();
+        (map, sum.sqrt())
+    }
+
+    /// Coefficients of the map that brings the knots nearest to a curve, wherever along it; the ends go to the curve's ends.
+    ///
+    /// - `targets`: a point of the curve for each knot, and the curve's unit tangent there
+    fn fit_across(&self, plane: &Plane, targets: &[(DVec3, DVec3)]) -> Option<Vec<DVec3>> {
+        /// Share of the whole curve that an end counts as.
+        const END: f64 = 0.1;
+        let (u, v) = plane.normal.any_orthonormal_pair();
+        let (mut matrix, mut right) = (Matrix6::<f64>::zeros(), Vector6::<f64>::zeros());
+        let last = targets.len() - 1;
+        for (j, (&knot, &(target, tangent))) in self.knots.iter().zip(targets).enumerate() {
+            let p = knot - self.centre;
+            let row = [1.0, p.dot(self.axes[0]), p.dot(self.axes[1])];
+            let mut add = |direction: DVec3, weight: f64| {
+                let [a, b] = [direction.dot(u), direction.dot(v)];
+                let row = Vector6::from_fn(|i, _| row[i % 3] * if i < 3 { a } else { b });
+                matrix += row * row.transpose() * weight;
+                right += row * ((target - knot).dot(direction) * weight);
+            };
+            if j == 0 || j == last {
+                add(u, END);
+                add(v, END);
+            } else {
+                add(plane.normal.cross(tangent), self.weights[j] * self.weights[j]);
+            }
+        }
+        let solution = matrix.cholesky()?.solve(&right);
+        let (a, b) = (|i: usize| solution[i], |i: usize| solution[i + 3]);
+        // Across the plane every knot goes as far as the mean one.
+        let shift = plane.normal
+            * (targets.iter().zip(&self.knots).map(|(t, &k)| (t.0 - k).dot(plane.normal)).sum::<f64>()
+                / targets.len() as f64);
+        let mut map: Vec<DVec3> = (0..3).map(|i| u * a(i) + v * b(i)).collect();
+        map[0] += shift;
+        Some(map)
     }
 
     fn evaluate(&self, map: &[DVec3], point: DVec3) -> DVec3 {

@@ -18,7 +18,9 @@
 //! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`WingLoft::new`] once per mesh,
 //! [`WingLoft::displacements`] once per design, [`distance::max_distance`] to check the result.
 
-mod crossings;
+mod accuracy;
+mod carry;
+mod checks;
 pub mod csv;
 mod curve;
 pub mod cut;
@@ -31,14 +33,18 @@ mod least_squares;
 mod locate;
 pub mod matching;
 mod plane;
+mod section;
 mod simple;
 mod span;
 pub mod stations;
+mod trend;
 
 use glam::DVec3;
 
+pub use accuracy::Missed;
+pub use checks::compare_sizes;
 pub use error::ProfileError;
-pub use interpolation::{WingLoft, WingMotion};
+pub use interpolation::{WingLoft, WingMotion, WingSurface};
 pub use plane::Plane;
 
 /// One section of the wing.

@@ -6,7 +6,9 @@
 //!
 //! Weights: one plane counts alone; two count linearly; of three and more, the parabolas through neighbouring triples are
 //! blended linearly between the two planes they share (Overhauser), and the first and the last parabola go on to the
-//! ends and beyond. Each plane is met exactly, and what is quadratic along the span is reproduced.
+//! outermost planes. Each plane is met exactly, and what is quadratic along the span is reproduced between the outermost
+//! planes. Beyond them a *change* is held, and the *place* of the sections goes on as a straight line: a parabola would run
+//! away.
 
 use glam::DVec3;
 
@@ -38,6 +40,16 @@ pub(super) struct SpanWeights {
     pub weight: [f64; 4],
     /// Derivative of each weight along the span coordinate, one over length; they add up to 0.
     pub slope: [f64; 4],
+    /// The plane below, counted from `first`, and the share of the way from there to the next one, 0 to 1.
+    pub lower: usize,
+    pub share: f64,
+}
+
+impl SpanWeights {
+    /// One plane alone.
+    pub fn only(plane: usize) -> Self {
+        Self { first: plane, count: 1, weight: [1.0, 0.0, 0.0, 0.0], slope: [0.0; 4], lower: 0, share: 0.0 }
+    }
 }
 
 impl Span {
@@ -92,40 +104,65 @@ impl Span {
         (self.eta[k] + s * gap, k)
     }
 
-    /// Weights of the planes at a span coordinate of interval `k`.
-    pub fn weights(&self, eta: f64, k: usize) -> SpanWeights {
+    /// Weights of what changes, at a span coordinate of interval `k`: held beyond the outermost planes.
+    pub fn change(&self, eta: f64, k: usize) -> SpanWeights {
+        let [lowest, highest] = [self.eta[0], self.eta[self.eta.len() - 1]];
+        let mut weights = self.inside(eta.clamp(lowest, highest), k);
+        if eta < lowest || eta > highest {
+            weights.slope = [0.0; 4];
+        }
+        weights
+    }
+
+    /// Weights of where the sections are, at a span coordinate of interval `k`: linear beyond the outermost planes.
+    pub fn place(&self, eta: f64, k: usize) -> SpanWeights {
         let n = self.planes.len();
-        let mut weights = SpanWeights { first: 0, count: n.min(2), weight: [0.0; 4], slope: [0.0; 4] };
-        match n {
-            0 | 1 => weights.weight[0] = 1.0,
-            2 => {
-                let gap = self.eta[1] - self.eta[0];
-                let s = (eta - self.eta[0]) / gap;
-                weights.weight[..2].copy_from_slice(&[1.0 - s, s]);
-                weights.slope[..2].copy_from_slice(&[-1.0 / gap, 1.0 / gap]);
-            }
-            _ if k == 0 || k + 2 >= n => {
-                weights.first = if k == 0 { 0 } else { n - 3 };
-                weights.count = 3;
-                let (weight, slope) = parabola(&self.eta[weights.first..weights.first + 3], eta);
-                weights.weight[..3].copy_from_slice(&weight);
-                weights.slope[..3].copy_from_slice(&slope);
-            }
-            _ => {
-                weights.first = k - 1;
-                weights.count = 4;
-                let gap = self.eta[k + 1] - self.eta[k];
-                let s = (eta - self.eta[k]) / gap;
-                let (low, low_slope) = parabola(&self.eta[k - 1..k + 2], eta);
-                let (high, high_slope) = parabola(&self.eta[k..k + 3], eta);
-                for i in 0..3 {
-                    weights.weight[i] += (1.0 - s) * low[i];
-                    weights.weight[i + 1] += s * high[i];
-                    weights.slope[i] += (1.0 - s) * low_slope[i] - low[i] / gap;
-                    weights.slope[i + 1] += s * high_slope[i] + high[i] / gap;
-                }
+        if n >= 2 && (eta < self.eta[0] || eta > self.eta[n - 1]) { self.linear(eta, k) } else { self.inside(eta, k) }
+    }
+
+    fn linear(&self, eta: f64, k: usize) -> SpanWeights {
+        let gap = self.eta[k + 1] - self.eta[k];
+        let s = (eta - self.eta[k]) / gap;
+        SpanWeights {
+            first: k,
+            count: 2,
+            weight: [1.0 - s, s, 0.0, 0.0],
+            slope: [-1.0 / gap, 1.0 / gap, 0.0, 0.0],
+            lower: 0,
+            share: s.clamp(0.0, 1.0),
+        }
+    }
+
+    fn inside(&self, eta: f64, k: usize) -> SpanWeights {
+        let n = self.planes.len();
+        if n == 1 {
+            return SpanWeights::only(0);
+        }
+        let mut weights = self.linear(eta, k);
+        if n == 2 {
+            return weights;
+        }
+        let (share, gap) = (weights.share, self.eta[k + 1] - self.eta[k]);
+        (weights.weight, weights.slope) = ([0.0; 4], [0.0; 4]);
+        if k == 0 || k + 2 >= n {
+            weights.first = if k == 0 { 0 } else { n - 3 };
+            weights.count = 3;
+            let (weight, slope) = parabola(&self.eta[weights.first..weights.first + 3], eta);
+            weights.weight[..3].copy_from_slice(&weight);
+            weights.slope[..3].copy_from_slice(&slope);
+        } else {
+            weights.first = k - 1;
+            weights.count = 4;
+            let (low, low_slope) = parabola(&self.eta[k - 1..k + 2], eta);
+            let (high, high_slope) = parabola(&self.eta[k..k + 3], eta);
+            for i in 0..3 {
+                weights.weight[i] += (1.0 - share) * low[i];
+                weights.weight[i + 1] += share * high[i];
+                weights.slope[i] += (1.0 - share) * low_slope[i] - low[i] / gap;
+                weights.slope[i + 1] += share * high_slope[i] + high[i] / gap;
             }
         }
+        weights.lower = k - weights.first;
         weights
     }
 }

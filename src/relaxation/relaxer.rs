@@ -64,13 +64,18 @@ impl Relaxer {
     pub fn new(network: Network, backend: &dyn Backend, method: Method) -> Result<Self, BackendError> {
         // What the device has been given is not kept here: of a large mesh it is most of the memory.
         let Moving { network: of_moving, vertices: moving } = Moving::new(&network);
-        let method = method.for_size(moving.len());
-        let (joined, device, spectrum) = if method == Method::Multigrid {
-            let hierarchy = Hierarchy::new(&of_moving);
-            let device = backend.upload_hierarchy(&hierarchy.data(&of_moving))?;
-            (Some(hierarchy.joined()), device, Some(Spectrum::OF_CYCLES))
-        } else {
-            (None, backend.upload(&of_moving.data())?, Spectrum::new(&of_moving))
+        let mut method = method.for_size(moving.len());
+        let hierarchy = (method == Method::Multigrid).then(|| Hierarchy::new(&of_moving));
+        let (joined, device, spectrum) = match hierarchy.filter(|hierarchy| hierarchy.depth() > 1) {
+            Some(hierarchy) => {
+                let device = backend.upload_hierarchy(&hierarchy.data(&of_moving))?;
+                (Some(hierarchy.joined()), device, Some(Spectrum::OF_CYCLES))
+            }
+            None => {
+                // A cycle on one level is no more than its sweeps, and leaves the bounds of cycles.
+                method = if method == Method::Multigrid { Method::Chebyshev } else { method };
+                (None, backend.upload(&of_moving.data())?, Spectrum::new(&of_moving))
+            }
         };
         Ok(Self { network, moving, joined, spectrum, method, epsilon: backend.epsilon(), device })
     }

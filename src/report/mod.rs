@@ -161,11 +161,18 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// How true a wing is to its new profiles, in the mesh's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// How true a wing is to its new profiles.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProfileReport {
-    /// Largest distance between the moved wing and its new profiles.
-    pub max_distance_to_new_profiles: f64,
+    /// Largest distance between the moved wing's facets, cut in the planes of its new profiles, and these, in the mesh's unit;
+    /// the facets' sag is in it.
+    pub max_distance_to_new_profiles: Option<f64>,
+    /// How much farther the wing's vertices beside these planes lie from the new profiles than they lay from the old ones, at
+    /// most, as share of the profile's length (about its chord).
+    pub max_miss_of_vertices: Option<f64>,
+    /// Why one of them could not be measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_measured: Option<String>,
 }
 
 /// How the volume's network was relaxed.

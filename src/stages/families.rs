@@ -112,6 +112,36 @@ pub enum SetupError {
         /// What went wrong.
         error: ProfileError,
     },
+    /// A family belongs to two wings.
+    #[error("family `{family}` belongs to two sets of profiles, expected one")]
+    SeveralProfiles {
+        /// The family.
+        family: String,
+    },
+    /// A family of a wing has another role.
+    #[error("family `{family}` belongs to the profiles of `{wing}`, but has not the role wing")]
+    NoWing {
+        /// The wing.
+        wing: String,
+        /// The family.
+        family: String,
+    },
+    /// A wing reaches far beyond its sections.
+    #[error(
+        "the wing of `{wing}` reaches {:.2} of the span that its profiles cover beyond the first of them and {:.2} beyond the \
+         last, allowed is 0.5: nothing says how it moves there{}",
+        reach[0],
+        reach[1],
+        if *mirrored { "" } else { "; give profiles nearer to its ends, or, if the other half is its mirror image, mirror = \"y\"" }
+    )]
+    Reach {
+        /// The wing.
+        wing: String,
+        /// How far it reaches, as shares of the span between the outermost profiles.
+        reach: [f64; 2],
+        /// Whether it has a mirror plane.
+        mirrored: bool,
+    },
     /// A wing has no old profiles.
     #[error("family `{family}` has the role wing, but no old profiles")]
     NoProfiles {

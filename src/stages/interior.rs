@@ -194,6 +194,7 @@ impl Interior {
         quality: Option<Target>,
         lowest: f64,
         max_steps: usize,
+        shaped: &[u32],
     ) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, .. } = *set_up;
         let volume = Volume::last(set_up, lattice, springs)?;
@@ -201,7 +202,7 @@ impl Interior {
         let smoothing = match quality {
             None => None,
             Some(target) => {
-                let slides = Slides::new(mesh, surface, families);
+                let slides = Slides::new(mesh, surface, families, shaped);
                 let smoother =
                     Smoother::new(backend, &mesh.tets, &mesh.vertices, &constraint, &slides.vertices(), target);
                 let (enough, goal) = match target {

@@ -33,6 +33,7 @@ pub mod wingtip;
 
 pub use families::{Families, Owner, Role, SetupError, TipStart};
 pub use start::Start;
+pub use wing::WingProfiles;
 
 use glam::DVec3;
 

@@ -2,7 +2,8 @@
 //!
 //! The surface of wings, trailing edges and wingtips is the one the stages before made, that of carenages the original
 //! one. A vertex between two families, or on a sharp edge within one, slides along that curve only; where more curves
-//! meet, where one ends or turns sharply, it stays. So do the vertices of fixed and prescribed families. Plane families
+//! meet, where one ends or turns sharply, it stays. So do the vertices of fixed and prescribed families, and those of wings
+//! beside the planes of their profiles: on flat facets they would leave the curved section. Plane families
 //! slide by the volume's constraints.
 
 use glam::DVec3;
@@ -54,7 +55,9 @@ pub struct Slides {
 
 impl Slides {
     /// Finds curves and corners on the undeformed mesh.
-    pub fn new(mesh: &TetMesh, surface: &Surface, families: &Families) -> Self {
+    ///
+    /// - `shaped`: vertices that stay, because the sections of wings are judged by them
+    pub fn new(mesh: &TetMesh, surface: &Surface, families: &Families, shaped: &[u32]) -> Self {
         let n_vertices = mesh.vertices.len();
         let half_edges = 0..3 * surface.triangles.len() as u32;
         let starts = half_edges.clone().map(|half_edge| (surface.origin(half_edge), half_edge / 3));
@@ -70,7 +73,12 @@ impl Slides {
             .map(|half_edge| (surface.origin(half_edge), surface.origin(next(half_edge))))
             .collect();
         let curves = Csr::from_pairs(n_vertices, of_curves.into_iter());
+        let mut stays = vec![false; n_vertices];
+        shaped.iter().for_each(|&vertex| stays[vertex as usize] = true);
         let freedom = (0..n_vertices as u32).map(|vertex| {
+            if stays[vertex as usize] {
+                return Freedom::Held;
+            }
             let slides = matches!(
                 families.owner[vertex as usize],
                 Owner::Wing | Owner::TrailingEdge | Owner::Wingtip | Owner::Carenage

@@ -1,12 +1,16 @@
 //! Stage wing (paper 3.1): the wing's vertices follow their profiles, and the junction goes back onto its surface.
 //!
-//! The displacement comes from [`crate::profile`]. It takes the wing's root off the fuselage (or off the symmetry plane
-//! it ends in). Each junction vertex therefore slides along the moved wing's own span-wise direction until it meets the
-//! fuselage's original surface, which leaves the wing's shape alone, and the wing beside the junction follows: the slide
-//! is spread over a strip of the wing by a spring network. The paper shows the imperfection (its Fig. 3) and corrects the
-//! fuselage only.
+//! A wing is one or several families with one set of profiles: upper and lower side, strips and pieces of the tip move as
+//! one surface. The displacement comes from [`crate::profile`]. It takes the wing's root off the fuselage (or off the
+//! symmetry plane it ends in). Each junction vertex therefore slides along the moved wing's own span-wise direction until it
+//! meets the fuselage's original surface, which leaves the wing's shape alone, and the wing beside the junction follows: the
+//! slide is spread over a strip of the wing by a spring network. The strip ends before the first section. The paper shows
+//! the imperfection (its Fig. 3) and corrects the fuselage only.
+//!
+//! With a mirror plane the profiles stand on one side of it and move both: a vertex on the other side moves as its mirror
+//! image.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -14,12 +18,40 @@ use super::{Families, Motion, Owner, SetUp, SetupError, patch::Patch};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
-    profile::{Profile, ProfileError, WingLoft},
+    profile::{Missed, Plane, Profile, ProfileError, WingLoft, WingMotion, WingSurface},
     relaxation::{Accuracy, Convergence},
 };
 
 /// Width of the strip that follows a junction, as a fraction of the junction's extent (about a chord).
 const STRIP: f64 = 0.25;
+
+/// A wing reaches at most this share of the span that its sections cover beyond them.
+const REACH: f64 = 0.5;
+/// Digits of files: a reach this much farther is no farther.
+const ROUNDING: f64 = 1e-6;
+
+/// Vertices nearer to the mirror plane than this share of the wing's extent stand in it.
+const ON_MIRROR: f64 = 1e-9;
+
+/// A wing and its old profiles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WingProfiles {
+    /// What designs and reports call it.
+    pub name: String,
+    /// Its families, at least one, all with the role wing.
+    pub families: Vec<FamilyId>,
+    /// The profiles it has.
+    pub old: Vec<Profile>,
+    /// The plane beyond which the wing is its own mirror image, and moves so.
+    pub mirror: Option<Plane>,
+}
+
+impl WingProfiles {
+    /// A wing that is one family.
+    pub fn new(name: &str, family: FamilyId, old: Vec<Profile>) -> Self {
+        Self { name: name.to_owned(), families: vec![family], old, mirror: None }
+    }
+}
 
 /// All wings of a mesh.
 pub struct Wings {
@@ -27,71 +59,146 @@ pub struct Wings {
 }
 
 struct Wing {
-    family: FamilyId,
+    name: String,
     vertices: Vec<u32>,
+    /// Whether an earlier wing of the list places the vertex already `[n_vertices of the wing]`.
+    taken: Vec<bool>,
     loft: WingLoft,
+    mirror: Option<Mirror>,
     /// Vertices that must end on a carenage or plane, as places in `vertices`.
     junction: Vec<usize>,
     strip: Option<Patch>,
 }
 
+/// The mirror plane of a wing, and which of its vertices stand beyond or in it.
+struct Mirror {
+    plane: Plane,
+    side: Vec<Side>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Side {
+    OfSections,
+    Beyond,
+    InPlane,
+}
+
+impl Mirror {
+    /// - `sections`: points of the profiles; they stand on one side
+    fn new(plane: Plane, sections: &[Profile], positions: &[DVec3]) -> Result<Self, ProfileError> {
+        let size = 2.0 * positions.iter().map(|p| p.distance(positions[0])).fold(0.0, f64::max);
+        let in_plane = ON_MIRROR * size;
+        let heights = sections.iter().flat_map(|profile| &profile.points).map(|&point| plane.distance(point));
+        let (low, high) = heights.fold((0.0, 0.0), |(low, high), h| (f64::min(low, h), f64::max(high, h)));
+        if low < -in_plane && high > in_plane {
+            return Err(ProfileError::BothSides { low, high });
+        }
+        let plane = if high > in_plane { plane } else { Plane { normal: -plane.normal, ..plane } };
+        let side = |&position: &DVec3| match plane.distance(position) {
+            height if height.abs() <= in_plane => Side::InPlane,
+            height if height < 0.0 => Side::Beyond,
+            _ => Side::OfSections,
+        };
+        Ok(Self { plane, side: positions.iter().map(side).collect() })
+    }
+
+    /// A place as it is seen from the sections' side.
+    fn fold(&self, vertex: usize, at: DVec3) -> DVec3 {
+        match self.side[vertex] {
+            Side::Beyond => at - self.plane.normal * (2.0 * self.plane.distance(at)),
+            _ => at,
+        }
+    }
+
+    /// A direction there, brought from the one side to the other.
+    fn reflect(&self, vertex: usize, along: DVec3) -> DVec3 {
+        match self.side[vertex] {
+            Side::Beyond => along - 2.0 * self.across(along),
+            _ => along,
+        }
+    }
+
+    /// A displacement there, brought from the sections' side; the plane's own vertices stay in it.
+    fn unfold(&self, vertex: usize, displacement: DVec3) -> DVec3 {
+        match self.side[vertex] {
+            Side::InPlane => displacement - self.across(displacement),
+            _ => self.reflect(vertex, displacement),
+        }
+    }
+
+    fn across(&self, along: DVec3) -> DVec3 {
+        self.plane.normal * along.dot(self.plane.normal)
+    }
+}
+
+/// What the profiles of each wing do.
+pub type WingMotions = Vec<WingMotion>;
+
 impl Wings {
     /// Finds each wing vertex's place among the old profiles.
     ///
     /// # Errors
-    /// A wing without old profiles or with unusable ones; the backend failed.
-    pub fn new(set_up: &SetUp, old_profiles: &BTreeMap<FamilyId, Vec<Profile>>) -> Result<Self, SetupError> {
-        let SetUp { mesh, surface, families, .. } = *set_up;
-        let wings = families.placed_by(Owner::Wing).map(|family| {
-            let name = || mesh.families[family.index()].clone();
-            let old = old_profiles.get(&family).ok_or_else(|| SetupError::NoProfiles { family: name() })?;
-            let vertices = surface.vertices_of(family).to_vec();
-            let positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
-            let normals = surface.normals_of(family, &mesh.vertices);
-            let place = |vertex: u32| vertices.binary_search(&vertex).expect("an edge's ends are vertices") as u32;
-            let edges: Vec<[u32; 2]> =
-                triangle_edges(surface.corners_of(family)).into_iter().map(|edge| edge.map(place)).collect();
-            let loft = WingLoft::new(old, &positions, &normals, &edges)
-                .map_err(|error| SetupError::Profiles { family: name(), error })?;
-            let junction: Vec<usize> = (0..vertices.len())
-                .filter(|&place| {
-                    families.owner[vertices[place] as usize] == Owner::Wing
-                        && families.shapes_at(vertices[place]).next().is_some()
-                })
-                .collect();
-            let strip = strip(set_up, family, &vertices, &junction)?;
-            Ok(Wing { family, vertices, loft, junction, strip })
-        });
-        Ok(Self { wings: wings.collect::<Result<_, SetupError>>()? })
+    /// A family with the role wing without old profiles or with two sets of them, unusable profiles, or such that the wing
+    /// reaches too far beyond; the backend failed.
+    pub fn new(set_up: &SetUp, wings: &[WingProfiles]) -> Result<Self, SetupError> {
+        let SetUp { mesh, families, .. } = *set_up;
+        let name = |family: FamilyId| mesh.families[family.index()].clone();
+        for family in families.placed_by(Owner::Wing) {
+            match wings.iter().filter(|wing| wing.families.contains(&family)).count() {
+                1 => {}
+                0 => return Err(SetupError::NoProfiles { family: name(family) }),
+                _ => return Err(SetupError::SeveralProfiles { family: name(family) }),
+            }
+        }
+        let mut taken = HashSet::new();
+        let mut all = Vec::new();
+        for wing in wings {
+            if let Some(&other) =
+                wing.families.iter().find(|family| families.roles[family.index()].owner() != Owner::Wing)
+            {
+                return Err(SetupError::NoWing { wing: wing.name.clone(), family: name(other) });
+            }
+            let made = Wing::new(set_up, wing, &taken)?;
+            taken.extend(made.vertices.iter().copied());
+            all.push(made);
+        }
+        Ok(Self { wings: all })
     }
 
     /// Writes the displacement that the profiles give into `motion`.
     ///
     /// # Errors
-    /// A wing's new profiles are missing or do not pair with the old ones.
+    /// A wing's new profiles are missing or do not pair with the old ones; with the wing's name.
     pub fn interpolate(
         &self,
         families: &Families,
-        new_profiles: &BTreeMap<FamilyId, Vec<Profile>>,
+        new_profiles: &BTreeMap<String, Vec<Profile>>,
         motion: &mut Motion,
-    ) -> Result<Vec<Vec<DVec3>>, (FamilyId, ProfileError)> {
+    ) -> Result<WingMotions, (String, ProfileError)> {
         let no_profiles = Vec::new();
         self.wings
             .iter()
             .map(|wing| {
-                let new = new_profiles.get(&wing.family).unwrap_or(&no_profiles);
-                let moved = wing.loft.displacements(new).map_err(|error| (wing.family, error))?;
-                for (&vertex, displacement) in wing.vertices.iter().zip(&moved.displacement) {
-                    if families.owner[vertex as usize] == Owner::Wing {
+                let new = new_profiles.get(&wing.name).unwrap_or(&no_profiles);
+                let mut moved = wing.loft.displacements(new).map_err(|error| (wing.name.clone(), error))?;
+                if let Some(mirror) = &wing.mirror {
+                    let pairs = moved.displacement.iter_mut().zip(&mut moved.generator);
+                    for (place, (displacement, generator)) in pairs.enumerate() {
+                        *displacement = mirror.unfold(place, *displacement);
+                        *generator = mirror.reflect(place, *generator);
+                    }
+                }
+                for (place, (&vertex, displacement)) in wing.vertices.iter().zip(&moved.displacement).enumerate() {
+                    if families.owner[vertex as usize] == Owner::Wing && !wing.taken[place] {
                         motion[vertex as usize] = *displacement;
                     }
                 }
-                Ok(moved.generator)
+                Ok(moved)
             })
             .collect()
     }
 
-    /// Slides the junctions back onto their surfaces; `generators` as [`Self::interpolate`] returned them.
+    /// Slides the junctions back onto their surfaces; `motions` as [`Self::interpolate`] returned them.
     ///
     /// # Errors
     /// The backend failed.
@@ -99,12 +206,12 @@ impl Wings {
         &mut self,
         mesh: &TetMesh,
         families: &Families,
-        generators: &[Vec<DVec3>],
+        motions: &[WingMotion],
         motion: &mut Motion,
         accuracy: &Accuracy,
     ) -> Result<Convergence, BackendError> {
         let mut convergence = Convergence::nothing_to_do();
-        for (wing, generators) in self.wings.iter_mut().zip(generators) {
+        for (wing, moved) in self.wings.iter_mut().zip(motions) {
             let Some(strip) = &mut wing.strip else { continue };
             let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
             for &place in &wing.junction {
@@ -112,7 +219,8 @@ impl Wings {
                 let displacement = motion[vertex as usize];
                 if displacement != DVec3::ZERO {
                     let start = mesh.vertices[vertex as usize] + displacement;
-                    slide[vertex as usize] = families.settle_along(vertex, start, Some(generators[place])) - start;
+                    let along = moved.generator[place].try_normalize();
+                    slide[vertex as usize] = families.settle_along(vertex, start, along) - start;
                 }
             }
             convergence = convergence.and(strip.relax(&mut slide, accuracy)?);
@@ -122,30 +230,144 @@ impl Wings {
         }
         Ok(convergence)
     }
+
+    /// The vertices beside the planes of the profiles.
+    pub fn beside_sections(&self) -> Vec<u32> {
+        self.wings.iter().flat_map(|wing| wing.loft.beside_sections().map(|place| wing.vertices[place])).collect()
+    }
+
+    /// The vertices that miss the new profiles the most, one a profile, by wing; the vertex is one of the mesh.
+    ///
+    /// - `motions`: as [`Self::interpolate`] returned them
+    /// - `vertices` `[n_vertices]`: where the mesh's vertices are in the end
+    pub fn missed(&self, motions: &[WingMotion], vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
+        let of_wing = |(wing, motion): (&Wing, &WingMotion)| {
+            let at = wing.vertices.iter().map(|&vertex| vertices[vertex as usize]);
+            let missed = match &wing.mirror {
+                None => wing.loft.missed(motion, &at.collect::<Vec<_>>()),
+                Some(mirror) => {
+                    let mut motion = motion.clone();
+                    for (place, displacement) in motion.displacement.iter_mut().enumerate() {
+                        *displacement = mirror.reflect(place, *displacement);
+                    }
+                    let folded = at.enumerate().map(|(place, at)| mirror.fold(place, at));
+                    wing.loft.missed(&motion, &folded.collect::<Vec<_>>())
+                }
+            };
+            let mut missed = missed.ok()?;
+            missed.iter_mut().for_each(|missed| missed.vertex = wing.vertices[missed.vertex] as usize);
+            Some((wing.name.clone(), missed))
+        };
+        self.wings.iter().zip(motions).filter_map(of_wing).collect()
+    }
 }
 
+impl Wing {
+    fn new(set_up: &SetUp, wing: &WingProfiles, placed: &HashSet<u32>) -> Result<Self, SetupError> {
+        let SetUp { mesh, surface, families, .. } = *set_up;
+        let about = |error| SetupError::Profiles { family: wing.name.clone(), error };
+        let mut vertices: Vec<u32> =
+            wing.families.iter().flat_map(|&family| surface.vertices_of(family).iter().copied()).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let place = |vertex: u32| vertices.binary_search(&vertex).expect("a triangle's corners are vertices") as u32;
+        let corners = wing.families.iter().flat_map(|&family| surface.corners_of(family));
+        let mut triangles: Vec<[u32; 3]> = corners.map(|corners| corners.map(place)).collect();
+        let mut positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
+        let mut normals = normals(&positions, &triangles);
+        let mirror = wing.mirror.map(|plane| Mirror::new(plane, &wing.old, &positions)).transpose().map_err(about)?;
+        if let Some(mirror) = &mirror {
+            triangles.retain(|corners| corners.iter().all(|&corner| mirror.side[corner as usize] != Side::Beyond));
+            for place in 0..vertices.len() {
+                positions[place] = mirror.fold(place, positions[place]);
+                normals[place] = mirror.reflect(place, normals[place]);
+            }
+        }
+        let of_wing = WingSurface { positions: &positions, normals: &normals, triangles: &triangles };
+        let loft = WingLoft::new(&wing.old, &of_wing).map_err(about)?;
+        if let Some(reach) = loft.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + ROUNDING)) {
+            return Err(SetupError::Reach { wing: wing.name.clone(), reach, mirrored: mirror.is_some() });
+        }
+        let junction: Vec<usize> = (0..vertices.len())
+            .filter(|&place| {
+                families.owner[vertices[place] as usize] == Owner::Wing
+                    && families.shapes_at(vertices[place]).next().is_some()
+            })
+            .collect();
+        let strip = strip(set_up, &wing.families, &vertices, &positions, &junction, &loft)?;
+        let taken = vertices.iter().map(|vertex| placed.contains(vertex)).collect();
+        Ok(Self { name: wing.name.clone(), vertices, taken, loft, mirror, junction, strip })
+    }
+}
+
+/// Unit outward normals of oriented triangles at the vertices, weighted by area; zero where they cancel.
+fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; positions.len()];
+    for corners in triangles {
+        let [a, b, c] = corners.map(|corner| positions[corner as usize]);
+        corners.iter().for_each(|&corner| normals[corner as usize] += (b - a).cross(c - a));
+    }
+    normals.into_iter().map(DVec3::normalize_or_zero).collect()
+}
+
+/// The network that spreads the junctions' slides over the wing beside them.
+///
+/// - `positions`: of the wing's vertices, as the loft has them
 fn strip(
     set_up: &SetUp,
-    family: FamilyId,
+    wing: &[FamilyId],
     vertices: &[u32],
+    positions: &[DVec3],
     junction: &[usize],
+    loft: &WingLoft,
 ) -> Result<Option<Patch>, BackendError> {
     let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
     if junction.is_empty() {
         return Ok(None);
     }
-    let points: Vec<DVec3> = junction.iter().map(|&place| mesh.vertices[vertices[place] as usize]).collect();
-    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-    let width = STRIP * 2.0 * points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
-    let on_junction: std::collections::HashSet<u32> = junction.iter().map(|&place| vertices[place]).collect();
-    let beside = |vertex: u32| {
-        let at = mesh.vertices[vertex as usize];
-        points.iter().any(|point| point.distance_squared(at) < width * width)
-    };
-    let edges = triangle_edges(surface.corners_of(family));
+    let edges = triangle_edges(wing.iter().flat_map(|&family| surface.corners_of(family)));
+    let mut free = vec![false; vertices.len()];
+    for loop_ in connected(junction, vertices, &edges) {
+        let points: Vec<DVec3> = loop_.iter().map(|&place| mesh.vertices[vertices[place] as usize]).collect();
+        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        let width = STRIP * 2.0 * points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
+        let folded = loop_.iter().map(|&place| positions[place]).sum::<DVec3>() / loop_.len() as f64;
+        let of_sections = loft.sections_and_beyond(folded);
+        for (place, &vertex) in vertices.iter().enumerate() {
+            let at = mesh.vertices[vertex as usize];
+            free[place] |= !of_sections[place] && points.iter().any(|point| point.distance_squared(at) < width * width);
+        }
+    }
+    junction.iter().for_each(|&place| free[place] = false);
     let constraint = |vertex: u32| {
-        let free = families.owner[vertex as usize] == Owner::Wing && !on_junction.contains(&vertex) && beside(vertex);
+        let free = families.owner[vertex as usize] == Owner::Wing
+            && vertices.binary_search(&vertex).is_ok_and(|place| free[place]);
         if free { Constraint::Free } else { Constraint::Held }
     };
     Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method).map(Some)
+}
+
+/// The junctions one by one: places that edges of the wing connect.
+fn connected(junction: &[usize], vertices: &[u32], edges: &[[u32; 2]]) -> Vec<Vec<usize>> {
+    let mut number: HashMap<u32, usize> = junction.iter().map(|&place| (vertices[place], place)).collect();
+    let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();
+    for &[a, b] in edges.iter().filter(|edge| edge.iter().all(|end| number.contains_key(end))) {
+        neighbours.entry(a).or_default().push(b);
+        neighbours.entry(b).or_default().push(a);
+    }
+    let mut loops = Vec::new();
+    for &start in junction {
+        let mut found = Vec::new();
+        let mut open = vec![vertices[start]];
+        while let Some(vertex) = open.pop() {
+            if let Some(place) = number.remove(&vertex) {
+                found.push(place);
+                open.extend(neighbours.get(&vertex).into_iter().flatten());
+            }
+        }
+        if !found.is_empty() {
+            loops.push(found);
+        }
+    }
+    loops
 }

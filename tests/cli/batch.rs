@@ -234,7 +234,7 @@ fn bad_batches_write_nothing() {
     fixture.case("[profiles.wing]\nnew = \"new.csv\"\n", "");
     let case = fixture.read("case.toml").replace("role = \"wing\"\n", "role = \"fixed\"\n");
     fixture.write("case.toml", &case);
-    refuses(&fixture, &[], &["expected exactly one table"]);
+    refuses(&fixture, &[], &["no table [profiles.NAME] and 0 prescribed families"]);
     fixture.case("role = \"plane\"", "role = \"flat\"");
     refuses(&fixture, &["--json", "new.jsonl"], &["flat"]);
 }

@@ -29,19 +29,7 @@ fn standard_output_holds_only_the_json() {
     let keys: Vec<_> = report.as_object().unwrap().keys().map(String::as_str).collect();
     assert_eq!(
         keys,
-        [
-            "backend",
-            "case",
-            "families",
-            "idmesh",
-            "mesh",
-            "path",
-            "profiles",
-            "seconds",
-            "smoothing",
-            "solver",
-            "stages"
-        ]
+        ["backend", "case", "families", "idmesh", "mesh", "path", "profiles", "seconds", "solver", "stages"]
     );
     assert_eq!(report["backend"]["kind"], "cpu");
     assert_eq!(report["stages"].as_array().unwrap().len(), 4);

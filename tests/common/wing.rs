@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use glam::{DMat3, DVec3};
-use idmesh::profile::{Plane, Profile, WingLoft, cut};
+use idmesh::profile::{Plane, Profile, WingLoft, WingSurface, cut};
 
 /// A lofted NACA wing: swept, tapered, twisted, with dihedral.
 #[derive(Clone, Copy)]
@@ -92,12 +92,12 @@ impl Surface {
         cut::cut_at_planes(&self.vertices, &self.triangles, &planes).unwrap()
     }
 
-    pub fn edges(&self) -> Vec<[u32; 2]> {
-        idmesh::mesh::edges::triangle_edges(self.triangles.iter().copied())
+    pub fn wing_surface(&self) -> WingSurface<'_> {
+        WingSurface { positions: &self.vertices, normals: &self.normals, triangles: &self.triangles }
     }
 
     pub fn loft(&self, old: &[Profile]) -> WingLoft {
-        WingLoft::new(old, &self.vertices, &self.normals, &self.edges()).unwrap()
+        WingLoft::new(old, &self.wing_surface()).unwrap()
     }
 }
 

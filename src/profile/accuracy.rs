@@ -1,0 +1,150 @@
+//! How far the moved wing misses its new profiles, judged by its vertices.
+//!
+//! Facets miss a curved section by their sag, on a coarse mesh by half a percent of the chord, and nobody is at fault. So the
+//! *vertices* at the edges that cross a profile's plane are carried into it, along the wing's own span-wise lines, and
+//! compared with the profile: before with the old one, after with the new one. What has grown is the wing's fault.
+//! The undeformed wing's lines are straight there; the moved wing's are where the profiles lead these.
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+
+use super::interpolation::{WingMotion, WingSurface};
+use super::matching::OldSection;
+use super::span::Span;
+use super::{Plane, ProfileError};
+
+/// Where another body cuts the wing's section short, the vertices beside a plane lie within this share of the old profile's length from it. Carried there along straight lines
+/// they may be a little off it where the wing turns, and off a profile of few points.
+const OFF_WING: f64 = 0.03;
+
+/// A direction that rises by less than this share of its length does not lead into the plane.
+const GRAZING: f64 = 0.1;
+
+/// The vertex that misses a new profile the most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Missed {
+    /// Number of the profile.
+    pub profile: i64,
+    /// How much farther the vertex lies from the new profile than it lay from the old one, as share of the new profile's
+    /// length (about its chord); 0 where none lies farther.
+    pub share: f64,
+    /// The vertex, as place among the wing's.
+    pub vertex: usize,
+}
+
+/// The vertices to watch.
+#[derive(Debug, Default)]
+pub(super) struct Watch {
+    /// Of each section the vertices at the edges that cross its plane.
+    sections: Vec<Watched>,
+}
+
+/// What is watched at one section.
+#[derive(Clone, Debug)]
+struct Watched {
+    vertices: Vec<Carried>,
+    /// Largest distance of these vertices, carried into the plane, from the old section. One that others cut from facets is
+    /// off by their sag, at one place less than at the next, and a vertex may come to the next.
+    old: f64,
+}
+
+/// A vertex beside a plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Carried {
+    pub vertex: usize,
+    /// Where it arrives in the plane.
+    pub at: DVec3,
+}
+
+impl Watch {
+    /// - `sections`: the old ones, smooth
+    /// - `compared`: whether a section was compared with the wing's own already
+    /// - `along`: unit span-wise direction of the undeformed wing at a vertex
+    ///
+    /// # Errors
+    /// [`ProfileError::OffWing`]: the vertices beside a plane are far off its old profile.
+    pub fn new(
+        span: &Span,
+        sections: &[OldSection],
+        compared: &[bool],
+        surface: &WingSurface,
+        along: impl Fn(usize) -> DVec3,
+    ) -> Result<Self, ProfileError> {
+        let watched = |((plane, section), compared): ((&Plane, &OldSection), &bool)| {
+            let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
+            let crossing = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+            let crossing = crossing.filter(|edge| {
+                let [a, b] = edge.map(|end| heights[end as usize]);
+                a * b < 0.0
+            });
+            let vertices: BTreeSet<u32> = crossing.flatten().collect();
+            let vertices: Vec<Carried> = vertices
+                .into_iter()
+                .map(|vertex| {
+                    let vertex = vertex as usize;
+                    Carried { vertex, at: into(plane, surface.positions[vertex], along(vertex)) }
+                })
+                .collect();
+            // Whether a profile of few points means a smooth curve or straight lines nobody says: a vertex lay as far off as
+            // the farther of them, and will lie as far off as the nearer one.
+            let both = |carried: &Carried| (section.distance(carried.at), section.distance_to_lines(carried.at));
+            let (mut old, mut distance): (f64, f64) = (0.0, 0.0);
+            for (to_curve, to_lines) in vertices.iter().map(both) {
+                old = old.max(to_curve).max(to_lines);
+                distance = distance.max(to_curve.min(to_lines));
+            }
+            if !compared && distance > OFF_WING * section.length() {
+                let (profile, share) = (section.profile().number, distance / section.length());
+                return Err(ProfileError::OffWing { profile, distance, share });
+            }
+            Ok(Watched { vertices, old })
+        };
+        Ok(Self { sections: span.planes.iter().zip(sections).zip(compared).map(watched).collect::<Result<_, _>>()? })
+    }
+
+    /// Those of a section.
+    pub fn of_section(&self, section: usize) -> &[Carried] {
+        &self.sections[section].vertices
+    }
+
+    /// All of them.
+    pub fn vertices(&self) -> impl Iterator<Item = usize> {
+        self.sections.iter().flat_map(|watched| watched.vertices.iter().map(|carried| carried.vertex))
+    }
+
+    /// The worst vertex of each section that has any.
+    ///
+    /// - `positions`, `moved` `[n_positions]`: the wing's vertices, before and in the end
+    pub fn missed(
+        &self,
+        motion: &WingMotion,
+        positions: impl Fn(usize) -> DVec3,
+        moved: &[DVec3],
+    ) -> Result<Vec<Missed>, ProfileError> {
+        let mut all = Vec::new();
+        for ((new, watched), carried) in motion.sections.iter().zip(&self.sections).zip(&motion.carried) {
+            let section = OldSection::new(new, &Plane::of_profile(new)?)?;
+            let worst = watched.vertices.iter().zip(carried).map(|(&Carried { vertex, .. }, &carried)| {
+                // What later stages made of the vertex, or what held it back, counts as much in the plane.
+                let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
+                let distance = section.distance(at).min(section.distance_to_lines(at));
+                let share = (distance - watched.old) / section.length();
+                Missed {
+                    profile: new.number,
+                    share: if share.is_nan() { f64::INFINITY } else { share.max(0.0) },
+                    vertex,
+                }
+            });
+            all.extend(worst.max_by(|a, b| a.share.total_cmp(&b.share)));
+        }
+        Ok(all)
+    }
+}
+
+/// Where a point arrives in a plane along a unit direction; straight, where that hardly leads there.
+fn into(plane: &Plane, point: DVec3, along: DVec3) -> DVec3 {
+    let rise = along.dot(plane.normal);
+    let height = plane.distance(point);
+    if rise.abs() < GRAZING { point - plane.normal * height } else { point - along * (height / rise) }
+}

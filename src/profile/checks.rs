@@ -1,0 +1,165 @@
+//! What is found wrong with profiles before anything moves: old ones that are not the wing's, new ones that are no changed
+//! old ones.
+
+use glam::DVec3;
+
+use super::curve::Outline;
+use super::cut::flat_section;
+use super::distance::distance;
+use super::matching::OldSection;
+use super::section::OwnSection;
+use super::span::Span;
+use super::{Plane, Profile, ProfileError, carry, extent};
+
+/// An old profile lies within this share of its length from the wing's section in its plane.
+const OFF_WING: f64 = 0.01;
+
+/// Profiles of one section differ in length by less than this factor: inverse design does not change the chord that much, and
+/// units of length are farther apart.
+const SIZE: f64 = 3.0;
+
+/// A wing is up to so many times longer across its span than a section: by its sweep, and with all its sections.
+const WING_SIZE: f64 = 30.0;
+
+/// A section goes no farther than so many times the wing's extent.
+const FAR: f64 = 2.0;
+
+/// Sections in the order of the span change places when one has passed the other by this share of the way between them.
+const PASSED: f64 = 0.5;
+
+/// An old profile has a blunt trailing edge from this share of its length on.
+const BLUNT: f64 = 2e-3;
+/// A new trailing edge is closed when it is thinner than this share of the old one.
+const CLOSED: f64 = 0.05;
+
+/// Compares old profiles with the wing's own sections in their planes.
+///
+/// - `positions`, `triangles`: the wing's vertices and triangles
+///
+/// Returns the wing's own sections, where it can be cut.
+pub(super) fn against_wing(
+    sections: &[OldSection],
+    span: &Span,
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+) -> Result<Vec<Option<OwnSection>>, ProfileError> {
+    if triangles.is_empty() {
+        return Ok(vec![None; sections.len()]);
+    }
+    let mut own = Vec::new();
+    let mut why_not = None;
+    for (section, plane) in sections.iter().zip(&span.planes) {
+        match own_section(section.profile().number, plane, positions, triangles) {
+            Ok(found) => {
+                compare(section, &found)?;
+                own.push(Some(found));
+            }
+            Err(error) => {
+                why_not = why_not.or(Some(error));
+                own.push(None);
+            }
+        }
+    }
+    if own.iter().all(Option::is_none) {
+        let across: Vec<DVec3> = positions.iter().map(|p| p.reject_from_normalized(span.normal)).collect();
+        for section in sections {
+            let times = section.length() / extent(&across).max(f64::MIN_POSITIVE);
+            if !(WING_SIZE.recip()..=SIZE).contains(&times) {
+                return Err(ProfileError::Size { profile: section.profile().number, times, of: "the wing" });
+            }
+        }
+        if let Some(error @ ProfileError::PlaneMisses { .. }) = why_not {
+            return Err(error);
+        }
+    }
+    Ok(own)
+}
+
+/// The wing's own section.
+fn own_section(
+    number: i64,
+    plane: &Plane,
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+) -> Result<OwnSection, ProfileError> {
+    let flat = flat_section(positions, triangles, plane)?;
+    let carried = carry::carried(positions, triangles, plane, &flat);
+    OwnSection::new(number, flat.points(), carried, plane)
+}
+
+fn compare(section: &OldSection, own: &OwnSection) -> Result<(), ProfileError> {
+    let profile = section.profile().number;
+    let length = own.carried.length();
+    let times = section.length() / length;
+    if !(SIZE.recip()..=SIZE).contains(&times) {
+        return Err(ProfileError::Size { profile, times, of: "the wing's section there" });
+    }
+    // The base of a blunt trailing edge may belong to the one and not to the other.
+    let off = |point: DVec3, from: &OldSection| {
+        let ends = [from.path()[0], from.path()[from.path().len() - 1]];
+        // A profile of few points may mean a smooth curve or straight lines.
+        from.distance(point).min(from.distance_to_lines(point)).min(distance(point, &ends))
+    };
+    let given = section.profile().points.iter().map(|&point| off(point, &own.carried).min(off(point, &own.flat)));
+    let wing = own.carried.profile().points.iter().map(|&point| off(point, section));
+    let distance = given.chain(wing).fold(0.0, f64::max);
+    if distance > OFF_WING * length {
+        return Err(ProfileError::OffWing { profile, distance, share: distance / length });
+    }
+    Ok(())
+}
+
+/// Compares the sizes of old and new profiles with the same number: other units are found before anything else is.
+///
+/// # Errors
+/// [`ProfileError::Size`] for the first new profile that is much larger or smaller than its old one.
+pub fn compare_sizes(old: &[Profile], new: &[Profile]) -> Result<(), ProfileError> {
+    for new in new {
+        let Some(old) = old.iter().find(|old| old.number == new.number) else { continue };
+        of_size(new, extent(&old.points))?;
+    }
+    Ok(())
+}
+
+fn of_size(new: &Profile, old: f64) -> Result<(), ProfileError> {
+    let times = extent(&new.points) / old;
+    if (SIZE.recip()..=SIZE).contains(&times) || times.is_nan() {
+        return Ok(());
+    }
+    Err(ProfileError::Size { profile: new.number, times, of: "the old one" })
+}
+
+/// Compares new profiles with the old ones.
+///
+/// - `new`: in the order of the sections
+/// - `wing`: extent of the wing
+pub(super) fn against_old(old: &[OldSection], new: &[&Profile], span: &Span, wing: f64) -> Result<(), ProfileError> {
+    let mut middles = Vec::new();
+    for (section, new) in old.iter().zip(new) {
+        let profile = new.number;
+        let plane = Plane::of_profile(new)?;
+        of_size(new, section.length())?;
+        let points = new.distinct_points()?;
+        let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+        middles.push(middle);
+        let way = middle.distance(section.middle());
+        if way > FAR * wing.max(section.length()) {
+            return Err(ProfileError::FarAway { profile, distance: way, wing });
+        }
+        if section.gap() > BLUNT * section.length() && !section.is_same(new) {
+            let gap = Outline::new(new, &plane)?.gap();
+            if gap < CLOSED * section.gap() {
+                return Err(ProfileError::Sharp { profile, old: section.gap(), new: gap });
+            }
+        }
+    }
+    for i in 0..middles.len() {
+        for j in 0..i {
+            let ahead = (middles[i] - middles[j]).dot(span.normal);
+            if ahead < -PASSED * (span.eta[i] - span.eta[j]) {
+                return Err(ProfileError::Order { first: new[j].number, second: new[i].number });
+            }
+        }
+    }
+    Ok(())
+}
