@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::mapbc::Names;
 use super::out::Out;
 use super::scanner::{Encoding, Width, next_token, parse_double};
 
@@ -37,7 +38,10 @@ pub(super) type NamedFiles = Vec<(String, Vec<u8>)>;
 pub(super) struct Companion {
     /// Its path, from that of the mesh file.
     pub path: fn(&Path) -> PathBuf,
-    pub bytes: Vec<u8>,
+    /// Its contents; none if the mesh has no such file, but another one's must not be mistaken for it.
+    pub bytes: Option<Vec<u8>>,
+    /// What the references of the mesh's faces are called.
+    pub names: Names,
 }
 
 impl Document {

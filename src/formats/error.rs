@@ -240,6 +240,16 @@ pub enum WriteError {
         /// Where it is said to be.
         position: DVec3,
     },
+    /// A file beside the one to write would give its families wrong names.
+    #[error(
+        "{} is there already and is not this mesh's: {what}; remove it, or write the mesh under another name", path.display()
+    )]
+    Stale {
+        /// The file beside.
+        path: PathBuf,
+        /// Where they differ.
+        what: String,
+    },
     /// A cell names a vertex that is not there.
     #[error("{entity} {index} names vertex {vertex}, but there are {n_vertices} vertices")]
     VertexOutOfRange {

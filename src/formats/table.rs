@@ -66,7 +66,7 @@ pub const FORMATS: &[Format] = &[
         read: medit::read,
         create: Create::File(medit::create),
         limits: medit::limits,
-        companion: None,
+        companion: Some(medit::companion),
     },
     Format {
         name: openfoam::NAME,

@@ -10,6 +10,7 @@ use super::content::{Cells, Content, Fields};
 use super::document::{Companion, Document};
 use super::error::WriteError;
 use super::gzip::Gzip;
+use super::mapbc;
 use super::openfoam;
 use super::out::{Out, in_blocks};
 use super::read::MeshFile;
@@ -29,6 +30,7 @@ impl MeshFile {
     /// - [`WriteError::Length`]: `vertices` or a field has another length than the mesh.
     /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
     /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
+    /// - [`WriteError::Stale`]: as [`MeshFile::check_output`].
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
@@ -38,13 +40,14 @@ impl MeshFile {
         }
         if let Some(document) = self.source(format, extension) {
             check_finite(vertices)?;
-            write_file(path, |out| document.write(out, vertices))?;
-            return document.companion.as_ref().map_or(Ok(()), |companion| write_companion(path, companion));
+            return with_companion(path, document.companion.as_ref(), || {
+                write_file(path, |out| document.write(out, vertices))
+            });
         }
         let content = self.content(vertices, *fields, extension);
         let create = format.creator(path)?;
-        create_file(path, create, &content)?;
-        format.companion.map_or(Ok(()), |companion| write_companion(path, &companion(&content)))
+        let companion = format.companion.map(|companion| companion(&content));
+        with_companion(path, companion.as_ref(), || create_file(path, create, &content))
     }
 
     /// As [`MeshFile::write`], but into `out` and never gzipped; `path` selects the format only. Files that belong to it
@@ -83,14 +86,20 @@ impl MeshFile {
     /// # Errors
     ///
     /// - [`WriteError::UnknownFormat`]: no format has that extension.
+    /// - [`WriteError::Stale`]: a `.mapbc` file is there that calls the families otherwise.
     /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or takes no new files.
     pub fn check_output(&self, path: &Path) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
         let checked = match format.is_folder() && names_folder(path) {
             true => atomic::check_folder(path),
             false => {
-                if self.source(format, extension).is_none() {
-                    format.creator(path)?;
+                match (self.source(format, extension), format.companion) {
+                    (Some(document), _) => check_companion(path, document.companion.as_ref())?,
+                    (None, companion) => {
+                        format.creator(path)?;
+                        let content = self.content(&self.mesh.vertices, Fields::default(), extension);
+                        check_companion(path, companion.map(|companion| companion(&content)).as_ref())?;
+                    }
                 }
                 atomic::check(path)
             }
@@ -113,11 +122,6 @@ impl MeshFile {
         let beside = self.document.iter().flat_map(|document| &document.beside);
         let mut losses: Vec<String> = beside.map(|what| format!("{what}: not carried into the new file")).collect();
         losses.extend((format.limits)(&content));
-        if let Some(companion) = format.companion.map(|companion| (companion(&content).path)(path))
-            && companion.exists()
-        {
-            losses.push(format!("{} is there already, and is left as it is", companion.display()));
-        }
         Ok(losses)
     }
 
@@ -165,13 +169,27 @@ fn names_folder(path: &Path) -> bool {
     name.starts_with(openfoam::NAMES[0])
 }
 
-/// Writes the file that belongs to the one at `path`, unless there is one: it may hold what its owner wrote.
-fn write_companion(path: &Path, companion: &Companion) -> Result<(), WriteError> {
+/// Fails if what stands in the place of the file that belongs to the one at `path` is another mesh's.
+fn check_companion(path: &Path, companion: Option<&Companion>) -> Result<(), WriteError> {
+    companion.map_or(Ok(()), |companion| mapbc::check(&(companion.path)(path), companion))
+}
+
+/// Writes a file, and the one that belongs to it, unless that is there: it may hold what its owner wrote.
+fn with_companion(
+    path: &Path,
+    companion: Option<&Companion>,
+    write: impl FnOnce() -> Result<(), WriteError>,
+) -> Result<(), WriteError> {
+    check_companion(path, companion)?;
+    write()?;
+    let Some((companion, bytes)) = companion.and_then(|companion| Some((companion, companion.bytes.as_ref()?))) else {
+        return Ok(());
+    };
     let path = (companion.path)(path);
     if path.exists() {
         return Ok(());
     }
-    let written = write_atomically(&path, |out| out.write_all(&companion.bytes));
+    let written = write_atomically(&path, |out| out.write_all(bytes));
     written.map_err(|source| WriteError::Io { path, source })
 }
 
