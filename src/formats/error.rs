@@ -250,6 +250,19 @@ pub enum WriteError {
         /// Where they differ.
         what: String,
     },
+    /// Two meshes to write would have one file beside them that gives the families of one of them wrong names.
+    #[error(
+        "{} and {} number the families of the mesh otherwise, but would both find their names in {}; give one of them \
+         another name", first.display(), second.display(), path.display()
+    )]
+    Shared {
+        /// The file beside.
+        path: PathBuf,
+        /// One mesh file.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+    },
     /// A cell names a vertex that is not there.
     #[error("{entity} {index} names vertex {vertex}, but there are {n_vertices} vertices")]
     VertexOutOfRange {

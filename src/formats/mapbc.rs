@@ -126,7 +126,7 @@ impl Mapbc {
 
     /// What a reference is called.
     pub fn name(&self, reference: i32) -> String {
-        self.names.get(&reference).cloned().unwrap_or_else(|| surface(reference))
+        name(&self.names, reference)
     }
 }
 
@@ -177,14 +177,25 @@ pub(super) fn check(path: &Path, companion: &Companion) -> Result<(), WriteError
     if there.bytes.is_none() || there.bytes == companion.bytes {
         return Ok(());
     }
-    let own = |reference: i32| companion.names.get(&reference).cloned().unwrap_or_else(|| surface(reference));
-    let references = there.names.keys().chain(companion.names.keys());
-    match references.copied().find(|&reference| there.name(reference) != own(reference)) {
+    match difference(&there.names, &companion.names) {
         None => Ok(()),
-        Some(reference) => Err(stale(format!(
-            "it calls family {reference} '{}', the mesh '{}'",
-            there.name(reference),
-            own(reference)
-        ))),
+        Some(reference) => {
+            let [found, own] = [&there.names, &companion.names].map(|names| name(names, reference));
+            Err(stale(format!("it calls family {reference} '{found}', the mesh '{own}'")))
+        }
     }
+}
+
+/// Whether each reference has the same name in both.
+pub(super) fn agree(a: &Names, b: &Names) -> bool {
+    difference(a, b).is_none()
+}
+
+/// A reference with two names.
+fn difference(a: &Names, b: &Names) -> Option<i32> {
+    a.keys().chain(b.keys()).copied().find(|&reference| name(a, reference) != name(b, reference))
+}
+
+fn name(names: &Names, reference: i32) -> String {
+    names.get(&reference).cloned().unwrap_or_else(|| surface(reference))
 }

@@ -15,7 +15,7 @@ use super::assembly::{Assembly, MOST_VERTICES, Shape};
 use super::content::Content;
 use super::document::{Companion, Document, Slots, write_shortest};
 use super::error::ReadError;
-use super::mapbc::{self, Names};
+use super::mapbc::{self, Mapbc, Names};
 use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
 use super::table::Parsed;
@@ -104,15 +104,16 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
     let positions = positions.ok_or_else(|| missing("Vertices", "is it a complete Medit file?"))?;
     beside.extend(assembly.passed_over());
-    let mapbc = mapbc::read(&mapbc_path(path))?;
+    let of_comment = |tag: i32| names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
+    let mut unnamed: Vec<i32> = assembly.used_tags();
+    unnamed.retain(|&tag| of_comment(tag).is_none());
+    // The comment is of the same file. Where it names all, what lies beside may be another mesh's.
+    let mapbc = if unnamed.is_empty() { Mapbc::default() } else { mapbc::read(&mapbc_path(path))? };
     if mapbc.has_conditions {
         beside.push("boundary conditions of the .mapbc file".to_string());
     }
-    // The comment is of the same file: it cannot be another mesh's.
-    let of_comment = |tag: i32| names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
-    let used = assembly.used_tags();
-    let not_named = used.into_iter().filter(|&tag| of_comment(tag).is_none());
-    let of_companion: Names = not_named.map(|tag| (tag, mapbc.name(tag))).chain(mapbc.names.clone()).collect();
+    let of_companion: Names =
+        unnamed.into_iter().map(|tag| (tag, mapbc.name(tag))).chain(mapbc.names.clone()).collect();
     let (mesh, others) = assembly.finish(path, positions, |tag| of_comment(tag).unwrap_or_else(|| mapbc.name(tag)))?;
     let coordinates = Box::new(Slots { encoding, width, slots });
     let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names: of_companion });

@@ -1,7 +1,7 @@
 //! Writing a mesh: its own file with other coordinates, or a new one.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use super::content::{Cells, Content, Fields};
 use super::document::{Companion, Document};
 use super::error::WriteError;
 use super::gzip::Gzip;
-use super::mapbc;
+use super::mapbc::{self, Names};
 use super::openfoam;
 use super::out::{Out, in_blocks};
 use super::read::MeshFile;
@@ -93,18 +93,51 @@ impl MeshFile {
         let checked = match format.is_folder() && names_folder(path) {
             true => atomic::check_folder(path),
             false => {
-                match (self.source(format, extension), format.companion) {
-                    (Some(document), _) => check_companion(path, document.companion.as_ref())?,
-                    (None, companion) => {
-                        format.creator(path)?;
-                        let content = self.content(&self.mesh.vertices, Fields::default(), extension);
-                        check_companion(path, companion.map(|companion| companion(&content)).as_ref())?;
-                    }
+                if self.source(format, extension).is_none() {
+                    format.creator(path)?;
                 }
+                self.check_beside(&[path])?;
                 atomic::check(path)
             }
         };
         checked.map_err(|source| WriteError::Io { path: path.into(), source })
+    }
+
+    /// Checks that no file beside `paths` gives the mesh at one of them other names of families: neither one that is there
+    /// already, nor the one of another of these meshes. They may have other names than [`MeshFile::check_output`] was asked of.
+    ///
+    /// # Errors
+    ///
+    /// - [`WriteError::UnknownFormat`]: no format has that extension.
+    /// - [`WriteError::Stale`]: a `.mapbc` file is there that calls the families otherwise.
+    /// - [`WriteError::Shared`]: two of these meshes need the same `.mapbc` file with other names in it.
+    pub fn check_beside(&self, paths: &[&Path]) -> Result<(), WriteError> {
+        let mut named: Vec<(PathBuf, Names, &Path)> = Vec::new();
+        for &path in paths {
+            let (format, extension) = output_format(path)?;
+            if format.is_folder() {
+                continue;
+            }
+            let content = self.content(&self.mesh.vertices, Fields::default(), extension);
+            let source = self.source(format, extension);
+            let created = format.companion.filter(|_| source.is_none()).map(|companion| companion(&content));
+            let Some(companion) = source.map_or(created.as_ref(), |document| document.companion.as_ref()) else {
+                continue;
+            };
+            check_companion(path, Some(companion))?;
+            if companion.names.is_empty() {
+                continue;
+            }
+            let beside = (companion.path)(path);
+            if let Some((beside, _, first)) =
+                named.iter().find(|(other, names, _)| *other == beside && !mapbc::agree(names, &companion.names))
+            {
+                let [beside, first, second] = [beside, *first, path].map(Path::to_path_buf);
+                return Err(WriteError::Shared { path: beside, first, second });
+            }
+            named.push((beside, companion.names.clone(), path));
+        }
+        Ok(())
     }
 
     /// What a file that [`MeshFile::write`] makes at `path` will not hold or hold otherwise, in words; nothing where the

@@ -149,6 +149,19 @@ fn another_meshs_mapbc_is_refused() {
     taken(&file, "moved.meshb");
     fs::write(&beside, "3\n1 0 wing_skin\n").unwrap();
     refused(&file, "moved.lb8.ugrid", "it cannot be read: ");
+    // Two outputs of one name before their extensions have one such file.
+    let together = |names: [&str; 2]| {
+        let paths = names.map(|name| folder.path().join(name));
+        file.check_beside(&[&paths[0], &paths[1]])
+    };
+    together(["new.ugrid", "new.ugrid.gz"]).unwrap();
+    together(["new.lb8.ugrid", "new.meshb"]).unwrap();
+    together(["new.ugrid", "new.mesh"]).unwrap();
+    together(["new.ugrid", "newer.lb8.ugrid"]).unwrap();
+    for names in [["new.ugrid", "new.lb8.ugrid"], ["new.ugrid", "new.meshb"]] {
+        let error = together(names).unwrap_err().to_string();
+        assert!(error.contains("would both find their names in") && error.contains("new.mapbc"), "{error}");
+    }
 }
 
 #[test]

@@ -74,6 +74,10 @@ fn names_stand_in_the_mapbc_file() {
     assert_eq!(read(&path("tet.mesh")).unwrap().mesh.families, ["wing", "outer_box"]);
     let losses = file.losses(Path::new("a.vtu")).unwrap().join("; ");
     assert!(losses.contains("boundary conditions of the .mapbc file"), "{losses}");
+    // Where the file names all, what lies beside is not looked at.
+    fs::write(path("tet.mesh"), TET).unwrap();
+    fs::write(path("tet.mapbc"), "9\n").unwrap();
+    assert_eq!(read(&path("tet.mesh")).unwrap().mesh.families, ["wing", "far field"]);
 }
 
 #[test]
