@@ -38,6 +38,7 @@ fn displacements_as_others_write_them() {
         "dz dy dx z y x\n-1e-3 0 0.5 3 2 1\n0 0.25 0 6 5 4\n",
         // As numpy.savetxt writes a header.
         "# dz dy dx z y x\n-1e-3 0 0.5 3 2 1\n0 0.25 0 6 5 4\n",
+        "# columns: x y z dx dy dz in m\n1 2 3 0.5 0 -1e-3\n4 5 6 0 0.25 0\n",
         "# of a flap, x and dx\n1 2 3 0.5 0 -1.0D-03 ! first\n% nothing\n4 5 6 0 2.5d-1 0.\n",
     ] {
         assert_eq!(values(&rows(text).unwrap_or_else(|error| panic!("{error}"))), values(&plain), "{text}");
@@ -60,6 +61,8 @@ fn bad_displacement_lines() {
     assert_eq!(error("a,b,c,dx,dy,dz\n"), format!("d.csv:1: no column x among 'a, b, c, dx, dy, dz', {expected}"));
     assert_eq!(error("x,y,z,dx,dy,dz,DX\n"), format!("d.csv:1: the columns 'dx' and 'DX' both are dx, {expected}"));
     assert_eq!(error("x,y,z,dx,dy,dz,p\n1,2,3,4,5,6\n"), format!("d.csv:2: 6 columns under a header of 7, {expected}"));
+    let other_order = error("# dx dy dz x y z in m\n1 2 3 4 5 6\n");
+    assert_eq!(other_order, format!("d.csv:2: 6 columns under a header of 8, {expected}"));
     assert_eq!(error("1,2,3,,5,6\n"), format!("d.csv:1: \"\" is not a number, {expected}"));
     assert_eq!(error("0,5;2;3;4;5;6\n"), format!("d.csv:1: \"0,5\" is not a number, {expected}"));
     assert_eq!(error("1 2 3 4 5 6\nx y z dx dy dz\n"), format!("d.csv:2: \"x\" is not a number, {expected}"));

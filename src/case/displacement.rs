@@ -144,6 +144,10 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         }
         let fields = fields(row);
         let is_header = is_empty && header::is_header(&fields);
+        if is_empty && fields.len() == Columns::DEFAULT.n {
+            // Other words in the comment count as columns, too; the order that it names is that of a table without a header.
+            columns = columns.filter(|of_comment| of_comment.n == fields.len() || !of_comment.of.is_sorted());
+        }
         is_empty = false;
         if is_header {
             columns = Some(Columns::of(&fields).map_err(bad)?);
