@@ -94,6 +94,7 @@ pub mod report;
 pub mod smoothing;
 pub mod springs;
 pub mod stages;
+mod text;
 
 /// Compiles the code in the README.
 #[cfg(doctest)]

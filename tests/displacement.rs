@@ -22,6 +22,33 @@ fn displacements_with_and_without_header() {
     );
 }
 
+/// Other separators, columns by their names, comments and Fortran's numbers give the same rows.
+#[test]
+fn displacements_as_others_write_them() {
+    let plain = rows("1,2,3,0.5,0,-1e-3\n4,5,6,0,0.25,0\n").unwrap();
+    let values = |table: &displacement::DisplacementTable| {
+        table.rows.iter().map(|row| (row.position, row.displacement)).collect::<Vec<_>>()
+    };
+    for text in [
+        "1 2 3 0.5 0 -1e-3\n  4\t5 6   0 0.25 0\n",
+        "1\t2\t3\t0.5\t0\t-1e-3\n4\t5\t6\t0\t0.25\t0\n",
+        "X; Y; Z; DX; DY; DZ\n1; 2; 3; 0.5; 0; -1e-3;\n4;5;6;0;0.25;0\n",
+        "\"Points:0\",\"Points:1\",\"Points:2\",\"p\",\"Displacement:0\",\"Displacement:1\",\"Displacement:2\"\n\
+         1,2,3,9,0.5,0,-1e-3\n4,5,6,,0,0.25,0\n",
+        "dz dy dx z y x\n-1e-3 0 0.5 3 2 1\n0 0.25 0 6 5 4\n",
+        // As numpy.savetxt writes a header.
+        "# dz dy dx z y x\n-1e-3 0 0.5 3 2 1\n0 0.25 0 6 5 4\n",
+        "# columns: x y z dx dy dz in m\n1 2 3 0.5 0 -1e-3\n4 5 6 0 0.25 0\n",
+        "# of a flap, x and dx\n1 2 3 0.5 0 -1.0D-03 ! first\n% nothing\n4 5 6 0 2.5d-1 0.\n",
+    ] {
+        assert_eq!(values(&rows(text).unwrap_or_else(|error| panic!("{error}"))), values(&plain), "{text}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("d.csv");
+    std::fs::write(&path, b"# d\xe9placement\n1,2,3,0.5,0,-1e-3\n4,5,6,0,0.25,0\n").unwrap();
+    assert_eq!(values(&displacement::read(&path).unwrap()), values(&plain));
+}
+
 #[test]
 fn bad_displacement_lines() {
     let error = |text: &str| rows(text).unwrap_err().to_string();
@@ -31,7 +58,14 @@ fn bad_displacement_lines() {
     assert_eq!(error("1,2,3,4,5,6\n1,2,3,4,5,six\n"), format!("d.csv:2: \"six\" is not a number, {expected}"));
     assert_eq!(error("1,2,3,nan,5,6\n"), format!("d.csv:1: \"nan\" is not finite, {expected}"));
     assert_eq!(error("1,2,3,4,5,1e999\n"), format!("d.csv:1: \"1e999\" is not finite, {expected}"));
-    assert_eq!(error("a,b,c,dx,dy,dz\n"), format!("d.csv:1: \"a\" is not a number, {expected}"));
+    assert_eq!(error("a,b,c,dx,dy,dz\n"), format!("d.csv:1: no column x among 'a, b, c, dx, dy, dz', {expected}"));
+    assert_eq!(error("x,y,z,dx,dy,dz,DX\n"), format!("d.csv:1: the columns 'dx' and 'DX' both are dx, {expected}"));
+    assert_eq!(error("x,y,z,dx,dy,dz,p\n1,2,3,4,5,6\n"), format!("d.csv:2: 6 columns under a header of 7, {expected}"));
+    let other_order = error("# dx dy dz x y z in m\n1 2 3 4 5 6\n");
+    assert_eq!(other_order, format!("d.csv:2: 6 columns under a header of 8, {expected}"));
+    assert_eq!(error("1,2,3,,5,6\n"), format!("d.csv:1: \"\" is not a number, {expected}"));
+    assert_eq!(error("0,5;2;3;4;5;6\n"), format!("d.csv:1: \"0,5\" is not a number, {expected}"));
+    assert_eq!(error("1 2 3 4 5 6\nx y z dx dy dz\n"), format!("d.csv:2: \"x\" is not a number, {expected}"));
     assert_eq!(error("x,y,z,dx,dy,dz\n"), "d.csv: no displacements, expected rows x,y,z,dx,dy,dz");
 }
 

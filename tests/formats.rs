@@ -16,6 +16,8 @@ mod medit;
 mod mixed;
 #[path = "formats/openfoam.rs"]
 mod openfoam;
+#[path = "formats/save_all.rs"]
+mod save_all;
 #[path = "formats/su2.rs"]
 mod su2;
 #[path = "formats/vtu.rs"]

@@ -22,6 +22,118 @@ fn close(points: &[DVec3], expected: &[[f64; 3]]) -> bool {
 const SELIG: &str = "DIAMOND airfoil 2012\n 1.0 0.0\n 0.5 0.1\n 0.0 0.0\n\n 0.5 -0.1\n 1.0 0.0\n";
 const LEDNICER: &str = "DIAMOND\n  3.  3.\n\n0 0\n0.5 0.1\n1 0\n\n0 0\n0.5 -0.1\n1 0\n";
 
+/// The sides of the diamond one after the other, from the leading edge to the trailing edge.
+const BLOCKS: &str = "DIAMOND\n0 0\n0.5 0.1\n1 0\n\n0 0\n0.5 -0.1\n1 0\n";
+
+/// The diamond with its leading edge elsewhere and with another chord.
+fn moved(x: f64, y: f64, chord: f64) -> String {
+    let row = |point: [f64; 2]| format!("{} {}\n", x + chord * point[0], y + chord * point[1]);
+    format!("DIAMOND\n{}", DIAMOND.map(row).concat())
+}
+
+/// The diamond with a third column, of which the last number is another.
+fn thick(column: &str, last: &str) -> String {
+    let rows = SELIG.replace("\n\n", "\n").trim_end().replace('\n', &format!("{column}\n"));
+    rows.replacen(column, "", 1) + last + "\n"
+}
+
+/// Each order of points, and each habit of other programs, gives the curve of the plain file.
+#[test]
+fn airfoils_are_read_as_others_write_them() {
+    let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
+    let read = |text: &[u8]| {
+        let source = Source { path: Path::new("a.dat"), bytes: text, placement: Some(&placement) };
+        parse(&[source]).unwrap_or_else(|error| panic!("{error}:\n{}", String::from_utf8_lossy(text))).remove(0).points
+    };
+    let expected = DIAMOND.map(|[x, y]| [x, 0.0, y]);
+    let sides = ["0 0\n0.5 0.1\n1 0\n", "0 0\n0.5 -0.1\n1 0\n"];
+    let turned = ["1 0\n0.5 0.1\n0 0\n", "1 0\n0.5 -0.1\n0 0\n"];
+    let mut texts = vec![
+        BLOCKS.to_string(),
+        // Without the blank line, x starts again.
+        BLOCKS.replace("\n\n", "\n"),
+        format!("# by a tool\n! in 2012\n\n{}% end\n", SELIG.replace("0.5 0.1", "0.5 0.1 # the thickest")),
+        SELIG.replace('\n', " ! more\n").replacen("! more", "12%", 1),
+        thick(" 0.000", " 0.000"),
+        thick(" 2.5", " 2.5"),
+        // x, y along the span, z.
+        SELIG
+            .replace(" 0.5 ", "0.5 0 ")
+            .replace("1.0 ", "1.0 0 ")
+            .replace("0.0 0", "0.0 0 0")
+            .replace("1.0 0 0 0", "1.0 0 0"),
+        SELIG.replace("0.5 0.1", "5.0D-01;1.d-1").replace("1.0 0.0", "1.0D+00 0.0d0"),
+        SELIG.replace("2012\n", "2012\nx/c y/c\n"),
+        SELIG.replace("\n 1.0", "\n\n1.0"),
+    ];
+    for upper in [sides[0], turned[0]] {
+        for lower in [sides[1], turned[1]] {
+            texts.push(format!("DIAMOND\n{upper}\n{lower}"));
+            texts.push(format!("DIAMOND\n3 3\n{upper}{lower}"));
+        }
+    }
+    for text in texts {
+        assert!(close(&read(text.as_bytes()), &expected), "{text}{:?}", read(text.as_bytes()));
+    }
+    let latin = [b"Profil \xe9pais\n", SELIG.split_once('\n').unwrap().1.as_bytes(), b"# 12 \xb0\n"].concat();
+    assert!(close(&read(&latin), &expected));
+    // A flat lower side has no points between its ends: nothing starts again there.
+    let flat = [[1.0, 0.0, 0.0], [0.5, 0.0, 0.1], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+    assert!(close(&read(b"1 0\n0.5 0.1\n0 0\n1 0\n"), &flat));
+    assert!(close(&read(b"0 0\n0.5 0.1\n1 0\n\n0 0\n1 0\n"), &flat));
+    assert!(close(&read(b"flat\n3 2\n0 0\n0.5 0.1\n1 0\n0 0\n1 0\n"), &flat));
+    // A closed curve may begin anywhere.
+    let round = read(b"0 0\n0.5 -0.1\n1 0\n0.5 0.05\n0.3 0.1\n0 0\n");
+    assert_eq!((round[0], round[5], round.len()), (DVec3::X, DVec3::X, 6));
+    assert_eq!(round[1], DVec3::new(0.5, 0.0, 0.05));
+}
+
+/// Within a hundredth an airfoil is where its file says: NACA 9418 at its own 0 and 1, whose nose is a little off.
+#[test]
+fn airfoils_with_camber_keep_their_place() {
+    let (camber, at, thickness) = (0.09, 0.4, 0.18);
+    let side = |side: f64| {
+        (0..=60).map(move |step| {
+            let x = 0.5 * (1.0 - (std::f64::consts::PI * f64::from(step) / 60.0).cos());
+            let half = 5.0
+                * thickness
+                * (0.2969 * x.sqrt() - 0.126 * x - 0.3516 * x * x + 0.2843 * x.powi(3) - 0.1015 * x.powi(4));
+            let (scale, from) =
+                if x < at { (camber / (at * at), 0.0) } else { (camber / (1.0 - at).powi(2), 1.0 - 2.0 * at) };
+            let (height, slope) = (scale * (from + 2.0 * at * x - x * x), scale * 2.0 * (at - x));
+            let angle = slope.atan();
+            [x - side * half * angle.sin(), height + side * half * angle.cos()]
+        })
+    };
+    let curve: Vec<[f64; 2]> = side(1.0).collect::<Vec<_>>().into_iter().rev().chain(side(-1.0).skip(1)).collect();
+    assert!(curve.iter().any(|point| point[0] < -0.002), "the nose is off 0");
+    let text: String = curve.iter().map(|[x, y]| format!("{x} {y}\n")).collect();
+    let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
+    let expected: Vec<[f64; 3]> = curve.iter().map(|&[x, y]| [x, 0.0, y]).collect();
+    assert!(close(&read("a.dat", &text, Some(&placement)).unwrap()[0].points, &expected));
+}
+
+/// Columns by their names, in any order and among others; comments; separators; Fortran's numbers.
+#[test]
+fn tables_of_profiles_are_read_as_others_write_them() {
+    let plain = read("a.csv", "profile,x,y,z\n0,1,2,0\n0,0.5,2,0.1\n1,0,3,0.25\n", None).unwrap();
+    assert_eq!((plain.len(), plain[1].points[0]), (2, DVec3::new(0.0, 3.0, 0.25)));
+    for text in [
+        "\"profile\",\"Points:0\",\"Points:1\",\"Points:2\"\n0,1,2,0\n0,0.5,2,0.1\n1,0,3,0.25\n",
+        "\"Cp, mean\",\"Points_2\",\"Points_0\",\"Points_1\",\"PROFILE\"\n9,0,1,2,0\n9,0.1,0.5,2,0\n,0.25,0,3,1\n",
+        "X Y Z Profile\n1 2 0 0\n0.5\t2 0.1 0\n0 3 2.5D-01 1.d0\n",
+        "# made by x\n# profile x y z\n0;1;2;0\n\n0;0.5;2;0.1 # nose\n1;0;3;0.25;\n% end\n",
+        ",profile,x,y,z\n0,0,1,2,0\n1,0,0.5,2,0.1\n2,1,0,3,0.25\n",
+    ] {
+        assert_eq!(read("a.csv", text, None).unwrap(), plain, "{text}");
+    }
+    // A header that is no comment counts more than a comment that might be one.
+    let both = "# z,y,x,profile\nprofile,x,y,z\n0,1,2,0\n0,0.5,2,0.1\n1,0,3,0.25\n";
+    assert_eq!(read("a.csv", both, None).unwrap(), plain);
+    let latin = b"# d\xe9j\xe0 vu\nprofile,x,y,z\n0,1,2,0\n0,0.5,2,0.1\n1,0,3,0.25\n";
+    assert_eq!(parse(&[Source { path: Path::new("a.csv"), bytes: latin, placement: None }]).unwrap(), plain);
+}
+
 /// Selig and Lednicer order give the same curve, put where the placement says.
 #[test]
 fn airfoils_are_placed() {
@@ -58,6 +170,10 @@ fn tecplot_zones_are_curves() {
     let profiles = read("a.dat", &two, None).unwrap();
     assert_eq!(profiles.iter().map(|profile| profile.number).collect::<Vec<_>>(), [0, 1]);
     assert!(profiles.iter().all(|profile| close(&profile.points, &expected)), "{profiles:?}");
+    let others =
+        two.replace("9 0.5 2 0.1\n", "9, 5.0D-01 2 1.d-1 # thick\n# nose\n").replacen("TITLE", "# by a tool\nTITLE", 1);
+    let title: Vec<u8> = others.replace("slices", "\u{e9}").chars().map(|letter| letter as u8).collect();
+    assert_eq!(parse(&[Source { path: Path::new("a.dat"), bytes: &title, placement: None }]).unwrap(), profiles);
     // The same points as segments in any order, of a closed curve and of an open one.
     let nodes = "9 1 2 0\n9 0 2 0\n9 0.5 2 0.1\n9 0.5 2 -0.1\n";
     let header = "Nodes=4, Elements=4, ZONETYPE=FELineSeg\nDATAPACKING=POINT\nDT=(SINGLE SINGLE SINGLE SINGLE)";
@@ -122,6 +238,36 @@ fn broken_files_are_refused_with_their_line() {
         ("a.dat", SELIG.to_string(), "a.dat:1: the coordinates of an airfoil do not say where it is; expected a place"),
         ("b.dat", SELIG.replace("0.5 0.1", "0.5 nan"), "b.dat:3: found 'nan'; expected a finite number"),
         ("b.dat", SELIG.replace("0.5 0.1", "0.5 0.1 2"), "b.dat:3: 3 words; expected two numbers: x y"),
+        ("b.dat", SELIG.replace("0.5 0.1", "0,5 0,1"), "b.dat:3: 3 words; expected two numbers: x y"),
+        ("b.dat", SELIG.replace("0.5 0.1", "0.5 0.1D"), "b.dat:3: found '0.1D'; expected a finite number"),
+        (
+            "b.dat",
+            BLOCKS.replace("\n\n", "\n0 0.2\n0.5 0.2\n0.9 0\n\n"),
+            "b.dat:9: the points begin a third time at an end",
+        ),
+        ("b.dat", "half\n1 0\n0.5 0.1\n0 0\n".into(), "b.dat:4: the points begin or end at x = 0"),
+        ("b.dat", "round\n0 0\n0.5 0.1\n1 0.01\n1 -0.01\n0.5 -0.1\n0 -0.01\n".into(), "b.dat:2: the points begin or"),
+        ("b.dat", thick(" 0", " 1"), "b.dat:6: the second and the third column both change"),
+        (
+            "b.dat",
+            moved(-0.3, 0.0, 1.0),
+            "b.dat:2: the airfoil's leading edge is at x = -0.300000, y = 0.000000 and its chord is 1.0",
+        ),
+        (
+            "b.dat",
+            moved(0.0, 0.02, 1.0),
+            "b.dat:2: the airfoil's leading edge is at x = 0.000000, y = 0.020000 and its chord is 1.0",
+        ),
+        (
+            "b.dat",
+            moved(0.0, 0.0, 1.02),
+            "b.dat:2: the airfoil's leading edge is at x = 0.000000, y = 0.000000 and its chord is 1.020",
+        ),
+        (
+            "b.dat",
+            moved(0.0, 0.0, 100.0),
+            "b.dat:2: the airfoil's leading edge is at x = 0.000000, y = 0.000000 and its chord is 100.0",
+        ),
         ("b.dat", LEDNICER.replace("3.  3.", "3.  4."), "b.dat:2: 6 points after the numbers 3 and 4"),
         ("b.dat", LEDNICER.replace("3.  3.", "3.  1e300"), "b.dat:2: 6 points after the numbers 3 and"),
         ("b.dat", "title\n".to_string(), "b.dat:1: no point"),
@@ -143,6 +289,15 @@ fn broken_files_are_refused_with_their_line() {
             "a.vtk: the file has no POINTS",
         ),
         ("a.csv", "profile,x,y,z\n0,1,2\n".to_string(), "a.csv:2: 3 fields"),
+        ("a.csv", "profile,x,y,z,cp\n0,1,2,,3\n".to_string(), "a.csv:2: z = ''; expected a finite number"),
+        (
+            "a.csv",
+            "Points:0,Points:1,Points:2\n1,2,3\n".to_string(),
+            "a.csv:1: found 'Points:0,Points:1,Points:2', which has no",
+        ),
+        ("a.csv", "profile,x,y,z,Points:0\n".to_string(), "a.csv:1: the columns 'x' and 'Points:0' both are x"),
+        ("a.csv", "profile,x,y,z,profile\n".to_string(), "a.csv:1: two columns profile"),
+        ("a.csv", "# profile,x,y\n0,1,2,3\n".to_string(), "a.csv:2: found '0,1,2,3'; expected the header"),
     ];
     for (name, text, expected) in rows {
         let given = (name == "b.dat").then_some(&placement);
@@ -151,6 +306,6 @@ fn broken_files_are_refused_with_their_line() {
     }
     let error = read("a.json", "[]", Some(&placement)).unwrap_err().to_string();
     assert!(error.contains("a placement is given, but the file says itself"), "{error}");
-    let error = parse(&[Source { path: Path::new("a.dat"), bytes: b"x\n1 \xff\n", placement: None }]).unwrap_err();
-    assert!(error.to_string().contains("a.dat:2: bytes that are no text"), "{error}");
+    let error = parse(&[Source { path: Path::new("a.json"), bytes: b"[\n\xff]", placement: None }]).unwrap_err();
+    assert!(error.to_string().contains("a.json:2: bytes that are no text"), "{error}");
 }

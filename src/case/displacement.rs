@@ -1,4 +1,4 @@
-//! Prescribed displacements: a CSV file of `x,y,z,dx,dy,dz` for the vertices of one family.
+//! Prescribed displacements: a table of `x,y,z,dx,dy,dz` for the vertices of one family.
 //!
 //! Rows are matched to vertices by original position, so they may stand in any order; but each vertex must have exactly
 //! one row and each row a vertex: half a surface motion is a mistake, not a default.
@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use thiserror::Error;
+
+use crate::text::{Mark, Row, decode, fields, header, parse_number, rows, shorten};
 
 /// The rows of one file.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,50 +111,86 @@ pub enum DisplacementError {
     },
 }
 
-/// Reads a displacement file; the header line `x,y,z,dx,dy,dz` and empty lines are skipped.
+/// Reads a displacement file, see [`parse`].
 ///
 /// # Errors
 /// The file cannot be read, is empty, or a line is not six finite numbers.
 pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
     let bytes =
         std::fs::read(path).map_err(|source| DisplacementError::Unreadable { path: path.to_path_buf(), source })?;
-    // Bytes that are no text become characters that are no number, and are reported as such with their line.
-    parse(&String::from_utf8_lossy(&bytes), path)
+    parse(&decode(&bytes), path)
 }
 
 /// Reads the text of a displacement file; `path` names it in errors.
 ///
+/// The six numbers of a row are separated by commas, semicolons or white space. A header before them may say which columns
+/// they are, in any order and among others, in the names of ParaView too (`Points:0`, `Displacement:0`). From `#`, `!` or `%` on
+/// a line is a comment; one before the first row may hold the header.
+///
 /// # Errors
-/// The text has no row, or a line is not six finite numbers.
+/// The text has no row, a header lacks columns, or a line is not six finite numbers.
 pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementError> {
-    let mut rows = Vec::new();
-    for (index, content) in text.trim_start_matches('\u{feff}').lines().enumerate() {
-        let line = index + 1;
-        let fields: Vec<&str> = content.split(',').map(str::trim).collect();
-        let is_header =
-            line == 1 && fields.iter().map(|field| field.to_lowercase()).eq(["x", "y", "z", "dx", "dy", "dz"]);
-        if content.trim().is_empty() || is_header {
+    let mut table = Vec::new();
+    let mut columns: Option<Columns> = None;
+    let mut is_empty = true;
+    for Row { line, text: row, comment } in rows(text, Mark::Any) {
+        let line = line + 1;
+        let bad = |what: String| DisplacementError::BadLine { path: path.to_path_buf(), line, what };
+        if row.is_empty() {
+            if is_empty && let Ok(of_comment) = Columns::of(&fields(comment)) {
+                columns = Some(of_comment);
+            }
             continue;
         }
-        let bad = |what: String| DisplacementError::BadLine { path: path.to_path_buf(), line, what };
-        if fields.len() != 6 {
+        let fields = fields(row);
+        let is_header = is_empty && header::is_header(&fields);
+        if is_empty && fields.len() == Columns::DEFAULT.n {
+            // Other words in the comment count as columns, too; the order that it names is that of a table without a header.
+            columns = columns.filter(|of_comment| of_comment.n == fields.len() || !of_comment.of.is_sorted());
+        }
+        is_empty = false;
+        if is_header {
+            columns = Some(Columns::of(&fields).map_err(bad)?);
+            continue;
+        }
+        let Columns { n, of } = columns.as_ref().unwrap_or(&Columns::DEFAULT);
+        if fields.len() != *n {
             let noun = if fields.len() == 1 { "column" } else { "columns" };
-            return Err(bad(format!("{} {noun}", fields.len())));
+            let header = if *n != 6 { format!(" under a header of {n}") } else { String::new() };
+            return Err(bad(format!("{} {noun}{header}", fields.len())));
         }
         let mut numbers = [0.0f64; 6];
-        for (number, field) in numbers.iter_mut().zip(&fields) {
-            *number = field.parse().map_err(|_| bad(format!("\"{field}\" is not a number")))?;
+        for (number, &column) in numbers.iter_mut().zip(of) {
+            let field = fields[column];
+            *number = parse_number(field).ok_or_else(|| bad(format!("\"{}\" is not a number", shorten(field))))?;
             if !number.is_finite() {
                 return Err(bad(format!("\"{field}\" is not finite")));
             }
         }
         let [x, y, z, dx, dy, dz] = numbers;
-        rows.push(DisplacementRow { line, position: DVec3::new(x, y, z), displacement: DVec3::new(dx, dy, dz) });
+        table.push(DisplacementRow { line, position: DVec3::new(x, y, z), displacement: DVec3::new(dx, dy, dz) });
     }
-    if rows.is_empty() {
+    if table.is_empty() {
         return Err(DisplacementError::Empty { path: path.to_path_buf() });
     }
-    Ok(DisplacementTable { path: path.to_path_buf(), rows })
+    Ok(DisplacementTable { path: path.to_path_buf(), rows: table })
+}
+
+/// How many columns a table has, and which hold x, y, z, dx, dy and dz.
+struct Columns {
+    n: usize,
+    of: [usize; 6],
+}
+
+impl Columns {
+    const DEFAULT: Self = Self { n: 6, of: [0, 1, 2, 3, 4, 5] };
+
+    /// Those that a header names. The error says what is wrong with it.
+    fn of(names: &[&str]) -> Result<Self, String> {
+        let [x, y, z] = header::POSITION.columns(names)?;
+        let [dx, dy, dz] = header::DISPLACEMENT.columns(names)?;
+        Ok(Self { n: names.len(), of: [x, y, z, dx, dy, dz] })
+    }
 }
 
 /// Displacement of each vertex of a family `[family_vertices]`.

@@ -191,6 +191,10 @@ impl Targets {
         for path in &self.meshes {
             job.file.check_output(path)?;
         }
+        job.file.check_beside(&self.meshes.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+        // What is written where the result is not valid must not fail for a name either.
+        let invalid: Vec<_> = self.meshes.iter().map(|path| outputs::invalid_name(path)).collect();
+        job.file.check_beside(&invalid.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
         self.histogram.iter().try_for_each(|path| outputs::check_writable(path))
     }
 

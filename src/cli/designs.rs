@@ -7,6 +7,7 @@ use std::str::FromStr;
 
 use super::failure::Failure;
 use crate::case::design_list;
+use crate::text::decode;
 
 /// A design: the name its results get, and its files.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,7 +98,7 @@ pub(super) fn find(path: &Path, extensions: &[&str], tables: &[String]) -> Resul
         paths.retain(|path| is_design(path, extensions) || !of_folder(path, extensions, tables).is_empty());
         paths
     } else {
-        design_list::parse(&fs::read_to_string(path).map_err(cannot_read)?, path)
+        design_list::parse(&decode(&fs::read(path).map_err(cannot_read)?), path)
     };
     if paths.is_empty() {
         return Err(Failure::bad_input(format!("{}: no designs, expected at least one", path.display())));

@@ -4,21 +4,19 @@
 //! `b` is big-endian, `lb` little-endian, `r` and `lr` the same in Fortran's records; 8 or 4 is the size of a coordinate;
 //! a last `l` makes counts and indices 64 bits wide. What follows the cells in the file is kept.
 //!
-//! Source: the UG_IO documentation of the SimCenter, "3D Grid File Type UGRID"; for `.mapbc`, the FUN3D manual.
+//! Source: the UG_IO documentation of the SimCenter, "3D Grid File Type UGRID".
 
-use std::collections::HashMap;
-use std::fs;
 use std::io::{self, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
-use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
-use super::content::{Content, clean_names, renamed};
+use super::assembly::{Assembly, MOST_VERTICES, Shape};
+use super::content::Content;
 use super::document::{Companion, Document, Slots, narrow, write_shortest};
 use super::error::ReadError;
-use super::lines::Lines;
+use super::mapbc;
 use super::out::Out;
-use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+use super::scanner::{Encoding, Endian, Scanner, Width};
 use super::table::Parsed;
 
 /// The format's name in [`super::FORMATS`].
@@ -189,17 +187,15 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     if !bytes[reader.scanner.at()..].trim_ascii().is_empty() {
         beside.push("what follows the cells".to_string());
     }
-    let companion = mapbc_path(path);
-    let mapbc = fs::read(&companion).ok();
-    let read = mapbc.as_deref().map(|bytes| read_mapbc(&companion, bytes)).transpose()?;
-    let (names, has_conditions) = read.unwrap_or_default();
-    if has_conditions {
+    let mapbc = mapbc::read(&mapbc_path(path))?;
+    if mapbc.has_conditions {
         beside.push("boundary conditions of the .mapbc file".to_string());
     }
-    let name = |tag: i32| names.get(&tag).cloned().unwrap_or_else(|| surface(tag));
-    let (mesh, others) = assembly.finish(path, positions, name)?;
+    let names = assembly.used_tags().into_iter().map(|tag| (tag, mapbc.name(tag)));
+    let names = names.chain(mapbc.names.clone()).collect();
+    let (mesh, others) = assembly.finish(path, positions, |tag| mapbc.name(tag))?;
     let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
-    let companion = mapbc.map(|bytes| Companion { path: mapbc_path, bytes });
+    let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names });
     Ok(Parsed {
         mesh,
         others,
@@ -207,44 +203,9 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     })
 }
 
-/// Where the names of the families stand: `wing.mapbc` of `wing.b8.ugrid.gz`.
+/// Where the names of the families stand.
 fn mapbc_path(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let lower = name.to_ascii_lowercase();
-    let stem = lower.strip_suffix(".gz").unwrap_or(&lower);
-    let ends = |extension: &&&str| stem.ends_with(&format!(".{extension}"));
-    let longest = EXTENSIONS.iter().filter(ends).map(|extension| extension.len() + 1).max().unwrap_or(0);
-    // Letters that change their length in lower case do not occur before an ASCII extension's length from the end.
-    let stem = name.get(..stem.len().saturating_sub(longest)).unwrap_or(&name);
-    path.with_file_name(format!("{stem}.mapbc"))
-}
-
-/// Reads a count, and that many lines of `reference boundary-condition name`; the name may be missing.
-///
-/// Also whether there are boundary conditions other than 0.
-fn read_mapbc(path: &Path, bytes: &[u8]) -> Result<(HashMap<i32, String>, bool), ReadError> {
-    let mut lines = Lines::new(path, bytes, b'#');
-    let mut line = lines.demand("the number of boundaries")?;
-    let at = line.start;
-    let count = lines.unsigned(&mut line, "the number of boundaries")?;
-    let count = lines.checked(at, "the number of boundaries", count, 4)?;
-    let (mut names, mut has_conditions) = (HashMap::new(), false);
-    for _ in 0..count {
-        let mut line = lines.demand("a reference, its boundary condition and its name")?;
-        let (at, word) = line.word();
-        let reference = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        let reference = reference.ok_or_else(|| lines.malformed(at, "the reference of a boundary", shown(word)))?;
-        let (at, condition) = line.word();
-        if !condition.strip_prefix(b"-").unwrap_or(condition).iter().all(u8::is_ascii_digit) || condition.is_empty() {
-            return Err(lines.malformed(at, "the number of a boundary condition", shown(condition)));
-        }
-        has_conditions |= condition != b"0";
-        let name = line.rest();
-        if !name.is_empty() {
-            names.insert(reference, String::from_utf8_lossy(name).into_owned());
-        }
-    }
-    Ok((names, has_conditions))
+    mapbc::path_beside(path, EXTENSIONS)
 }
 
 /// Writes an AFLR3 file whose arrays have been checked. References are the families' numbers, counted from 1.
@@ -328,24 +289,16 @@ fn write_index(out: &mut Out, value: u64, endian: Endian, long: bool) -> io::Res
 
 /// The `.mapbc` file of a new mesh: the families' names, without boundary conditions.
 pub(super) fn companion(content: &Content) -> Companion {
-    let names = clean_names(content.cells.families, fits);
-    let mut text = format!("{}\n", names.len());
-    for (index, name) in names.iter().enumerate() {
-        text += &format!("{} 0 {name}\n", index + 1);
-    }
-    Companion { path: mapbc_path, bytes: text.into_bytes() }
+    let names = mapbc::names(content);
+    Companion { path: mapbc_path, bytes: Some(mapbc::without_conditions(&names)), names }
 }
 
 /// What a new file holds otherwise: no boundary conditions, names without spaces, perhaps single precision.
 pub(super) fn limits(content: &Content) -> Vec<String> {
-    let mut limits = renamed(content.cells.families, &clean_names(content.cells.families, fits));
+    let mut limits = mapbc::limits(content);
     limits.push("boundary conditions: the .mapbc file beside it gives every family the number 0".to_string());
     if Variant::of(content.extension).width == Width::Single {
         limits.push("coordinates are rounded to single precision".to_string());
     }
     limits
-}
-
-fn fits(letter: char) -> bool {
-    !letter.is_whitespace() && !letter.is_control() && letter != '#'
 }

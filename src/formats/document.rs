@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::mapbc::Names;
 use super::out::Out;
-use super::scanner::{Encoding, Width, next_token, parse_double};
+use super::scanner::{Encoding, Width, find_byte, next_token, parse_double};
 
 /// A mesh file's source with the places of its coordinates: all that is needed to write it back moved.
 #[derive(Debug)]
@@ -37,7 +38,10 @@ pub(super) type NamedFiles = Vec<(String, Vec<u8>)>;
 pub(super) struct Companion {
     /// Its path, from that of the mesh file.
     pub path: fn(&Path) -> PathBuf,
-    pub bytes: Vec<u8>,
+    /// Its contents; none if the mesh has no such file, but another one's must not be mistaken for it.
+    pub bytes: Option<Vec<u8>>,
+    /// What the references of the mesh's faces are called.
+    pub names: Names,
 }
 
 impl Document {
@@ -140,8 +144,12 @@ fn write_vertex(
     let mut at = slot;
     for value in vertex.to_array() {
         let mut token = next_token(bytes, at);
+        // OpenFOAM's comments may stand before a number.
+        while matches!(bytes[token.clone()], [b'/', b'/' | b'*', ..]) {
+            token = next_token(bytes, token.start + comment(&bytes[token.start..]));
+        }
         // A comment, a tag or a parenthesis may follow a number without white space.
-        let ends = |byte: &u8| matches!(byte, b'%' | b'<' | b')');
+        let ends = |byte: &u8| matches!(byte, b'%' | b'<' | b')' | b'/');
         token.end = bytes[token.clone()].iter().position(ends).map_or(token.end, |length| token.start + length);
         at = token.end;
         // Shorter or longer digits of the same number must stay as they are: compare values, by their bits.
@@ -153,6 +161,16 @@ fn write_vertex(
     }
     out.write_all(&bytes[copied..at])?;
     Ok(at)
+}
+
+/// Length of the comment of C++ that a text begins with: up to its line's end, or with its `*/`.
+pub(super) fn comment(text: &[u8]) -> usize {
+    let inside = text.get(2..).unwrap_or_default();
+    let length = match text.get(1) {
+        Some(b'/') => find_byte(inside, b'\n'),
+        _ => inside.windows(2).position(|pair| pair == b"*/").map(|at| at + 2),
+    };
+    (length.unwrap_or(inside.len()) + 2).min(text.len())
 }
 
 /// A coordinate in single precision, if it has a place there.

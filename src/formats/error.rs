@@ -240,6 +240,29 @@ pub enum WriteError {
         /// Where it is said to be.
         position: DVec3,
     },
+    /// A file beside the one to write would give its families wrong names.
+    #[error(
+        "{} is there already and is not this mesh's: {what}; remove it, or write the mesh under another name", path.display()
+    )]
+    Stale {
+        /// The file beside.
+        path: PathBuf,
+        /// Where they differ.
+        what: String,
+    },
+    /// Two meshes to write would have one file beside them that gives the families of one of them wrong names.
+    #[error(
+        "{} and {} number the families of the mesh otherwise, but would both find their names in {}; give one of them \
+         another name", first.display(), second.display(), path.display()
+    )]
+    Shared {
+        /// The file beside.
+        path: PathBuf,
+        /// One mesh file.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+    },
     /// A cell names a vertex that is not there.
     #[error("{entity} {index} names vertex {vertex}, but there are {n_vertices} vertices")]
     VertexOutOfRange {

@@ -9,8 +9,8 @@ use super::scanner::{find_byte, next_token, parse_double, parse_unsigned, shown}
 pub(super) struct Lines<'a> {
     path: &'a Path,
     bytes: &'a [u8],
-    /// Begins a comment that goes to the line's end.
-    comment: u8,
+    /// Each begins a comment that goes to the line's end.
+    comments: &'static [u8],
     at: usize,
 }
 
@@ -24,8 +24,8 @@ pub(super) struct Line<'a> {
 }
 
 impl<'a> Lines<'a> {
-    pub fn new(path: &'a Path, bytes: &'a [u8], comment: u8) -> Self {
-        Self { path, bytes, comment, at: 0 }
+    pub fn new(path: &'a Path, bytes: &'a [u8], comments: &'static [u8]) -> Self {
+        Self { path, bytes, comments, at: 0 }
     }
 
     /// The next line that is not blank.
@@ -36,10 +36,10 @@ impl<'a> Lines<'a> {
             let start = self.at;
             self.at += (length + 1).min(rest.len());
             let text = &rest[..length];
-            let text = match find_byte(text, self.comment) {
+            let text = self.comments.iter().fold(text, |text, &comment| match find_byte(text, comment) {
                 Some(comment) => &text[..comment],
                 None => text,
-            };
+            });
             let text = text.trim_ascii_end();
             let blank = text.len() - text.trim_ascii_start().len();
             if blank < text.len() {

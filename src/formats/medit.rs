@@ -1,19 +1,21 @@
 //! Medit files: `.mesh` as text, `.meshb` binary in versions 1 to 4 and both byte orders.
 //!
-//! A family is a reference of the faces. Text files that idmesh wrote hold the names in a comment.
+//! A family is a reference of the faces. Text files that idmesh wrote hold the names in a comment; others may have them in a
+//! `.mapbc` file beside.
 //!
 //! Source: L. Maréchal, *Handling unstructured meshes with the libMeshb library*.
 
 use std::io::{self, Write};
 use std::iter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::assembly::{Assembly, MOST_VERTICES, Shape, surface};
+use super::assembly::{Assembly, MOST_VERTICES, Shape};
 use super::content::Content;
-use super::document::{Document, Slots, write_shortest};
+use super::document::{Companion, Document, Slots, write_shortest};
 use super::error::ReadError;
+use super::mapbc::{self, Mapbc, Names};
 use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
 use super::table::Parsed;
@@ -102,14 +104,26 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
     let positions = positions.ok_or_else(|| missing("Vertices", "is it a complete Medit file?"))?;
     beside.extend(assembly.passed_over());
-    let name = |tag: i32| {
-        let named = names.iter().find(|(number, _)| *number == tag);
-        named.map_or_else(|| surface(tag), |(_, name)| name.clone())
-    };
-    let (mesh, others) = assembly.finish(path, positions, name)?;
+    let of_comment = |tag: i32| names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
+    let mut unnamed: Vec<i32> = assembly.used_tags();
+    unnamed.retain(|&tag| of_comment(tag).is_none());
+    // The comment is of the same file. Where it names all, what lies beside may be another mesh's.
+    let mapbc = if unnamed.is_empty() { Mapbc::default() } else { mapbc::read(&mapbc_path(path))? };
+    if mapbc.has_conditions {
+        beside.push("boundary conditions of the .mapbc file".to_string());
+    }
+    let of_companion: Names =
+        unnamed.into_iter().map(|tag| (tag, mapbc.name(tag))).chain(mapbc.names.clone()).collect();
+    let (mesh, others) = assembly.finish(path, positions, |tag| of_comment(tag).unwrap_or_else(|| mapbc.name(tag)))?;
     let coordinates = Box::new(Slots { encoding, width, slots });
-    let document = Document::of_file(NAME, extension, bytes, coordinates, beside);
+    let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names: of_companion });
+    let document = Document { companion, ..Document::of_file(NAME, extension, bytes, coordinates, beside) };
     Ok(Parsed { mesh, others, document })
+}
+
+/// Where names of families may stand.
+fn mapbc_path(path: &Path) -> PathBuf {
+    mapbc::path_beside(path, EXTENSIONS)
 }
 
 impl Reader<'_> {
@@ -381,6 +395,12 @@ fn create_binary(out: &mut Out, content: &Content) -> io::Result<()> {
     }
     out.write_all(&END.to_le_bytes())?;
     out.write_all(&[0; 8][..position])
+}
+
+/// What references a new binary file has, so that no other mesh's `.mapbc` names them. A text file says its names itself.
+pub(super) fn companion(content: &Content) -> Companion {
+    let names = if content.extension == "mesh" { Names::new() } else { mapbc::names(content) };
+    Companion { path: mapbc_path, bytes: None, names }
 }
 
 /// What a binary Medit file does not hold: names.

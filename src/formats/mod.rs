@@ -17,6 +17,7 @@ mod error;
 mod gmsh;
 mod gzip;
 mod lines;
+mod mapbc;
 mod medit;
 mod number;
 mod openfoam;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::error::{Place, ReadError};
+pub(super) use crate::text::parse_double;
 
 /// How numbers are written in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,11 +92,6 @@ pub(super) fn next_token(bytes: &[u8], at: usize) -> Range<usize> {
         end += 1;
     }
     start..end
-}
-
-/// The number that a token spells, `nan` and `inf` included.
-pub(super) fn parse_double(token: &[u8]) -> Option<f64> {
-    std::str::from_utf8(token).ok()?.parse().ok()
 }
 
 pub(super) fn parse_unsigned(digits: &[u8]) -> Option<u64> {

@@ -19,6 +19,7 @@ use super::out::Out;
 use super::scanner::{Encoding, Width, shown};
 use super::table::Parsed;
 use super::vtk::{vtk_kind, vtk_number};
+use crate::text::decode;
 
 /// The format's name in [`super::FORMATS`].
 pub(super) const NAME: &str = "SU2";
@@ -44,7 +45,7 @@ struct Parts {
 /// Reads an SU2 file from its (decompressed) bytes; `path` is for messages.
 pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
-    let mut lines = Lines::new(path, &bytes, b'%');
+    let mut lines = Lines::new(path, &bytes, b"%");
     // Lines without a keyword are fine after one that idmesh does not know.
     let mut foreign = false;
     while let Some(line) = lines.next_line() {
@@ -114,7 +115,7 @@ fn read_section(lines: &mut Lines, key: &[u8], value: &mut Line, parts: &mut Par
                 return Err(lines.malformed(value.start, "the name of a marker", "the end of the line"));
             }
             check_open_marker(lines, parts, value.start)?;
-            parts.markers.push(String::from_utf8_lossy(value.text).into_owned());
+            parts.markers.push(decode(value.text).into_owned());
             parts.open_marker = true;
         }
         b"MARKER_ELEMS" => {
@@ -227,7 +228,7 @@ fn read_elements(
 
 /// The error of the first element from `start` on that names a vertex beyond the last.
 fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> ReadError {
-    let mut lines = Lines::new(path, bytes, b'%');
+    let mut lines = Lines::new(path, bytes, b"%");
     lines.go_to(start);
     for element in 0.. {
         let Some(mut line) = lines.next_line() else { break };

@@ -62,11 +62,11 @@ pub const FORMATS: &[Format] = &[
     Format {
         name: medit::NAME,
         extensions: medit::EXTENSIONS,
-        description: "Medit, text (.mesh) or binary (.meshb); families are the references of the faces",
+        description: "Medit, text (.mesh) or binary (.meshb); families are references, named in a .mapbc file beside",
         read: medit::read,
         create: Create::File(medit::create),
         limits: medit::limits,
-        companion: None,
+        companion: Some(medit::companion),
     },
     Format {
         name: openfoam::NAME,

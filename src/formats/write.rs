@@ -1,7 +1,7 @@
 //! Writing a mesh: its own file with other coordinates, or a new one.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -10,6 +10,7 @@ use super::content::{Cells, Content, Fields};
 use super::document::{Companion, Document};
 use super::error::WriteError;
 use super::gzip::Gzip;
+use super::mapbc::{self, Names};
 use super::openfoam;
 use super::out::{Out, in_blocks};
 use super::read::MeshFile;
@@ -29,6 +30,7 @@ impl MeshFile {
     /// - [`WriteError::Length`]: `vertices` or a field has another length than the mesh.
     /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
     /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
+    /// - [`WriteError::Stale`]: as [`MeshFile::check_output`].
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
@@ -38,13 +40,14 @@ impl MeshFile {
         }
         if let Some(document) = self.source(format, extension) {
             check_finite(vertices)?;
-            write_file(path, |out| document.write(out, vertices))?;
-            return document.companion.as_ref().map_or(Ok(()), |companion| write_companion(path, companion));
+            return with_companion(path, document.companion.as_ref(), || {
+                write_file(path, |out| document.write(out, vertices))
+            });
         }
         let content = self.content(vertices, *fields, extension);
         let create = format.creator(path)?;
-        create_file(path, create, &content)?;
-        format.companion.map_or(Ok(()), |companion| write_companion(path, &companion(&content)))
+        let companion = format.companion.map(|companion| companion(&content));
+        with_companion(path, companion.as_ref(), || create_file(path, create, &content))
     }
 
     /// As [`MeshFile::write`], but into `out` and never gzipped; `path` selects the format only. Files that belong to it
@@ -83,6 +86,7 @@ impl MeshFile {
     /// # Errors
     ///
     /// - [`WriteError::UnknownFormat`]: no format has that extension.
+    /// - [`WriteError::Stale`]: a `.mapbc` file is there that calls the families otherwise.
     /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or takes no new files.
     pub fn check_output(&self, path: &Path) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
@@ -92,10 +96,48 @@ impl MeshFile {
                 if self.source(format, extension).is_none() {
                     format.creator(path)?;
                 }
+                self.check_beside(&[path])?;
                 atomic::check(path)
             }
         };
         checked.map_err(|source| WriteError::Io { path: path.into(), source })
+    }
+
+    /// Checks that no file beside `paths` gives the mesh at one of them other names of families: neither one that is there
+    /// already, nor the one of another of these meshes. They may have other names than [`MeshFile::check_output`] was asked of.
+    ///
+    /// # Errors
+    ///
+    /// - [`WriteError::UnknownFormat`]: no format has that extension.
+    /// - [`WriteError::Stale`]: a `.mapbc` file is there that calls the families otherwise.
+    /// - [`WriteError::Shared`]: two of these meshes need the same `.mapbc` file with other names in it.
+    pub fn check_beside(&self, paths: &[&Path]) -> Result<(), WriteError> {
+        let mut named: Vec<(PathBuf, Names, &Path)> = Vec::new();
+        for &path in paths {
+            let (format, extension) = output_format(path)?;
+            if format.is_folder() {
+                continue;
+            }
+            let content = self.content(&self.mesh.vertices, Fields::default(), extension);
+            let source = self.source(format, extension);
+            let created = format.companion.filter(|_| source.is_none()).map(|companion| companion(&content));
+            let Some(companion) = source.map_or(created.as_ref(), |document| document.companion.as_ref()) else {
+                continue;
+            };
+            check_companion(path, Some(companion))?;
+            if companion.names.is_empty() {
+                continue;
+            }
+            let beside = (companion.path)(path);
+            if let Some((beside, _, first)) =
+                named.iter().find(|(other, names, _)| *other == beside && !mapbc::agree(names, &companion.names))
+            {
+                let [beside, first, second] = [beside, *first, path].map(Path::to_path_buf);
+                return Err(WriteError::Shared { path: beside, first, second });
+            }
+            named.push((beside, companion.names.clone(), path));
+        }
+        Ok(())
     }
 
     /// What a file that [`MeshFile::write`] makes at `path` will not hold or hold otherwise, in words; nothing where the
@@ -113,11 +155,6 @@ impl MeshFile {
         let beside = self.document.iter().flat_map(|document| &document.beside);
         let mut losses: Vec<String> = beside.map(|what| format!("{what}: not carried into the new file")).collect();
         losses.extend((format.limits)(&content));
-        if let Some(companion) = format.companion.map(|companion| (companion(&content).path)(path))
-            && companion.exists()
-        {
-            losses.push(format!("{} is there already, and is left as it is", companion.display()));
-        }
         Ok(losses)
     }
 
@@ -165,13 +202,27 @@ fn names_folder(path: &Path) -> bool {
     name.starts_with(openfoam::NAMES[0])
 }
 
-/// Writes the file that belongs to the one at `path`, unless there is one: it may hold what its owner wrote.
-fn write_companion(path: &Path, companion: &Companion) -> Result<(), WriteError> {
+/// Fails if what stands in the place of the file that belongs to the one at `path` is another mesh's.
+fn check_companion(path: &Path, companion: Option<&Companion>) -> Result<(), WriteError> {
+    companion.map_or(Ok(()), |companion| mapbc::check(&(companion.path)(path), companion))
+}
+
+/// Writes a file, and the one that belongs to it, unless that is there: it may hold what its owner wrote.
+fn with_companion(
+    path: &Path,
+    companion: Option<&Companion>,
+    write: impl FnOnce() -> Result<(), WriteError>,
+) -> Result<(), WriteError> {
+    check_companion(path, companion)?;
+    write()?;
+    let Some((companion, bytes)) = companion.and_then(|companion| Some((companion, companion.bytes.as_ref()?))) else {
+        return Ok(());
+    };
     let path = (companion.path)(path);
     if path.exists() {
         return Ok(());
     }
-    let written = write_atomically(&path, |out| out.write_all(&companion.bytes));
+    let written = write_atomically(&path, |out| out.write_all(bytes));
     written.map_err(|source| WriteError::Io { path, source })
 }
 

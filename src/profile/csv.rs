@@ -1,4 +1,4 @@
-//! Profile files: CSV with the header `profile,x,y,z`, one row a point.
+//! Profile files: CSV with the columns `profile,x,y,z`, one row a point.
 //!
 //! Points of a profile stand together and in order along the curve. Nothing here opens a file: the caller hands over the
 //! text with its path, for the messages, or a writer.
@@ -10,18 +10,22 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::{Profile, ProfileError};
+use crate::text::{Mark, Row, fields, header, parse_number, rows, shorten};
 
 const HEADER: &str = "profile,x,y,z";
+const EXPECTED: &str = "the header profile,x,y,z";
 
 /// Reads the profiles of one or several files, in the order they stand in.
 ///
 /// - `sources`: path (used in messages only) and text of each file
 ///
-/// Spaces round fields, blank lines, carriage returns and a byte order mark are accepted. An integral number such as
-/// `3.0` is accepted as a profile's number, since numerical tools write that.
+/// The columns may stand in any order and among others. Their names may be quoted, in capitals, and those that ParaView
+/// gives coordinates (`Points:0`). Columns are separated by commas, semicolons or white space. From `#`, `!` or `%` on a
+/// line is a comment; one before the first row may hold the header. An integral number such as `3.0` is accepted as a
+/// profile's number, since numerical tools write that, and so are Fortran's exponents.
 ///
 /// # Errors
-/// [`ProfileError::Line`] with path and line for a missing header, a row without four numbers, coordinates that are not
+/// [`ProfileError::Line`] with path and line for a missing header, a row of another length, coordinates that are not
 /// finite, or a profile that continues after another one or in another file; [`ProfileError::NoProfiles`] when there is
 /// not one row.
 pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
@@ -34,32 +38,41 @@ pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
             what,
             expected,
         };
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-        match lines.next() {
-            None => return Err(fail(0, "the file is empty".into(), "the header profile,x,y,z")),
-            Some((line, found)) => {
-                let header: Vec<String> = found.split(',').map(|field| field.trim().to_ascii_lowercase()).collect();
-                if header.join(",") != HEADER {
-                    return Err(fail(line, format!("found '{}'", shorten(found)), "the header profile,x,y,z"));
-                }
-            }
-        }
+        let mut columns: Option<Columns> = None;
+        let mut is_empty = true;
         // A profile never continues from one file into the next.
         let mut current = None;
-        for (line, row) in lines {
-            let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-            let [number, x, y, z] = fields[..] else {
-                return Err(fail(line, format!("{} fields", fields.len()), "four: profile,x,y,z"));
-            };
-            let Some(number) = parse_number(number) else {
+        for Row { line, text: row, comment } in rows(text, Mark::Any) {
+            if row.is_empty() {
+                if is_empty && let Ok(of_comment) = Columns::of(&fields(comment)) {
+                    columns = Some(of_comment);
+                }
+                continue;
+            }
+            let fields = fields(row);
+            if is_empty {
+                is_empty = false;
+                if columns.is_none() || header::is_header(&fields) {
+                    columns = Some(Columns::of(&fields).map_err(|what| fail(line, what, EXPECTED))?);
+                    continue;
+                }
+            }
+            let Some(columns) = &columns else { continue };
+            if fields.len() != columns.n {
+                let what = format!("{} fields", fields.len());
+                let expected = if columns.n == 4 { "four: profile,x,y,z" } else { "as many as the header has" };
+                return Err(fail(line, what, expected));
+            }
+            let number = fields[columns.profile];
+            let Some(number) = parse_profile(number) else {
                 return Err(fail(line, format!("profile number '{}'", shorten(number)), "an integer"));
             };
             let mut coordinates = [0.0; 3];
-            for ((field, axis), coordinate) in [x, y, z].into_iter().zip(["x", "y", "z"]).zip(&mut coordinates) {
-                *coordinate = match field.parse::<f64>() {
-                    Ok(value) if value.is_finite() => value,
-                    _ => return Err(fail(line, format!("{axis} = '{}'", shorten(field)), "a finite number")),
+            for ((column, axis), coordinate) in columns.position.into_iter().zip(["x", "y", "z"]).zip(&mut coordinates)
+            {
+                *coordinate = match parse_number(fields[column]) {
+                    Some(value) if value.is_finite() => value,
+                    _ => return Err(fail(line, format!("{axis} = '{}'", shorten(fields[column])), "a finite number")),
                 };
             }
             if current != Some(number) {
@@ -74,8 +87,34 @@ pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
                 profile.points.push(DVec3::from_array(coordinates));
             }
         }
+        if is_empty {
+            return Err(fail(0, "the file is empty".into(), EXPECTED));
+        }
     }
     if profiles.is_empty() { Err(ProfileError::NoProfiles) } else { Ok(profiles) }
+}
+
+/// The columns of a file.
+struct Columns {
+    n: usize,
+    profile: usize,
+    position: [usize; 3],
+}
+
+impl Columns {
+    /// Those that a header names. The error says what is wrong with it.
+    fn of(names: &[&str]) -> Result<Self, String> {
+        let found = || format!("found '{}'", shorten(&names.join(",")));
+        if !header::is_header(names) {
+            return Err(found());
+        }
+        let mut profile = (0..names.len()).filter(|&column| names[column].eq_ignore_ascii_case("profile"));
+        let first = profile.next().ok_or_else(|| format!("{}, which has no column profile", found()))?;
+        if profile.next().is_some() {
+            return Err("two columns profile".into());
+        }
+        Ok(Self { n: names.len(), profile: first, position: header::POSITION.columns(names)? })
+    }
 }
 
 /// Writes profiles with 17 significant digits, so that reading them gives the same bits.
@@ -95,20 +134,10 @@ pub fn write(profiles: &[Profile], out: &mut dyn Write) -> Result<(), ProfileErr
     write_all().map_err(|error| ProfileError::Write { what: error.to_string() })
 }
 
-fn parse_number(field: &str) -> Option<i64> {
+fn parse_profile(field: &str) -> Option<i64> {
     field.parse().ok().or_else(|| {
-        let value: f64 = field.parse().ok()?;
+        let value = parse_number(field)?;
         // Beyond 2^53 a float no longer tells neighbouring integers apart.
         (value.fract() == 0.0 && value.abs() < 9.0e15).then_some(value as i64)
     })
-}
-
-/// The beginning of a text, for messages.
-pub(super) fn shorten(text: &str) -> String {
-    const LONGEST: usize = 40;
-    if text.chars().count() <= LONGEST {
-        text.to_string()
-    } else {
-        text.chars().take(LONGEST).chain("...".chars()).collect()
-    }
 }

@@ -34,7 +34,8 @@ const CONVERTED: &[(&str, FamilyName)] = &[
     ("a.b8l.ugrid", joined),
     ("a.ugrid.gz", joined),
     ("a.mesh", numbered),
-    ("a.meshb", numbered),
+    // Another stem: it would find its names in the .mapbc file of a.ugrid.
+    ("b.meshb", numbered),
     ("polyMesh", joined),
     #[cfg(feature = "cgns")]
     ("a.cgns", numbered),
@@ -134,7 +135,7 @@ fn the_example_moves_alike_from_every_kind_of_file() {
         ("a.su2", named),
         ("a.vtu", named),
         ("a.lb8.ugrid", named),
-        ("a.meshb", numbered),
+        ("b.meshb", numbered),
         ("polyMesh", named),
         #[cfg(feature = "cgns")]
         ("a.cgns", named),
@@ -206,6 +207,20 @@ fn airfoils_move_the_wing_like_csv() {
     assert!(moved.iter().zip(&expected).all(|(a, b)| a.abs_diff_eq(*b, 1e-9)));
     fixture.case("new = \"new.csv\"\n", "new = [\"root.dat\", \"tip.csv\"]\n");
     fixture.refuses(3, &["root.dat:1", "do not say where it is", "placement"]);
+}
+
+/// Names that another mesh's file would give an output are found before anything is computed, also for an invalid result.
+#[test]
+fn another_meshs_names_are_found_first() {
+    let fixture = Fixture::new();
+    fixture.case("mesh = \"moved.msh\"", "mesh = \"moved.lb8.ugrid\"");
+    for beside in ["moved.mapbc", "moved.invalid.mapbc"] {
+        fixture.write(beside, "1\n1 4000 other\n");
+        fixture.refuses(3, &[beside, "is there already and is not this mesh's", "it calls family 1 'other'"]);
+        std::fs::remove_file(fixture.path(beside)).unwrap();
+    }
+    assert_good(&fixture.run());
+    assert_good(&fixture.run());
 }
 
 /// An output in another format tells of what it cannot hold.

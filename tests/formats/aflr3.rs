@@ -37,7 +37,7 @@ fn names_stand_in_the_mapbc_file() {
     assert_eq!(file.mesh.families, ["wing skin", "farfield"]);
     assert_eq!(file.mesh.triangle_family.iter().map(|family| family.0).collect::<Vec<_>>(), [0, 0, 0, 1]);
     assert_eq!(file.mesh.tets, [[0, 1, 2, 3]]);
-    // Written back, both keep their bytes; a .mapbc that is there already stays.
+    // Written back, both keep their bytes.
     for (name, mapbc) in [("moved.ugrid", "moved.mapbc"), ("other.ugrid.gz", "other.mapbc")] {
         file.write(&folder.path().join(name), &file.mesh.vertices, &Fields::default()).unwrap();
         assert_eq!(fs::read_to_string(folder.path().join(mapbc)).unwrap(), NAMES);
@@ -46,18 +46,23 @@ fn names_stand_in_the_mapbc_file() {
     let new = folder.path().join("new.b8.ugrid");
     file.write(&new, &file.mesh.vertices, &Fields::default()).unwrap();
     assert_eq!(fs::read_to_string(folder.path().join("new.mapbc")).unwrap(), "2\n1 0 wing_skin\n2 0 farfield\n");
-    fs::write(folder.path().join("new.mapbc"), "1\n1 4000 mine\n").unwrap();
-    assert!(file.losses(&new).unwrap().iter().any(|loss| loss.contains("new.mapbc is there already")));
     let losses = file.losses(Path::new("a.vtu")).unwrap();
     assert_eq!(losses, ["boundary conditions of the .mapbc file: not carried into the new file"]);
-    file.write(&new, &file.mesh.vertices, &Fields::default()).unwrap();
-    assert_eq!(read(&new).unwrap().mesh.families, ["mine", "surface 2"]);
 
     let (_folder, path) = in_folder(None);
     assert_eq!(read(&path).unwrap().mesh.families, ["surface 7", "surface 12"]);
     for (text, expected) in [
-        ("", "tet.mapbc:1: the file ends where the number of boundaries should stand"),
-        ("x\n", "tet.mapbc:1: expected the number of boundaries, found 'x'"),
+        ("", "tet.mapbc:1: the file ends where the number of boundaries, or a reference and"),
+        ("x\n", "tet.mapbc:2: the file ends where the number of boundaries, or a reference and"),
+        ("a\nb\nc\nd\ne\n7 4000\n", "tet.mapbc:5: expected the number of boundaries, found 'e'"),
+        ("1\n7 4000 wing\n12 5000 far\n", "tet.mapbc:3: expected the end of the file after 1 boundaries"),
+        (
+            "2\n7 4000 wing\n7 5000 far\n",
+            "tet.mapbc:3: expected one line for each reference, found a second line for 7",
+        ),
+        ("7 4000 wing\n2\n12 5000 far\n", "tet.mapbc:2: expected the number of a boundary condition, found ''"),
+        ("7 wing\n", "tet.mapbc:1: expected the number of a boundary condition, found 'wing'"),
+        ("7 4000 wing\nfar 12\n", "tet.mapbc:2: expected the reference of a boundary, found 'far'"),
         ("3\n7 4000 wing\n8 5000\n", "tet.mapbc:4: the file ends where a reference, its boundary condition and"),
         ("999999\n7 4000 wing\n", "tet.mapbc:1: the number of boundaries is 999999, but only"),
         ("1\nwing 4000 7\n", "tet.mapbc:2: expected the reference of a boundary, found 'wing'"),
@@ -66,6 +71,96 @@ fn names_stand_in_the_mapbc_file() {
         let (_folder, path) = in_folder(Some(text));
         let error = read(&path).unwrap_err().to_string();
         assert!(error.contains(expected), "{text:?}: {error}");
+    }
+}
+
+/// FUN3D's form and VGRID's, with and without comments and names; no line of a patch is taken for a header.
+#[test]
+fn both_forms_of_mapbc_are_read() {
+    let header = "#Thu Nov 26 10:00:00 2026\n#tet.mapbc\nPatch #  BC  Family  #surf  surfIDs  Family\n#-----------\n";
+    let patches = "7  4  1  1  3  wing skin\n12  5  2  0  0  farfield\n";
+    for (text, expected) in [
+        (format!("{header}{patches}"), ["wing skin", "farfield"]),
+        (patches.to_string(), ["wing skin", "farfield"]),
+        (header.replace('#', "") + patches, ["wing skin", "farfield"]),
+        (patches.replace("1  1  3", "1  2  3  9"), ["wing skin", "farfield"]),
+        (patches.replace("wing skin", "7"), ["7", "farfield"]),
+        (patches.replace("wing skin", ""), ["surface 7", "farfield"]),
+        // Without the columns of VGRID; a name may begin with a number.
+        ("7 4000 747 wing\n12 5000 far\n".into(), ["747 wing", "far"]),
+        ("12 5000 far\n".into(), ["surface 7", "far"]),
+        ("7 4000\n12 5000\n".into(), ["surface 7", "surface 12"]),
+        ("# FUN3D\n! two\n\n3 ! of them\n7 -1 wing # skin\n\n12 5000 far\n13 4000 none\n".into(), ["wing", "far"]),
+        ("1\n12 5000 far field".into(), ["surface 7", "far field"]),
+        ("2\n7 4000 3 1 1 wing\n12 5000 far\n".into(), ["3 1 1 wing", "far"]),
+    ] {
+        let (_folder, path) = in_folder(Some(&text));
+        assert_eq!(read(&path).unwrap_or_else(|error| panic!("{error}: {text}")).mesh.families, expected, "{text}");
+    }
+    let (folder, path) = in_folder(None);
+    fs::write(folder.path().join("tet.mapbc"), b"2\n7 4 c\xf4t\xe9\n12 4 c\xf4t\xe8\n").unwrap();
+    assert_eq!(read(&path).unwrap().mesh.families, ["c\u{f4}t\u{e9}", "c\u{f4}t\u{e8}"]);
+}
+
+/// The `.mapbc` of another mesh is neither left beside an output, where it would name its families, nor overwritten.
+#[test]
+fn another_meshs_mapbc_is_refused() {
+    let (folder, path) = in_folder(Some(NAMES));
+    let file = read(&path).unwrap();
+    let unnamed = read_bytes("elsewhere.ugrid", TET.as_bytes()).unwrap();
+    let beside = folder.path().join("moved.mapbc");
+    let refused = |file: &MeshFile, name: &str, expected: &str| {
+        let there = fs::read(&beside).unwrap();
+        let path = folder.path().join(name);
+        for error in [
+            file.check_output(&path).expect_err(name),
+            file.write(&path, &file.mesh.vertices, &Fields::default()).expect_err(name),
+        ] {
+            let message = error.to_string();
+            assert!(
+                message.contains("moved.mapbc is there already and is not this mesh's") && message.contains(expected),
+                "{message}"
+            );
+        }
+        assert!(!path.exists() && fs::read(&beside).unwrap() == there, "{name}");
+    };
+    let taken = |file: &MeshFile, name: &str| {
+        let there = fs::read(&beside).unwrap();
+        file.check_output(&folder.path().join(name)).unwrap();
+        file.write(&folder.path().join(name), &file.mesh.vertices, &Fields::default()).unwrap();
+        assert!(fs::read(&beside).unwrap() == there, "{name}");
+        fs::remove_file(folder.path().join(name)).unwrap();
+    };
+    fs::write(&beside, "2\n1 4000 mine\n2 0 farfield\n").unwrap();
+    refused(&file, "moved.b8.ugrid", "it calls family 1 'mine', the mesh 'wing_skin'");
+    refused(&file, "moved.ugrid", "it calls family 1 'mine', the mesh 'surface 1'");
+    refused(&file, "moved.meshb.gz", "it calls family 1 'mine', the mesh 'wing_skin'");
+    refused(&unnamed, "moved.ugrid.gz", "it calls family 1 'mine'");
+    // A text file of Medit says the names itself.
+    taken(&file, "moved.mesh");
+    // Another condition is the owner's business; families that the mesh has not are another mesh's.
+    fs::write(&beside, NAMES.replace("4000", "3000")).unwrap();
+    taken(&file, "moved.ugrid");
+    refused(&unnamed, "moved.ugrid", "it calls family 7 'wing skin', the mesh 'surface 7'");
+    fs::write(&beside, "3\n1 3000 wing_skin\n2 5000 farfield\n3 0 tip\n").unwrap();
+    refused(&file, "moved.lb8.ugrid", "it calls family 3 'tip', the mesh 'surface 3'");
+    fs::write(&beside, "1 3000 wing_skin\n2 5000 farfield\n").unwrap();
+    taken(&file, "moved.lb8.ugrid");
+    taken(&file, "moved.meshb");
+    fs::write(&beside, "3\n1 0 wing_skin\n").unwrap();
+    refused(&file, "moved.lb8.ugrid", "it cannot be read: ");
+    // Two outputs of one name before their extensions have one such file.
+    let together = |names: [&str; 2]| {
+        let paths = names.map(|name| folder.path().join(name));
+        file.check_beside(&[&paths[0], &paths[1]])
+    };
+    together(["new.ugrid", "new.ugrid.gz"]).unwrap();
+    together(["new.lb8.ugrid", "new.meshb"]).unwrap();
+    together(["new.ugrid", "new.mesh"]).unwrap();
+    together(["new.ugrid", "newer.lb8.ugrid"]).unwrap();
+    for names in [["new.ugrid", "new.lb8.ugrid"], ["new.ugrid", "new.meshb"]] {
+        let error = together(names).unwrap_err().to_string();
+        assert!(error.contains("would both find their names in") && error.contains("new.mapbc"), "{error}");
     }
 }
 

@@ -90,6 +90,123 @@ fn node(name: &str, label: &str) -> hdf5_pure::GroupBuilder {
     node
 }
 
+/// A node with whole numbers.
+fn numbers(name: &str, label: &str, values: &[i32]) -> hdf5_pure::GroupBuilder {
+    let mut node = node(name, label);
+    node.create_dataset(" data").with_i32_data(values).with_shape(&[values.len() as u64]);
+    node
+}
+
+fn text(name: &str, label: &str, text: &str) -> hdf5_pure::GroupBuilder {
+    let mut node = node(name, label);
+    let letters: Vec<i8> = text.bytes().map(|byte| byte as i8).collect();
+    node.create_dataset(" data").with_i8_data(&letters).with_shape(&[letters.len() as u64]);
+    node
+}
+
+/// CGNS's numbers of elements, each with its vertices, in a mixed section: cells and faces among each other.
+fn mixed_elements(file: &MeshFile) -> Vec<(i32, Vec<u32>, Option<FamilyId>)> {
+    let MeshFile { mesh, others, .. } = file;
+    let cells = (mesh.tets.iter().map(|cell| (10, cell.to_vec(), None)))
+        .chain(others.pyramids.iter().map(|cell| (12, cell.to_vec(), None)))
+        .chain(others.prisms.iter().map(|cell| (14, cell.to_vec(), None)))
+        .chain(others.hexahedra.iter().map(|cell| (17, cell.to_vec(), None)));
+    let triangles = mesh.triangles.iter().zip(&mesh.triangle_family);
+    let quadrilaterals = others.quadrilaterals.iter().zip(&others.quadrilateral_family);
+    let mut faces = (triangles.map(|(face, &family)| (5, face.to_vec(), Some(family))))
+        .chain(quadrilaterals.map(|(face, &family)| (7, face.to_vec(), Some(family))))
+        .collect::<Vec<_>>()
+        .into_iter();
+    // A line is passed over.
+    let mut elements = vec![(3, vec![0, 1], None)];
+    for cell in cells {
+        elements.extend(faces.by_ref().take(2));
+        elements.push(cell);
+    }
+    elements.extend(faces);
+    elements
+}
+
+/// The file of a mesh with one mixed section; `change` is made to its types and vertices, and to its offsets.
+fn mixed_section(file: &MeshFile, offsets: bool, change: impl Fn(&mut Vec<i32>, &mut Vec<i32>)) -> Vec<u8> {
+    let elements = mixed_elements(file);
+    let (mut connectivity, mut starts) = (Vec::new(), vec![0]);
+    for (kind, vertices, _) in &elements {
+        connectivity.push(*kind);
+        connectivity.extend(vertices.iter().map(|&vertex| vertex as i32 + 1));
+        starts.push(connectivity.len() as i32);
+    }
+    change(&mut connectivity, &mut starts);
+    let mut section = numbers("all", "Elements_t", &[20, 0]);
+    section.add_group(numbers("ElementRange", "IndexRange_t", &[1, elements.len() as i32]).finish());
+    section.add_group(numbers("ElementConnectivity", "DataArray_t", &connectivity).finish());
+    if offsets {
+        section.add_group(numbers("ElementStartOffset", "DataArray_t", &starts).finish());
+    }
+    let mut conditions = node("ZoneBC", "ZoneBC_t");
+    for (index, name) in file.mesh.families.iter().enumerate() {
+        let is_of = |family: Option<FamilyId>| family.is_some_and(|family| family.index() == index);
+        let faces: Vec<i32> = (1..).zip(&elements).filter(|(_, of)| is_of(of.2)).map(|(number, _)| number).collect();
+        let mut condition = text(name, "BC_t", "FamilySpecified");
+        condition.add_group(text("GridLocation", "GridLocation_t", "FaceCenter").finish());
+        condition.add_group(numbers("PointList", "IndexArray_t", &faces).finish());
+        conditions.add_group(condition.finish());
+    }
+    let mut coordinates = node("GridCoordinates", "GridCoordinates_t");
+    for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"].into_iter().enumerate() {
+        let values: Vec<f64> = file.mesh.vertices.iter().map(|vertex| vertex[axis]).collect();
+        let mut of_axis = node(name, "DataArray_t");
+        of_axis.create_dataset(" data").with_f64_data(&values).with_shape(&[values.len() as u64]);
+        coordinates.add_group(of_axis.finish());
+    }
+    let mut zone = numbers("Zone", "Zone_t", &[file.mesh.vertices.len() as i32, 4, 0]);
+    zone.add_group(text("ZoneType", "ZoneType_t", "Unstructured").finish());
+    for child in [coordinates, section, conditions] {
+        zone.add_group(child.finish());
+    }
+    let mut base = numbers("Base", "CGNSBase_t", &[3, 3]);
+    base.add_group(zone.finish());
+    let mut hdf5 = hdf5_pure::FileBuilder::new();
+    hdf5.add_group(base.finish());
+    hdf5.finish().unwrap()
+}
+
+/// One cell of every shape and their faces in a section of type MIXED, as before CGNS 3.4 and since.
+#[test]
+fn mixed_sections_hold_elements_of_every_type() {
+    let reference = read_mixed(&data("mixed/gmsh.v41.ascii.msh")).unwrap();
+    for offsets in [false, true] {
+        let bytes = mixed_section(&reference, offsets, |_, _| ());
+        let file = read_bytes("a.cgns", &bytes).unwrap();
+        assert_eq!(mixed::fingerprint(&file), mixed::fingerprint(&reference));
+        let families = |file: &MeshFile| {
+            let faces = file.mesh.triangle_family.iter().chain(&file.others.quadrilateral_family);
+            faces.map(|family| file.mesh.families[family.index()].clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(families(&file), families(&reference));
+        assert_eq!(file.mesh.vertices, reference.mesh.vertices);
+        assert!(written(&file, "same.cgns", &file.mesh.vertices) == bytes);
+    }
+    type Change = fn(&mut Vec<i32>, &mut Vec<i32>);
+    let broken: [(Change, &str); 8] = [
+        (|connectivity, _| connectivity[3] = 99, "all/ElementConnectivity: expected the type of element 2, found 99"),
+        (|connectivity, _| connectivity[3] = 20, "expected the type of element 2, found 20"),
+        (|connectivity, _| connectivity[3] = 11, "a mesh with 1 elements of higher order is not read"),
+        (|connectivity, _| connectivity[4] = 13, "expected a vertex of element 2, 1 to 12, found 13"),
+        (|connectivity, _| connectivity.truncate(connectivity.len() - 1), "expected a vertex of element "),
+        (|connectivity, _| connectivity.extend([3, 1, 2]), "found more"),
+        (
+            |_, starts| starts[2] += 1,
+            "all/ElementStartOffset: expected 7, where the types of the elements have element 3, found 8",
+        ),
+        (|_, starts| starts.truncate(starts.len() - 1), "where the types of the elements have element 20, found none"),
+    ];
+    for (change, expected) in broken {
+        let error = read_bytes("a.cgns", &mixed_section(&reference, true, change)).unwrap_err().to_string();
+        assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
+    }
+}
+
 #[test]
 fn several_zones_are_refused() {
     let mut file = hdf5_pure::FileBuilder::new();

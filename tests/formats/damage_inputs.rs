@@ -66,10 +66,15 @@ const DISPLACEMENTS: &str = "x,y,z,dx,dy,dz\n0,0,0,0.1,0,-1e-3\n1, 0, 0, 0.1, 0,
 const DESIGNS: &str = "# the first ones\ndesigns/a.csv\n\n  b.csv  # again\n/elsewhere/c.csv\n";
 const PLACES: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
 
-const PROFILES: [(&str, &str); 6] = [
+const PROFILES: [(&str, &str); 8] = [
     ("section.csv", "profile,x,y,z\n0,1,2,0\n0,0.5,2,0.1\n0,0,2,0\n0,1,2,0\n\n 7.0, 1, 3, 0\n7,0,3,0.1\n7,0,3,0\n"),
     ("selig.dat", "DIAMOND airfoil 2012\n 1.0 0.0\n 0.5 0.1\n 0.0 0.0\n\n 0.5 -0.1\n 1.0 0.0\n"),
     ("lednicer.txt", "DIAMOND\n  3.  3.\n\n0 0\n0.5 0.1\n1 0\n\n0 0\n0.5 -0.1\n1 0\n"),
+    ("sides.dat", "# by a tool\nDIAMOND\n0.D0 0 0\n0.5 1.0D-01 0 ! thick\n1 0 0\n\n0 0 0\n0.5 -0.1 0\n1 0 0\n"),
+    (
+        "paraview.csv",
+        "# 12 %\n\"Cp, mean\",\"Points:2\",\"Points:0\",\"Points:1\",\"profile\"\n9,0,1,2,0\n,0.1,0.5,2,0\n9,0,0,2,0 # nose\n",
+    ),
     (
         "zones.tec",
         "TITLE = \"slices\"\nVARIABLES = \"X\", \"Y\" \"Z\"\nZONE T=\"a\", I=3, F=POINT\n1 2 0\n0 2 0\n1 2 0.1\n\
@@ -153,7 +158,7 @@ fn displacements(text: &str) -> bool {
 
 fn profiles(name: &str, bytes: &[u8]) -> bool {
     let placement = Placement { chord: 2.0, twist: 3.0, position: DVec3::new(5.0, 6.0, 7.0), span: SpanAxis::Y };
-    let placement = matches!(name, "selig.dat" | "lednicer.txt").then_some(&placement);
+    let placement = matches!(name, "selig.dat" | "lednicer.txt" | "sides.dat").then_some(&placement);
     match parse(&[Source { path: Path::new(name), bytes, placement }]) {
         Ok(profiles) => {
             assert!(profiles.iter().flat_map(|profile| &profile.points).all(|point| point.is_finite()), "{name}");

@@ -52,6 +52,34 @@ fn everything_but_coordinates_is_kept() {
     }
 }
 
+/// Names of a `.mapbc` file beside, which goes along; those that the file has in a comment are its own.
+#[test]
+fn names_stand_in_the_mapbc_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("tet.mesh"), TET.replace("# families: 1=wing, 2=far field\n", "")).unwrap();
+    assert_eq!(read(&path("tet.mesh")).unwrap().mesh.families, ["surface 1", "surface 2"]);
+    let names = "2\n1 4000 upper\n2 5000 outer box\n";
+    fs::write(path("tet.mapbc"), names).unwrap();
+    let file = read(&path("tet.mesh")).unwrap();
+    assert_eq!(file.mesh.families, ["upper", "outer box"]);
+    file.write(&path("moved.mesh"), &file.mesh.vertices, &Fields::default()).unwrap();
+    assert_eq!(fs::read_to_string(path("moved.mapbc")).unwrap(), names);
+    assert_eq!(read(&path("moved.mesh")).unwrap().mesh.families, ["upper", "outer box"]);
+    file.write(&path("tet.meshb"), &file.mesh.vertices, &Fields::default()).unwrap_err();
+    fs::write(path("tet.mapbc"), names.replace("outer box", "outer_box")).unwrap();
+    file.write(&path("tet.meshb"), &file.mesh.vertices, &Fields::default()).unwrap();
+    assert_eq!(read(&path("tet.meshb")).unwrap().mesh.families, ["upper", "outer_box"]);
+    fs::write(path("tet.mesh"), TET.replace(", 2=far field", "")).unwrap();
+    assert_eq!(read(&path("tet.mesh")).unwrap().mesh.families, ["wing", "outer_box"]);
+    let losses = file.losses(Path::new("a.vtu")).unwrap().join("; ");
+    assert!(losses.contains("boundary conditions of the .mapbc file"), "{losses}");
+    // Where the file names all, what lies beside is not looked at.
+    fs::write(path("tet.mesh"), TET).unwrap();
+    fs::write(path("tet.mapbc"), "9\n").unwrap();
+    assert_eq!(read(&path("tet.mesh")).unwrap().mesh.families, ["wing", "far field"]);
+}
+
 #[test]
 fn broken_files_are_refused_with_their_place() {
     for (from, to, expected) in [

@@ -54,6 +54,34 @@ fn everything_but_coordinates_is_kept() {
     assert!(file.losses(Path::new("a.su2")).unwrap().is_empty());
 }
 
+/// Exponents as Fortran writes them: the same mesh, and the same bytes where nothing moves.
+#[test]
+fn exponents_of_fortran_are_read_and_kept() {
+    let text = TET.replace("1.0000 0 0 1", "1.000000000000000D+00 0.d0 1.5-101 1").replace("1.50e0 3", "+.15D1 3");
+    let file = read_bytes("tet.su2", text.as_bytes()).unwrap();
+    assert_eq!(file.mesh.vertices, [DVec3::ZERO, DVec3::new(1.0, 0.0, 1.5e-101), DVec3::Y, 1.5 * DVec3::Z]);
+    assert!(written(&file, "same.su2", &file.mesh.vertices) == text.as_bytes());
+    let mut vertices = file.mesh.vertices.clone();
+    vertices[1].x = 1.25;
+    let moved = String::from_utf8(written(&file, "moved.su2", &vertices)).unwrap();
+    assert_eq!(moved, text.replace("1.000000000000000D+00", "1.25"));
+    assert_eq!(message(&text.replace("0.d0", "0.d")), "tet.su2:9: expected a coordinate, found '0.d'");
+    // The other formats of text read numbers alike.
+    let others = [
+        (
+            "tet.mesh",
+            "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1.D0 0 0 0\n0 1 0 0\n0 0 1.5D+00 0\n\
+         Triangles\n1\n1 2 3 1\nTetrahedra\n1\n1 2 3 4 0\nEnd\n",
+        ),
+        ("tet.ugrid", "4 1 0 1 0 0 0\n0 0 0\n1.D0 0 0\n0 1 0\n0 0 1.5D+00\n1 2 3\n1\n1 2 3 4\n"),
+    ];
+    for (name, text) in others {
+        let file = read_bytes(name, text.as_bytes()).unwrap();
+        assert_eq!(file.mesh.vertices, [DVec3::ZERO, DVec3::X, DVec3::Y, 1.5 * DVec3::Z], "{name}");
+        assert!(written(&file, name, &file.mesh.vertices) == text.as_bytes(), "{name}");
+    }
+}
+
 #[test]
 fn broken_files_are_refused_with_their_place() {
     let rows = [

@@ -255,18 +255,38 @@ fn sorted_sections<'a>(zone: &Node<'a>) -> Result<Vec<(RangeInclusive<i64>, Node
 impl Reader<'_> {
     /// Reads a section of elements.
     fn elements(&mut self, (range, section): &(RangeInclusive<i64>, Node)) -> Result<(), ReadError> {
-        let kind = section.integers()?.get(0).unwrap_or_default();
+        let of_section = section.integers()?.get(0).unwrap_or_default();
+        let is_mixed = of_section == MIXED;
         let node = section.child("ElementConnectivity")?;
         let mut connectivity: Integers = node.integers()?;
         let length = connectivity.len();
         self.sections.push(section.name().to_owned());
-        if let Some((count, Kind::Mesh(shape))) = element_type(kind) {
+        if let Some((count, Kind::Mesh(shape))) = element_type(of_section) {
             self.assembly.reserve(shape, length / count);
         }
+        // Before CGNS 3.4 there were no offsets: the types of the elements say where each begins.
+        let offsets = if is_mixed { section.find("ElementStartOffset") } else { None };
+        let mut offsets = offsets.map(|node| Ok((node.integers()?, node))).transpose()?;
+        let mut begins = |at: usize, element: i64| match &mut offsets {
+            Some((offsets, node)) => {
+                let place = usize::try_from(element - range.start()).unwrap_or(usize::MAX);
+                match offsets.get(place) {
+                    Some(offset) if offset == at as i64 => Ok(()),
+                    found => {
+                        let found = found.map_or_else(|| "none".to_owned(), |offset| offset.to_string());
+                        Err(node
+                            .malformed(format!("{at}, where the types of the elements have element {element}"), found))
+                    }
+                }
+            }
+            None => Ok(()),
+        };
         let (mut at, mut element) = (0, *range.start());
         while at < length && range.contains(&element) {
-            let kind = if kind == MIXED { connectivity.get(at).unwrap_or_default() } else { kind };
-            at += usize::from(kind == MIXED);
+            begins(at, element)?;
+            // In a mixed section each element's type stands before its vertices.
+            let kind = if is_mixed { connectivity.get(at).unwrap_or_default() } else { of_section };
+            at += usize::from(is_mixed);
             let known = element_type(kind);
             let (count, kind) = known
                 .ok_or_else(|| node.malformed(format!("the type of element {element}"), format_args!("{kind}")))?;
@@ -302,7 +322,7 @@ impl Reader<'_> {
             let expected = format!("the elements {} to {}", range.start(), range.end());
             return Err(node.malformed(expected, if at < length { "more" } else { "fewer" }));
         }
-        Ok(())
+        begins(at, element)
     }
 
     /// Gives every face the number of its boundary condition or section, and the names of both. Conditions come in the

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::Version;
 use super::families::Groups;
+use super::lonely::Lonely;
 use super::vertices::Vertices;
 use crate::formats::assembly::{Assembly, Kind, Shape};
 use crate::formats::error::ReadError;
@@ -124,7 +125,7 @@ impl Elements {
     }
 
     /// What does not belong to the mesh.
-    pub fn passed_over(&self) -> Vec<String> {
+    fn passed_over(&self) -> Vec<String> {
         let mut words = self.assembly.passed_over();
         if self.cell_owners.len() > 1 {
             words.push(format!("the division of the cells into {} volumes", self.cell_owners.len()));
@@ -132,32 +133,37 @@ impl Elements {
         words
     }
 
-    /// Joins the parts to a mesh.
+    /// Joins the parts to a mesh. Also what of the file does not belong to it, in words.
     pub fn into_mesh(
         mut self,
         path: &Path,
         version: Version,
         groups: &Groups,
         positions: Vec<DVec3>,
-    ) -> Result<(TetMesh, OtherCells), ReadError> {
+    ) -> Result<(TetMesh, OtherCells, Vec<String>), ReadError> {
         self.assembly.check_refused(path)?;
-        match version {
+        let mut beside = self.passed_over();
+        let n_faces = self.assembly.triangles.len() + self.assembly.others.quadrilaterals.len();
+        let lonely = match version {
             Version::V22 => {
                 self.forget_repeated_cells();
-                self.check_groups_22(path, groups, &positions)?;
-                let tags = self.assembly.triangle_tags.iter_mut().chain(&mut self.assembly.quadrilateral_tags);
-                tags.for_each(|tag| *tag = group_tag(tag.unsigned_abs()));
+                self.groups_of_faces_22(path, groups, &positions)?
             }
             Version::V41 => self.groups_of_faces_41(path, groups)?,
-        }
+        };
+        let at = |vertex: u32| positions[vertex as usize].to_string();
+        beside.extend(lonely.check(path, &self.assembly, n_faces, at)?);
         let used = groups.in_order(&self.assembly.used_tags().into_iter().map(i32::unsigned_abs).collect::<Vec<_>>());
         let used: Vec<i32> = used.into_iter().map(group_tag).collect();
-        self.assembly.finish_in_order(path, positions, &used, |tag| groups.name(tag.unsigned_abs()))
+        let (mesh, others) =
+            self.assembly.finish_in_order(path, positions, &used, |tag| groups.name(tag.unsigned_abs()))?;
+        Ok((mesh, others, beside))
     }
 
     /// Version 4.1: turns the surface of each face into its group. Faces of surfaces that their group sees reversed are
-    /// turned over, as Gmsh does when it saves version 2.2; those between partitions go.
-    fn groups_of_faces_41(&mut self, path: &Path, groups: &Groups) -> Result<(), ReadError> {
+    /// turned over, as Gmsh does when it saves version 2.2; those between partitions go, and so do those without a group,
+    /// which are returned.
+    fn groups_of_faces_41(&mut self, path: &Path, groups: &Groups) -> Result<Lonely, ReadError> {
         let mut known: HashMap<i32, Owner> = HashMap::new();
         for surface in self.assembly.used_tags() {
             let group = groups.of_surface(surface).map_err(|(first, second)| ReadError::TwoFamilies {
@@ -170,28 +176,27 @@ impl Elements {
         }
         let mut lonely = Lonely::default();
         let Assembly { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.assembly;
-        let n_faces = triangles.len() + others.quadrilaterals.len();
         resolve(triangles, triangle_tags, &known, &mut lonely);
         resolve(&mut others.quadrilaterals, quadrilateral_tags, &known, &mut lonely);
-        lonely.check(path, n_faces)
+        Ok(lonely)
     }
 
-    /// Version 2.2: the group of each face is its own tag. A face in two groups is there twice.
-    fn check_groups_22(&self, path: &Path, groups: &Groups, positions: &[DVec3]) -> Result<(), ReadError> {
-        let Assembly { triangles, triangle_tags, others, quadrilateral_tags, .. } = &self.assembly;
+    /// Version 2.2: the group of each face is its own tag. A face in two groups is there twice. Those without a group go and are
+    /// returned.
+    fn groups_of_faces_22(&mut self, path: &Path, groups: &Groups, positions: &[DVec3]) -> Result<Lonely, ReadError> {
         let mut lonely = Lonely::default();
+        let Assembly { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.assembly;
         let two = |what: &str, vertex: u32, first, second| ReadError::TwoFamilies {
             path: path.into(),
             what: format!("the {what} at {}", positions[vertex as usize]),
             first: groups.name(first),
             second: groups.name(second),
         };
-        let at = |vertex: u32| format!("the first at {}", positions[vertex as usize]);
-        check_doubles(triangles, triangle_tags, |vertex| lonely.add(|| at(vertex)))
+        keep_grouped(triangles, triangle_tags, &mut lonely)
             .map_err(|(vertex, first, second)| two("triangle", vertex, first, second))?;
-        check_doubles(&others.quadrilaterals, quadrilateral_tags, |vertex| lonely.add(|| at(vertex)))
+        keep_grouped(&mut others.quadrilaterals, quadrilateral_tags, &mut lonely)
             .map_err(|(vertex, first, second)| two("quadrilateral", vertex, first, second))?;
-        lonely.check(path, triangles.len() + others.quadrilaterals.len())
+        Ok(lonely)
     }
 
     /// Gmsh saves a cell of version 2.2 once for each 3-D group that it is in: keeps the first.
@@ -233,7 +238,7 @@ fn resolve<const N: usize>(
     for (&(mut face), &surface) in faces.iter().zip(surfaces.iter()) {
         match known[&surface] {
             (_, true) => {}
-            (None, _) => lonely.add(|| format!("the first on surface {surface}")),
+            (None, _) => lonely.add(&face, Some(surface)),
             (Some((group, reversed)), _) => {
                 if reversed {
                     face[1..].reverse();
@@ -246,49 +251,29 @@ fn resolve<const N: usize>(
     (*faces, *surfaces) = (kept, tags);
 }
 
-/// Calls `lonely` with a vertex of each face without a group. The error is a face in two groups: a vertex of it, and
-/// both.
-fn check_doubles<const N: usize>(
-    faces: &[[u32; N]],
-    tags: &[i32],
-    mut lonely: impl FnMut(u32),
+/// Turns the signed group of each face into its size, and takes out those without one. The error is a face in two groups: a
+/// vertex of it, and both.
+fn keep_grouped<const N: usize>(
+    faces: &mut Vec<[u32; N]>,
+    tags: &mut Vec<i32>,
+    lonely: &mut Lonely,
 ) -> Result<(), (u32, u32, u32)> {
     let mut seen = HashMap::with_capacity(faces.len());
-    for (face, &tag) in faces.iter().zip(tags) {
-        if tag == 0 {
-            lonely(face[0]);
+    for (face, tag) in faces.iter().zip(tags.iter_mut()) {
+        let group = tag.unsigned_abs();
+        *tag = group_tag(group);
+        if group == 0 {
+            lonely.add(face, None);
+            continue;
         }
         let mut key = *face;
         key.sort_unstable();
-        let group = tag.unsigned_abs();
         if let Some(first) = seen.insert(key, group).filter(|&first| first != group) {
             return Err((face[0], first, group));
         }
     }
+    let mut of_face = tags.iter();
+    faces.retain(|_| of_face.next() != Some(&0));
+    tags.retain(|&tag| tag != 0);
     Ok(())
-}
-
-/// Counts faces without a group.
-#[derive(Default)]
-struct Lonely {
-    count: usize,
-    detail: String,
-}
-
-impl Lonely {
-    fn add(&mut self, detail: impl Fn() -> String) {
-        if self.count == 0 {
-            self.detail = detail();
-        }
-        self.count += 1;
-    }
-
-    fn check(self, path: &Path, n_triangles: usize) -> Result<(), ReadError> {
-        let Self { count, detail } = self;
-        if count == 0 {
-            Ok(())
-        } else {
-            Err(ReadError::WithoutFamily { path: path.into(), count, n_triangles, detail })
-        }
-    }
 }

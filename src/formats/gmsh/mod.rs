@@ -1,6 +1,6 @@
 //! Gmsh `.msh` files, versions 4.1 and 2.2, ascii and binary.
 //!
-//! A family is a 2-D physical group. Vertices, tets and triangles keep the order of the file; points and lines are
+//! A family is a 2-D physical group. Faces in none are left out inside the volume, and an error on its boundary. Vertices, tets and triangles keep the order of the file; points and lines are
 //! passed over, as are all sections that do not define the mesh: they survive because the file is written back as it
 //! was, see [`super::document`].
 //!
@@ -12,6 +12,7 @@
 mod create;
 mod elements;
 mod families;
+mod lonely;
 mod v22;
 mod v41;
 mod vertices;
@@ -66,9 +67,8 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let vertices = parts.vertices.ok_or_else(|| missing("$Nodes section", "is it complete?"))?;
     let elements = parts.elements.ok_or_else(|| missing("$Elements section", "is it complete?"))?;
     let Vertices { positions, slots, .. } = vertices;
-    let mut beside = elements.passed_over();
+    let (mesh, others, mut beside) = elements.into_mesh(path, version, &parts.groups, positions)?;
     beside.extend(parts.beside.iter().map(|name| format!("the section ${name}")));
-    let (mesh, others) = elements.into_mesh(path, version, &parts.groups, positions)?;
     let coordinates = Box::new(Slots { encoding, width: Width::Double, slots });
     Ok(Parsed { mesh, others, document: Document::of_file(NAME, extension, bytes, coordinates, beside) })
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::DVec3;
 
-use crate::formats::document::Slots;
+use crate::formats::document::{Slots, comment};
 use crate::formats::error::ReadError;
 use crate::formats::number::Number;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, parse_double, parse_signed, parse_unsigned, shown};
@@ -91,10 +91,10 @@ impl<'a> File<'a> {
             let key = file.word("an entry of the header")?;
             let value = file.until_semicolon()?;
             match key {
-                b"format" => match value {
+                b"format" => match &value[..] {
                     b"ascii" => {}
                     b"binary" => binary = true,
-                    _ => return Err(file.scanner.malformed("the format ascii or binary", shown(value))),
+                    _ => return Err(file.scanner.malformed("the format ascii or binary", shown(&value))),
                 },
                 b"arch" => {
                     let says = |text: &[u8]| value.windows(text.len()).any(|window| window == text);
@@ -118,12 +118,7 @@ impl<'a> File<'a> {
                 continue;
             }
             match (byte, self.scanner.byte(1)) {
-                (b'/', Some(b'/')) => drop(self.scanner.rest_of_line()),
-                (b'/', Some(b'*')) => {
-                    let inside = &self.scanner.rest()[2..];
-                    let length = inside.windows(2).position(|pair| pair == b"*/").unwrap_or(inside.len());
-                    self.scanner.advance(2 + length + 2);
-                }
+                (b'/', Some(b'/' | b'*')) => self.scanner.advance(comment(self.scanner.rest())),
                 _ => break,
             }
         }
@@ -150,7 +145,7 @@ impl<'a> File<'a> {
         }
     }
 
-    /// A run of letters up to white space or punctuation; a punctuation mark alone.
+    /// A run of letters up to white space, punctuation or a comment; a punctuation mark alone.
     fn word(&mut self, what: &str) -> Result<&'a [u8], ReadError> {
         self.skip();
         let ends = |byte: u8| byte.is_ascii_whitespace() || matches!(byte, b'(' | b')' | b'{' | b'}' | b';');
@@ -158,26 +153,34 @@ impl<'a> File<'a> {
         if rest.is_empty() {
             return Err(self.scanner.truncated(what));
         }
-        let length = rest.iter().position(|&byte| ends(byte)).unwrap_or(rest.len());
-        self.scanner.take(length.max(1), "")
+        let begins_comment = |at: usize| matches!(rest[at + 1..].first(), Some(b'/' | b'*'));
+        let end = (0..rest.len()).find(|&at| ends(rest[at]) || rest[at] == b'/' && begins_comment(at));
+        self.scanner.take(end.unwrap_or(rest.len()).max(1), "")
     }
 
-    /// What stands before the next `;` outside quotes and parentheses.
-    fn until_semicolon(&mut self) -> Result<&'a [u8], ReadError> {
+    /// What stands before the next `;` outside quotes, without its comments.
+    fn until_semicolon(&mut self) -> Result<Vec<u8>, ReadError> {
         self.skip();
-        let (mut length, mut quoted) = (0, false);
+        let start = self.scanner.at();
+        let (mut value, mut quoted) = (Vec::new(), false);
         loop {
-            match self.scanner.byte(length) {
-                None => return Err(self.scanner.truncated("';'")),
-                Some(b'"') => quoted = !quoted,
-                Some(b';') if !quoted => break,
-                Some(_) => {}
+            let byte = self.scanner.byte(0).ok_or_else(|| self.scanner.truncated("';'"))?;
+            match byte {
+                b'/' if !quoted && matches!(self.scanner.byte(1), Some(b'/' | b'*')) => {
+                    self.scanner.advance(comment(self.scanner.rest()));
+                    value.push(b' ');
+                    continue;
+                }
+                b'"' => quoted = !quoted,
+                b';' if !quoted => break,
+                _ => {}
             }
-            length += 1;
+            value.push(byte);
+            self.scanner.advance(1);
         }
-        let value = self.scanner.take(length, "")?;
         self.scanner.advance(1);
-        Ok(value.trim_ascii())
+        self.scanner.last = start;
+        Ok(value.trim_ascii().to_vec())
     }
 
     fn number<T>(&mut self, what: &'static str, parse: impl Fn(&[u8]) -> Option<T>) -> Result<T, ReadError> {
@@ -185,21 +188,33 @@ impl<'a> File<'a> {
         parse(word).ok_or_else(|| self.scanner.malformed(what, shown(word)))
     }
 
-    /// The count of a list and its opening parenthesis.
-    fn begin(&mut self, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
-        let count = self.number(what, parse_unsigned)?;
-        let count = self.scanner.checked(what, count, text, binary)?;
+    /// The count of a list and its opening parenthesis. The list of a text may have no count.
+    fn begin(&mut self, what: &'static str, text: u64, binary: u64) -> Result<Option<usize>, ReadError> {
+        let mut count = None;
+        if self.scanner.encoding != Encoding::Text || self.peek() != Some(b'(') {
+            let declared = self.number(what, parse_unsigned)?;
+            count = Some(self.scanner.checked(what, declared, text, binary)?);
+        }
         self.expect(b'(')?;
         Ok(count)
+    }
+
+    /// Whether a list of that count, or of none, has another entry after `n_read`.
+    fn goes_on(&mut self, count: Option<usize>, n_read: usize) -> bool {
+        match count {
+            Some(count) => n_read < count,
+            None => self.peek().is_some_and(|byte| byte != b')'),
+        }
     }
 
     /// Reads a list of points; slots are where they stand.
     pub fn points(mut self) -> Result<(Vec<DVec3>, Slots), ReadError> {
         let width = self.scanner.width;
         let count = self.begin("the number of points", 7, 3 * width.bytes() as u64)?;
-        let mut positions = Vec::with_capacity(count);
-        let mut slots = Vec::with_capacity(count);
-        for vertex in 0..count as u64 {
+        let mut positions: Vec<DVec3> = Vec::with_capacity(count.unwrap_or_default());
+        let mut slots = Vec::with_capacity(count.unwrap_or_default());
+        while self.goes_on(count, positions.len()) {
+            let vertex = positions.len() as u64;
             if self.scanner.encoding == Encoding::Text {
                 self.expect(b'(')?;
                 self.skip();
@@ -241,7 +256,7 @@ impl<'a> File<'a> {
         };
         let bytes = self.label.bytes();
         let count = self.begin("the number of indices", 2, bytes as u64)?;
-        let list = self.scanner.take(count * bytes, "an index")?;
+        let list = self.scanner.take(count.unwrap_or_default() * bytes, "an index")?;
         let (labels, checked) = if self.label == Number::I64 {
             let longs = list.as_chunks().0.iter().map(|&label| endian.long(label));
             (longs.clone().map(|label| Label::from(label as u32)).collect(), all_within(range, longs))
@@ -269,13 +284,15 @@ impl<'a> File<'a> {
         wrong: impl Fn(usize, i64) -> (String, String),
     ) -> Result<(), ReadError> {
         let count = self.begin("the number of indices", 2, 2)?;
-        labels.reserve(count);
-        for place in 0..count {
+        labels.reserve(count.unwrap_or_default());
+        let mut place = 0;
+        while self.goes_on(count, place) {
             let label = self.number("an index", parse_signed)?;
             if !range.contains(&label) {
                 return Err(self.wrong_label((place, label), wrong));
             }
             labels.push(Label::from(label as u32));
+            place += 1;
         }
         self.expect(b')')
     }
@@ -294,9 +311,9 @@ impl<'a> File<'a> {
         let faces = if self.scanner.encoding == Encoding::Text {
             let count = self.begin("the number of faces", 4, 4)?;
             let mut vertices = Vec::new();
-            let mut starts = Vec::with_capacity(count + 1);
+            let mut starts = Vec::with_capacity(count.unwrap_or_default() + 1);
             starts.push(Label::from(0));
-            for _ in 0..count {
+            while self.goes_on(count, starts.len() - 1) {
                 self.add_labels(&mut vertices, range.clone(), wrong)?;
                 starts.push(Label::from(vertices.len() as u32));
             }
@@ -329,21 +346,21 @@ impl<'a> File<'a> {
     pub fn patches(mut self, n_internal: usize, n_faces: usize) -> Result<Vec<Patch>, ReadError> {
         self.scanner.encoding = Encoding::Text;
         let count = self.begin("the number of patches", 20, 20)?;
-        let mut patches = Vec::with_capacity(count);
+        let mut patches: Vec<Patch> = Vec::with_capacity(count.unwrap_or_default());
         let mut end = n_internal;
-        for _ in 0..count {
+        while self.goes_on(count, patches.len()) {
             let name = String::from_utf8_lossy(self.word("the name of a patch")?).into_owned();
             self.expect(b'{')?;
             let (mut length, mut start, mut kind) = (None, None, String::new());
             while self.peek() != Some(b'}') {
                 let key = self.word("an entry of a patch")?;
                 let value = self.until_semicolon()?;
-                let number = || std::str::from_utf8(value).ok().and_then(|value| value.parse::<usize>().ok());
-                let malformed = || self.scanner.malformed("a whole number", shown(value));
+                let number = || std::str::from_utf8(&value).ok().and_then(|value| value.parse::<usize>().ok());
+                let malformed = || self.scanner.malformed("a whole number", shown(&value));
                 match key {
                     b"nFaces" => length = Some(number().ok_or_else(malformed)?),
                     b"startFace" => start = Some(number().ok_or_else(malformed)?),
-                    b"type" => kind = String::from_utf8_lossy(value).into_owned(),
+                    b"type" => kind = String::from_utf8_lossy(&value).into_owned(),
                     _ => {}
                 }
             }

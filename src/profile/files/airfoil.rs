@@ -1,14 +1,21 @@
 //! Airfoil coordinates without units, as databases and panel codes hold them, and where they go in space.
 //!
-//! Selig's order: a title, then `x y` from the trailing edge over the upper side to the leading edge and back along the
-//! lower. Lednicer's: a title, the numbers of points of both sides, then each from the leading edge to the trailing edge.
+//! Rows `x y` after a title, in one of these orders:
+//!
+//! - Selig's: from the trailing edge over one side to the leading edge and back along the other
+//! - Lednicer's: the numbers of points of both sides, then each side between the edges
+//! - the same two sides without their numbers, one after the other
+//!
+//! A third column may stand beside these, if one of the last two is the same in all rows: the place along the span.
 
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
+use super::sides::{Break, check_place, join};
 use super::{fail, number};
 use crate::profile::ProfileError;
+use crate::text::{Mark, Row, fields, parse_number, rows};
 
 /// The coordinate axis along the span: profiles lie in planes across it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,43 +53,101 @@ impl Placement {
     }
 }
 
-/// A first pair beyond this is no point of an airfoil, but Lednicer's numbers of points.
+/// A first pair of two whole numbers beyond this is no point of an airfoil, but Lednicer's numbers of points.
 const COUNTS: f64 = 1.5;
+
+/// A place along the span is the same in all rows to this share of the greatest coordinate.
+const SAME: f64 = 1e-9;
+
+/// The rows of numbers of a file.
+struct Table {
+    /// Line of each row, from 0.
+    lines: Vec<usize>,
+    /// Two or three numbers of each row; the third is 0 where there are two.
+    rows: Vec<[f64; 3]>,
+    /// Rows before which a blank line stands.
+    after_blank: Vec<usize>,
+}
 
 /// Reads the points of one airfoil, from one side of the trailing edge to the other.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<DVec2>, ProfileError> {
-    let mut rows: Vec<(usize, DVec2)> = Vec::new();
-    let mut last_line = 0;
-    for (line, row) in text.trim_start_matches('\u{feff}').lines().enumerate() {
-        last_line = line;
-        let words: Vec<&str> =
-            row.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()).collect();
-        let numbers = words.iter().all(|word| word.parse::<f64>().is_ok());
-        match words[..] {
-            [] => {}
-            // The title, which may be missing, is anything that is not two numbers.
-            _ if line == 0 && !(numbers && words.len() == 2) => {}
-            [x, y] => rows.push((line, DVec2::new(number(path, line, x)?, number(path, line, y)?))),
-            _ => return Err(fail(path, line, format!("{} words", words.len()), "two numbers: x y")),
-        }
-    }
-    let points = |rows: &[(usize, DVec2)]| rows.iter().map(|&(_, point)| point).collect::<Vec<_>>();
-    let Some(&(line, counts)) = rows.first() else {
-        return Err(fail(path, last_line, "no point".into(), "rows of two numbers: x y"));
+    let table = table(path, text)?;
+    let points = in_plane(path, &table)?;
+    let Some(&counts) = points.first() else {
+        return Err(fail(path, text.lines().count().max(1) - 1, "no point".into(), "rows of two numbers: x y"));
     };
-    if counts.x <= COUNTS && counts.y <= COUNTS {
-        return Ok(points(&rows));
-    }
-    let [upper, lower] = counts.to_array().map(|count| count as usize);
-    if counts != DVec2::new(upper as f64, lower as f64) || rows.len() - 1 != upper.saturating_add(lower) {
-        let what = format!("{} points after the numbers {} and {}", rows.len() - 1, counts.x, counts.y);
-        return Err(fail(path, line, what, "that many points of the upper and of the lower side"));
-    }
-    let (upper, lower) = rows[1..].split_at(upper);
-    let mut curve = points(upper);
-    curve.reverse();
-    curve.extend(points(lower));
+    let mut curve = if counts.min_element() > COUNTS {
+        let [first, second] = counts.to_array().map(|count| count as usize);
+        let points = &points[1..];
+        if counts != DVec2::new(first as f64, second as f64) || points.len() != first.saturating_add(second) {
+            let what = format!("{} points after the numbers {} and {}", points.len(), counts.x, counts.y);
+            return Err(fail(path, table.lines[0], what, "that many points of the upper and of the lower side"));
+        }
+        join(path, &table.lines[1..], points, &Break::At(first))?
+    } else {
+        join(path, &table.lines, &points, &Break::Perhaps(&table.after_blank))?
+    };
     // Both sides begin at the leading edge.
     curve.dedup();
+    check_place(path, table.lines[0], &curve)?;
     Ok(curve)
+}
+
+fn table(path: &Path, text: &str) -> Result<Table, ProfileError> {
+    let mut table = Table { lines: Vec::new(), rows: Vec::new(), after_blank: Vec::new() };
+    let (mut n_columns, mut is_first, mut blank) = (0, true, false);
+    for Row { line, text: row, comment } in rows(text, Mark::Any) {
+        let words = fields(row);
+        let n = words.len();
+        if n == 0 {
+            blank |= comment.is_empty();
+            continue;
+        }
+        let is_point = (2..=3).contains(&n) && words.iter().all(|word| parse_number(word).is_some());
+        // The title, which may be missing, is anything that is no point. Names of the columns may follow it.
+        let is_title = std::mem::take(&mut is_first);
+        if !is_point && (is_title || table.rows.is_empty() && names_columns(&words)) {
+            continue;
+        }
+        if !(2..=3).contains(&n) || !table.rows.is_empty() && n != n_columns {
+            let expected = match n_columns {
+                3 => "three numbers as before: x, y and the place along the span",
+                _ => "two numbers: x y",
+            };
+            return Err(fail(path, line, format!("{n} words"), expected));
+        }
+        let mut values = [0.0; 3];
+        for (value, word) in values.iter_mut().zip(&words) {
+            *value = number(path, line, word)?;
+        }
+        if std::mem::take(&mut blank) && !table.rows.is_empty() {
+            table.after_blank.push(table.rows.len());
+        }
+        n_columns = n;
+        table.lines.push(line);
+        table.rows.push(values);
+    }
+    Ok(table)
+}
+
+/// Whether a row holds names of coordinates, such as `x/c y/c`.
+fn names_columns(words: &[&str]) -> bool {
+    words.iter().all(|word| matches!(&*word.to_ascii_lowercase(), "x" | "y" | "z" | "x/c" | "y/c" | "z/c"))
+}
+
+/// The coordinates in the airfoil's plane: without those along the span.
+fn in_plane(path: &Path, table: &Table) -> Result<Vec<DVec2>, ProfileError> {
+    let largest = table.rows.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let varies =
+        |column: usize| table.rows.iter().position(|row| (row[column] - table.rows[0][column]).abs() > SAME * largest);
+    let up = match (varies(1), varies(2)) {
+        (_, None) => 1,
+        (None, Some(_)) => 2,
+        (Some(_), Some(row)) => {
+            let what = "the second and the third column both change".to_string();
+            let expected = "x, y and the place along the span, the same in all rows";
+            return Err(fail(path, table.lines[row], what, expected));
+        }
+    };
+    Ok(table.rows.iter().map(|row| DVec2::new(row[0], row[up])).collect())
 }

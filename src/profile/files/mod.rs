@@ -7,8 +7,10 @@
 mod airfoil;
 mod chain;
 mod json;
+mod sides;
 mod tecplot;
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -18,6 +20,7 @@ pub use airfoil::{Placement, SpanAxis};
 
 use super::{Profile, ProfileError, csv};
 use crate::formats::read_polylines;
+use crate::text::{decode, parse_number, shorten};
 
 /// The extensions by which profile files are found in a folder.
 pub const EXTENSIONS: &[&str] = &["csv", "dat", "tec", "plt", "txt", "json", "vtp", "vtk"];
@@ -38,7 +41,8 @@ impl Source<'_> {
         self.path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
     }
 
-    fn text(&self) -> Result<&str, ProfileError> {
+    /// The file as JSON has to be.
+    fn utf8(&self) -> Result<&str, ProfileError> {
         std::str::from_utf8(self.bytes).map_err(|error| {
             let before = &self.bytes[..error.valid_up_to()];
             let line = before.iter().filter(|&&byte| byte == b'\n').count();
@@ -59,38 +63,36 @@ impl Source<'_> {
 /// [`ProfileError::Line`] with path and line, [`ProfileError::File`] for a file that cannot be read as what it is,
 /// [`ProfileError::Doubled`], [`ProfileError::NoProfiles`].
 pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
-    let is_csv =
-        |source: &Source| !matches!(&*source.extension(), "dat" | "tec" | "plt" | "txt" | "json" | "vtp" | "vtk");
-    if let Some(source) = sources.iter().find(|source| source.placement.is_some() && !is_airfoil(source)) {
+    let texts: Vec<Cow<str>> = sources.iter().map(|source| decode(source.bytes)).collect();
+    let kinds: Vec<Kind> = sources.iter().zip(&texts).map(|(source, text)| Kind::of(source, text)).collect();
+    let all = || sources.iter().zip(&texts).zip(&kinds).map(|((source, text), &kind)| (source, &**text, kind));
+    if let Some((source, ..)) = all().find(|(source, _, kind)| source.placement.is_some() && *kind != Kind::Airfoil) {
         let what = "a placement is given, but the file says itself where its profiles are".to_string();
         return Err(fail(source.path, 0, what, "none, or a file with the coordinates of one airfoil"));
     }
-    if sources.iter().all(is_csv) {
-        let texts = sources.iter().map(|source| Ok((source.path, source.text()?)));
-        return csv::parse(&texts.collect::<Result<Vec<_>, ProfileError>>()?);
+    if kinds.iter().all(|&kind| kind == Kind::Csv) {
+        return csv::parse(&all().map(|(source, text, _)| (source.path, text)).collect::<Vec<_>>());
     }
     let mut profiles: Vec<Profile> = Vec::new();
-    for source in sources {
-        let curves = match &*source.extension() {
-            "json" => {
-                profiles.extend(json::parse(source.path, source.text()?)?);
+    for (source, text, kind) in all() {
+        let curves = match kind {
+            Kind::Csv => {
+                profiles.extend(csv::parse(&[(source.path, text)])?);
                 continue;
             }
-            "vtp" | "vtk" => polylines(source)?,
-            "dat" | "tec" | "plt" | "txt" if tecplot::is_tecplot(source.text()?) => {
-                tecplot::parse(source.path, source.text()?)?
+            Kind::Json => {
+                profiles.extend(json::parse(source.path, source.utf8()?)?);
+                continue;
             }
-            "dat" | "tec" | "plt" | "txt" => {
-                let airfoil = airfoil::parse(source.path, source.text()?)?;
+            Kind::Polylines => polylines(source)?,
+            Kind::Tecplot => tecplot::parse(source.path, text)?,
+            Kind::Airfoil => {
+                let airfoil = airfoil::parse(source.path, text)?;
                 let placement = source.placement.ok_or_else(|| {
                     let expected = "a placement in the case: [profiles.NAME.placement.\"FILE\"]";
                     fail(source.path, 0, "the coordinates of an airfoil do not say where it is".into(), expected)
                 })?;
                 vec![airfoil.into_iter().map(|point| placement.place(point)).collect()]
-            }
-            _ => {
-                profiles.extend(csv::parse(&[(source.path, source.text()?)])?);
-                continue;
             }
         };
         let first = profiles.len() as i64;
@@ -103,9 +105,26 @@ pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
     if profiles.is_empty() { Err(ProfileError::NoProfiles) } else { Ok(profiles) }
 }
 
-fn is_airfoil(source: &Source) -> bool {
-    let extension = matches!(&*source.extension(), "dat" | "tec" | "plt" | "txt");
-    extension && source.text().is_ok_and(|text| !tecplot::is_tecplot(text))
+/// What a file is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Csv,
+    Json,
+    Polylines,
+    Tecplot,
+    Airfoil,
+}
+
+impl Kind {
+    fn of(source: &Source, text: &str) -> Self {
+        match &*source.extension() {
+            "json" => Kind::Json,
+            "vtp" | "vtk" => Kind::Polylines,
+            "dat" | "tec" | "plt" | "txt" if tecplot::is_tecplot(text) => Kind::Tecplot,
+            "dat" | "tec" | "plt" | "txt" => Kind::Airfoil,
+            _ => Kind::Csv,
+        }
+    }
 }
 
 /// The connected polylines of a VTK file.
@@ -128,8 +147,8 @@ fn fail(path: &Path, line: usize, what: String, expected: &'static str) -> Profi
 
 /// A finite number.
 fn number(path: &Path, line: usize, word: &str) -> Result<f64, ProfileError> {
-    match word.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(fail(path, line, format!("found '{}'", csv::shorten(word)), "a finite number")),
+    match parse_number(word) {
+        Some(value) if value.is_finite() => Ok(value),
+        _ => Err(fail(path, line, format!("found '{}'", shorten(word)), "a finite number")),
     }
 }

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::{chain, fail, number};
 use crate::profile::ProfileError;
+use crate::text::{Mark, parse_number, rows, shorten};
 
 /// Whether a text is Tecplot's rather than a list of airfoil coordinates.
 pub(super) fn is_tecplot(text: &str) -> bool {
@@ -35,17 +36,16 @@ struct Zone {
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileError> {
     let mut columns: Option<([usize; 3], usize)> = None;
     let mut curves = Vec::new();
-    let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate().peekable();
+    let mut lines = rows(text, Mark::Hash).map(|row| (row.line, row.text)).peekable();
     while let Some((line, row)) = lines.next() {
-        let row = row.trim();
-        if row.is_empty() || row.starts_with('#') {
+        if row.is_empty() {
             continue;
         }
         // A header goes on until a line of numbers or the next keyword.
         let mut header = row.to_string();
         while let Some((_, next)) = lines.next_if(|(_, next)| continues(next)) {
             header += " ";
-            header += next.trim();
+            header += next;
         }
         if begins(&header, "TITLE") || begins(&header, "FILETYPE") || begins(&header, "DATASETAUXDATA") {
             continue;
@@ -55,7 +55,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
             continue;
         }
         if !begins(&header, "ZONE") {
-            return Err(fail(path, line, format!("found '{}'", super::csv::shorten(row)), "TITLE, VARIABLES or ZONE"));
+            return Err(fail(path, line, format!("found '{}'", shorten(row)), "TITLE, VARIABLES or ZONE"));
         }
         let (axes, n_variables) = columns.unwrap_or(([0, 1, 2], 3));
         let zone = Zone::parse(path, line, &header)?;
@@ -75,7 +75,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
                 return Err(fail(path, last, what, "all values of the zone"));
             };
             last = line;
-            words.extend(row.split_ascii_whitespace().map(|word| (line, word)));
+            words.extend(row.split([' ', '\t', ',']).filter(|word| !word.is_empty()).map(|word| (line, word)));
         }
         if words.len() > n_values {
             return Err(fail(path, last, "more values than the zone has".into(), "I= or N= to count its points"));
@@ -95,7 +95,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
             let mut ends = [0; 2];
             for (end, &(line, word)) in ends.iter_mut().zip(&words[place..]) {
                 let point = word.parse::<usize>().ok().filter(|point| (1..=n_points).contains(point));
-                let what = || format!("found '{}' among {n_points} points", super::csv::shorten(word));
+                let what = || format!("found '{}' among {n_points} points", shorten(word));
                 *end = point.ok_or_else(|| fail(path, line, what(), "the number of a point, from 1"))? - 1;
             }
             segments.push(ends);
@@ -110,9 +110,9 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
 
 /// Whether a line goes on with a header: it is no row of numbers and begins nothing else.
 fn continues(line: &str) -> bool {
-    let first = line.split_ascii_whitespace().next().unwrap_or_default();
+    let first = line.split([' ', '\t', ',']).find(|word| !word.is_empty()).unwrap_or_default();
     !first.is_empty()
-        && first.parse::<f64>().is_err()
+        && parse_number(first).is_none()
         && !["ZONE", "VARIABLES", "TITLE"].iter().any(|keyword| begins(line, keyword))
 }
 

@@ -1,0 +1,201 @@
+//! `.mapbc` files: names and boundary conditions of the references of a mesh file's faces, beside that file.
+//!
+//! FUN3D's form is a count and that many lines `reference condition name`. VGRID's has no count, but up to four lines of
+//! header, and lines `patch condition family #surfaces surfaces... name`. In both, `#` and `!` begin comments, and the name may be
+//! missing or have blanks.
+//!
+//! Source: the FUN3D manual, "Grid Formats"; NASA's TetrUSS documentation.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::str::from_utf8;
+
+use super::assembly::surface;
+use super::content::{Content, clean_names, renamed};
+use super::document::Companion;
+use super::error::{ReadError, WriteError};
+use super::lines::{Line, Lines};
+use super::scanner::shown;
+use crate::text::decode;
+
+/// The names of references.
+pub(super) type Names = BTreeMap<i32, String>;
+
+/// What a file says.
+#[derive(Debug, Default)]
+pub(super) struct Mapbc {
+    pub names: Names,
+    /// There are boundary conditions other than 0.
+    pub has_conditions: bool,
+    /// The file.
+    pub bytes: Option<Vec<u8>>,
+}
+
+/// Header lines of VGRID's form.
+const HEADER: usize = 4;
+
+/// Where the names of a mesh stand: `wing.mapbc` of `wing.b8.ugrid.gz`. `extensions` are those of the mesh's format.
+pub(super) fn path_beside(path: &Path, extensions: &[&str]) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let lower = name.to_ascii_lowercase();
+    let stem = lower.strip_suffix(".gz").unwrap_or(&lower);
+    let ends = |extension: &&&str| stem.ends_with(&format!(".{extension}"));
+    let longest = extensions.iter().filter(ends).map(|extension| extension.len() + 1).max().unwrap_or(0);
+    // Letters that change their length in lower case do not occur before an ASCII extension's length from the end.
+    let stem = name.get(..stem.len().saturating_sub(longest)).unwrap_or(&name);
+    path.with_file_name(format!("{stem}.mapbc"))
+}
+
+/// Reads the file at `path`, which may be missing.
+pub(super) fn read(path: &Path) -> Result<Mapbc, ReadError> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(Mapbc { bytes: Some(bytes.clone()), ..parse(path, &bytes)? }),
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(Mapbc::default()),
+        Err(source) => Err(ReadError::Io { path: path.into(), source }),
+    }
+}
+
+/// Reads a file from its bytes; `path` is for messages.
+fn parse(path: &Path, bytes: &[u8]) -> Result<Mapbc, ReadError> {
+    let mut lines = Lines::new(path, bytes, b"#!");
+    let mut mapbc = Mapbc::default();
+    let header = bytes.iter().enumerate().filter(|&(_, &byte)| byte == b'\n').nth(HEADER - 1);
+    let header_end = header.map_or(bytes.len(), |(at, _)| at);
+    let first = loop {
+        let line = lines.demand("the number of boundaries, or a reference and its boundary condition")?;
+        // A line that begins with a number is never passed over: it may name a patch.
+        if number(line.clone().word().1).is_some() || line.start > header_end {
+            break line;
+        }
+    };
+    let mut alone = first.clone();
+    alone.word();
+    if !alone.rest().is_empty() {
+        let mut next = Some(first);
+        while let Some(line) = next {
+            mapbc.add(&lines, line, true)?;
+            next = lines.next_line();
+        }
+        return Ok(mapbc);
+    }
+    let (at, mut count) = (first.start, first);
+    let count = lines.unsigned(&mut count, "the number of boundaries")?;
+    let count = lines.checked(at, "the number of boundaries", count, 4)?;
+    for _ in 0..count {
+        let line = lines.demand("a reference, its boundary condition and its name")?;
+        mapbc.add(&lines, line, false)?;
+    }
+    match lines.next_line() {
+        None => Ok(mapbc),
+        Some(line) => {
+            let expected = format!("the end of the file after {count} boundaries, the number in its first line");
+            Err(lines.malformed(line.start, expected, shown(line.text)))
+        }
+    }
+}
+
+fn number(word: &[u8]) -> Option<i32> {
+    from_utf8(word).ok()?.parse().ok()
+}
+
+impl Mapbc {
+    /// Takes a line in; `patch` says that it may be VGRID's.
+    fn add(&mut self, lines: &Lines, mut line: Line, patch: bool) -> Result<(), ReadError> {
+        let (start, word) = line.word();
+        let reference =
+            number(word).ok_or_else(|| lines.malformed(start, "the reference of a boundary", shown(word)))?;
+        let (at, word) = line.word();
+        let condition =
+            number(word).ok_or_else(|| lines.malformed(at, "the number of a boundary condition", shown(word)))?;
+        self.has_conditions |= condition != 0;
+        if patch {
+            line = after_surfaces(line);
+        }
+        let name = line.rest();
+        let name = if name.is_empty() { surface(reference) } else { decode(name).into_owned() };
+        match self.names.insert(reference, name) {
+            None => Ok(()),
+            Some(first) => {
+                let found = format!("a second line for {reference}, which is '{first}' before");
+                Err(lines.malformed(start, "one line for each reference", found))
+            }
+        }
+    }
+
+    /// What a reference is called.
+    pub fn name(&self, reference: i32) -> String {
+        name(&self.names, reference)
+    }
+}
+
+/// A line after VGRID's family, number of surfaces, and surfaces (one of them even if there is none), if all of these stand
+/// there.
+fn after_surfaces(line: Line) -> Line {
+    let mut rest = line.clone();
+    let mut next = || number(rest.word().1);
+    let (Some(_), Some(n_surfaces)) = (next(), next()) else { return line };
+    for _ in 0..n_surfaces.max(1) {
+        if next().is_none() {
+            return line;
+        }
+    }
+    rest
+}
+
+/// The names of a new mesh, whose references are the families' numbers, counted from 1.
+pub(super) fn names(content: &Content) -> Names {
+    (1..).zip(clean_names(content.cells.families, fits)).collect()
+}
+
+/// A new file, in FUN3D's form.
+pub(super) fn without_conditions(names: &Names) -> Vec<u8> {
+    let lines = names.iter().map(|(reference, name)| format!("{reference} 0 {name}\n"));
+    format!("{}\n{}", names.len(), lines.collect::<String>()).into_bytes()
+}
+
+/// What it holds otherwise: names with blanks.
+pub(super) fn limits(content: &Content) -> Vec<String> {
+    renamed(content.cells.families, &clean_names(content.cells.families, fits))
+}
+
+fn fits(letter: char) -> bool {
+    !letter.is_whitespace() && !letter.is_control() && !matches!(letter, '#' | '!')
+}
+
+/// Fails if a file at `path` gives the families of a mesh other names than `companion`, which belongs to the mesh.
+///
+/// # Errors
+/// [`WriteError::Stale`], also if it cannot be read.
+pub(super) fn check(path: &Path, companion: &Companion) -> Result<(), WriteError> {
+    if companion.bytes.is_none() && companion.names.is_empty() {
+        return Ok(());
+    }
+    let stale = |what: String| WriteError::Stale { path: path.into(), what };
+    let there = read(path).map_err(|error| stale(format!("it cannot be read: {error}")))?;
+    if there.bytes.is_none() || there.bytes == companion.bytes {
+        return Ok(());
+    }
+    match difference(&there.names, &companion.names) {
+        None => Ok(()),
+        Some(reference) => {
+            let [found, own] = [&there.names, &companion.names].map(|names| name(names, reference));
+            Err(stale(format!("it calls family {reference} '{found}', the mesh '{own}'")))
+        }
+    }
+}
+
+/// Whether each reference has the same name in both.
+pub(super) fn agree(a: &Names, b: &Names) -> bool {
+    difference(a, b).is_none()
+}
+
+/// A reference with two names.
+fn difference(a: &Names, b: &Names) -> Option<i32> {
+    a.keys().chain(b.keys()).copied().find(|&reference| name(a, reference) != name(b, reference))
+}
+
+fn name(names: &Names, reference: i32) -> String {
+    names.get(&reference).cloned().unwrap_or_else(|| surface(reference))
+}

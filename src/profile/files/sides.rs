@@ -1,0 +1,121 @@
+//! The two sides of an airfoil, put together to one curve from the trailing edge round the leading edge and back, and
+//! whether that curve is where a placement takes it to be.
+
+use std::path::Path;
+
+use glam::DVec2;
+
+use super::fail;
+use crate::profile::ProfileError;
+use crate::profile::edges::trailing_edge;
+
+/// Two points this far apart, as share of the chord, do not follow each other along a side, and a part of the points that
+/// is a side reaches at least as far.
+const FAR: f64 = 0.5;
+
+/// The least and greatest x of some points.
+fn range(points: &[DVec2]) -> (f64, f64) {
+    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| (low.min(point.x), high.max(point.x)))
+}
+
+/// Where the second side begins, as far as the file says.
+pub(super) enum Break<'a> {
+    /// At that point.
+    At(usize),
+    /// Perhaps at one of these points, before which a blank line stands.
+    Perhaps(&'a [usize]),
+}
+
+/// The curve from one side of the trailing edge round the leading edge to the other.
+///
+/// - `lines`: line of each point, from 0
+/// - `points`: one curve, or both sides, each in either direction
+pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Break) -> Result<Vec<DVec2>, ProfileError> {
+    let (low, high) = range(points);
+    let (chord, middle) = (high - low, 0.5 * (low + high));
+    let is_trailing = |point: &DVec2| point.x > middle;
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(Vec::new()) };
+    let is_side = |points: &[DVec2]| {
+        let (low, high) = range(points);
+        high - low >= FAR * chord
+    };
+    let is_between_sides = |at: &usize| is_side(&points[..*at]) && is_side(&points[*at..]);
+    // Where x starts again, from one end of the chord at the other.
+    let starts_again = |at: &usize| (points[*at].x - points[*at - 1].x).abs() > FAR * chord && is_between_sides(at);
+    let meeting = match *second {
+        Break::At(at) => Some(at).filter(|at| (1..points.len()).contains(at)),
+        Break::Perhaps(blanks) => {
+            let mut again = (1..points.len()).filter(starts_again);
+            let at = again.next();
+            if let Some(third) = again.next() {
+                let what = "the points begin a third time at an end of the chord".to_string();
+                return Err(fail(path, lines[third], what, "one airfoil: one curve, or its two sides"));
+            }
+            // Where two sides meet at the trailing edge, only the file's blank line tells where.
+            let apart = blanks.iter().find(|at| blanks.len() == 1 && !is_trailing(first) && is_between_sides(at));
+            at.or(apart.copied())
+        }
+    };
+    if let Some(at) = meeting {
+        let (one, other) = points.split_at(at);
+        let turned = |side: &[DVec2], towards_leading: bool| {
+            let mut side = side.to_vec();
+            if is_trailing(&side[0]) != towards_leading {
+                side.reverse();
+            }
+            side
+        };
+        let mut curve = turned(one, true);
+        curve.extend(turned(other, false));
+        return Ok(curve);
+    }
+    if !is_trailing(first) && first == last && points.len() > 3 {
+        let ring: Vec<_> = points[1..].iter().map(|point| point.extend(0.0)).collect();
+        let start = trailing_edge(&ring).start;
+        let mut curve = points[1..].to_vec();
+        curve.rotate_left(start);
+        curve.push(curve[0]);
+        return Ok(curve);
+    }
+    for (point, line) in [(first, lines[0]), (last, lines[lines.len() - 1])] {
+        if !is_trailing(point) && chord > 0.0 {
+            let what = format!("the points begin or end at x = {}, nearer to the leading edge", point.x);
+            let expected = "points from the trailing edge round the leading edge and back, or two sides with a blank line \
+                            between them";
+            return Err(fail(path, line, what, expected));
+        }
+    }
+    Ok(points.to_vec())
+}
+
+/// How far the leading edge may be from the origin and the chord from 1, as share of the chord.
+const OFF: f64 = 0.01;
+
+/// Checks that an airfoil's leading edge is its origin and that its chord is 1, as a placement has it.
+///
+/// - `line`: the first point's
+/// - `curve`: from one side of the trailing edge to the other
+pub(super) fn check_place(path: &Path, line: usize, curve: &[DVec2]) -> Result<(), ProfileError> {
+    let (Some(first), Some(last)) = (curve.first(), curve.last()) else { return Ok(()) };
+    // A blunt nose has several points of the least x.
+    let (low, high) = range(curve);
+    let foremost = || curve.iter().filter(|point| point.x <= low + 1e-3 * (high - low));
+    let nose = DVec2::new(low, foremost().map(|point| point.y).sum::<f64>() / foremost().count() as f64);
+    let chord = (0.5 * (first + last)).distance(nose);
+    // The curve leads through the origin, but no point has to be there. With camber the nose is a little below or above.
+    let to_origin = curve.windows(2).map(|pair| {
+        let along = pair[1] - pair[0];
+        let share =
+            if along == DVec2::ZERO { 0.0 } else { (-pair[0].dot(along) / along.length_squared()).clamp(0.0, 1.0) };
+        (pair[0] + share * along).length()
+    });
+    let off = to_origin.fold(f64::INFINITY, f64::min).max(nose.x.abs());
+    if off <= OFF * chord && (chord - 1.0).abs() <= OFF {
+        return Ok(());
+    }
+    let what =
+        format!("the airfoil's leading edge is at x = {:.6}, y = {:.6} and its chord is {chord:.6}", nose.x, nose.y);
+    let expected = "the leading edge at x = 0, y = 0 and a chord of 1, both within 1 % of the chord: take the leading edge \
+                    off the coordinates and divide them by the chord; `chord` and `position` of the placement say where it goes";
+    Err(fail(path, line, what, expected))
+}
