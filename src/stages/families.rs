@@ -118,6 +118,17 @@ pub enum SetupError {
         /// The family.
         family: String,
     },
+    /// Wingtip families that touch, and so move as one, shall start differently.
+    #[error(
+        "the wingtip families `{family}` and `{other}` touch, so they move as one, but their `start` differs, expected \
+         the same for both"
+    )]
+    TipStarts {
+        /// The first of the families.
+        family: String,
+        /// One that differs from it.
+        other: String,
+    },
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] BackendError),

@@ -147,5 +147,5 @@ fn strip(
         let free = families.owner[vertex as usize] == Owner::Wing && !on_junction.contains(&vertex) && beside(vertex);
         if free { Constraint::Free } else { Constraint::Held }
     };
-    Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method).map(Some)
+    Patch::new(&mesh.vertices, &edges, constraint, backend, method).map(Some)
 }
