@@ -7,6 +7,7 @@
 //! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
 
 mod judge;
+pub mod prescribed;
 mod reports;
 
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
@@ -142,6 +143,24 @@ pub enum MoveError {
         expected: usize,
         /// Displacements given.
         found: usize,
+    },
+    /// Two prescribed families move a vertex of both to different places.
+    #[error(
+        "the prescribed families `{family}` and `{other}` share vertex {vertex} at ({}, {}, {}), and its displacements \
+         differ by {difference:.3e}, expected the same from both",
+        position.x, position.y, position.z
+    )]
+    Disagree {
+        /// The first family.
+        family: String,
+        /// The second family.
+        other: String,
+        /// The vertex, counted from 0.
+        vertex: u32,
+        /// Where it is.
+        position: DVec3,
+        /// The distance between the places the two move it to.
+        difference: f64,
     },
     /// The mesh is too large for the memory.
     #[error("{n_tets} tets: {error}")]
@@ -338,7 +357,7 @@ impl Mover {
 
         observer("wing");
         let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
-        prescribe(mesh, order, &self.family_vertices, families, design, &mut motion)?;
+        prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut motion)?;
         let generators = self
             .wings
             .interpolate(families, &design.profiles, &mut motion)
@@ -428,29 +447,4 @@ impl StageWatch {
         self.last = Instant::now();
         statistics
     }
-}
-
-fn prescribe(
-    mesh: &TetMesh,
-    order: &Order,
-    family_vertices: &[Vec<u32>],
-    families: &Families,
-    design: &Design,
-    motion: &mut Motion,
-) -> Result<(), MoveError> {
-    for family in families.placed_by(Owner::Prescribed) {
-        let vertices = &family_vertices[family.index()];
-        let given = design.prescribed.get(&family).map_or(&[][..], Vec::as_slice);
-        if given.len() != vertices.len() {
-            let family = mesh.families[family.index()].clone();
-            return Err(MoveError::Prescribed { family, expected: vertices.len(), found: given.len() });
-        }
-        for (&vertex, &displacement) in vertices.iter().zip(given) {
-            let place = order.place(vertex) as usize;
-            if families.owner[place] == Owner::Prescribed {
-                motion[place] = displacement;
-            }
-        }
-    }
-    Ok(())
 }

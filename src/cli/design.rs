@@ -127,7 +127,7 @@ pub(super) fn on_mesh(error: crate::mover::MoveError, job: &Job) -> Failure {
     use crate::mover::MoveError;
     match error {
         error @ (MoveError::Mesh(_) | MoveError::Setup(_)) => Failure::from(error).in_file(&job.case.mesh),
-        error @ (MoveError::Profiles { .. } | MoveError::Prescribed { .. }) => {
+        error @ (MoveError::Profiles { .. } | MoveError::Prescribed { .. } | MoveError::Disagree { .. }) => {
             Failure::from(error).in_file(&job.case.path)
         }
         error => error.into(),

@@ -50,15 +50,19 @@ impl Job {
         let mut design = Design::default();
         let mut old_profiles = BTreeMap::new();
         let mut roles = Vec::new();
+        let mut displacements = Vec::new();
         for (index, name) in mesh.families.iter().enumerate() {
             let family = FamilyId(index as u16);
             let role = case.families.get(name).map_or(&Role::Fixed, |settings| &settings.role);
             roles.push(role.into());
             if let Role::Prescribed { displacement } = role {
-                design.prescribed.insert(family, prescribed(mesh, family, displacement)?);
+                let matched = prescribed(mesh, family, displacement)?;
+                design.prescribed.insert(family, matched.rows.iter().map(|row| row.displacement).collect());
+                displacements.push(matched);
                 inputs.push(displacement.clone());
             }
         }
+        displacement::check_shared(&displacements, &mesh.vertices)?;
         for (name, source) in &case.profiles {
             let Some(family) = mesh.family(name) else { continue };
             let new = read_profiles(&source.new, source)?;
@@ -136,7 +140,8 @@ impl Varied {
         let mut design = job.design.clone();
         match self {
             Self::Displacement(family) => {
-                design.prescribed.insert(*family, prescribed(&job.file.mesh, *family, path)?);
+                let rows = prescribed(&job.file.mesh, *family, path)?.rows;
+                design.prescribed.insert(*family, rows.into_iter().map(|row| row.displacement).collect());
             }
             Self::Profiles(name, family) => {
                 let mut source = job.case.profiles[name].clone();
@@ -185,7 +190,7 @@ pub(super) fn family_triangles(mesh: &TetMesh, family: FamilyId) -> Vec<[u32; 3]
     members.map(|(&triangle, _)| triangle).collect()
 }
 
-fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam::DVec3>, Failure> {
+fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<displacement::Matched, Failure> {
     let triangles = family_triangles(mesh, family);
     let vertices: Vec<u32> = triangles.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
     let lengths = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| {
@@ -195,7 +200,8 @@ fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam:
     let shortest = lengths.fold(f64::INFINITY, f64::min);
     let tolerance = if shortest.is_finite() { MATCH * shortest } else { 0.0 };
     let table = displacement::read(path)?;
-    Ok(displacement::match_displacements(&table, &mesh.vertices, &vertices, tolerance)?)
+    let rows = displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?;
+    Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows })
 }
 
 /// Reads the profiles of some files.

@@ -94,6 +94,34 @@ fn old_and_new_profiles_must_pair() {
     fixture.refuses(3, &["same numbers", "[0, 2]", "[0, 1]"]);
 }
 
+/// The wing and its tip share the tip's rim. Where both files say the same there, to seven digits, they are taken.
+#[test]
+fn prescribed_families_must_agree_where_they_touch() {
+    let fixture = Fixture::new();
+    let mesh = WingBox::new();
+    let rows = |family: usize, displacement: &str| -> String {
+        let vertices = mesh.family_vertices(family).into_iter().map(|vertex| mesh.vertices[vertex]);
+        vertices.map(|[x, y, z]| format!("{x},{y},{z},{displacement}\n")).collect()
+    };
+    let case = CASE.replace("[profiles.wing]\nnew = \"new.csv\"\n", "");
+    let case = case.replace("role = \"wing\"\n", "role = \"prescribed\"\ndisplacement = \"wing.csv\"\n");
+    let tip = "role = \"wingtip\"\ncoefficient = 0.5\n";
+    fixture.write("case.toml", &case.replace(tip, "role = \"prescribed\"\ndisplacement = \"tip.csv\"\n"));
+    fixture.write("wing.csv", &rows(0, "0.01,0,0.02"));
+    fixture.write("tip.csv", &format!("x,y,z,dx,dy,dz\n{}", rows(2, "0.01000001,0,0.02")));
+    assert_good(&fixture.run());
+    fs::remove_file(fixture.path("moved.msh")).unwrap();
+    fixture.write("tip.csv", &format!("x,y,z,dx,dy,dz\n{}", rows(2, "0.0100001,0,0.02")));
+    let first = mesh.family_vertices(2).into_iter().find(|vertex| mesh.family_vertices(0).contains(vertex)).unwrap();
+    let line = |family, header| {
+        let row = mesh.family_vertices(family).iter().position(|&vertex| vertex == first).unwrap();
+        row + 1 + header
+    };
+    let [x, y, z] = mesh.vertices[first];
+    let place = format!("wing.csv:{} and tip.csv:{}: the vertex at ({x}, {y}, {z})", line(0, 0), line(2, 1));
+    fixture.refuses(3, &[&place, "1.000e-7", "expected the same in both"]);
+}
+
 #[test]
 fn outputs_are_checked_before_anything_is_computed() {
     let fixture = Fixture::new();
