@@ -86,7 +86,7 @@ fn good_case_is_read_whole() {
     assert_eq!(role("trailing_edge"), Role::TrailingEdge);
     assert_eq!(role("wingtip"), Role::Wingtip { coefficient: 0.25, start: TipStart::Original });
     assert_eq!(role("carenage"), Role::Carenage);
-    assert_eq!(role("symmetry"), Role::Plane);
+    assert_eq!(role("symmetry"), Role::Plane { flat: None });
     assert_eq!(role("farfield"), Role::Fixed);
     assert_eq!(role("flap"), Role::Prescribed { displacement: here.join("flap.csv") });
     assert_eq!(case.springs.name, "murayama");
@@ -279,6 +279,20 @@ fn keys_must_fit_the_role() {
         1,
         &fit("displacement", "wing", "prescribed"),
     );
+}
+
+#[test]
+fn planes_may_be_not_quite_flat() {
+    let with = |text: &str| GOOD.replace("role = \"plane\"", &format!("role = \"plane\"\n{text}"));
+    assert_eq!(parse(&with("flat = 1e-3")).unwrap().families["symmetry"].role, Role::Plane { flat: Some(1e-3) });
+    assert_eq!(parse(&with("flat = 0.1")).unwrap().families["symmetry"].role, Role::Plane { flat: Some(0.1) });
+    for bad in ["0.0", "-0.001", "0.11", "nan"] {
+        let (position, message) = mistake(&with(&format!("flat = {bad}")));
+        assert_eq!((position.line, position.column), (19, 8));
+        assert!(message.contains("expected a fraction of the family's size, above 0 and up to 0.1"), "{message}");
+    }
+    let fit = "`flat` does not fit role \"fixed\", expected only in a family whose role is \"plane\"";
+    assert_mistake("role = \"fixed\"", "role = \"fixed\"\nflat = 1e-3", 21, 1, fit);
 }
 
 #[test]

@@ -86,7 +86,11 @@ pub enum Role {
     /// Elastic shape: slides on its original surface.
     Carenage,
     /// Slides in its own plane.
-    Plane,
+    Plane {
+        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size; each keeps its own
+        /// distance. Without it the family must be flat.
+        flat: Option<f64>,
+    },
     /// Does not move.
     Fixed,
     /// Moves as a file says, see [`displacement`].
@@ -104,7 +108,7 @@ impl Role {
             Role::TrailingEdge => "trailing-edge",
             Role::Wingtip { .. } => "wingtip",
             Role::Carenage => "carenage",
-            Role::Plane => "plane",
+            Role::Plane { .. } => "plane",
             Role::Fixed => "fixed",
             Role::Prescribed { .. } => "prescribed",
         }
@@ -118,7 +122,7 @@ impl From<&Role> for stages::Role {
             Role::TrailingEdge => Self::TrailingEdge,
             Role::Wingtip { coefficient, start } => Self::Wingtip { coefficient, start },
             Role::Carenage => Self::Carenage,
-            Role::Plane => Self::Plane,
+            Role::Plane { flat } => Self::Plane { flat },
             Role::Fixed => Self::Fixed,
             Role::Prescribed { .. } => Self::Prescribed,
         }

@@ -7,7 +7,7 @@ use crate::profile::files::{Placement, SpanAxis};
 use crate::relaxation::Method;
 use crate::smoothing::Target;
 use crate::springs::{SPRINGS, Springs};
-use crate::stages::{TipStart, interior::MAX_STEPS};
+use crate::stages::{TipStart, families::MOST_FLAT, interior::MAX_STEPS};
 
 use super::document::{Document, Section, Value};
 use super::nearest::{did_you_mean, quoted_list};
@@ -36,7 +36,7 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
 fn families(top: &Section, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
     let mut families = BTreeMap::new();
     let Some(table) = top.get("family") else { return Ok(families) };
-    for (name, section) in table.sections(&["role", "coefficient", "start", "displacement"])? {
+    for (name, section) in table.sections(&["role", "coefficient", "start", "flat", "displacement"])? {
         let role = role(&section, folder)?;
         families.insert(name.to_owned(), FamilySettings { role, position: section.position() });
     }
@@ -47,7 +47,8 @@ fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
     let names = ["wing", "trailing-edge", "wingtip", "carenage", "plane", "fixed", "prescribed"];
     let name = section.require("role", &format!("one of {}", quoted_list(&names)))?.one_of(&names)?;
 
-    for (key, owner) in [("coefficient", "wingtip"), ("start", "wingtip"), ("displacement", "prescribed")] {
+    let owners = [("coefficient", "wingtip"), ("start", "wingtip"), ("flat", "plane"), ("displacement", "prescribed")];
+    for (key, owner) in owners {
         if let Some(value) = section.get(key).filter(|_| name != owner) {
             return Err(value.key_error(format!(
                 "`{key}` does not fit role \"{name}\", expected only in a family whose role is \"{owner}\""
@@ -71,7 +72,7 @@ fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
             Role::Wingtip { coefficient, start }
         }
         "carenage" => Role::Carenage,
-        "plane" => Role::Plane,
+        "plane" => Role::Plane { flat: section.get("flat").map(|value| flat(&value)).transpose()? },
         "fixed" => Role::Fixed,
         _ => {
             let value = section.require("displacement", "a CSV file with rows x,y,z,dx,dy,dz")?;
@@ -86,6 +87,15 @@ fn in_unit_interval(value: &Value) -> Result<f64, CaseError> {
         return Ok(number);
     }
     Err(value.error(format!("`coefficient` is {number}, expected 0 (rigid) to 1 (freely deformable)")))
+}
+
+fn flat(value: &Value) -> Result<f64, CaseError> {
+    let number = value.number()?;
+    if number > 0.0 && number <= MOST_FLAT {
+        return Ok(number);
+    }
+    Err(value
+        .error(format!("`flat` is {number}, expected a fraction of the family's size, above 0 and up to {MOST_FLAT}")))
 }
 
 fn profiles(

@@ -11,7 +11,7 @@ use crate::{
     profile::{Plane, ProfileError, cut, distance},
     relaxation::Convergence,
     report::{FamilyReport, ProfileReport, Solver},
-    stages::{Owner, families::Shape},
+    stages::{Owner, shape::Shape},
 };
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from
@@ -50,14 +50,15 @@ impl Mover {
         folded: &BTreeMap<String, usize>,
         pierced: &[u32],
     ) -> BTreeMap<String, FamilyReport> {
-        let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
+        let families = &self.families;
+        let reports = families.shapes.iter().enumerate().filter_map(|(index, shape)| {
             let shape = shape.as_ref()?;
-            let distance = self
-                .surface
-                .vertices_of(FamilyId(index as u16))
-                .par_iter()
-                .map(|&vertex| shape.closest(vertices[vertex as usize]).distance(vertices[vertex as usize]))
-                .reduce(|| 0.0, f64::max);
+            let family = FamilyId(index as u16);
+            let off = |&vertex: &u32| {
+                let at = vertices[vertex as usize];
+                families.kept(family, vertex).map_or(0.0, |kept| kept.closest(at).distance(at))
+            };
+            let distance = self.surface.vertices_of(family).par_iter().map(off).reduce(|| 0.0, f64::max);
             let report = match shape {
                 Shape::Surface(_) => {
                     FamilyReport { max_distance_to_original_surface: Some(distance), ..FamilyReport::default() }

@@ -146,7 +146,7 @@ pub struct FamilyReport {
     /// Largest distance of a carenage's vertices to its original surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_original_surface: Option<f64>,
-    /// Largest distance of a plane family's vertices to its plane.
+    /// Largest distance of a plane family's vertices to its plane; where it is not quite flat, to their own distances from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_plane: Option<f64>,
     /// Triangles that are turned over against those around them.

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Families, Motion, Owner, SetUp, families::Shape, patch::Patch};
+use super::{Families, Motion, Owner, SetUp, patch::Patch, shape::Shape};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},

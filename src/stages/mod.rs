@@ -24,6 +24,7 @@ pub mod patch;
 pub mod planes;
 pub mod rotation;
 pub mod route;
+pub mod shape;
 pub mod sliding;
 pub mod start;
 pub mod trailing_edge;

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::{Families, Owner, families::Shape};
+use super::{Families, Owner, shape::Kept};
 use crate::{
     backend::{Ball, Constraint},
     mesh::{
@@ -128,7 +128,7 @@ impl Sliding<'_> {
     }
 
     /// The original surface of a vertex inside a carenage.
-    fn original_surface(&self, vertex: u32) -> Option<&Shape> {
+    fn original_surface(&self, vertex: u32) -> Option<Kept<'_>> {
         self.families.shapes_at(vertex).next()
     }
 
@@ -164,7 +164,7 @@ impl Slide for Sliding<'_> {
         match self.freedom[vertex as usize] {
             Freedom::Held => Constraint::Held,
             Freedom::Surface(start) => Constraint::InPlane(match self.original_surface(vertex) {
-                Some(shape) => shape.normal(at),
+                Some(kept) => kept.normal(at),
                 None => self.parts.normal(&self.parts.closest(start, at)),
             }),
             Freedom::Curve(_) => {

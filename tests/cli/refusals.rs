@@ -45,6 +45,33 @@ fn doubled_tets() {
     fixture.refuses(3, &["box.msh", "tets"]);
 }
 
+/// A vertex of the symmetry plane lies 1e-4 off it. The message says what the case must say, and that is enough.
+#[test]
+fn planes_that_are_not_flat_name_the_remedy() {
+    let fixture = Fixture::new();
+    let box_mesh = WingBox::new();
+    let corner = |vertex: &&usize| box_mesh.vertices[**vertex] == [0.25, 0.0, -1.0];
+    let off = *box_mesh.family_vertices(3).iter().find(corner).unwrap();
+    fixture.mesh(|mesh| mesh.vertices[off][1] = 1e-4);
+    fixture.refuses(3, &["box.msh: family `symmetry` has the role plane", "lie up to 9.9", "with `flat = "]);
+    let message = stderr(&fixture.run());
+    let flat: f64 = message.split("with `flat = ").nth(1).unwrap().split('`').next().unwrap().parse().unwrap();
+    let keyed = |flat: f64| fixture.case("role = \"plane\"", &format!("role = \"plane\"\nflat = {flat:e}"));
+    keyed(0.9 * flat);
+    fixture.refuses(3, &["(allowed: ", &format!("with `flat = {flat:e}`")]);
+    keyed(flat);
+    let output = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "report.json"]);
+    assert_good(&output);
+    let report: serde_json::Value = serde_json::from_str(&fixture.read("report.json")).unwrap();
+    assert!(report["families"]["symmetry"]["max_distance_to_plane"].as_f64().unwrap() < 1e-12);
+    let moved = fixture.read("moved.msh");
+    let nodes: Vec<&str> = moved.lines().skip_while(|line| *line != "$Nodes").skip(2).collect();
+    assert_eq!(nodes[off].split_whitespace().nth(2), Some("0.0001"));
+    // A plane bent by a third of its size is none.
+    fixture.mesh(|mesh| mesh.vertices[off][1] = -0.9);
+    fixture.refuses(3, &["it is no plane, expected another role"]);
+}
+
 #[test]
 fn unknown_keys_name_the_nearest() {
     let fixture = Fixture::new();
