@@ -9,6 +9,7 @@
 mod judge;
 pub mod prescribed;
 mod reports;
+mod warnings;
 
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
@@ -16,6 +17,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use judge::Judge;
+pub use warnings::Warning;
 
 use crate::{
     backend::{Backend, BackendError, MemoryError, check_memory},
@@ -100,19 +102,23 @@ pub struct Outcome {
     pub folds: Vec<(&'static str, usize)>,
     /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the largest distance.
     pub strayed: BTreeMap<String, f64>,
+    /// Periodic planes whose partners are apart by more than rounding, by name, with the largest distance.
+    pub parted: BTreeMap<String, f64>,
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
     /// Triangles of the mesh that the moved surface passes through, and did not before, ascending. Where there are any, the
     /// mesh overlaps itself even if no tet is inverted.
     pub pierced: Vec<u32>,
+    /// What a user should know of, although the mesh is valid.
+    pub warnings: Vec<Warning>,
 }
 
 impl Outcome {
-    /// Whether the moved mesh is one: no tet is inverted, the surface does not pass through itself, and what slides on a
-    /// carenage or in a plane is there.
+    /// Whether the moved mesh is one: no tet is inverted, the surface does not pass through itself, what slides on a
+    /// carenage or in a plane is there, and periodic planes match.
     pub fn is_valid(&self) -> bool {
-        self.inverted == 0 && self.pierced.is_empty() && self.strayed.is_empty()
+        self.inverted == 0 && self.pierced.is_empty() && self.strayed.is_empty() && self.parted.is_empty()
     }
 }
 
@@ -344,6 +350,9 @@ impl Mover {
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
         let mut judge = Judge::new(mesh, surface, creases, families);
         let mut end = |stage: &'static str, last: Owner, motion: &mut Motion| {
+            if last < Owner::Volume {
+                families.partners.even(families, motion);
+            }
             if let Some(amend) = &mut amend {
                 let mut given = order.of_vertices(motion);
                 amend(stage, &mut given);
@@ -410,6 +419,8 @@ impl Mover {
         let families = self.family_reports(&vertices, &folded, &pierced);
         Ok(Outcome {
             strayed: self.strayed(&families),
+            parted: self.parted(&families),
+            warnings: self.warnings(&vertices),
             families,
             profiles: self.profile_reports(&vertices, design),
             solver: self.solver_report(&volume),

@@ -36,18 +36,63 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
 fn families(top: &Section, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
     let mut families = BTreeMap::new();
     let Some(table) = top.get("family") else { return Ok(families) };
-    for (name, section) in table.sections(&["role", "coefficient", "start", "flat", "displacement"])? {
-        let role = role(&section, folder)?;
-        families.insert(name.to_owned(), FamilySettings { role, position: section.position() });
+    let sections = table.sections(&["role", "coefficient", "start", "flat", "partner", "displacement"])?;
+    for (name, section) in &sections {
+        let role = role(section, folder)?;
+        families.insert((*name).to_owned(), FamilySettings { role, position: section.position() });
+    }
+    for (name, section) in &sections {
+        if let Some(value) = section.get("partner") {
+            check_partner(name, &value, &families)?;
+        }
     }
     Ok(families)
+}
+
+/// Refuses a partner that is no other plane, or has a partner of its own.
+fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySettings>) -> Result<(), CaseError> {
+    let partner = value.text()?;
+    let expected = "expected another family whose role is \"plane\"";
+    let Some(settings) = families.get(partner) else {
+        let known: Vec<_> = families.keys().collect();
+        let advice = did_you_mean(partner, &known).unwrap_or_default();
+        return Err(
+            value.error(format!("`partner` is \"{partner}\", but there is no table [family.{partner}]{advice}"))
+        );
+    };
+    if partner == name {
+        return Err(value.error(format!("`{name}` is given as its own partner, {expected}")));
+    }
+    if !matches!(settings.role, Role::Plane { .. }) {
+        let role = settings.role.name();
+        return Err(value.error(format!("`partner` is \"{partner}\", whose role is \"{role}\", {expected}")));
+    }
+    let others = families.iter().filter(|(other, _)| *other != name);
+    for (other, settings) in others {
+        let Role::Plane { partner: Some(theirs), .. } = &settings.role else { continue };
+        // What it names itself, and who else names it.
+        let contradicts = if other == partner { theirs != name } else { theirs == partner || theirs == name };
+        if contradicts {
+            return Err(value.error(format!(
+                "`partner` is \"{partner}\", but `{other}` is given the partner `{theirs}` (line {}), expected pairs",
+                settings.position.line
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
     let names = ["wing", "trailing-edge", "wingtip", "carenage", "plane", "fixed", "prescribed"];
     let name = section.require("role", &format!("one of {}", quoted_list(&names)))?.one_of(&names)?;
 
-    let owners = [("coefficient", "wingtip"), ("start", "wingtip"), ("flat", "plane"), ("displacement", "prescribed")];
+    let owners = [
+        ("coefficient", "wingtip"),
+        ("start", "wingtip"),
+        ("flat", "plane"),
+        ("partner", "plane"),
+        ("displacement", "prescribed"),
+    ];
     for (key, owner) in owners {
         if let Some(value) = section.get(key).filter(|_| name != owner) {
             return Err(value.key_error(format!(
@@ -72,7 +117,10 @@ fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
             Role::Wingtip { coefficient, start }
         }
         "carenage" => Role::Carenage,
-        "plane" => Role::Plane { flat: section.get("flat").map(|value| flat(&value)).transpose()? },
+        "plane" => Role::Plane {
+            flat: section.get("flat").map(|value| flat(&value)).transpose()?,
+            partner: section.get("partner").map(|value| value.text().map(str::to_owned)).transpose()?,
+        },
         "fixed" => Role::Fixed,
         _ => {
             let value = section.require("displacement", "a CSV file with rows x,y,z,dx,dy,dz")?;

@@ -86,6 +86,12 @@ impl<'a> Ready<'a> {
                 None => console.warn(warning),
             }
         }
+        for warning in &outcome.warnings {
+            match name {
+                Some(name) => console.warn(format_args!("{name}: {warning}")),
+                None => console.warn(warning),
+            }
+        }
         let setup = self.setup_seconds;
         let report = RunReport {
             idmesh: env!("CARGO_PKG_VERSION").to_owned(),

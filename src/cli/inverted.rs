@@ -70,6 +70,12 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         let alone = outcome.inverted == 0 && outcome.pierced.is_empty();
         message = if alone { strayed } else { format!("{message}, and {strayed}") };
     }
+    if !outcome.parted.is_empty() {
+        let parted: Vec<_> = outcome.parted.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
+        let parted = format!("partners in periodic planes are no longer apart by the same way ({})", parted.join(", "));
+        let alone = outcome.inverted == 0 && outcome.pierced.is_empty() && outcome.strayed.is_empty();
+        message = if alone { parted } else { format!("{message}, and {parted}") };
+    }
     if let Some(worst) = clusters.first() {
         let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
         let [x, y, z] = worst.at.to_array().map(short);
@@ -109,6 +115,9 @@ fn hint(job: &Job, outcome: &Outcome) -> String {
     if !outcome.pierced.is_empty() {
         return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
             .to_owned();
+    }
+    if !outcome.parted.is_empty() {
+        return "partners that a design prescribes must move alike: correct their displacements first".to_owned();
     }
     if !outcome.folded.is_empty() {
         return format!(

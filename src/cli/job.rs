@@ -12,6 +12,7 @@ use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
 use crate::profile::{self, Plane, Profile, files};
+use crate::stages;
 
 /// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
@@ -54,7 +55,7 @@ impl Job {
         for (index, name) in mesh.families.iter().enumerate() {
             let family = FamilyId(index as u16);
             let role = case.families.get(name).map_or(&Role::Fixed, |settings| &settings.role);
-            roles.push(role.into());
+            roles.push(role.on(mesh));
             if let Role::Prescribed { displacement } = role {
                 let matched = prescribed(mesh, family, displacement)?;
                 design.prescribed.insert(family, matched.rows.iter().map(|row| row.displacement).collect());
@@ -62,6 +63,7 @@ impl Job {
                 inputs.push(displacement.clone());
             }
         }
+        join_cyclic(&file, &mut roles)?;
         displacement::check_shared(&displacements, &mesh.vertices)?;
         for (name, source) in &case.profiles {
             let Some(family) = mesh.family(name) else { continue };
@@ -92,6 +94,29 @@ impl Job {
         };
         Ok(Self { case, file, settings, design, inputs, read_seconds: start.elapsed().as_secs_f64() })
     }
+}
+
+/// Makes partners of planes that the mesh file calls so.
+fn join_cyclic(file: &MeshFile, roles: &mut [stages::Role]) -> Result<(), Failure> {
+    let mesh = &file.mesh;
+    for [one, other] in file.partners() {
+        let (Some(family), Some(neighbour)) = (mesh.family(one), mesh.family(other)) else { continue };
+        let is_plane = |role: &stages::Role| matches!(role, stages::Role::Plane { .. });
+        match (roles[family.index()], is_plane(&roles[neighbour.index()])) {
+            (stages::Role::Plane { flat, partner: None }, true) => {
+                roles[family.index()] = stages::Role::Plane { flat, partner: Some(neighbour) };
+            }
+            (role, plane) if is_plane(&role) != plane => {
+                let message = format!(
+                    "the mesh calls `{one}` and `{other}` cyclic, each the neighbour of the other, but one has the role \
+                     plane and the other has not, expected it for both or none"
+                );
+                return Err(Failure::bad_input(message));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// What a design replaces in a case.

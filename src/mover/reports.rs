@@ -18,6 +18,9 @@ use crate::{
 /// one in the first place.
 const STRAYED: f64 = 1e-6;
 
+/// Partners in periodic planes have parted beyond this fraction of the mesh's size.
+const PARTED: f64 = 1e-12;
+
 impl Mover {
     pub(super) fn solver_report(&self, volume: &Convergence) -> Solver {
         Solver {
@@ -44,6 +47,19 @@ impl Mover {
         strayed.collect()
     }
 
+    /// The periodic planes that do not match any more, by name, with the largest distance of partners from their places.
+    pub(super) fn parted(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
+        let low = self.ordered.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
+        let high = self.ordered.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
+        // Far from the origin, coordinates are rounded more than the mesh's size tells.
+        let allowed = PARTED * low.distance(high) + 8.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
+        let parted = families.iter().filter_map(|(name, report)| {
+            let distance = report.max_distance_of_partners?;
+            (distance.is_nan() || distance > allowed).then(|| (name.clone(), distance))
+        });
+        parted.collect()
+    }
+
     pub(super) fn family_reports(
         &self,
         vertices: &[DVec3],
@@ -68,6 +84,13 @@ impl Mover {
             Some((self.mesh.families[index].clone(), report))
         });
         let mut reports: BTreeMap<_, _> = reports.collect();
+        for pair in &families.partners.pairs {
+            let (distance, _) = pair.apart(&self.ordered.vertices, vertices);
+            for family in pair.families {
+                let name = self.mesh.families[family.index()].clone();
+                reports.entry(name).or_default().max_distance_of_partners = Some(distance);
+            }
+        }
         for (family, &count) in folded {
             reports.entry(family.clone()).or_default().folded_triangles = count;
         }

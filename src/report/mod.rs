@@ -149,6 +149,9 @@ pub struct FamilyReport {
     /// Largest distance of a plane family's vertices to its plane; where it is not quite flat, to their own distances from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_plane: Option<f64>,
+    /// Largest distance of a periodic plane's vertices from their places beside their partners.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_of_partners: Option<f64>,
     /// Triangles that are turned over against those around them.
     #[serde(skip_serializing_if = "is_zero")]
     pub folded_triangles: usize,

@@ -5,7 +5,10 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 use thiserror::Error;
 
-use super::shape::{self, Kept, Shape};
+use super::{
+    partners::Partners,
+    shape::{self, Kept, Shape},
+};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, csr::Csr, half_edge::Surface},
@@ -47,6 +50,8 @@ pub enum Role {
         /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (see
         /// [`super::shape::fit_plane`]): each keeps its own distance from it. Without it the family must be flat to 1e-6.
         flat: Option<f64>,
+        /// The plane family that is this one, shifted: matching vertices move alike. One of the two may name the other, or both.
+        partner: Option<FamilyId>,
     },
     /// Does not move.
     Fixed,
@@ -68,9 +73,25 @@ pub enum Owner {
     Volume,
 }
 
+impl Owner {
+    /// The name of the role whose vertices the stage places.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Prescribed => "prescribed",
+            Self::Wing => "wing",
+            Self::TrailingEdge => "trailing-edge",
+            Self::Wingtip => "wingtip",
+            Self::Carenage => "carenage",
+            Self::Plane => "plane",
+            Self::Volume => "volume",
+        }
+    }
+}
+
 impl Role {
     /// A flat plane family that slides by itself.
-    pub const PLANE: Self = Self::Plane { flat: None };
+    pub const PLANE: Self = Self::Plane { flat: None, partner: None };
 
     /// The stage that places vertices of a family with this role.
     pub fn owner(self) -> Owner {
@@ -128,6 +149,16 @@ pub enum SetupError {
         /// The family.
         family: String,
     },
+    /// Plane families that shall be partners are none.
+    #[error("`{family}` and `{partner}` shall be partners: {why}")]
+    Partners {
+        /// The first family.
+        family: String,
+        /// The second family.
+        partner: String,
+        /// What is wrong.
+        why: String,
+    },
     /// Wingtip families that touch, and so move as one, shall start differently.
     #[error(
         "the wingtip families `{family}` and `{other}` touch, so they move as one, but their `start` differs, expected \
@@ -166,17 +197,18 @@ pub struct Families {
     touches: Csr,
     /// How far each vertex of a plane family that is not quite flat lies off it, along the normal, by family.
     offsets: BTreeMap<FamilyId, HashMap<u32, f64>>,
+    /// Vertices of periodic planes, which move alike.
+    pub partners: Partners,
 }
 
 impl Families {
     /// Works out what each vertex may do.
     ///
     /// # Errors
-    /// A plane family is not flat, or a hole cannot be closed.
+    /// A plane family is not flat, a hole cannot be closed, or planes that shall be partners do not match.
     pub fn new(mesh: &TetMesh, surface: &Surface, roles: Vec<Role>) -> Result<Self, SetupError> {
         let mut owner = vec![Owner::Volume; mesh.vertices.len()];
         let mut touching = Vec::new();
-        let mut offsets = BTreeMap::new();
         let mut shapes = Vec::with_capacity(roles.len());
         for (index, role) in roles.iter().enumerate() {
             let family = FamilyId(index as u16);
@@ -185,20 +217,25 @@ impl Families {
                 owner[vertex as usize] = owner[vertex as usize].min(role.owner());
             }
             shapes.push(match role {
-                Role::Plane { flat } => Some(shape::fit_plane(mesh, surface, family, *flat)?),
+                Role::Plane { flat, .. } => Some(shape::fit_plane(mesh, surface, family, *flat)?),
                 Role::Carenage => Some(shape::continued(mesh, surface, &roles, family)?),
                 _ => None,
             });
-            if let (Role::Plane { flat: Some(_) }, Some(Shape::Plane(point, normal))) = (role, &shapes[index]) {
-                let offset = |&vertex: &u32| (vertex, normal.dot(mesh.vertices[vertex as usize] - *point));
-                offsets.insert(family, vertices.iter().map(offset).collect());
-            }
             if shapes[index].is_some() {
                 touching.extend(vertices.iter().map(|&vertex| (vertex, index as u32)));
             }
         }
         let touches = Csr::from_pairs(mesh.vertices.len(), touching.iter().copied());
-        Ok(Self { roles, shapes, owner, touches, offsets })
+        let partners = Partners::new(mesh, surface, &roles, &mut shapes, &owner)?;
+        let mut offsets = BTreeMap::new();
+        for (index, (role, shape)) in roles.iter().zip(&shapes).enumerate() {
+            if let (Role::Plane { flat: Some(_), .. }, Some(Shape::Plane(point, normal))) = (role, shape) {
+                let family = FamilyId(index as u16);
+                let offset = |&vertex: &u32| (vertex, normal.dot(mesh.vertices[vertex as usize] - *point));
+                offsets.insert(family, surface.vertices_of(family).iter().map(offset).collect());
+            }
+        }
+        Ok(Self { roles, shapes, owner, touches, offsets, partners })
     }
 
     /// The families with a role that this stage places, in order.
@@ -218,6 +255,11 @@ impl Families {
     /// The shapes a vertex must stay on: of the carenages and planes it touches.
     pub fn shapes_at(&self, vertex: u32) -> impl Iterator<Item = Kept<'_>> + '_ {
         self.touches.row(vertex as usize).iter().filter_map(move |&family| self.kept(FamilyId(family as u16), vertex))
+    }
+
+    /// Whether a vertex must stay on the surface of a carenage.
+    pub fn touches_surface(&self, vertex: u32) -> bool {
+        self.shapes_at(vertex).any(|kept| matches!(kept.shape, Shape::Surface(_)))
     }
 
     /// The shape of a carenage or plane family as one of its vertices keeps to it.

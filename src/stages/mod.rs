@@ -20,6 +20,7 @@ pub mod carenage;
 pub mod families;
 pub mod interior;
 pub mod lattice;
+pub mod partners;
 pub mod patch;
 pub mod planes;
 pub mod rotation;

@@ -2,7 +2,8 @@
 //!
 //! The surface of wings, trailing edges and wingtips is the one the stages before made, that of carenages the original
 //! one. A vertex between two families, or on a sharp edge within one, slides along that curve only; where more curves
-//! meet, where one ends or turns sharply, it stays. So do the vertices of fixed and prescribed families. Plane families
+//! meet, where one ends or turns sharply, it stays. So do the vertices of fixed and prescribed families, and those of periodic
+//! planes. Other plane families
 //! slide by the volume's constraints.
 
 use glam::DVec3;
@@ -74,7 +75,7 @@ impl Slides {
             let slides = matches!(
                 families.owner[vertex as usize],
                 Owner::Wing | Owner::TrailingEdge | Owner::Wingtip | Owner::Carenage
-            );
+            ) && !families.partners.is_tied(vertex);
             match curves.row(vertex as usize) {
                 [] if slides && is_one_fan(surface, &around, vertex) => {
                     Freedom::Surface(around.row(vertex as usize)[0])

@@ -73,6 +73,9 @@ impl TrailingEdges {
                     *displacement = families.settle(vertex, start + *displacement) - start;
                 }
             }
+        }
+        families.partners.even(families, motion);
+        for edge in &mut self.edges {
             convergence = convergence.and(edge.surface.relax(motion, accuracy)?);
         }
         Ok(convergence)

@@ -115,6 +115,7 @@ impl Wings {
                     slide[vertex as usize] = families.settle_along(vertex, start, Some(generators[place])) - start;
                 }
             }
+            families.partners.even_slide(&wing.vertices, motion, &mut slide);
             convergence = convergence.and(strip.relax(&mut slide, accuracy)?);
             for &vertex in &wing.vertices {
                 motion[vertex as usize] += slide[vertex as usize];

@@ -36,6 +36,7 @@ pub struct Wingtips {
 
 /// Wingtip families that hang together.
 struct Wingtip {
+    families: Vec<FamilyId>,
     start: TipStart,
     /// Vertices earlier stages have placed, each with half the length of the boundary's edges there: where the boundary is
     /// finer it counts no more.
@@ -52,6 +53,11 @@ impl Wingtips {
     pub fn new(set_up: &SetUp) -> Result<Self, SetupError> {
         let tips = joined(set_up.surface, set_up.families).into_iter().map(|tip| Wingtip::new(set_up, &tip));
         Ok(Self { tips: tips.collect::<Result<_, SetupError>>()? })
+    }
+
+    /// The sets of families that touch nothing an earlier stage places.
+    pub fn loose(&self) -> impl Iterator<Item = &[FamilyId]> {
+        self.tips.iter().filter(|tip| tip.placed.is_empty()).map(|tip| &tip.families[..])
     }
 
     /// Moves the insides of the wingtips after their boundaries.
@@ -137,7 +143,13 @@ impl Wingtip {
         // Where triangles touch in a vertex alone, no edge at it bounds them.
         let even = placed.iter().all(|vertex| !weights.contains_key(vertex));
         let weight = |vertex: u32| if even { 1.0 } else { weights.get(&vertex).copied().unwrap_or(0.0) };
-        Ok(Self { start, placed: placed.iter().map(|&vertex| (vertex, weight(vertex))).collect(), inside, network })
+        Ok(Self {
+            families: tip.to_vec(),
+            start,
+            placed: placed.iter().map(|&vertex| (vertex, weight(vertex))).collect(),
+            inside,
+            network,
+        })
     }
 }
 

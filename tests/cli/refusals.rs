@@ -72,6 +72,26 @@ fn planes_that_are_not_flat_name_the_remedy() {
     fixture.refuses(3, &["it is no plane, expected another role"]);
 }
 
+/// Planes that OpenFOAM calls cyclic are partners without a word in the case: these do not match, as the wing ends in one.
+#[test]
+fn cyclic_patches_are_partners() {
+    let fixture = Fixture::new();
+    fs::create_dir(fixture.path("polyMesh")).unwrap();
+    assert_good(&fixture.idmesh(&["convert", "box.msh", "polyMesh"]));
+    let boundary = fixture.read("polyMesh/boundary");
+    let cyclic = boundary.replacen("symmetry { type patch;", "symmetry { type cyclic; neighbourPatch farfield;", 1);
+    assert_ne!(cyclic, boundary);
+    fixture.write("polyMesh/boundary", &cyclic);
+    let case = CASE.replace("box.msh", "polyMesh").replace("moved.msh", "moved.vtu");
+    fixture.write("case.toml", &case);
+    fixture.refuses(3, &["calls `symmetry` and `farfield` cyclic", "one has the role plane and the other has not"]);
+    fixture.write("case.toml", &case.replace("role = \"fixed\"", "role = \"plane\"\nflat = 0.1"));
+    fixture.refuses(3, &["polyMesh", "farfield"]);
+    fixture.write("case.toml", &case.replace("role = \"plane\"", "role = \"fixed\""));
+    fixture.write("new.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
+    assert_good(&fixture.run());
+}
+
 #[test]
 fn unknown_keys_name_the_nearest() {
     let fixture = Fixture::new();
