@@ -6,6 +6,7 @@
 //!
 //! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
 
+mod held_back;
 mod judge;
 pub mod prescribed;
 mod reports;
@@ -16,6 +17,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use glam::DVec3;
 use thiserror::Error;
 
+pub use held_back::{Beyond, HeldBack};
 use judge::Judge;
 pub use warnings::Warning;
 
@@ -104,6 +106,8 @@ pub struct Outcome {
     pub strayed: BTreeMap<String, f64>,
     /// Periodic planes whose partners are apart by more than rounding, by name, with the largest distance.
     pub parted: BTreeMap<String, f64>,
+    /// Vertices that the design moves and fixed or prescribed families hold.
+    pub held_back: Vec<HeldBack>,
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
@@ -116,9 +120,13 @@ pub struct Outcome {
 
 impl Outcome {
     /// Whether the moved mesh is one: no tet is inverted, the surface does not pass through itself, what slides on a
-    /// carenage or in a plane is there, and periodic planes match.
+    /// carenage or in a plane is there, periodic planes match, and no vertex is held back by more than its shortest edge.
     pub fn is_valid(&self) -> bool {
-        self.inverted == 0 && self.pierced.is_empty() && self.strayed.is_empty() && self.parted.is_empty()
+        self.inverted == 0
+            && self.pierced.is_empty()
+            && self.strayed.is_empty()
+            && self.parted.is_empty()
+            && self.held_back.iter().all(|held| held.beyond.is_none())
     }
 }
 
@@ -366,10 +374,11 @@ impl Mover {
 
         observer("wing");
         let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
-        prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut motion)?;
+        let mut wanted = Vec::new();
+        prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut motion, &mut wanted)?;
         let generators = self
             .wings
-            .interpolate(families, &design.profiles, &mut motion)
+            .interpolate(families, &design.profiles, &mut motion, &mut wanted)
             .map_err(|(family, error)| MoveError::Profiles { family: mesh.families[family.index()].clone(), error })?;
         let deformed = displaced(&mesh.vertices, &motion);
         let deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
@@ -416,11 +425,14 @@ impl Mover {
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let pierced = self.crossings.pierced_anew(&self.ordered.vertices, &vertices);
-        let families = self.family_reports(&vertices, &folded, &pierced);
+        // Where the vertices are in the end: those that are held have been there since the wing's stage.
+        let held_back = self.held_back(&wanted, &motion);
+        let families = self.family_reports(&vertices, &folded, &pierced, &held_back);
         Ok(Outcome {
             strayed: self.strayed(&families),
             parted: self.parted(&families),
-            warnings: self.warnings(&vertices),
+            warnings: self.warnings(&vertices, &held_back),
+            held_back,
             families,
             profiles: self.profile_reports(&vertices, design),
             solver: self.solver_report(&volume),

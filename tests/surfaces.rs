@@ -8,12 +8,12 @@ use common::aircraft::{SMALL, cpu, mover, settings, vertices_of};
 use common::carved::{carve, on};
 use common::faults::{bits_changed, inverted};
 use glam::{DQuat, DVec3};
-use idmesh::mesh::{FamilyId, TetMesh};
-use idmesh::mover::{Design, MoveError, Mover, Settings, Warning};
+use idmesh::mesh::{FamilyId, TetMesh, Topology};
+use idmesh::mover::{Design, HeldBack, MoveError, Mover, Settings, Warning};
 use idmesh::profile::{Plane, Profile, cut};
 use idmesh::relaxation::{Accuracy, Method};
 use idmesh::smoothing::Target;
-use idmesh::stages::{Role, interior::MAX_STEPS};
+use idmesh::stages::{Families, Role, interior::MAX_STEPS, sliding::Slides};
 
 /// The wing and its tip, moved as these say.
 fn prescribed(wing: impl Fn(DVec3) -> DVec3, tip: impl Fn(DVec3) -> DVec3) -> (Mover, Design) {
@@ -386,4 +386,79 @@ fn planes_that_are_no_partners_are_refused() {
         name => basic(name),
     });
     assert!(held.contains("moves with the role wing, its partner at"), "{held}");
+}
+
+/// The vertices that may slide in local optimisation are not those of periodic planes.
+#[test]
+fn partners_do_not_slide() {
+    let mesh = block(8.0, |at| at);
+    let surface = Topology::new(&mesh).unwrap().surface;
+    let sliding = |symmetry: Role| {
+        let role = |name: &String| match name.as_str() {
+            "wing" => Role::Wing,
+            "symmetry" => symmetry,
+            "side" => PLANE,
+            _ => Role::Fixed,
+        };
+        let families = Families::new(&mesh, &surface, mesh.families.iter().map(role).collect()).unwrap();
+        let vertices = Slides::new(&mesh, &surface, &families).vertices();
+        let ends = vertices.iter().filter(|&&vertex| [0.0, 2.0].contains(&mesh.vertices[vertex as usize].y));
+        (ends.count(), vertices.len())
+    };
+    let (ends, all) = sliding(PLANE);
+    assert!(ends > 0);
+    assert_eq!(sliding(partner_of(&mesh, "side")), (0, all - ends));
+}
+
+/// A wing that ends in a family that does not let its root go: how far it is kept back is known in closed form.
+#[test]
+fn a_wing_that_is_held_back_is_told_of() {
+    let [held, free] = [Role::Fixed, PLANE];
+    let moved = |symmetry: Role, wing: Role, by: f64, plane_by: f64| {
+        let role = |name: &str| match name {
+            "wing" => wing,
+            "symmetry" => symmetry,
+            _ => Role::Fixed,
+        };
+        let mut mover = set_up(block(5.0, |at| at), sections(&[0.3, 1.1]), role, None);
+        let mut design = design(&mover, mapped(&sections(&[0.3, 1.1]), |at| at + by * DVec3::Z));
+        for (name, by) in [("wing", by), ("symmetry", plane_by)] {
+            let family = mover.mesh().family(name).unwrap();
+            design.prescribed.insert(family, vec![by * DVec3::Z; mover.family_vertices(family).len()]);
+        }
+        mover.update(&design, &|_| {}).unwrap()
+    };
+    for wing in [Role::Wing, Role::Prescribed] {
+        let outcome = moved(held, wing, 0.05, 0.0);
+        assert!(outcome.is_valid());
+        let [HeldBack { by, family, vertices, max_distance, at, beyond: None }] = &outcome.held_back[..] else {
+            panic!("{:?}", outcome.held_back)
+        };
+        assert_eq!((by.as_str(), family.as_str(), *vertices, at.y), ("symmetry", "wing", 10, 0.0));
+        common::assert_close(*max_distance, 0.05, 1e-12);
+        assert!(matches!(&outcome.warnings[..], [Warning::HeldBack(_)]), "{:?}", outcome.warnings);
+        let told = outcome.families["symmetry"].held_back.unwrap();
+        assert_eq!((told.vertices, told.max_distance), (10, *max_distance));
+        // The wing's edges are a cell long.
+        let outcome = moved(held, wing, 0.3, 0.0);
+        let beyond = outcome.held_back[0].beyond.unwrap();
+        common::assert_close(beyond.distance, 0.3, 1e-12);
+        assert_eq!((beyond.edge, beyond.at.y), (CELL, 0.0));
+        assert!(!outcome.is_valid());
+        assert!(moved(held, wing, 0.24, 0.0).held_back[0].beyond.is_none());
+        assert!(moved(held, wing, 0.0, 0.0).held_back.is_empty());
+        assert!(moved(free, wing, 0.05, 0.0).held_back.is_empty());
+    }
+    // What the symmetry plane's user has it do counts.
+    let of_wing = |by: f64, plane_by: f64| {
+        let outcome = moved(Role::Prescribed, Role::Wing, by, plane_by);
+        outcome
+            .held_back
+            .into_iter()
+            .filter(|held| held.family == "wing")
+            .map(|held| held.max_distance)
+            .collect::<Vec<_>>()
+    };
+    common::assert_close(of_wing(0.05, 0.03)[0], 0.02, 1e-12);
+    assert!(of_wing(0.05, 0.05).is_empty());
 }

@@ -9,7 +9,7 @@ use super::failure::{Exit, Failure};
 use super::job::Job;
 use super::outputs;
 use crate::formats::{Cells, Fields, write_vtu};
-use crate::mover::{Mover, Outcome};
+use crate::mover::{Beyond, Mover, Outcome};
 use crate::quality::faults::{self, Cluster};
 use crate::report::StageName;
 
@@ -54,6 +54,8 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         Some(mesh.families[mesh.triangle_family[triangle as usize].index()].as_str())
     };
     let mut message = format!("{} of {} tets are inverted", outcome.inverted, outcome.beta.len());
+    // Whether the number of inverted tets, none, is all that has been said.
+    let mut is_alone = outcome.inverted == 0;
     if let Some(&first) = outcome.pierced.first() {
         let mut counts: BTreeMap<String, usize> = BTreeMap::new();
         for &triangle in &outcome.pierced {
@@ -62,19 +64,33 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         let corner = outcome.vertices[mesh.triangles[first as usize][0] as usize];
         let [x, y, z] = corner.to_array().map(short);
         let passes = format!("the moved surface passes through itself ({}), first at ({x}, {y}, {z})", folds(&counts));
-        message = if outcome.inverted > 0 { format!("{message}, and {passes}") } else { passes };
+        message = if is_alone { passes } else { format!("{message}, and {passes}") };
+        is_alone = false;
     }
     if !outcome.strayed.is_empty() {
         let strayed: Vec<_> = outcome.strayed.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
         let strayed = format!("vertices left the surface they slide on ({})", strayed.join(", "));
-        let alone = outcome.inverted == 0 && outcome.pierced.is_empty();
-        message = if alone { strayed } else { format!("{message}, and {strayed}") };
+        message = if is_alone { strayed } else { format!("{message}, and {strayed}") };
+        is_alone = false;
     }
     if !outcome.parted.is_empty() {
         let parted: Vec<_> = outcome.parted.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
         let parted = format!("partners in periodic planes are no longer apart by the same way ({})", parted.join(", "));
-        let alone = outcome.inverted == 0 && outcome.pierced.is_empty() && outcome.strayed.is_empty();
-        message = if alone { parted } else { format!("{message}, and {parted}") };
+        message = if is_alone { parted } else { format!("{message}, and {parted}") };
+        is_alone = false;
+    }
+    for held in &outcome.held_back {
+        let Some(Beyond { distance, edge, at }) = held.beyond else { continue };
+        let [x, y, z] = at.to_array().map(short);
+        let back = format!(
+            "`{}` holds vertices of `{}` back by more than their shortest edge, at ({x}, {y}, {z}) by {} where that is {}",
+            held.by,
+            held.family,
+            short(distance),
+            short(edge)
+        );
+        message = if is_alone { back } else { format!("{message}, and {back}") };
+        is_alone = false;
     }
     if let Some(worst) = clusters.first() {
         let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
@@ -112,6 +128,11 @@ fn stages(outcome: &Outcome) -> String {
 }
 
 fn hint(job: &Job, outcome: &Outcome) -> String {
+    if outcome.held_back.iter().any(|held| held.beyond.is_some()) {
+        return "give what holds them a role that lets them move, such as carenage or plane, or profiles that leave them \
+                where they are"
+            .to_owned();
+    }
     if !outcome.pierced.is_empty() {
         return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
             .to_owned();

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Design, MoveError};
 use crate::{
     mesh::{FamilyId, Order, TetMesh},
-    stages::{Families, Motion, Owner},
+    stages::{Families, Motion, Owner, Wanted},
 };
 
 /// Two displacements of one vertex agree to this fraction of the larger one: text files with seven digits do.
@@ -19,7 +19,8 @@ pub fn differ(one: DVec3, other: DVec3, position: DVec3) -> bool {
     apart.is_nan() || apart > AGREE * one.length().max(other.length()) + rounding
 }
 
-/// Writes the design's displacements of the prescribed families into `motion`, which is in `order`.
+/// Writes the design's displacements of the prescribed families into `motion`, which is in `order`, and for vertices that others
+/// place into `wanted`.
 ///
 /// - `mesh`: in `order`
 /// - `family_vertices` `[n_families]`: those of the mesh that was given
@@ -30,6 +31,7 @@ pub(super) fn prescribe(
     families: &Families,
     design: &Design,
     motion: &mut Motion,
+    wanted: &mut Vec<Wanted>,
 ) -> Result<(), MoveError> {
     let mut given_by: Vec<Option<(FamilyId, DVec3)>> = vec![None; mesh.vertices.len()];
     for family in families.placed_by(Owner::Prescribed) {
@@ -51,6 +53,8 @@ pub(super) fn prescribe(
             }
             if families.owner[place] == Owner::Prescribed {
                 motion[place] = displacement;
+            } else {
+                wanted.push(Wanted { family, vertex: place as u32, displacement });
             }
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, Mover};
+use super::{Design, HeldBack, Mover};
 use crate::{
     mesh::FamilyId,
     profile::{Plane, ProfileError, cut, distance},
@@ -32,14 +32,7 @@ impl Mover {
 
     /// The carenages and planes that vertices left, by name, with their largest distance.
     pub(super) fn strayed(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
-        let size = |name: &str| {
-            let family = self.mesh.family(name).expect("reports are by the mesh's families");
-            let at = |vertex: u32| self.ordered.vertices[vertex as usize];
-            let vertices = self.surface.vertices_of(family);
-            let low = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::min);
-            let high = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::max);
-            low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
-        };
+        let size = |name: &str| self.size_of(self.mesh.family(name).expect("reports are by the mesh's families"));
         let strayed = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
             (distance.is_nan() || distance > STRAYED * size(name)).then(|| (name.clone(), distance))
@@ -51,8 +44,8 @@ impl Mover {
     pub(super) fn parted(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
         let low = self.ordered.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
         let high = self.ordered.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
-        // Far from the origin, coordinates are rounded more than the mesh's size tells.
-        let allowed = PARTED * low.distance(high) + 8.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
+        // Far from the origin, coordinates are rounded more than the mesh's size tells, in every step anew.
+        let allowed = PARTED * low.distance(high) + 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
         let parted = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_of_partners?;
             (distance.is_nan() || distance > allowed).then(|| (name.clone(), distance))
@@ -65,6 +58,7 @@ impl Mover {
         vertices: &[DVec3],
         folded: &BTreeMap<String, usize>,
         pierced: &[u32],
+        held_back: &[HeldBack],
     ) -> BTreeMap<String, FamilyReport> {
         let families = &self.families;
         let reports = families.shapes.iter().enumerate().filter_map(|(index, shape)| {
@@ -90,6 +84,11 @@ impl Mover {
                 let name = self.mesh.families[family.index()].clone();
                 reports.entry(name).or_default().max_distance_of_partners = Some(distance);
             }
+        }
+        for held in held_back {
+            let entry = reports.entry(held.by.clone()).or_default().held_back.get_or_insert_default();
+            entry.vertices += held.vertices;
+            entry.max_distance = entry.max_distance.max(held.max_distance);
         }
         for (family, &count) in folded {
             reports.entry(family.clone()).or_default().folded_triangles = count;

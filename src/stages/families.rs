@@ -257,6 +257,12 @@ impl Families {
         self.touches.row(vertex as usize).iter().filter_map(move |&family| self.kept(FamilyId(family as u16), vertex))
     }
 
+    /// The first family that places a vertex.
+    pub fn holder(&self, surface: &Surface, vertex: u32) -> Option<FamilyId> {
+        let owner = self.owner[vertex as usize];
+        self.placed_by(owner).find(|&family| surface.vertices_of(family).binary_search(&vertex).is_ok())
+    }
+
     /// Whether a vertex must stay on the surface of a carenage.
     pub fn touches_surface(&self, vertex: u32) -> bool {
         self.shapes_at(vertex).any(|kept| matches!(kept.shape, Shape::Surface(_)))

@@ -40,12 +40,23 @@ use glam::DVec3;
 
 use crate::{
     backend::Backend,
-    mesh::{TetMesh, half_edge::Surface},
+    mesh::{FamilyId, TetMesh, half_edge::Surface},
     relaxation::{Accuracy, Method},
 };
 
 /// Displacement of every vertex of the mesh `[n_vertices]`, filled in stage by stage.
 pub type Motion = Vec<DVec3>;
+
+/// What a design would do to a vertex that another family places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// The family that would move it.
+    pub family: FamilyId,
+    /// The vertex.
+    pub vertex: u32,
+    /// Where to.
+    pub displacement: DVec3,
+}
 
 /// What every stage is set up from.
 #[derive(Clone, Copy)]

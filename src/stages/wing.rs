@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, SetUp, SetupError, patch::Patch};
+use super::{Families, Motion, Owner, SetUp, SetupError, Wanted, patch::Patch};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
@@ -65,7 +65,7 @@ impl Wings {
         Ok(Self { wings: wings.collect::<Result<_, SetupError>>()? })
     }
 
-    /// Writes the displacement that the profiles give into `motion`.
+    /// Writes the displacement that the profiles give into `motion`, and for vertices that others place into `wanted`.
     ///
     /// # Errors
     /// A wing's new profiles are missing or do not pair with the old ones.
@@ -74,6 +74,7 @@ impl Wings {
         families: &Families,
         new_profiles: &BTreeMap<FamilyId, Vec<Profile>>,
         motion: &mut Motion,
+        wanted: &mut Vec<Wanted>,
     ) -> Result<Vec<Vec<DVec3>>, (FamilyId, ProfileError)> {
         let no_profiles = Vec::new();
         self.wings
@@ -84,6 +85,8 @@ impl Wings {
                 for (&vertex, displacement) in wing.vertices.iter().zip(&moved.displacement) {
                     if families.owner[vertex as usize] == Owner::Wing {
                         motion[vertex as usize] = *displacement;
+                    } else {
+                        wanted.push(Wanted { family: wing.family, vertex, displacement: *displacement });
                     }
                 }
                 Ok(moved.generator)
