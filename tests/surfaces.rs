@@ -257,6 +257,41 @@ fn a_wing_between_periodic_planes_has_no_dent() {
     }
 }
 
+/// One cell between the planes: every vertex has its partner, and edges join partners.
+#[test]
+fn a_mesh_of_one_layer_stays_periodic() {
+    let is_wing = |at: DVec3| at.x > 4.0 && at.x < 7.0 && at.z > 4.0 && at.z < 6.0;
+    let family = |triangle| match triangle {
+        _ if on(triangle, 1, 0.0) => "symmetry",
+        _ if on(triangle, 1, 1.0) => "side",
+        _ if [(0, 0.0), (0, 12.0), (2, 0.0), (2, 10.0)].into_iter().any(|(axis, value)| on(triangle, axis, value)) => {
+            "farfield"
+        }
+        _ => "wing",
+    };
+    let mesh = carve([12, 1, 10], &["wing", "symmetry", "side", "farfield"], is_wing, family, |at| at * CELL);
+    let old = mapped(&sections(&[0.3])[..1], |at| DVec3::new(at.x, 0.1, at.z));
+    let middle = DVec3::new(1.375, 0.0, 1.25);
+    let turn = DQuat::from_rotation_y(0.3);
+    let new = mapped(&old, |at| middle + turn * (at - middle));
+    for quality in [None, Some(Target::Improve)] {
+        let symmetry = partner_of(&mesh, "side");
+        let role = |name: &str| match name {
+            "wing" => Role::Wing,
+            "symmetry" => symmetry,
+            "side" => PLANE,
+            _ => Role::Fixed,
+        };
+        let mut mover = set_up(mesh.clone(), old.clone(), role, quality);
+        let design = design(&mover, new.clone());
+        let outcome = mover.update(&design, &|_| {}).unwrap();
+        assert!(outcome.is_valid() && outcome.converged, "{} {:?}", outcome.inverted, outcome.unconverged);
+        let pairs = partners(&mesh, "symmetry", "side", CELL * DVec3::Y);
+        assert!(farthest_apart(&mesh, &outcome.vertices, &pairs) < 1e-14);
+        assert!(pairs.iter().any(|&[a, _]| outcome.displacement[a].length() > 0.05));
+    }
+}
+
 /// Nobody says that the planes are partners, and they part: a warning says how.
 #[test]
 fn planes_that_part_unsaid_are_warned_of() {

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use common::aircraft::*;
 use glam::{DQuat, DVec3};
 use idmesh::mesh::{FamilyId, TetMesh};
-use idmesh::mover::{Mover, Outcome};
+use idmesh::mover::{Mover, Outcome, Warning};
 use idmesh::profile::Profile;
 use idmesh::relaxation::Accuracy;
 use idmesh::stages::{Role, TipStart, best_motion::BestMotion};
@@ -269,6 +269,9 @@ fn a_tip_that_nothing_holds_stays() {
         Role::Wingtip { coefficient: 0.5, start: TipStart::Affine };
     let mut mover = mover(mesh, settings).unwrap();
     let outcome = update(&mut mover, SMALL.profiles("big_2"));
+    assert_eq!(outcome.warnings, [Warning::LooseTip { families: vec!["farfield".into()] }]);
+    let unmoved = update(&mut mover, SMALL.profiles("old_2"));
+    assert!(unmoved.warnings.is_empty());
     let mesh = mover.mesh();
     let farfield = vertices_of(mesh, "farfield");
     assert!(common::faults::bits_changed(&mesh.vertices, &outcome.vertices, &farfield, &[0, 1, 2]).is_empty());

@@ -76,18 +76,30 @@ fn planes_that_are_not_flat_name_the_remedy() {
 #[test]
 fn cyclic_patches_are_partners() {
     let fixture = Fixture::new();
+    // The far side across y is called wingtip, and the wing's end belongs to the wing.
+    fixture.mesh(|mesh| {
+        let far = |mesh: &WingBox, face: [usize; 3]| face.iter().all(|&vertex| mesh.vertices[vertex][1] == 3.0);
+        let families = mesh.triangles.iter().map(|&(face, family)| match family {
+            2 => 0,
+            _ if far(mesh, face) => 2,
+            family => family,
+        });
+        let families: Vec<usize> = families.collect();
+        mesh.triangles.iter_mut().zip(families).for_each(|((_, family), new)| *family = new);
+    });
     fs::create_dir(fixture.path("polyMesh")).unwrap();
     assert_good(&fixture.idmesh(&["convert", "box.msh", "polyMesh"]));
     let boundary = fixture.read("polyMesh/boundary");
-    let cyclic = boundary.replacen("symmetry { type patch;", "symmetry { type cyclic; neighbourPatch farfield;", 1);
+    let cyclic = boundary.replacen("symmetry { type patch;", "symmetry { type cyclic; neighbourPatch wingtip;", 1);
     assert_ne!(cyclic, boundary);
     fixture.write("polyMesh/boundary", &cyclic);
     let case = CASE.replace("box.msh", "polyMesh").replace("moved.msh", "moved.vtu");
-    fixture.write("case.toml", &case);
-    fixture.refuses(3, &["calls `symmetry` and `farfield` cyclic", "one has the role plane and the other has not"]);
-    fixture.write("case.toml", &case.replace("role = \"fixed\"", "role = \"plane\"\nflat = 0.1"));
-    fixture.refuses(3, &["polyMesh", "farfield"]);
-    fixture.write("case.toml", &case.replace("role = \"plane\"", "role = \"fixed\""));
+    let case = |role: &str| case.replace("role = \"wingtip\"\ncoefficient = 0.5", &format!("role = \"{role}\""));
+    fixture.write("case.toml", &case("fixed"));
+    fixture.refuses(3, &["calls `symmetry` and `wingtip` cyclic", "one has the role plane and the other has not"]);
+    fixture.write("case.toml", &case("plane"));
+    fixture.refuses(3, &["shall be partners: 2 of their", "vertices have no partner, the first at"]);
+    fixture.write("case.toml", &case("fixed").replace("role = \"plane\"", "role = \"fixed\""));
     fixture.write("new.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
     assert_good(&fixture.run());
 }
