@@ -47,8 +47,9 @@ pub enum Role {
     Carenage,
     /// Slides in its plane.
     Plane {
-        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (see
-        /// [`super::shape::fit_plane`]): each keeps its own distance from it. Without it the family must be flat to 1e-6.
+        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (the largest
+        /// distance of a vertex from their centre): each keeps its own distance from it. Without it the family must be flat
+        /// to 1e-6.
         flat: Option<f64>,
         /// The plane family that is this one, shifted: matching vertices move alike. One of the two may name the other, or both.
         partner: Option<FamilyId>,
