@@ -158,7 +158,7 @@ impl Cost {
         let wing = mesh.family("wing").ok_or("the mesh has no family `wing`")?;
         let role = |family: &String| match family.as_str() {
             "farfield" => Role::Fixed,
-            "symmetry" => Role::Plane,
+            "symmetry" => Role::PLANE,
             _ => Role::Prescribed,
         };
         let settings = Settings {

@@ -49,7 +49,7 @@
 //!     "trailing_edge" => Role::TrailingEdge,
 //!     "wingtip" => Role::Wingtip { coefficient: 0.5, start: TipStart::Affine },
 //!     "carenage" => Role::Carenage,
-//!     "symmetry" => Role::Plane,
+//!     "symmetry" => Role::PLANE,
 //!     _ => Role::Fixed,
 //! };
 //! let settings = Settings {

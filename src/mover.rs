@@ -6,15 +6,20 @@
 //!
 //! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
 
+mod held_back;
 mod judge;
+pub mod prescribed;
 mod reports;
+mod warnings;
 
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use glam::DVec3;
 use thiserror::Error;
 
+pub use held_back::{Beyond, HeldBack};
 use judge::Judge;
+pub use warnings::Warning;
 
 use crate::{
     backend::{Backend, BackendError, MemoryError, check_memory},
@@ -99,6 +104,10 @@ pub struct Outcome {
     pub folds: Vec<(&'static str, usize)>,
     /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the largest distance.
     pub strayed: BTreeMap<String, f64>,
+    /// Periodic planes whose partners are apart by more than rounding, by name, with the largest distance.
+    pub parted: BTreeMap<String, f64>,
+    /// Vertices that the design moves and fixed or prescribed families hold.
+    pub held_back: Vec<HeldBack>,
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
@@ -108,13 +117,21 @@ pub struct Outcome {
     /// Triangles of the mesh that the moved surface passes through, and did not before, ascending. Where there are any, the
     /// mesh overlaps itself even if no tet is inverted.
     pub pierced: Vec<u32>,
+    /// What a user should know of, although the mesh is valid.
+    pub warnings: Vec<Warning>,
 }
 
 impl Outcome {
     /// Whether the moved mesh is what was asked for: no tet is inverted, the surface does not pass through itself, what slides
-    /// on a carenage or in a plane is there, and the wings have their new profiles.
+    /// on a carenage or in a plane is there, the wings have their new profiles, periodic planes match, and no vertex is held
+    /// back by more than its shortest edge.
     pub fn is_valid(&self) -> bool {
-        self.inverted == 0 && self.pierced.is_empty() && self.strayed.is_empty() && self.missed.is_empty()
+        self.inverted == 0
+            && self.pierced.is_empty()
+            && self.strayed.is_empty()
+            && self.missed.is_empty()
+            && self.parted.is_empty()
+            && self.held_back.iter().all(|held| held.beyond.is_none())
     }
 }
 
@@ -145,6 +162,24 @@ pub enum MoveError {
         expected: usize,
         /// Displacements given.
         found: usize,
+    },
+    /// Two prescribed families move a vertex of both to different places.
+    #[error(
+        "the prescribed families `{family}` and `{other}` share vertex {vertex} at ({}, {}, {}), and its displacements \
+         differ by {difference:.3e}, expected the same from both",
+        position.x, position.y, position.z
+    )]
+    Disagree {
+        /// The first family.
+        family: String,
+        /// The second family.
+        other: String,
+        /// The vertex, counted from 0.
+        vertex: u32,
+        /// Where it is.
+        position: DVec3,
+        /// The distance between the places the two move it to.
+        difference: f64,
     },
     /// The mesh is too large for the memory.
     #[error("{n_tets} tets: {error}")]
@@ -336,6 +371,9 @@ impl Mover {
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
         let mut judge = Judge::new(mesh, surface, creases, families);
         let mut end = |stage: &'static str, last: Owner, motion: &mut Motion| {
+            if last < Owner::Volume {
+                families.partners.even(families, motion);
+            }
             if let Some(amend) = &mut amend {
                 let mut given = order.of_vertices(motion);
                 amend(stage, &mut given);
@@ -349,10 +387,11 @@ impl Mover {
 
         observer("wing");
         let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
-        prescribe(mesh, order, &self.family_vertices, families, design, &mut motion)?;
+        let mut wanted = Vec::new();
+        prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut motion, &mut wanted)?;
         let of_wings = self
             .wings
-            .interpolate(families, &design.profiles, &mut motion)
+            .interpolate(families, &design.profiles, &mut motion, &mut wanted)
             .map_err(|(family, error)| MoveError::Profiles { family, error })?;
         let deformed = displaced(&mesh.vertices, &motion);
         let deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
@@ -399,10 +438,15 @@ impl Mover {
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let pierced = self.crossings.pierced_anew(&self.ordered.vertices, &vertices);
-        let families = self.family_reports(&vertices, &folded, &pierced);
+        // Where the vertices are in the end: those that are held have been there since the wing's stage.
+        let held_back = self.held_back(&wanted, &motion);
+        let families = self.family_reports(&vertices, &folded, &pierced, &held_back);
         let missed = self.wings.missed(&of_wings, &vertices);
         Ok(Outcome {
             strayed: self.strayed(&families),
+            parted: self.parted(&families),
+            warnings: self.warnings(&vertices, &held_back),
+            held_back,
             families,
             profiles: self.profile_reports(&vertices, design, &missed),
             missed: self.beyond(missed),
@@ -441,29 +485,4 @@ impl StageWatch {
         self.last = Instant::now();
         statistics
     }
-}
-
-fn prescribe(
-    mesh: &TetMesh,
-    order: &Order,
-    family_vertices: &[Vec<u32>],
-    families: &Families,
-    design: &Design,
-    motion: &mut Motion,
-) -> Result<(), MoveError> {
-    for family in families.placed_by(Owner::Prescribed) {
-        let vertices = &family_vertices[family.index()];
-        let given = design.prescribed.get(&family).map_or(&[][..], Vec::as_slice);
-        if given.len() != vertices.len() {
-            let family = mesh.families[family.index()].clone();
-            return Err(MoveError::Prescribed { family, expected: vertices.len(), found: given.len() });
-        }
-        for (&vertex, &displacement) in vertices.iter().zip(given) {
-            let place = order.place(vertex) as usize;
-            if families.owner[place] == Owner::Prescribed {
-                motion[place] = displacement;
-            }
-        }
-    }
-    Ok(())
 }

@@ -86,7 +86,7 @@ fn good_case_is_read_whole() {
     assert_eq!(role("trailing_edge"), Role::TrailingEdge);
     assert_eq!(role("wingtip"), Role::Wingtip { coefficient: 0.25, start: TipStart::Original });
     assert_eq!(role("carenage"), Role::Carenage);
-    assert_eq!(role("symmetry"), Role::Plane);
+    assert_eq!(role("symmetry"), Role::Plane { flat: None, partner: None });
     assert_eq!(role("farfield"), Role::Fixed);
     assert_eq!(role("flap"), Role::Prescribed { displacement: here.join("flap.csv") });
     assert_eq!(case.springs.name, "murayama");
@@ -279,6 +279,60 @@ fn keys_must_fit_the_role() {
         1,
         &fit("displacement", "wing", "prescribed"),
     );
+}
+
+#[test]
+fn planes_may_be_not_quite_flat() {
+    let with = |text: &str| GOOD.replace("role = \"plane\"", &format!("role = \"plane\"\n{text}"));
+    assert_eq!(
+        parse(&with("flat = 1e-3")).unwrap().families["symmetry"].role,
+        Role::Plane { flat: Some(1e-3), partner: None }
+    );
+    assert_eq!(
+        parse(&with("flat = 0.1")).unwrap().families["symmetry"].role,
+        Role::Plane { flat: Some(0.1), partner: None }
+    );
+    for bad in ["0.0", "-0.001", "0.11", "nan"] {
+        let (position, message) = mistake(&with(&format!("flat = {bad}")));
+        assert_eq!((position.line, position.column), (19, 8));
+        assert!(message.contains("expected a fraction of the family's size, above 0 and up to 0.1"), "{message}");
+    }
+    let fit = "`flat` does not fit role \"fixed\", expected only in a family whose role is \"plane\"";
+    assert_mistake("role = \"fixed\"", "role = \"fixed\"\nflat = 1e-3", 21, 1, fit);
+}
+
+/// `symmetry` stands on line 17; two more planes follow at the end.
+#[test]
+fn planes_have_partners() {
+    let with = |symmetry: &str, left: &str, right: &str| {
+        let planes =
+            format!("[family.left]\nrole = \"plane\"\n{left}\n[family.right]\nrole = \"plane\"\n{right}\n[output]");
+        GOOD.replace("role = \"plane\"", &format!("role = \"plane\"\n{symmetry}")).replace("[output]", &planes)
+    };
+    let partner = |case: &Case, name: &str| match &case.families[name].role {
+        Role::Plane { partner, .. } => partner.clone(),
+        _ => None,
+    };
+    let named = "partner = \"right\"";
+    let case = parse(&with("", named, "")).unwrap();
+    assert_eq!((partner(&case, "left").as_deref(), partner(&case, "right")), (Some("right"), None));
+    let case = parse(&with("", named, "partner = \"left\"")).unwrap();
+    assert_eq!(partner(&case, "right").as_deref(), Some("left"));
+    for (symmetry, left, right, line, expected) in [
+        ("partner = \"symmetry\"", "", "", 19, "`symmetry` is given as its own partner, expected another family"),
+        ("partner = \"wing\"", "", "", 19, "`partner` is \"wing\", whose role is \"wing\", expected another family"),
+        ("partner = \"rihgt\"", "", "", 19, "there is no table [family.rihgt]; did you mean `right`?"),
+        ("partner = 3", "", "", 19, "`family.symmetry.partner` is a number, expected a string"),
+        (named, named, "", 19, "but `left` is given the partner `right` (line "),
+        ("", named, "partner = \"symmetry\"", 0, "but `right` is given the partner `symmetry` (line "),
+        ("partner = \"left\"", named, "", 19, "but `left` is given the partner `right` (line "),
+    ] {
+        let (position, message) = mistake(&with(symmetry, left, right));
+        assert!(message.contains(expected), "{message}");
+        assert!(line == 0 || position.line == line, "{position:?}: {message}");
+    }
+    let fit = "`partner` does not fit role \"fixed\", expected only in a family whose role is \"plane\"";
+    assert_mistake("role = \"fixed\"", "role = \"fixed\"\npartner = \"wing\"", 21, 1, fit);
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn set_up(mesh: TetMesh, old: &[(&str, Vec<Profile>)]) -> Mover {
         "wing" | "tail" => Role::Wing,
         "trailing_edge" => Role::TrailingEdge,
         "wingtip" => Role::Wingtip { coefficient: 0.5, start: TipStart::default() },
-        "symmetry" | "wall" => Role::Plane,
+        "symmetry" | "wall" => Role::PLANE,
         _ => Role::Fixed,
     };
     let settings = Settings {

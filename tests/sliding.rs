@@ -159,7 +159,7 @@ fn corners_stay() {
 #[test]
 fn fixed_prescribed_and_plane_families_do_not_slide() {
     let mesh = brick(3);
-    let roles = [Role::Fixed, Role::Prescribed, Role::Plane, Role::Plane, Role::TrailingEdge, Role::TrailingEdge];
+    let roles = [Role::Fixed, Role::Prescribed, Role::PLANE, Role::PLANE, Role::TrailingEdge, Role::TrailingEdge];
     // The sides z0 and z1 slide, with their edges to the planes y0 and y1, but not with those to x0 and x1.
     let of = |at: DVec3| (at.z == 0.0 || at.z == 1.0) && at.x > 0.0 && at.x < 1.0;
     let expected: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| of(mesh.vertices[v as usize])).collect();

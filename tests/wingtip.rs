@@ -6,11 +6,11 @@ use std::collections::BTreeSet;
 
 use common::aircraft::*;
 use glam::{DQuat, DVec3};
-use idmesh::mesh::TetMesh;
-use idmesh::mover::{Mover, Outcome};
+use idmesh::mesh::{FamilyId, TetMesh};
+use idmesh::mover::{Mover, Outcome, Warning};
 use idmesh::profile::Profile;
 use idmesh::relaxation::Accuracy;
-use idmesh::stages::{Role, TipStart};
+use idmesh::stages::{Role, TipStart, best_motion::BestMotion};
 
 /// Relaxed this far, what is left of the springs' forces is rounding.
 const EXACT: Accuracy = Accuracy { tolerance: 1e-11, max_sweeps: 1_000_000 };
@@ -152,4 +152,127 @@ fn a_larger_coefficient_follows_further() {
     assert!(follows.windows(2).all(|pair| pair[0] < pair[1]), "{follows:?}");
     assert_eq!(follows[0], 0.0);
     common::assert_close(follows[4], 1.0, 1e-9);
+}
+
+/// The same mesh with the tip's triangles in three families: before and behind the middle of the chord, and, on no other
+/// family's boundary, those inside.
+fn in_three(coefficients: [f64; 3], start: TipStart) -> Mover {
+    let mut mesh = WING_BODY.mesh();
+    let mut settings = settings(&mesh, WING_BODY.profiles("old_2"));
+    let inside: BTreeSet<usize> = inside(&mesh).into_iter().collect();
+    let tip = mesh.family("wingtip").unwrap();
+    let at = vertices_of(&mesh, "wingtip").into_iter().map(|vertex| mesh.vertices[vertex].x);
+    let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    for (triangle, family) in mesh.triangles.iter().zip(&mut mesh.triangle_family).filter(|(_, family)| **family == tip)
+    {
+        let core = triangle.iter().all(|&vertex| inside.contains(&(vertex as usize)));
+        let behind = mesh.vertices[triangle[0] as usize].x > 0.5 * (low + high);
+        let further = FamilyId(mesh.families.len() as u16 + u16::from(core));
+        *family = if core || behind { further } else { tip };
+    }
+    mesh.families.extend(["tip_behind".to_owned(), "tip_core".to_owned()]);
+    let [front, behind, core] = coefficients.map(|coefficient| Role::Wingtip { coefficient, start });
+    settings.roles[tip.index()] = front;
+    settings.roles.extend([behind, core]);
+    settings.accuracy = EXACT;
+    mover(mesh, settings).unwrap()
+}
+
+/// Without conservative springs the families make no difference: there is no seam.
+#[test]
+fn families_that_touch_are_one_tip() {
+    for start in [TipStart::Affine, TipStart::Original] {
+        let (mesh, whole) = moved(1.0, start, WING_BODY.profiles("planform_2"));
+        let parts = update(&mut in_three([1.0; 3], start), WING_BODY.profiles("planform_2"));
+        assert!(largest_move(&whole, &inside(&mesh)) > 0.1);
+        for vertex in inside(&mesh) {
+            let off = parts.vertices[vertex].distance(whole.vertices[vertex]);
+            assert!(off < 1e-9, "{start:?}: vertex {vertex} is {off:e} off");
+        }
+    }
+}
+
+/// A family that borders on no wing goes with those around it: rigidly, at every coefficient.
+#[test]
+fn families_that_touch_turn_together() {
+    let turn = DQuat::from_axis_angle(DVec3::new(0.1, 1.0, 0.05).normalize(), 0.03);
+    let rigid = |at: DVec3| turn * at + DVec3::new(0.01, 0.0, 0.05);
+    for coefficients in [[0.5; 3], [0.0, 0.3, 1.0], [1.0, 0.0, 0.5]] {
+        let mut mover = in_three(coefficients, TipStart::Affine);
+        let core = vertices_of(mover.mesh(), "tip_core");
+        assert!(core.len() > 50, "{}", core.len());
+        let outcome = update(&mut mover, mapped(rigid));
+        let mesh = mover.mesh();
+        for vertex in ["wingtip", "tip_behind", "tip_core"].iter().flat_map(|family| vertices_of(mesh, family)) {
+            let off = outcome.vertices[vertex].distance(rigid(mesh.vertices[vertex]));
+            assert!(off < 1e-9, "{coefficients:?}: vertex {vertex} is {off:e} off");
+        }
+        for vertex in core {
+            let off = outcome.vertices[vertex].distance(rigid(mesh.vertices[vertex]));
+            assert!(off < ROUNDING, "{coefficients:?}: vertex {vertex} is {off:e} off");
+        }
+    }
+}
+
+/// Each family keeps its own coefficient, the smaller one on a curve they share: one of 0 is moved like a rigid body.
+#[test]
+fn each_family_keeps_its_coefficient() {
+    let mut mover = in_three([1.0, 1.0, 0.0], TipStart::Rigid);
+    let outcome = update(&mut mover, WING_BODY.profiles("planform_2"));
+    let mesh = mover.mesh();
+    let core = vertices_of(mesh, "tip_core");
+    let stretch = |pair: &[usize]| {
+        let distance = |at: &[DVec3]| at[pair[0]].distance(at[pair[1]]);
+        (distance(&outcome.vertices) / distance(&mesh.vertices) - 1.0).abs()
+    };
+    assert!(core.windows(2).map(stretch).fold(0.0, f64::max) < 1e-9);
+    assert!(vertices_of(mesh, "tip_behind").windows(2).map(stretch).fold(0.0, f64::max) > 1e-3);
+}
+
+/// Where the boundary is finer it counts no more: the best motion balances its residuals over the boundary's length.
+#[test]
+fn the_best_motion_is_that_of_the_boundary_s_length() {
+    let (mesh, outcome) = moved(0.0, TipStart::Rigid, WING_BODY.profiles("planform_2"));
+    let pair = |vertex: usize| (mesh.vertices[vertex], outcome.vertices[vertex], 1.0);
+    let motion = BestMotion::rigid(&inside(&mesh).into_iter().map(pair).collect::<Vec<_>>());
+    let edges = |family: &str| {
+        let edges = triangles_of(&mesh, family).into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        edges.map(|[a, b]| [a.min(b), a.max(b)]).collect::<BTreeSet<_>>()
+    };
+    let boundary = &edges("wingtip") & &(&edges("wing") | &edges("trailing_edge"));
+    let left = |vertex: usize| motion.displacement(mesh.vertices[vertex]) - outcome.displacement[vertex];
+    let by_length: DVec3 =
+        boundary.iter().map(|&[a, b]| 0.5 * mesh.vertices[a].distance(mesh.vertices[b]) * (left(a) + left(b))).sum();
+    let by_number: DVec3 = boundary.iter().flatten().map(|&vertex| left(vertex)).sum::<DVec3>() / boundary.len() as f64;
+    assert!(by_length.length() < 1e-9 && by_number.length() > 1e-4, "{by_length} {by_number}");
+}
+
+#[test]
+fn families_that_touch_start_alike() {
+    let mut mesh = WING_BODY.mesh();
+    let mut settings = settings(&mesh, WING_BODY.profiles("old_2"));
+    let tip = mesh.family("wingtip").unwrap();
+    let second = FamilyId(mesh.families.len() as u16);
+    *mesh.triangle_family.iter_mut().find(|family| **family == tip).unwrap() = second;
+    mesh.families.push("tip_behind".into());
+    settings.roles.push(Role::Wingtip { coefficient: 0.5, start: TipStart::Rigid });
+    let error = mover(mesh, settings).err().unwrap().to_string();
+    assert!(error.starts_with("the wingtip families `wingtip` and `tip_behind` touch"), "{error}");
+}
+
+/// What borders on nothing that an earlier stage places has nothing to follow.
+#[test]
+fn a_tip_that_nothing_holds_stays() {
+    let mesh = SMALL.mesh();
+    let mut settings = settings(&mesh, SMALL.profiles("old_2"));
+    settings.roles[mesh.family("farfield").unwrap().index()] =
+        Role::Wingtip { coefficient: 0.5, start: TipStart::Affine };
+    let mut mover = mover(mesh, settings).unwrap();
+    let outcome = update(&mut mover, SMALL.profiles("big_2"));
+    assert_eq!(outcome.warnings, [Warning::LooseTip { families: vec!["farfield".into()] }]);
+    let unmoved = update(&mut mover, SMALL.profiles("old_2"));
+    assert!(unmoved.warnings.is_empty());
+    let mesh = mover.mesh();
+    let farfield = vertices_of(mesh, "farfield");
+    assert!(common::faults::bits_changed(&mesh.vertices, &outcome.vertices, &farfield, &[0, 1, 2]).is_empty());
 }

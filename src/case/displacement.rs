@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::mover::prescribed::differ;
 use crate::text::{Mark, Row, decode, fields, header, parse_number, rows, shorten};
 
 /// The rows of one file.
@@ -109,6 +110,26 @@ pub enum DisplacementError {
         /// Its position.
         position: DVec3,
     },
+    /// Two files move a vertex of both their families to different places.
+    #[error(
+        "{}:{line} and {}:{other_line}: the vertex at ({}, {}, {}) belongs to the families of both files, and its \
+         displacements differ by {difference:.3e}, expected the same in both",
+        path.display(), other_path.display(), position.x, position.y, position.z
+    )]
+    Disagree {
+        /// The first file.
+        path: PathBuf,
+        /// The vertex's row in it, from 1.
+        line: usize,
+        /// The second file.
+        other_path: PathBuf,
+        /// The vertex's row in it, from 1.
+        other_line: usize,
+        /// The vertex's position.
+        position: DVec3,
+        /// The distance between the places the two files move it to.
+        difference: f64,
+    },
 }
 
 /// Reads a displacement file, see [`parse`].
@@ -193,7 +214,21 @@ impl Columns {
     }
 }
 
-/// Displacement of each vertex of a family `[family_vertices]`.
+/// Displacement of each vertex of a family `[family_vertices]`; see [`match_rows`].
+///
+/// # Errors
+/// As [`match_rows`].
+pub fn match_displacements(
+    table: &DisplacementTable,
+    vertices: &[DVec3],
+    family_vertices: &[u32],
+    tolerance: f64,
+) -> Result<Vec<DVec3>, DisplacementError> {
+    let rows = match_rows(table, vertices, family_vertices, tolerance)?;
+    Ok(rows.into_iter().map(|row| row.displacement).collect())
+}
+
+/// The row of each vertex of a family `[family_vertices]`.
 ///
 /// - `vertices` `[n_vertices]`: original positions of the whole mesh
 /// - `family_vertices`: the family's vertices, each once
@@ -201,12 +236,12 @@ impl Columns {
 ///
 /// # Errors
 /// A row without a vertex, two rows for one vertex, or a vertex without a row.
-pub fn match_displacements(
+pub fn match_rows(
     table: &DisplacementTable,
     vertices: &[DVec3],
     family_vertices: &[u32],
     tolerance: f64,
-) -> Result<Vec<DVec3>, DisplacementError> {
+) -> Result<Vec<DisplacementRow>, DisplacementError> {
     let grid = Grid::new(vertices, family_vertices, tolerance);
     let mut row_of: Vec<Option<usize>> = vec![None; family_vertices.len()];
     for (index, row) in table.rows.iter().enumerate() {
@@ -239,7 +274,43 @@ pub fn match_displacements(
             position: vertices[vertex as usize],
         });
     }
-    Ok(row_of.into_iter().flatten().map(|row| table.rows[row].displacement).collect())
+    Ok(row_of.into_iter().flatten().map(|row| table.rows[row]).collect())
+}
+
+/// One family's rows, as [`match_rows`] found them.
+#[derive(Clone, Debug)]
+pub struct Matched {
+    /// The file.
+    pub path: PathBuf,
+    /// The family's vertices `[n]`.
+    pub vertices: Vec<u32>,
+    /// Their rows `[n]`.
+    pub rows: Vec<DisplacementRow>,
+}
+
+/// Compares the displacements of vertices that several families share; `positions` `[n_vertices]` are those of the mesh.
+///
+/// # Errors
+/// The first two rows of one vertex that [`differ`].
+pub fn check_shared(families: &[Matched], positions: &[DVec3]) -> Result<(), DisplacementError> {
+    let mut first_of: HashMap<u32, (&Path, DisplacementRow)> = HashMap::new();
+    for Matched { path, vertices, rows } in families {
+        for (&vertex, &row) in vertices.iter().zip(rows) {
+            let (first_path, first) = *first_of.entry(vertex).or_insert((path, row));
+            let position = positions[vertex as usize];
+            if differ(first.displacement, row.displacement, position) {
+                return Err(DisplacementError::Disagree {
+                    path: first_path.to_path_buf(),
+                    line: first.line,
+                    other_path: path.clone(),
+                    other_line: row.line,
+                    position,
+                    difference: first.displacement.distance(row.displacement),
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The family's vertices in cubes no smaller than the tolerance, so that a row's vertex is in its cube or one beside it.

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::mesh::TetMesh;
 use crate::profile::{Plane, files::Placement};
 use crate::relaxation::{Accuracy, Method};
 use crate::smoothing::Target;
@@ -92,7 +93,13 @@ pub enum Role {
     /// Elastic shape: slides on its original surface.
     Carenage,
     /// Slides in its own plane.
-    Plane,
+    Plane {
+        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size; each keeps its own
+        /// distance. Without it the family must be flat.
+        flat: Option<f64>,
+        /// The plane family that is this one, shifted: matching vertices move alike.
+        partner: Option<String>,
+    },
     /// Does not move.
     Fixed,
     /// Moves as a file says, see [`displacement`].
@@ -110,23 +117,26 @@ impl Role {
             Role::TrailingEdge => "trailing-edge",
             Role::Wingtip { .. } => "wingtip",
             Role::Carenage => "carenage",
-            Role::Plane => "plane",
+            Role::Plane { .. } => "plane",
             Role::Fixed => "fixed",
             Role::Prescribed { .. } => "prescribed",
         }
     }
 }
 
-impl From<&Role> for stages::Role {
-    fn from(role: &Role) -> Self {
-        match *role {
-            Role::Wing => Self::Wing,
-            Role::TrailingEdge => Self::TrailingEdge,
-            Role::Wingtip { coefficient, start } => Self::Wingtip { coefficient, start },
-            Role::Carenage => Self::Carenage,
-            Role::Plane => Self::Plane,
-            Role::Fixed => Self::Fixed,
-            Role::Prescribed { .. } => Self::Prescribed,
+impl Role {
+    /// The role in a mesh that has the families it names.
+    pub fn on(&self, mesh: &TetMesh) -> stages::Role {
+        match *self {
+            Role::Wing => stages::Role::Wing,
+            Role::TrailingEdge => stages::Role::TrailingEdge,
+            Role::Wingtip { coefficient, start } => stages::Role::Wingtip { coefficient, start },
+            Role::Carenage => stages::Role::Carenage,
+            Role::Plane { flat, ref partner } => {
+                stages::Role::Plane { flat, partner: partner.as_ref().and_then(|name| mesh.family(name)) }
+            }
+            Role::Fixed => stages::Role::Fixed,
+            Role::Prescribed { .. } => stages::Role::Prescribed,
         }
     }
 }

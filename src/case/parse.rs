@@ -10,7 +10,7 @@ use crate::profile::{Plane, stations};
 use crate::relaxation::Method;
 use crate::smoothing::Target;
 use crate::springs::{SPRINGS, Springs};
-use crate::stages::{TipStart, interior::MAX_STEPS};
+use crate::stages::{TipStart, families::MOST_FLAT, interior::MAX_STEPS};
 
 use super::document::{Document, Section, Value};
 use super::nearest::{did_you_mean, quoted_list};
@@ -40,18 +40,64 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
 fn families(top: &Section, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
     let mut families = BTreeMap::new();
     let Some(table) = top.get("family") else { return Ok(families) };
-    for (name, section) in table.sections(&["role", "coefficient", "start", "displacement"])? {
-        let role = role(&section, folder)?;
-        families.insert(name.to_owned(), FamilySettings { role, position: section.position() });
+    let sections = table.sections(&["role", "coefficient", "start", "flat", "partner", "displacement"])?;
+    for (name, section) in &sections {
+        let role = role(section, folder)?;
+        families.insert((*name).to_owned(), FamilySettings { role, position: section.position() });
+    }
+    for (name, section) in &sections {
+        if let Some(value) = section.get("partner") {
+            check_partner(name, &value, &families)?;
+        }
     }
     Ok(families)
+}
+
+/// Refuses a partner that is no other plane, or has a partner of its own.
+fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySettings>) -> Result<(), CaseError> {
+    let partner = value.text()?;
+    let expected = "expected another family whose role is \"plane\"";
+    let Some(settings) = families.get(partner) else {
+        let known: Vec<_> = families.keys().collect();
+        let advice = did_you_mean(partner, &known).unwrap_or_default();
+        return Err(
+            value.error(format!("`partner` is \"{partner}\", but there is no table [family.{partner}]{advice}"))
+        );
+    };
+    if partner == name {
+        return Err(value.error(format!("`{name}` is given as its own partner, {expected}")));
+    }
+    if !matches!(settings.role, Role::Plane { .. }) {
+        let role = settings.role.name();
+        return Err(value.error(format!("`partner` is \"{partner}\", whose role is \"{role}\", {expected}")));
+    }
+    let others = families.iter().filter(|(other, _)| *other != name);
+    for (other, settings) in others {
+        let Role::Plane { partner: Some(theirs), .. } = &settings.role else { continue };
+        // What it names itself, and who else names it.
+        let contradicts = if other == partner { theirs != name } else { theirs == partner || theirs == name };
+        if contradicts {
+            return Err(value.error(format!(
+                "`partner` is \"{partner}\", but `{other}` is given the partner `{theirs}` (line {}), expected pairs",
+                settings.position.line
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
     let names = ["wing", "trailing-edge", "wingtip", "carenage", "plane", "fixed", "prescribed"];
     let name = section.require("role", &format!("one of {}", quoted_list(&names)))?.one_of(&names)?;
 
-    for (key, owner) in [("coefficient", "wingtip"), ("start", "wingtip"), ("displacement", "prescribed")] {
+    let owners = [
+        ("coefficient", "wingtip"),
+        ("start", "wingtip"),
+        ("flat", "plane"),
+        ("partner", "plane"),
+        ("displacement", "prescribed"),
+    ];
+    for (key, owner) in owners {
         if let Some(value) = section.get(key).filter(|_| name != owner) {
             return Err(value.key_error(format!(
                 "`{key}` does not fit role \"{name}\", expected only in a family whose role is \"{owner}\""
@@ -75,7 +121,10 @@ fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
             Role::Wingtip { coefficient, start }
         }
         "carenage" => Role::Carenage,
-        "plane" => Role::Plane,
+        "plane" => Role::Plane {
+            flat: section.get("flat").map(|value| flat(&value)).transpose()?,
+            partner: section.get("partner").map(|value| value.text().map(str::to_owned)).transpose()?,
+        },
         "fixed" => Role::Fixed,
         _ => {
             let value = section.require("displacement", "a CSV file with rows x,y,z,dx,dy,dz")?;
@@ -90,6 +139,15 @@ fn in_unit_interval(value: &Value) -> Result<f64, CaseError> {
         return Ok(number);
     }
     Err(value.error(format!("`coefficient` is {number}, expected 0 (rigid) to 1 (freely deformable)")))
+}
+
+fn flat(value: &Value) -> Result<f64, CaseError> {
+    let number = value.number()?;
+    if number > 0.0 && number <= MOST_FLAT {
+        return Ok(number);
+    }
+    Err(value
+        .error(format!("`flat` is {number}, expected a fraction of the family's size, above 0 and up to {MOST_FLAT}")))
 }
 
 fn profiles(

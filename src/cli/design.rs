@@ -86,6 +86,12 @@ impl<'a> Ready<'a> {
                 None => console.warn(warning),
             }
         }
+        for warning in &outcome.warnings {
+            match name {
+                Some(name) => console.warn(format_args!("{name}: {warning}")),
+                None => console.warn(warning),
+            }
+        }
         let setup = self.setup_seconds;
         let report = RunReport {
             idmesh: env!("CARGO_PKG_VERSION").to_owned(),
@@ -127,7 +133,7 @@ pub(super) fn on_mesh(error: crate::mover::MoveError, job: &Job) -> Failure {
     use crate::mover::MoveError;
     match error {
         error @ (MoveError::Mesh(_) | MoveError::Setup(_)) => Failure::from(error).in_file(&job.case.mesh),
-        error @ (MoveError::Profiles { .. } | MoveError::Prescribed { .. }) => {
+        error @ (MoveError::Profiles { .. } | MoveError::Prescribed { .. } | MoveError::Disagree { .. }) => {
             Failure::from(error).in_file(&job.case.path)
         }
         error => error.into(),

@@ -9,7 +9,7 @@ use super::failure::{Exit, Failure};
 use super::job::Job;
 use super::outputs;
 use crate::formats::{Cells, Fields, write_vtu};
-use crate::mover::{MISSED, Mover, Outcome};
+use crate::mover::{Beyond, MISSED, Mover, Outcome};
 use crate::quality::faults::{self, Cluster};
 use crate::report::StageName;
 
@@ -70,6 +70,21 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         let strayed: Vec<_> = outcome.strayed.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
         faults.push(format!("vertices left the surface they slide on ({})", strayed.join(", ")));
     }
+    if !outcome.parted.is_empty() {
+        let parted: Vec<_> = outcome.parted.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
+        faults.push(format!("partners in periodic planes are no longer apart by the same way ({})", parted.join(", ")));
+    }
+    for held in &outcome.held_back {
+        let Some(Beyond { distance, edge, at }) = held.beyond else { continue };
+        let [x, y, z] = at.to_array().map(short);
+        faults.push(format!(
+            "`{}` holds vertices of `{}` back by more than their shortest edge, at ({x}, {y}, {z}) by {} where that is {}",
+            held.by,
+            held.family,
+            short(distance),
+            short(edge)
+        ));
+    }
     for (wing, missed) in &outcome.missed {
         let [x, y, z] = outcome.vertices[missed.vertex].to_array().map(short);
         faults.push(format!(
@@ -118,9 +133,17 @@ fn stages(outcome: &Outcome) -> String {
 }
 
 fn hint(job: &Job, outcome: &Outcome) -> String {
+    if outcome.held_back.iter().any(|held| held.beyond.is_some()) {
+        return "give what holds them a role that lets them move, such as carenage or plane, or profiles that leave them \
+                where they are"
+            .to_owned();
+    }
     if !outcome.pierced.is_empty() {
         return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
             .to_owned();
+    }
+    if !outcome.parted.is_empty() {
+        return "partners that a design prescribes must move alike: correct their displacements first".to_owned();
     }
     if !outcome.folded.is_empty() {
         return format!(

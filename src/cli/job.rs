@@ -12,7 +12,7 @@ use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
 use crate::profile::{self, Plane, Profile, files};
-use crate::stages::WingProfiles;
+use crate::stages::{self, WingProfiles};
 
 /// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
@@ -48,15 +48,20 @@ impl Job {
         let mut design = Design::default();
         let mut wings = Vec::new();
         let mut roles = Vec::new();
+        let mut displacements = Vec::new();
         for (index, name) in mesh.families.iter().enumerate() {
             let family = FamilyId(index as u16);
             let role = case.families.get(name).map_or(&Role::Fixed, |settings| &settings.role);
-            roles.push(role.into());
+            roles.push(role.on(mesh));
             if let Role::Prescribed { displacement } = role {
-                design.prescribed.insert(family, prescribed(mesh, family, displacement)?);
+                let matched = prescribed(mesh, family, displacement)?;
+                design.prescribed.insert(family, matched.rows.iter().map(|row| row.displacement).collect());
+                displacements.push(matched);
                 inputs.push(displacement.clone());
             }
         }
+        join_cyclic(&file, &mut roles)?;
+        displacement::check_shared(&displacements, &mesh.vertices)?;
         for (name, source) in &case.profiles {
             let families: Vec<FamilyId> = source.families.iter().filter_map(|family| mesh.family(family)).collect();
             let new = read_profiles(&source.new, source)?;
@@ -90,13 +95,36 @@ impl Job {
     }
 }
 
+/// Makes partners of planes that the mesh file calls so.
+fn join_cyclic(file: &MeshFile, roles: &mut [stages::Role]) -> Result<(), Failure> {
+    let mesh = &file.mesh;
+    for [one, other] in file.partners() {
+        let (Some(family), Some(neighbour)) = (mesh.family(one), mesh.family(other)) else { continue };
+        let is_plane = |role: &stages::Role| matches!(role, stages::Role::Plane { .. });
+        match (roles[family.index()], is_plane(&roles[neighbour.index()])) {
+            (stages::Role::Plane { flat, partner: None }, true) => {
+                roles[family.index()] = stages::Role::Plane { flat, partner: Some(neighbour) };
+            }
+            (role, plane) if is_plane(&role) != plane => {
+                let message = format!(
+                    "the mesh calls `{one}` and `{other}` cyclic, each the neighbour of the other, but one has the role \
+                     plane and the other has not, expected it for both or none"
+                );
+                return Err(Failure::bad_input(message));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// The triangles of some families.
 pub(super) fn family_triangles(mesh: &TetMesh, families: &[FamilyId]) -> Vec<[u32; 3]> {
     let members = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|&(_, other)| families.contains(other));
     members.map(|(&triangle, _)| triangle).collect()
 }
 
-pub(super) fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<Vec<glam::DVec3>, Failure> {
+pub(super) fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Result<displacement::Matched, Failure> {
     let triangles = family_triangles(mesh, &[family]);
     let vertices: Vec<u32> = triangles.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
     let lengths = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| {
@@ -106,7 +134,8 @@ pub(super) fn prescribed(mesh: &TetMesh, family: FamilyId, path: &Path) -> Resul
     let shortest = lengths.fold(f64::INFINITY, f64::min);
     let tolerance = if shortest.is_finite() { MATCH * shortest } else { 0.0 };
     let table = displacement::read(path)?;
-    Ok(displacement::match_displacements(&table, &mesh.vertices, &vertices, tolerance)?)
+    let rows = displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?;
+    Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows })
 }
 
 /// Reads the profiles of some files.

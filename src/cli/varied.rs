@@ -65,7 +65,8 @@ impl Varied {
         let mut design = job.design.clone();
         match self {
             Self::Displacement(family) => {
-                design.prescribed.insert(*family, prescribed(&job.file.mesh, *family, design_files.only()?)?);
+                let rows = prescribed(&job.file.mesh, *family, design_files.only()?)?.rows;
+                design.prescribed.insert(*family, rows.into_iter().map(|row| row.displacement).collect());
             }
             Self::Profiles(wings) if wings.len() == 1 && design_files.is_single() => {
                 design.profiles.insert(wings[0].clone(), profiles(job, &wings[0], design_files.only()?)?);

@@ -28,6 +28,8 @@ pub(super) struct Document {
     pub companion: Option<Companion>,
     /// Of a mesh that is a folder: the other files in it, as they are.
     pub siblings: NamedFiles,
+    /// Families that the file calls periodic, each with its neighbour.
+    pub partners: Vec<[String; 2]>,
 }
 
 /// Files of a folder: their names and contents.
@@ -53,7 +55,16 @@ impl Document {
         coordinates: Box<dyn Coordinates>,
         beside: Vec<String>,
     ) -> Self {
-        Self { format, extension, bytes, coordinates, beside, companion: None, siblings: Vec::new() }
+        Self {
+            format,
+            extension,
+            bytes,
+            coordinates,
+            beside,
+            companion: None,
+            siblings: Vec::new(),
+            partners: Vec::new(),
+        }
     }
 
     /// Writes the file with the vertices moved to `vertices` `[n_vertices]`: every byte but the coordinates is copied.

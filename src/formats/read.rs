@@ -29,6 +29,11 @@ impl MeshFile {
     pub fn from_mesh(mesh: TetMesh) -> Self {
         Self { mesh, others: OtherCells::default(), document: None }
     }
+
+    /// Families that the file calls periodic, each with its neighbour.
+    pub fn partners(&self) -> &[[String; 2]] {
+        self.document.as_ref().map_or(&[], |document| &document.partners)
+    }
 }
 
 /// Reads a mesh of tets from a file, plain or gzipped, of the format that its extension selects.

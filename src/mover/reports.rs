@@ -5,18 +5,21 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, MISSED, Mover};
+use super::{Design, HeldBack, MISSED, Mover};
 use crate::{
     mesh::FamilyId,
     profile::{Missed, Plane, ProfileError, cut, distance},
     relaxation::Convergence,
     report::{FamilyReport, ProfileReport, Solver},
-    stages::families::Shape,
+    stages::shape::Shape,
 };
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from
 /// one in the first place.
 const STRAYED: f64 = 1e-6;
+
+/// Partners in periodic planes have parted beyond this fraction of the mesh's size.
+const PARTED: f64 = 1e-12;
 
 impl Mover {
     pub(super) fn solver_report(&self, volume: &Convergence) -> Solver {
@@ -29,14 +32,7 @@ impl Mover {
 
     /// The carenages and planes that vertices left, by name, with their largest distance.
     pub(super) fn strayed(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
-        let size = |name: &str| {
-            let family = self.mesh.family(name).expect("reports are by the mesh's families");
-            let at = |vertex: u32| self.ordered.vertices[vertex as usize];
-            let vertices = self.surface.vertices_of(family);
-            let low = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::min);
-            let high = vertices.iter().map(|&vertex| at(vertex)).reduce(DVec3::max);
-            low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
-        };
+        let size = |name: &str| self.size_of(self.mesh.family(name).expect("reports are by the mesh's families"));
         let strayed = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
             (distance.is_nan() || distance > STRAYED * size(name)).then(|| (name.clone(), distance))
@@ -44,20 +40,35 @@ impl Mover {
         strayed.collect()
     }
 
+    /// The periodic planes that do not match any more, by name, with the largest distance of partners from their places.
+    pub(super) fn parted(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
+        let low = self.ordered.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
+        let high = self.ordered.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
+        // Far from the origin, coordinates are rounded more than the mesh's size tells, in every step anew.
+        let allowed = PARTED * low.distance(high) + 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
+        let parted = families.iter().filter_map(|(name, report)| {
+            let distance = report.max_distance_of_partners?;
+            (distance.is_nan() || distance > allowed).then(|| (name.clone(), distance))
+        });
+        parted.collect()
+    }
+
     pub(super) fn family_reports(
         &self,
         vertices: &[DVec3],
         folded: &BTreeMap<String, usize>,
         pierced: &[u32],
+        held_back: &[HeldBack],
     ) -> BTreeMap<String, FamilyReport> {
-        let reports = self.families.shapes.iter().enumerate().filter_map(|(index, shape)| {
+        let families = &self.families;
+        let reports = families.shapes.iter().enumerate().filter_map(|(index, shape)| {
             let shape = shape.as_ref()?;
-            let distance = self
-                .surface
-                .vertices_of(FamilyId(index as u16))
-                .par_iter()
-                .map(|&vertex| shape.closest(vertices[vertex as usize]).distance(vertices[vertex as usize]))
-                .reduce(|| 0.0, f64::max);
+            let family = FamilyId(index as u16);
+            let off = |&vertex: &u32| {
+                let at = vertices[vertex as usize];
+                families.kept(family, vertex).map_or(0.0, |kept| kept.closest(at).distance(at))
+            };
+            let distance = self.surface.vertices_of(family).par_iter().map(off).reduce(|| 0.0, f64::max);
             let report = match shape {
                 Shape::Surface(_) => {
                     FamilyReport { max_distance_to_original_surface: Some(distance), ..FamilyReport::default() }
@@ -67,6 +78,18 @@ impl Mover {
             Some((self.mesh.families[index].clone(), report))
         });
         let mut reports: BTreeMap<_, _> = reports.collect();
+        for pair in &families.partners.pairs {
+            let (distance, _) = pair.apart(&self.ordered.vertices, vertices);
+            for family in pair.families {
+                let name = self.mesh.families[family.index()].clone();
+                reports.entry(name).or_default().max_distance_of_partners = Some(distance);
+            }
+        }
+        for held in held_back {
+            let entry = reports.entry(held.by.clone()).or_default().held_back.get_or_insert_default();
+            entry.vertices += held.vertices;
+            entry.max_distance = entry.max_distance.max(held.max_distance);
+        }
         for (family, &count) in folded {
             reports.entry(family.clone()).or_default().folded_triangles = count;
         }

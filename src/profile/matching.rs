@@ -249,7 +249,8 @@ impl OldSection {
         let by_index = same_counts && {
             let moved: Vec<DVec3> =
                 self.sides.knots.iter().zip(&old).map(|(&i, &old)| outline.sides[i] - old).collect();
-            self.affine.fit(&moved).1 <= POINT_BY_POINT * best.0
+            let rounding = IDENTICAL * self.length();
+            self.affine.fit(&moved).1 <= f64::max(POINT_BY_POINT * best.0, rounding)
         };
         Ok(Match { tau: best.1, new: measured, new_base: Measured::base(base), by_index: by_index.then_some(outline) })
     }

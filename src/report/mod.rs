@@ -146,15 +146,30 @@ pub struct FamilyReport {
     /// Largest distance of a carenage's vertices to its original surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_original_surface: Option<f64>,
-    /// Largest distance of a plane family's vertices to its plane.
+    /// Largest distance of a plane family's vertices to its plane; where it is not quite flat, to their own distances from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_plane: Option<f64>,
+    /// Largest distance of a periodic plane's vertices from their places beside their partners.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_of_partners: Option<f64>,
+    /// Vertices that a design moves with another family, and this one holds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_back: Option<HeldBack>,
     /// Triangles that are turned over against those around them.
     #[serde(skip_serializing_if = "is_zero")]
     pub folded_triangles: usize,
     /// Triangles that the moved surface passes through, and did not before.
     #[serde(skip_serializing_if = "is_zero")]
     pub pierced_triangles: usize,
+}
+
+/// Vertices that are held back, in the mesh's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct HeldBack {
+    /// How many they are.
+    pub vertices: usize,
+    /// Largest distance between where they are and where the design would have them.
+    pub max_distance: f64,
 }
 
 fn is_zero(count: &usize) -> bool {

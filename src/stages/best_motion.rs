@@ -46,24 +46,27 @@ impl BestMotion {
     }
 
     /// The rotation and translation that bring the first points closest to the second, in the least-squares sense.
-    pub fn rigid(pairs: &[(DVec3, DVec3)]) -> Self {
+    ///
+    /// Each pair has a weight `>= 0`, and one at least more than 0.
+    pub fn rigid(pairs: &[(DVec3, DVec3, f64)]) -> Self {
         let (from, to) = centres(pairs);
-        let s: Matrix3<f64> = pairs.iter().map(|pair| column(pair.0 - from) * column(pair.1 - to).transpose()).sum();
+        let s: Matrix3<f64> =
+            pairs.iter().map(|pair| column(pair.0 - from) * column(pair.1 - to).transpose() * pair.2).sum();
         let rotation = DMat3::from_quat(horn(&s)).to_cols_array_2d();
         Self { from, to, linear: Matrix3::from_columns(&rotation.map(Vector3::from)) }
     }
 
     /// The affine motion that brings the first points closest to the second. Directions in which the points hardly
-    /// extend, such as the normal of a flat wingtip, move with the best rigid motion.
-    pub fn affine(pairs: &[(DVec3, DVec3)]) -> Self {
+    /// extend, such as the normal of a flat wingtip, move with the best rigid motion. Weights as in [`Self::rigid`].
+    pub fn affine(pairs: &[(DVec3, DVec3, f64)]) -> Self {
         let rigid = Self::rigid(pairs);
         let back = rigid.linear.transpose();
         let mut spread = Matrix3::zeros();
         let mut mapped = Matrix3::zeros();
         for pair in pairs {
             let (p, q) = (column(pair.0 - rigid.from), back * column(pair.1 - rigid.to));
-            spread += p * p.transpose();
-            mapped += (q - p) * p.transpose();
+            spread += p * p.transpose() * pair.2;
+            mapped += (q - p) * p.transpose() * pair.2;
         }
         let eigen = SymmetricEigen::new(spread);
         let mut order = [0, 1, 2];
@@ -127,9 +130,12 @@ fn horn(s: &Matrix3<f64>) -> DQuat {
     DQuat::from_xyzw(q[1], q[2], q[3], q[0]).normalize()
 }
 
-fn centres(pairs: &[(DVec3, DVec3)]) -> (DVec3, DVec3) {
-    let n = pairs.len().max(1) as f64;
-    (pairs.iter().map(|pair| pair.0).sum::<DVec3>() / n, pairs.iter().map(|pair| pair.1).sum::<DVec3>() / n)
+fn centres(pairs: &[(DVec3, DVec3, f64)]) -> (DVec3, DVec3) {
+    let total: f64 = pairs.iter().map(|pair| pair.2).sum();
+    let total = if total > 0.0 { total } else { 1.0 };
+    let centre =
+        |of: fn(&(DVec3, DVec3, f64)) -> DVec3| pairs.iter().map(|pair| of(pair) * pair.2).sum::<DVec3>() / total;
+    (centre(|pair| pair.0), centre(|pair| pair.1))
 }
 
 fn column(v: DVec3) -> Vector3<f64> {
@@ -140,8 +146,8 @@ fn column(v: DVec3) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    fn check(fit: fn(&[(DVec3, DVec3)]) -> BestMotion, points: &[DVec3], moved: impl Fn(DVec3) -> DVec3) {
-        let motion = fit(&points.iter().map(|&p| (p, moved(p))).collect::<Vec<_>>());
+    fn check(fit: fn(&[(DVec3, DVec3, f64)]) -> BestMotion, points: &[DVec3], moved: impl Fn(DVec3) -> DVec3) {
+        let motion = fit(&points.iter().map(|&p| (p, moved(p), 1.0)).collect::<Vec<_>>());
         for &p in points {
             assert!((p + motion.displacement(p) - moved(p)).length() < 1e-12, "{p}");
         }
@@ -171,7 +177,7 @@ mod tests {
         let flat: Vec<DVec3> = (0..12).map(|i| DVec3::new((i % 4) as f64, 2.0, (i / 4) as f64)).collect();
         let stretch = |p: DVec3| DVec3::new(1.5 * p.x, p.y, 0.8 * p.z);
         check(BestMotion::affine, &flat, stretch);
-        let motion = BestMotion::affine(&flat.iter().map(|&p| (p, stretch(p))).collect::<Vec<_>>());
+        let motion = BestMotion::affine(&flat.iter().map(|&p| (p, stretch(p), 1.0)).collect::<Vec<_>>());
         let above = DVec3::new(1.0, 2.5, 1.0);
         assert!((above + motion.displacement(above) - stretch(above)).length() < 1e-12);
     }
@@ -190,6 +196,31 @@ mod tests {
                 assert!(error < 1e-14, "{angle} {across}: {found} instead of {turn}, {error:e}");
             }
         }
+    }
+
+    /// A pair of weight 2 counts as the same pair twice, one of weight 0 not at all.
+    #[test]
+    fn a_weight_counts_as_so_many_pairs() {
+        let moved = |p: DVec3| DVec3::new(p.x + 0.1 * p.y * p.y, p.y, p.z + 0.3 * p.x * p.x);
+        let points = cloud();
+        let pair = |p: DVec3, weight| (p, moved(p), weight);
+        let (heavy, light) = points.split_at(4);
+        let weighted: Vec<_> = heavy
+            .iter()
+            .map(|&p| pair(p, 2.0))
+            .chain(light.iter().map(|&p| pair(p, 1.0)))
+            .chain([pair(DVec3::ONE * 9.0, 0.0)])
+            .collect();
+        let repeated: Vec<_> = heavy.iter().chain(&points).map(|&p| pair(p, 1.0)).collect();
+        for fit in [BestMotion::rigid, BestMotion::affine] {
+            let (one, other) = (fit(&weighted), fit(&repeated));
+            for &p in &points {
+                assert!(one.displacement(p).distance(other.displacement(p)) < 1e-12, "{p}");
+            }
+        }
+        let even: Vec<_> = points.iter().map(|&p| pair(p, 1.0)).collect();
+        let off = BestMotion::rigid(&even).displacement(DVec3::X) - BestMotion::rigid(&weighted).displacement(DVec3::X);
+        assert!(off.length() > 1e-3, "the weights make no difference");
     }
 
     #[test]

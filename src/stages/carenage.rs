@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Families, Motion, Owner, SetUp, families::Shape, patch::Patch};
+use super::{Families, Motion, Owner, SetUp, patch::Patch, shape::Shape};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
@@ -41,7 +41,7 @@ impl Carenages {
                 if free { Constraint::Free } else { Constraint::Held }
             };
             let edges = triangle_edges(surface.corners_of(family));
-            Ok((family, Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method)?))
+            Ok((family, Patch::new(&mesh.vertices, &edges, constraint, backend, method)?))
         });
         Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })
     }

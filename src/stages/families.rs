@@ -1,16 +1,19 @@
 //! What each family does, and so what each vertex may do.
 
+use std::collections::{BTreeMap, HashMap};
+
 use glam::DVec3;
 use thiserror::Error;
 
+use super::{
+    partners::Partners,
+    shape::{self, Kept, Shape},
+};
 use crate::{
     backend::{BackendError, Constraint},
-    mesh::{FamilyId, TetMesh, half_edge::Surface},
+    mesh::{FamilyId, TetMesh, csr::Csr, half_edge::Surface},
     profile::ProfileError,
-    projection::{
-        Target,
-        continuation::{self, ContinuationError},
-    },
+    projection::continuation::ContinuationError,
 };
 
 /// What the conservative springs of a wingtip pull back to.
@@ -43,7 +46,14 @@ pub enum Role {
     /// Slides on its original surface.
     Carenage,
     /// Slides in its plane.
-    Plane,
+    Plane {
+        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (the largest
+        /// distance of a vertex from their centre): each keeps its own distance from it. Without it the family must be flat
+        /// to 1e-6.
+        flat: Option<f64>,
+        /// The plane family that is this one, shifted: matching vertices move alike. One of the two may name the other, or both.
+        partner: Option<FamilyId>,
+    },
     /// Does not move.
     Fixed,
     /// Moved as its user says.
@@ -64,7 +74,26 @@ pub enum Owner {
     Volume,
 }
 
+impl Owner {
+    /// The name of the role whose vertices the stage places.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Prescribed => "prescribed",
+            Self::Wing => "wing",
+            Self::TrailingEdge => "trailing-edge",
+            Self::Wingtip => "wingtip",
+            Self::Carenage => "carenage",
+            Self::Plane => "plane",
+            Self::Volume => "volume",
+        }
+    }
+}
+
 impl Role {
+    /// A flat plane family that slides by itself.
+    pub const PLANE: Self = Self::Plane { flat: None, partner: None };
+
     /// The stage that places vertices of a family with this role.
     pub fn owner(self) -> Owner {
         match self {
@@ -72,7 +101,7 @@ impl Role {
             Self::TrailingEdge => Owner::TrailingEdge,
             Self::Wingtip { .. } => Owner::Wingtip,
             Self::Carenage => Owner::Carenage,
-            Self::Plane => Owner::Plane,
+            Self::Plane { .. } => Owner::Plane,
             Self::Fixed => Owner::Fixed,
             Self::Prescribed => Owner::Prescribed,
         }
@@ -86,7 +115,8 @@ pub enum SetupError {
     /// A plane family is not flat.
     #[error(
         "family `{family}` has the role plane, but its vertices lie up to {distance:e} off the plane fitted to them \
-         (allowed: {allowed:e})"
+         (allowed: {allowed:e}){}",
+        advice(*least)
     )]
     NotPlane {
         /// The family.
@@ -95,6 +125,8 @@ pub enum SetupError {
         distance: f64,
         /// What counts as flat.
         allowed: f64,
+        /// The least `flat` that would take it.
+        least: f64,
     },
     /// A carenage could not be continued across the hole under a wing.
     #[error("family `{family}`: {error}")]
@@ -148,52 +180,40 @@ pub enum SetupError {
         /// The family.
         family: String,
     },
+    /// Plane families that shall be partners are none.
+    #[error("`{family}` and `{partner}` shall be partners: {why}")]
+    Partners {
+        /// The first family.
+        family: String,
+        /// The second family.
+        partner: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// Wingtip families that touch, and so move as one, shall start differently.
+    #[error(
+        "the wingtip families `{family}` and `{other}` touch, so they move as one, but their `start` differs, expected \
+         the same for both"
+    )]
+    TipStarts {
+        /// The first of the families.
+        family: String,
+        /// One that differs from it.
+        other: String,
+    },
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
 }
 
-/// The surface a carenage slides on, or the plane a plane family lies in.
-#[derive(Clone, Debug)]
-pub enum Shape {
-    /// The original triangles, continued across the wings' roots.
-    Surface(Target),
-    /// A plane through a point with a unit normal.
-    Plane(DVec3, DVec3),
-}
+/// A `flat` above this is a mistake: what lies so far off is no plane.
+pub const MOST_FLAT: f64 = 0.1;
 
-impl Shape {
-    /// The point of the shape nearest to `at`.
-    pub fn closest(&self, at: DVec3) -> DVec3 {
-        match self {
-            Self::Surface(target) => target.closest(at).point,
-            Self::Plane(point, normal) => at - *normal * normal.dot(at - *point),
-        }
+fn advice(least: f64) -> String {
+    if least > MOST_FLAT {
+        return ": it is no plane, expected another role".to_owned();
     }
-
-    /// Unit normal of the shape near `at`.
-    pub fn normal(&self, at: DVec3) -> DVec3 {
-        match self {
-            Self::Surface(target) => target.normal(&target.closest(at)),
-            Self::Plane(_, normal) => *normal,
-        }
-    }
-
-    /// Where the line through `from` along a unit direction meets the shape; the closest point if it hardly does.
-    pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
-        match self {
-            Self::Surface(target) => target.along(from, direction),
-            Self::Plane(point, normal) => {
-                let slope = normal.dot(direction);
-                // As in `Target::along`: a line that nearly runs in the plane meets it too far away.
-                if slope.abs() < 0.2 {
-                    self.closest(from)
-                } else {
-                    from - direction * (normal.dot(from - *point) / slope)
-                }
-            }
-        }
-    }
+    format!("; with `flat = {least:e}` in its table every vertex keeps its own distance from that plane")
 }
 
 /// The roles of a mesh's families and what follows from them for its vertices.
@@ -205,14 +225,18 @@ pub struct Families {
     /// Which stage places each vertex `[n_vertices]`.
     pub owner: Vec<Owner>,
     /// The carenage and plane families each vertex touches `[n_vertices]` rows.
-    touches: crate::mesh::csr::Csr,
+    touches: Csr,
+    /// How far each vertex of a plane family that is not quite flat lies off it, along the normal, by family.
+    offsets: BTreeMap<FamilyId, HashMap<u32, f64>>,
+    /// Vertices of periodic planes, which move alike.
+    pub partners: Partners,
 }
 
 impl Families {
     /// Works out what each vertex may do.
     ///
     /// # Errors
-    /// A plane family is not flat, or a hole cannot be closed.
+    /// A plane family is not flat, a hole cannot be closed, or planes that shall be partners do not match.
     pub fn new(mesh: &TetMesh, surface: &Surface, roles: Vec<Role>) -> Result<Self, SetupError> {
         let mut owner = vec![Owner::Volume; mesh.vertices.len()];
         let mut touching = Vec::new();
@@ -224,16 +248,25 @@ impl Families {
                 owner[vertex as usize] = owner[vertex as usize].min(role.owner());
             }
             shapes.push(match role {
-                Role::Plane => Some(fit_plane(mesh, surface, family, vertices)?),
-                Role::Carenage => Some(continued(mesh, surface, &roles, family)?),
+                Role::Plane { flat, .. } => Some(shape::fit_plane(mesh, surface, family, *flat)?),
+                Role::Carenage => Some(shape::continued(mesh, surface, &roles, family)?),
                 _ => None,
             });
             if shapes[index].is_some() {
                 touching.extend(vertices.iter().map(|&vertex| (vertex, index as u32)));
             }
         }
-        let touches = crate::mesh::csr::Csr::from_pairs(mesh.vertices.len(), touching.iter().copied());
-        Ok(Self { roles, shapes, owner, touches })
+        let touches = Csr::from_pairs(mesh.vertices.len(), touching.iter().copied());
+        let partners = Partners::new(mesh, surface, &roles, &mut shapes, &owner)?;
+        let mut offsets = BTreeMap::new();
+        for (index, (role, shape)) in roles.iter().zip(&shapes).enumerate() {
+            if let (Role::Plane { flat: Some(_), .. }, Some(Shape::Plane(point, normal))) = (role, shape) {
+                let family = FamilyId(index as u16);
+                let offset = |&vertex: &u32| (vertex, normal.dot(mesh.vertices[vertex as usize] - *point));
+                offsets.insert(family, surface.vertices_of(family).iter().map(offset).collect());
+            }
+        }
+        Ok(Self { roles, shapes, owner, touches, offsets, partners })
     }
 
     /// The families with a role that this stage places, in order.
@@ -246,20 +279,37 @@ impl Families {
     /// The families that are moved by the design or follow what is; planes only slide along.
     pub fn moved(&self) -> impl Iterator<Item = FamilyId> + '_ {
         (0..self.roles.len())
-            .filter(|&index| !matches!(self.roles[index], Role::Plane | Role::Fixed))
+            .filter(|&index| !matches!(self.roles[index], Role::Plane { .. } | Role::Fixed))
             .map(|index| FamilyId(index as u16))
     }
 
     /// The shapes a vertex must stay on: of the carenages and planes it touches.
-    pub fn shapes_at(&self, vertex: u32) -> impl Iterator<Item = &Shape> + '_ {
-        self.touches.row(vertex as usize).iter().filter_map(|&family| self.shapes[family as usize].as_ref())
+    pub fn shapes_at(&self, vertex: u32) -> impl Iterator<Item = Kept<'_>> + '_ {
+        self.touches.row(vertex as usize).iter().filter_map(move |&family| self.kept(FamilyId(family as u16), vertex))
+    }
+
+    /// The first family that places a vertex.
+    pub fn holder(&self, surface: &Surface, vertex: u32) -> Option<FamilyId> {
+        let owner = self.owner[vertex as usize];
+        self.placed_by(owner).find(|&family| surface.vertices_of(family).binary_search(&vertex).is_ok())
+    }
+
+    /// Whether a vertex must stay on the surface of a carenage.
+    pub fn touches_surface(&self, vertex: u32) -> bool {
+        self.shapes_at(vertex).any(|kept| matches!(kept.shape, Shape::Surface(_)))
+    }
+
+    /// The shape of a carenage or plane family as one of its vertices keeps to it.
+    pub fn kept(&self, family: FamilyId, vertex: u32) -> Option<Kept<'_>> {
+        let offset = self.offsets.get(&family).and_then(|of| of.get(&vertex)).copied().unwrap_or(0.0);
+        Some(Kept { shape: self.shapes[family.index()].as_ref()?, offset })
     }
 
     /// What the plane families a vertex touches leave it to do.
     pub fn plane_constraint(&self, vertex: u32) -> Constraint {
         let normals: Vec<DVec3> = self
             .shapes_at(vertex)
-            .filter_map(|shape| match shape {
+            .filter_map(|kept| match kept.shape {
                 Shape::Plane(_, normal) => Some(*normal),
                 Shape::Surface(_) => None,
             })
@@ -286,7 +336,7 @@ impl Families {
 
     /// The place on all shapes a vertex must stay on, reached along a direction where one shape allows it.
     pub fn settle_along(&self, vertex: u32, at: DVec3, direction: Option<DVec3>) -> DVec3 {
-        let shapes: Vec<&Shape> = self.shapes_at(vertex).collect();
+        let shapes: Vec<Kept> = self.shapes_at(vertex).collect();
         match (&shapes[..], direction) {
             ([], _) => at,
             ([shape], Some(direction)) => shape.along(at, direction),
@@ -305,52 +355,4 @@ impl Families {
             }
         }
     }
-}
-
-fn fit_plane(mesh: &TetMesh, surface: &Surface, family: FamilyId, vertices: &[u32]) -> Result<Shape, SetupError> {
-    let at = |vertex: u32| mesh.vertices[vertex as usize];
-    let centre = vertices.iter().map(|&vertex| at(vertex)).sum::<DVec3>() / vertices.len().max(1) as f64;
-    let area: DVec3 = surface
-        .corners_of(family)
-        .map(|corners| {
-            let [a, b, c] = corners.map(at);
-            (b - a).cross(c - a)
-        })
-        .sum();
-    let mut normal = area.normalize_or(DVec3::Y);
-    // Rounding must not tilt a coordinate plane: then "in the plane" can hold to the last bit.
-    if let Some(axis) = DVec3::AXES.into_iter().find(|axis| axis.dot(normal).abs() > 1.0 - 1e-12) {
-        normal = axis;
-    }
-    let size = vertices.iter().map(|&vertex| at(vertex).distance(centre)).fold(0.0, f64::max);
-    let distance = vertices.iter().map(|&vertex| normal.dot(at(vertex) - centre).abs()).fold(0.0, f64::max);
-    let allowed = 1e-6 * size;
-    if distance > allowed {
-        return Err(SetupError::NotPlane { family: mesh.families[family.index()].clone(), distance, allowed });
-    }
-    Ok(Shape::Plane(centre, normal))
-}
-
-/// A carenage's triangles and a patch over every hole that wings leave in it.
-fn continued(mesh: &TetMesh, surface: &Surface, roles: &[Role], family: FamilyId) -> Result<Shape, SetupError> {
-    let mut triangles: Vec<[u32; 3]> = surface.corners_of(family).collect();
-    let own = triangles.clone();
-    let mut points = mesh.vertices.clone();
-    for rim in surface.boundary_loops(family) {
-        let under_a_wing = rim.iter().all(|&half_edge| {
-            matches!(
-                roles[surface.family_behind(half_edge).index()].owner(),
-                Owner::Wing | Owner::TrailingEdge | Owner::Wingtip | Owner::Prescribed
-            )
-        });
-        if under_a_wing {
-            let rim: Vec<u32> = rim.iter().map(|&half_edge| surface.origin(half_edge)).collect();
-            let patch = continuation::close(&mesh.vertices, &own, &rim)
-                .map_err(|error| SetupError::Continuation { family: mesh.families[family.index()].clone(), error })?;
-            let (old, new) = (mesh.vertices.len() as u32, points.len() as u32);
-            points.extend(patch.points);
-            triangles.extend(patch.triangles.into_iter().map(|t| t.map(|v| if v < old { v } else { v - old + new })));
-        }
-    }
-    Ok(Shape::Surface(Target::new(&points, triangles)))
 }

@@ -203,8 +203,12 @@ impl Interior {
             None => None,
             Some(target) => {
                 let slides = Slides::new(mesh, surface, families, shaped);
-                let smoother =
-                    Smoother::new(backend, &mesh.tets, &mesh.vertices, &constraint, &slides.vertices(), target);
+                // Alone, one of two partners would leave the other.
+                let may = |(vertex, may): (u32, &Constraint)| {
+                    if families.partners.is_tied(vertex) { Constraint::Held } else { *may }
+                };
+                let may: Vec<Constraint> = (0..).zip(&constraint).map(may).collect();
+                let smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, &may, &slides.vertices(), target);
                 let (enough, goal) = match target {
                     Target::Original => (ENOUGH * lowest, lowest),
                     Target::Improve => (IMPROVED * lowest, IMPROVED * lowest),

@@ -20,10 +20,12 @@ pub mod carenage;
 pub mod families;
 pub mod interior;
 pub mod lattice;
+pub mod partners;
 pub mod patch;
 pub mod planes;
 pub mod rotation;
 pub mod route;
+pub mod shape;
 pub mod sliding;
 pub mod start;
 pub mod trailing_edge;
@@ -39,12 +41,23 @@ use glam::DVec3;
 
 use crate::{
     backend::Backend,
-    mesh::{TetMesh, half_edge::Surface},
+    mesh::{FamilyId, TetMesh, half_edge::Surface},
     relaxation::{Accuracy, Method},
 };
 
 /// Displacement of every vertex of the mesh `[n_vertices]`, filled in stage by stage.
 pub type Motion = Vec<DVec3>;
+
+/// What a design would do to a vertex that another family places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// The family that would move it.
+    pub family: FamilyId,
+    /// The vertex.
+    pub vertex: u32,
+    /// Where to.
+    pub displacement: DVec3,
+}
 
 /// What every stage is set up from.
 #[derive(Clone, Copy)]

@@ -16,11 +16,7 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// A network along these edges (pairs of mesh vertices).
-    ///
-    /// `constraint` says what a vertex may do. `reach` is the length over which a displacement of the held vertices dies
-    /// away in the others, because conservative springs pull them back to zero: `(l / reach)^2` of each vertex's total
-    /// stiffness, `l` its root-mean-square edge. Infinity is no such spring.
+    /// A network along these edges (pairs of mesh vertices); `constraint` says what a vertex may do.
     ///
     /// # Errors
     /// The backend failed.
@@ -28,7 +24,24 @@ impl Patch {
         positions: &[DVec3],
         edges: &[[u32; 2]],
         constraint: impl Fn(u32) -> Constraint,
-        reach: f64,
+        backend: &dyn Backend,
+        method: Method,
+    ) -> Result<Self, BackendError> {
+        Self::anchored(positions, edges, constraint, |_| f64::INFINITY, backend, method)
+    }
+
+    /// [`Self::new`] with conservative springs, which pull the vertices that move back to zero.
+    ///
+    /// `reach` of a vertex is the length over which a displacement of the held vertices dies away around it: its spring is
+    /// `(l / reach)^2` of its total stiffness, `l` its root-mean-square edge. Infinity is no such spring.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn anchored(
+        positions: &[DVec3],
+        edges: &[[u32; 2]],
+        constraint: impl Fn(u32) -> Constraint,
+        reach: impl Fn(u32) -> f64,
         backend: &dyn Backend,
         method: Method,
     ) -> Result<Self, BackendError> {
@@ -47,6 +60,7 @@ impl Patch {
                 let own = &graph.entry_edge[graph.neighbours.range(row)];
                 let total: f64 = own.iter().map(|&edge| stiffness[edge as usize]).sum();
                 let square = own.iter().map(|&edge| length[edge as usize].powi(2)).sum::<f64>() / own.len() as f64;
+                let reach = reach(vertices[row]);
                 if constraint[row] == Constraint::Held { 0.0 } else { total * square / (reach * reach) }
             })
             .collect();

@@ -31,7 +31,7 @@ impl Planes {
             Owner::Plane => families.plane_constraint(vertex),
             _ => Constraint::Held,
         };
-        Ok(Self { network: Some(Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method)?) })
+        Ok(Self { network: Some(Patch::new(&mesh.vertices, &edges, constraint, backend, method)?) })
     }
 
     /// Slides the plane families after what borders them.

@@ -112,7 +112,8 @@ impl Rotation {
             if all.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
-            let pairs: Vec<(DVec3, DVec3)> = all.iter().map(|&v| (vertices[v as usize], moved[v as usize])).collect();
+            let pairs: Vec<(DVec3, DVec3, f64)> =
+                all.iter().map(|&v| (vertices[v as usize], moved[v as usize], 1.0)).collect();
             let body_rotation = BestMotion::rigid(&pairs).rotation();
             let body = rotation_vector(body_rotation);
             let prior = DVec3::AXES.map(|axis| (axis * BODY.sqrt(), body_rotation * axis * BODY.sqrt()));

@@ -61,11 +61,11 @@ impl Bodies {
     /// The way of the surfaces to where `motion` `[n_vertices]` takes them.
     pub fn route<'a>(&'a self, mesh: &'a TetMesh, families: &'a Families, motion: &'a Motion) -> Route<'a> {
         let screws = self.bodies.iter().map(|body| {
-            let pairs: Vec<(DVec3, DVec3)> = body
+            let pairs: Vec<(DVec3, DVec3, f64)> = body
                 .iter()
                 .map(|&vertex| {
                     let from = mesh.vertices[vertex as usize];
-                    (from, from + motion[vertex as usize])
+                    (from, from + motion[vertex as usize], 1.0)
                 })
                 .collect();
             Screw::new(&BestMotion::rigid(&pairs))
@@ -165,7 +165,7 @@ mod tests {
         let turn = |p: DVec3, angle: f64| hinge + DQuat::from_rotation_y(angle) * (p - hinge);
         let points = [[0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [0.0, 2.0, 0.3], [0.5, 0.5, 1.0]].map(DVec3::from);
         for angle in [0.5 * PI, 0.999 * PI, -0.3, 1e-3] {
-            let pairs: Vec<_> = points.iter().map(|&p| (p, turn(p, angle) + 0.4 * DVec3::Y)).collect();
+            let pairs: Vec<_> = points.iter().map(|&p| (p, turn(p, angle) + 0.4 * DVec3::Y, 1.0)).collect();
             let screw = Screw::new(&BestMotion::rigid(&pairs));
             for p in points {
                 assert!(screw.at(0.5, p).distance(turn(p, 0.5 * angle) + 0.2 * DVec3::Y) < 1e-9, "{angle}");
@@ -178,7 +178,7 @@ mod tests {
     #[test]
     fn a_translation_is_followed_straight() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-        let pairs: Vec<_> = points.iter().map(|&p| (p, p + DVec3::new(3.0, -1.0, 2.0))).collect();
+        let pairs: Vec<_> = points.iter().map(|&p| (p, p + DVec3::new(3.0, -1.0, 2.0), 1.0)).collect();
         let screw = Screw::new(&BestMotion::rigid(&pairs));
         assert!(screw.at(0.5, DVec3::X).distance(DVec3::new(2.5, -0.5, 1.0)) < 1e-12);
     }

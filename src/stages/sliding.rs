@@ -2,13 +2,14 @@
 //!
 //! The surface of wings, trailing edges and wingtips is the one the stages before made, that of carenages the original
 //! one. A vertex between two families, or on a sharp edge within one, slides along that curve only; where more curves
-//! meet, where one ends or turns sharply, it stays. So do the vertices of fixed and prescribed families, and those of wings
-//! beside the planes of their profiles: on flat facets they would leave the curved section. Plane families
+//! meet, where one ends or turns sharply, it stays. So do the vertices of fixed and prescribed families, those of periodic
+//! planes, and those of wings beside the planes of their profiles: on flat facets they would leave the curved section. Other
+//! plane families
 //! slide by the volume's constraints.
 
 use glam::DVec3;
 
-use super::{Families, Owner, families::Shape};
+use super::{Families, Owner, shape::Kept};
 use crate::{
     backend::{Ball, Constraint},
     mesh::{
@@ -82,7 +83,7 @@ impl Slides {
             let slides = matches!(
                 families.owner[vertex as usize],
                 Owner::Wing | Owner::TrailingEdge | Owner::Wingtip | Owner::Carenage
-            );
+            ) && !families.partners.is_tied(vertex);
             match curves.row(vertex as usize) {
                 [] if slides && is_one_fan(surface, &around, vertex) => {
                     Freedom::Surface(around.row(vertex as usize)[0])
@@ -136,7 +137,7 @@ impl Sliding<'_> {
     }
 
     /// The original surface of a vertex inside a carenage.
-    fn original_surface(&self, vertex: u32) -> Option<&Shape> {
+    fn original_surface(&self, vertex: u32) -> Option<Kept<'_>> {
         self.families.shapes_at(vertex).next()
     }
 
@@ -172,7 +173,7 @@ impl Slide for Sliding<'_> {
         match self.freedom[vertex as usize] {
             Freedom::Held => Constraint::Held,
             Freedom::Surface(start) => Constraint::InPlane(match self.original_surface(vertex) {
-                Some(shape) => shape.normal(at),
+                Some(kept) => kept.normal(at),
                 None => self.parts.normal(&self.parts.closest(start, at)),
             }),
             Freedom::Curve(_) => {

@@ -43,10 +43,10 @@ impl TrailingEdges {
             let on_curve: std::collections::HashSet<u32> = boundary.iter().flatten().copied().collect();
             let limit =
                 |vertex: u32, free: bool| if free { families.plane_constraint(vertex) } else { Constraint::Held };
-            let curve = Patch::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), f64::INFINITY, backend, method)?;
+            let curve = Patch::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), backend, method)?;
             let inner = triangle_edges(surface.corners_of(family));
             let inside = |v: u32| limit(v, own(v) && !on_curve.contains(&v));
-            let surface = Patch::new(&mesh.vertices, &inner, inside, f64::INFINITY, backend, method)?;
+            let surface = Patch::new(&mesh.vertices, &inner, inside, backend, method)?;
             Ok(TrailingEdge { curve, surface })
         });
         Ok(Self { edges: edges.collect::<Result<_, BackendError>>()? })
@@ -73,6 +73,9 @@ impl TrailingEdges {
                     *displacement = families.settle(vertex, start + *displacement) - start;
                 }
             }
+        }
+        families.partners.even(families, motion);
+        for edge in &mut self.edges {
             convergence = convergence.and(edge.surface.relax(motion, accuracy)?);
         }
         Ok(convergence)

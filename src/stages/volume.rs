@@ -2,11 +2,13 @@
 //! turn with the surfaces where the springs say so (see `rotation`).
 //!
 //! The stiffness is that of the undeformed mesh, so the result depends on the design alone and not on the way to it.
-//! Vertices of plane families slide on in their planes; all other surface vertices are held.
+//! Vertices of plane families slide on in their planes; all other surface vertices are held. Partners in periodic planes slide too,
+//! then get the mean of where that takes them, and the inside relaxes once more with them held.
 
 use super::{
     Motion, Owner, SetUp, Start,
     lattice::{EdgeSprings, Lattice},
+    partners::even,
     rotation::{Rotation, rest_force},
     start::Equilibrium,
 };
@@ -20,9 +22,17 @@ use crate::{
 /// The network of all tets.
 pub struct Volume {
     relaxer: Relaxer,
+    /// Where there are periodic planes.
+    tied: Option<Tied>,
     last: Equilibrium,
     /// For springs whose rest edges turn.
     rotation: Option<Rotation>,
+}
+
+/// The network with periodic planes held, and the vertices in them that move alike.
+struct Tied {
+    relaxer: Relaxer,
+    sets: Vec<Vec<u32>>,
 }
 
 impl Volume {
@@ -56,12 +66,19 @@ impl Volume {
             })
             .collect();
         let anchor = vec![0.0; mesh.vertices.len()];
+        let sets = families.partners.sliding(&families.owner);
+        let tied = (!sets.is_empty()).then(|| {
+            let mut constraint = constraint.clone();
+            sets.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
+            let network = Network::new(graph, &stiffness, &length, constraint, anchor.clone());
+            Ok::<_, BackendError>(Tied { relaxer: Relaxer::new(network, backend, method)?, sets })
+        });
         // The two networks know nothing of each other.
         let (rotation, relaxer) = rayon::join(
             || turning.map(|stiffness| Rotation::new(set_up, graph, &stiffness)).transpose(),
             || Relaxer::new(Network::new(graph, &stiffness, &length, constraint, anchor), backend, method),
         );
-        Ok(Self { relaxer: relaxer?, last: Equilibrium::default(), rotation: rotation? })
+        Ok(Self { relaxer: relaxer?, tied: tied.transpose()?, last: Equilibrium::default(), rotation: rotation? })
     }
 
     /// What each vertex of the mesh may do once its surfaces are moved `[n_vertices]`.
@@ -96,14 +113,21 @@ impl Volume {
             return Ok(Convergence::nothing_to_do());
         }
         self.last.recall(&self.relaxer.network().constraint, motion);
-        let convergence = match &mut self.rotation {
-            None => self.relaxer.relax(motion, None, accuracy)?,
+        let (force, spread) = match &mut self.rotation {
+            None => (None, Convergence::nothing_to_do()),
             Some(rotation) => {
                 let (turned, spread) = rotation.spread(vertices, motion, accuracy)?;
-                let force = rest_force(self.relaxer.network(), vertices, &turned);
-                self.relaxer.relax(motion, Some(&force), accuracy)?.and(spread)
+                (Some(rest_force(self.relaxer.network(), vertices, &turned)), spread)
             }
         };
+        let mut convergence = self.relaxer.relax(motion, force.as_deref(), accuracy)?;
+        if self.rotation.is_some() {
+            convergence = convergence.and(spread);
+        }
+        if let Some(Tied { relaxer, sets }) = &mut self.tied {
+            sets.iter().for_each(|set| even(set, motion, false));
+            convergence = convergence.and(relaxer.relax(motion, force.as_deref(), accuracy)?);
+        }
         self.last.keep(&convergence, motion);
         Ok(convergence)
     }

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, SetUp, SetupError, patch::Patch};
+use super::{Families, Motion, Owner, SetUp, SetupError, Wanted, patch::Patch};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
@@ -61,6 +61,8 @@ pub struct Wings {
 struct Wing {
     name: String,
     vertices: Vec<u32>,
+    /// A family of the wing that each vertex is of `[n_vertices of the wing]`.
+    family: Vec<FamilyId>,
     /// Whether an earlier wing of the list places the vertex already `[n_vertices of the wing]`.
     taken: Vec<bool>,
     loft: WingLoft,
@@ -165,7 +167,7 @@ impl Wings {
         Ok(Self { wings: all })
     }
 
-    /// Writes the displacement that the profiles give into `motion`.
+    /// Writes the displacement that the profiles give into `motion`, and for vertices that others place into `wanted`.
     ///
     /// # Errors
     /// A wing's new profiles are missing or do not pair with the old ones; with the wing's name.
@@ -174,6 +176,7 @@ impl Wings {
         families: &Families,
         new_profiles: &BTreeMap<String, Vec<Profile>>,
         motion: &mut Motion,
+        wanted: &mut Vec<Wanted>,
     ) -> Result<WingMotions, (String, ProfileError)> {
         let no_profiles = Vec::new();
         self.wings
@@ -189,7 +192,9 @@ impl Wings {
                     }
                 }
                 for (place, (&vertex, displacement)) in wing.vertices.iter().zip(&moved.displacement).enumerate() {
-                    if families.owner[vertex as usize] == Owner::Wing && !wing.taken[place] {
+                    if families.owner[vertex as usize] != Owner::Wing {
+                        wanted.push(Wanted { family: wing.family[place], vertex, displacement: *displacement });
+                    } else if !wing.taken[place] {
                         motion[vertex as usize] = *displacement;
                     }
                 }
@@ -223,6 +228,7 @@ impl Wings {
                     slide[vertex as usize] = families.settle_along(vertex, start, along) - start;
                 }
             }
+            families.partners.even_slide(&wing.vertices, motion, &mut slide);
             convergence = convergence.and(strip.relax(&mut slide, accuracy)?);
             for &vertex in &wing.vertices {
                 motion[vertex as usize] += slide[vertex as usize];
@@ -296,7 +302,12 @@ impl Wing {
             .collect();
         let strip = strip(set_up, &wing.families, &vertices, &positions, &junction, &loft)?;
         let taken = vertices.iter().map(|vertex| placed.contains(vertex)).collect();
-        Ok(Self { name: wing.name.clone(), vertices, taken, loft, mirror, junction, strip })
+        let family = |vertex: &u32| {
+            let has = |family: &&FamilyId| surface.vertices_of(**family).binary_search(vertex).is_ok();
+            *wing.families.iter().find(has).expect("the vertices are those of the families")
+        };
+        let family = vertices.iter().map(family).collect();
+        Ok(Self { name: wing.name.clone(), vertices, family, taken, loft, mirror, junction, strip })
     }
 }
 
@@ -333,9 +344,14 @@ fn strip(
         let width = STRIP * 2.0 * points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
         let folded = loop_.iter().map(|&place| positions[place]).sum::<DVec3>() / loop_.len() as f64;
         let of_sections = loft.sections_and_beyond(folded);
+        let of_loop: HashSet<u32> = loop_.iter().map(|&place| vertices[place]).collect();
+        // On a coarse wing the strip is narrower than an edge: one row of vertices follows at least.
+        let next: HashSet<u32> =
+            edges.iter().filter(|edge| edge.iter().any(|end| of_loop.contains(end))).flatten().copied().collect();
         for (place, &vertex) in vertices.iter().enumerate() {
             let at = mesh.vertices[vertex as usize];
-            free[place] |= !of_sections[place] && points.iter().any(|point| point.distance_squared(at) < width * width);
+            let near = || points.iter().any(|point| point.distance_squared(at) < width * width);
+            free[place] |= !of_sections[place] && (next.contains(&vertex) || near());
         }
     }
     junction.iter().for_each(|&place| free[place] = false);
@@ -344,7 +360,7 @@ fn strip(
             && vertices.binary_search(&vertex).is_ok_and(|place| free[place]);
         if free { Constraint::Free } else { Constraint::Held }
     };
-    Patch::new(&mesh.vertices, &edges, constraint, f64::INFINITY, backend, method).map(Some)
+    Patch::new(&mesh.vertices, &edges, constraint, backend, method).map(Some)
 }
 
 /// The junctions one by one: places that edges of the wing connect.

@@ -10,10 +10,15 @@
 //! carried along by the best affine (or rigid) motion of the tip's boundary, and all springs, the longitudinal ones too,
 //! act on what the boundary does beyond that motion: a tip that is only turned or stretched keeps its triangles' shapes at
 //! every coefficient. The paper's own form can be chosen ([`TipStart`]).
+//!
+//! A tip may be several families. Those that touch are one tip: one network without a seam, and one best motion, so that a
+//! family that borders on no wing follows its neighbours. Each keeps its own length; on a curve they share the shorter counts.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, Role, SetUp, TipStart, best_motion::BestMotion, patch::Patch};
+use super::{Families, Motion, Owner, Role, SetUp, SetupError, TipStart, best_motion::BestMotion, patch::Patch};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{
@@ -29,10 +34,13 @@ pub struct Wingtips {
     tips: Vec<Wingtip>,
 }
 
+/// Wingtip families that hang together.
 struct Wingtip {
+    families: Vec<FamilyId>,
     start: TipStart,
-    /// Vertices earlier stages have placed.
-    placed: Vec<u32>,
+    /// Vertices earlier stages have placed, each with half the length of the boundary's edges there: where the boundary is
+    /// finer it counts no more.
+    placed: Vec<(u32, f64)>,
     inside: Vec<u32>,
     network: Patch,
 }
@@ -41,28 +49,15 @@ impl Wingtips {
     /// Sets the networks up.
     ///
     /// # Errors
-    /// The backend failed.
-    pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
-        let tips = families.placed_by(Owner::Wingtip).map(|family| {
-            let Role::Wingtip { coefficient, start } = families.roles[family.index()] else {
-                unreachable!("only wingtips are placed by the wingtip stage")
-            };
-            let (inside, placed): (Vec<u32>, Vec<u32>) = surface
-                .vertices_of(family)
-                .iter()
-                .partition(|&&vertex| families.owner[vertex as usize] == Owner::Wingtip);
-            let constraint = |vertex: u32| {
-                // A coefficient of 0 would take infinitely stiff springs: the vertex is held at its start instead.
-                let free = families.owner[vertex as usize] == Owner::Wingtip && coefficient > 0.0;
-                if free { families.plane_constraint(vertex) } else { Constraint::Held }
-            };
-            let edges = triangle_edges(surface.corners_of(family));
-            let reach = mean_width(mesh, surface, family) * (coefficient / (1.0 - coefficient)).sqrt();
-            let network = Patch::new(&mesh.vertices, &edges, constraint, reach, backend, method)?;
-            Ok(Wingtip { start, placed, inside, network })
-        });
-        Ok(Self { tips: tips.collect::<Result<_, BackendError>>()? })
+    /// Families that touch differ in their start, or the backend failed.
+    pub fn new(set_up: &SetUp) -> Result<Self, SetupError> {
+        let tips = joined(set_up.surface, set_up.families).into_iter().map(|tip| Wingtip::new(set_up, &tip));
+        Ok(Self { tips: tips.collect::<Result<_, SetupError>>()? })
+    }
+
+    /// The sets of families that touch nothing an earlier stage places.
+    pub fn loose(&self) -> impl Iterator<Item = &[FamilyId]> {
+        self.tips.iter().filter(|tip| tip.placed.is_empty()).map(|tip| &tip.families[..])
     }
 
     /// Moves the insides of the wingtips after their boundaries.
@@ -78,16 +73,15 @@ impl Wingtips {
     ) -> Result<Convergence, BackendError> {
         let mut convergence = Convergence::nothing_to_do();
         for tip in &mut self.tips {
-            if tip.placed.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
+            // A tip that nothing holds stays where it is.
+            if tip.placed.iter().all(|&(vertex, _)| motion[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
-            let pairs: Vec<(DVec3, DVec3)> = tip
-                .placed
-                .iter()
-                .map(|&vertex| {
-                    (mesh.vertices[vertex as usize], mesh.vertices[vertex as usize] + motion[vertex as usize])
-                })
-                .collect();
+            let pair = |&(vertex, weight): &(u32, f64)| {
+                let from = mesh.vertices[vertex as usize];
+                (from, from + motion[vertex as usize], weight)
+            };
+            let pairs: Vec<(DVec3, DVec3, f64)> = tip.placed.iter().map(pair).collect();
             let start = match tip.start {
                 TipStart::Affine => BestMotion::affine(&pairs),
                 TipStart::Rigid => BestMotion::rigid(&pairs),
@@ -95,11 +89,11 @@ impl Wingtips {
             };
             // Relative to that start the conservative springs pull to zero.
             let carried = |vertex: u32| start.displacement(mesh.vertices[vertex as usize]);
-            for &vertex in &tip.placed {
+            for &(vertex, _) in &tip.placed {
                 motion[vertex as usize] -= carried(vertex);
             }
             convergence = convergence.and(tip.network.relax(motion, accuracy)?);
-            for (&(from, to), &vertex) in pairs.iter().zip(&tip.placed) {
+            for (&(from, to, _), &(vertex, _)) in pairs.iter().zip(&tip.placed) {
                 motion[vertex as usize] = to - from;
             }
             for &vertex in &tip.inside {
@@ -110,6 +104,84 @@ impl Wingtips {
         }
         Ok(convergence)
     }
+}
+
+impl Wingtip {
+    fn new(set_up: &SetUp, tip: &[FamilyId]) -> Result<Self, SetupError> {
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
+        let of = |family: FamilyId| match families.roles[family.index()] {
+            Role::Wingtip { coefficient, start } => (coefficient, start),
+            _ => unreachable!("only wingtips are placed by the wingtip stage"),
+        };
+        let start = of(tip[0]).1;
+        if let Some(&other) = tip.iter().find(|&&family| of(family).1 != start) {
+            let name = |family: FamilyId| mesh.families[family.index()].clone();
+            return Err(SetupError::TipStarts { family: name(tip[0]), other: name(other) });
+        }
+        // A coefficient of 0 would take infinitely stiff springs: such a vertex is held at its start instead.
+        let mut reach: BTreeMap<u32, f64> = BTreeMap::new();
+        for &family in tip {
+            let coefficient = of(family).0;
+            let own = if coefficient > 0.0 {
+                mean_width(mesh, surface, family) * (coefficient / (1.0 - coefficient)).sqrt()
+            } else {
+                0.0
+            };
+            for &vertex in surface.vertices_of(family) {
+                reach.entry(vertex).and_modify(|reach| *reach = reach.min(own)).or_insert(own);
+            }
+        }
+        let is_inside = |vertex: u32| families.owner[vertex as usize] == Owner::Wingtip;
+        let (inside, placed): (Vec<u32>, Vec<u32>) = reach.keys().partition(|&&vertex| is_inside(vertex));
+        let constraint = |vertex: u32| {
+            let free = is_inside(vertex) && reach[&vertex] > 0.0;
+            if free { families.plane_constraint(vertex) } else { Constraint::Held }
+        };
+        let edges = triangle_edges(tip.iter().flat_map(|&family| surface.corners_of(family)));
+        let network = Patch::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
+        let weights = boundary_lengths(mesh, surface, tip);
+        // Where triangles touch in a vertex alone, no edge at it bounds them.
+        let even = placed.iter().all(|vertex| !weights.contains_key(vertex));
+        let weight = |vertex: u32| if even { 1.0 } else { weights.get(&vertex).copied().unwrap_or(0.0) };
+        Ok(Self {
+            families: tip.to_vec(),
+            start,
+            placed: placed.iter().map(|&vertex| (vertex, weight(vertex))).collect(),
+            inside,
+            network,
+        })
+    }
+}
+
+/// The wingtip families in sets that hang together, each ascending.
+fn joined(surface: &Surface, families: &Families) -> Vec<Vec<FamilyId>> {
+    let mut tips: Vec<(Vec<FamilyId>, BTreeSet<u32>)> = Vec::new();
+    for family in families.placed_by(Owner::Wingtip) {
+        let mut tip = (vec![family], surface.vertices_of(family).iter().copied().collect::<BTreeSet<u32>>());
+        tips.retain_mut(|(others, vertices)| {
+            let apart = vertices.is_disjoint(&tip.1);
+            if !apart {
+                tip.0.append(others);
+                tip.1.append(vertices);
+            }
+            apart
+        });
+        tip.0.sort_unstable();
+        tips.push(tip);
+    }
+    tips.into_iter().map(|(tip, _)| tip).collect()
+}
+
+/// Half the length of the edges that bound some families together, at each of their ends.
+fn boundary_lengths(mesh: &TetMesh, surface: &Surface, tip: &[FamilyId]) -> BTreeMap<u32, f64> {
+    let mut lengths = BTreeMap::new();
+    let loops = tip.iter().flat_map(|&family| surface.boundary_loops(family)).flatten();
+    for half_edge in loops.filter(|&half_edge| !tip.contains(&surface.family_behind(half_edge))) {
+        let ends = [surface.origin(half_edge), surface.origin(next(half_edge))];
+        let [a, b] = ends.map(|vertex| mesh.vertices[vertex as usize]);
+        ends.iter().for_each(|&end| *lengths.entry(end).or_default() += 0.5 * a.distance(b));
+    }
+    lengths
 }
 
 /// Twice a family's area over the length of its boundary: the width of a strip.

@@ -45,6 +45,66 @@ fn doubled_tets() {
     fixture.refuses(3, &["box.msh", "tets"]);
 }
 
+/// A vertex of the symmetry plane lies 1e-4 off it. The message says what the case must say, and that is enough.
+#[test]
+fn planes_that_are_not_flat_name_the_remedy() {
+    let fixture = Fixture::new();
+    let box_mesh = WingBox::new();
+    let corner = |vertex: &&usize| box_mesh.vertices[**vertex] == [0.25, 0.0, -1.0];
+    let off = *box_mesh.family_vertices(3).iter().find(corner).unwrap();
+    fixture.mesh(|mesh| mesh.vertices[off][1] = 1e-4);
+    fixture.refuses(3, &["box.msh: family `symmetry` has the role plane", "lie up to 9.9", "with `flat = "]);
+    let message = stderr(&fixture.run());
+    let flat: f64 = message.split("with `flat = ").nth(1).unwrap().split('`').next().unwrap().parse().unwrap();
+    let keyed = |flat: f64| fixture.case("role = \"plane\"", &format!("role = \"plane\"\nflat = {flat:e}"));
+    keyed(0.9 * flat);
+    fixture.refuses(3, &["(allowed: ", &format!("with `flat = {flat:e}`")]);
+    keyed(flat);
+    let output = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "report.json"]);
+    assert_good(&output);
+    let report: serde_json::Value = serde_json::from_str(&fixture.read("report.json")).unwrap();
+    assert!(report["families"]["symmetry"]["max_distance_to_plane"].as_f64().unwrap() < 1e-12);
+    let moved = fixture.read("moved.msh");
+    let nodes: Vec<&str> = moved.lines().skip_while(|line| *line != "$Nodes").skip(2).collect();
+    assert_eq!(nodes[off].split_whitespace().nth(2), Some("0.0001"));
+    // A plane bent by a third of its size is none.
+    fixture.mesh(|mesh| mesh.vertices[off][1] = -0.9);
+    fixture.refuses(3, &["it is no plane, expected another role"]);
+}
+
+/// Planes that OpenFOAM calls cyclic are partners without a word in the case: these do not match, as the wing ends in one.
+#[test]
+fn cyclic_patches_are_partners() {
+    let fixture = Fixture::new();
+    // The far side across y is called wingtip, and the wing's end belongs to the wing.
+    fixture.mesh(|mesh| {
+        let far = |mesh: &WingBox, face: [usize; 3]| face.iter().all(|&vertex| mesh.vertices[vertex][1] == 3.0);
+        let families = mesh.triangles.iter().map(|&(face, family)| match family {
+            2 => 0,
+            _ if far(mesh, face) => 2,
+            family => family,
+        });
+        let families: Vec<usize> = families.collect();
+        mesh.triangles.iter_mut().zip(families).for_each(|((_, family), new)| *family = new);
+    });
+    fs::create_dir(fixture.path("polyMesh")).unwrap();
+    assert_good(&fixture.idmesh(&["convert", "box.msh", "polyMesh"]));
+    let boundary = fixture.read("polyMesh/boundary");
+    let cyclic = boundary.replacen("symmetry { type patch;", "symmetry { type cyclic; neighbourPatch wingtip;", 1);
+    assert_ne!(cyclic, boundary);
+    fixture.write("polyMesh/boundary", &cyclic);
+    let case = CASE.replace("box.msh", "polyMesh").replace("moved.msh", "moved.vtu");
+    let case = |role: &str| case.replace("role = \"wingtip\"\ncoefficient = 0.5", &format!("role = \"{role}\""));
+    fixture.write("case.toml", &case("fixed"));
+    fixture.refuses(3, &["calls `symmetry` and `wingtip` cyclic", "one has the role plane and the other has not"]);
+    fixture.write("case.toml", &case("plane"));
+    fixture.refuses(3, &["shall be partners: 2 of their", "vertices have no partner, the first at"]);
+    fixture.write("case.toml", &case("fixed").replace("role = \"plane\"", "role = \"fixed\""));
+    // No vertex of the held root stands beside the first profile's plane.
+    fixture.write("new.csv", &profiles(&[(0, 0.45, 0.0), (1, 1.4, 0.0)]));
+    assert_good(&fixture.run());
+}
+
 #[test]
 fn unknown_keys_name_the_nearest() {
     let fixture = Fixture::new();
@@ -92,6 +152,34 @@ fn old_and_new_profiles_must_pair() {
     fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
     fixture.write("old.csv", &profiles(&[(0, 0.3, 0.0), (2, 1.2, 0.0)]));
     fixture.refuses(3, &["same numbers", "[0, 2]", "[0, 1]"]);
+}
+
+/// The wing and its tip share the tip's rim. Where both files say the same there, to seven digits, they are taken.
+#[test]
+fn prescribed_families_must_agree_where_they_touch() {
+    let fixture = Fixture::new();
+    let mesh = WingBox::new();
+    let rows = |family: usize, displacement: &str| -> String {
+        let vertices = mesh.family_vertices(family).into_iter().map(|vertex| mesh.vertices[vertex]);
+        vertices.map(|[x, y, z]| format!("{x},{y},{z},{displacement}\n")).collect()
+    };
+    let case = CASE.replace("[profiles.wing]\nnew = \"new.csv\"\n", "");
+    let case = case.replace("role = \"wing\"\n", "role = \"prescribed\"\ndisplacement = \"wing.csv\"\n");
+    let tip = "role = \"wingtip\"\ncoefficient = 0.5\n";
+    fixture.write("case.toml", &case.replace(tip, "role = \"prescribed\"\ndisplacement = \"tip.csv\"\n"));
+    fixture.write("wing.csv", &rows(0, "0.01,0,0.02"));
+    fixture.write("tip.csv", &format!("x,y,z,dx,dy,dz\n{}", rows(2, "0.01000001,0,0.02")));
+    assert_good(&fixture.run());
+    fs::remove_file(fixture.path("moved.msh")).unwrap();
+    fixture.write("tip.csv", &format!("x,y,z,dx,dy,dz\n{}", rows(2, "0.0100001,0,0.02")));
+    let first = mesh.family_vertices(2).into_iter().find(|vertex| mesh.family_vertices(0).contains(vertex)).unwrap();
+    let line = |family, header| {
+        let row = mesh.family_vertices(family).iter().position(|&vertex| vertex == first).unwrap();
+        row + 1 + header
+    };
+    let [x, y, z] = mesh.vertices[first];
+    let place = format!("wing.csv:{} and tip.csv:{}: the vertex at ({x}, {y}, {z})", line(0, 0), line(2, 1));
+    fixture.refuses(3, &[&place, "1.000e-7", "expected the same in both"]);
 }
 
 #[test]

@@ -96,6 +96,35 @@ fn too_few_sweeps_are_not_convergence() {
     assert!(stderr(&output).contains("error: not converged"), "{}", stderr(&output));
 }
 
+/// The symmetry plane is fixed, and the wing wants to rise by 0.01 at its root, then by 0.3, which is more than its edges there.
+#[test]
+fn vertices_that_are_held_back_are_told() {
+    let fixture = Fixture::new();
+    let case = CASE.replace("role = \"plane\"", "role = \"fixed\"");
+    fixture.write("case.toml", &case.replace("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\""));
+    // No vertex of the root stands beside the first profile's plane.
+    fixture.write("old.csv", &profiles(&[(0, 0.45, 0.0), (1, 1.4, 0.0)]));
+    fixture.write("new.csv", &profiles(&[(0, 0.45, 0.01), (1, 1.4, 0.01)]));
+    let run = || fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "report.json"]);
+    let output = run();
+    assert_good(&output);
+    let expected =
+        "warning: `symmetry` holds 9 vertices of `wing` back from where the design has them, by up to 1.000e-2";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    let report: serde_json::Value = serde_json::from_str(&fixture.read("report.json")).unwrap();
+    let held = &report["families"]["symmetry"]["held_back"];
+    assert_eq!(held["vertices"], 9);
+    assert!((held["max_distance"].as_f64().unwrap() - 0.01).abs() < 1e-9);
+    fs::remove_file(fixture.path("moved.msh")).unwrap();
+    fixture.write("new.csv", &profiles(&[(0, 0.45, 0.3), (1, 1.4, 0.3)]));
+    let output = run();
+    assert_eq!(output.status.code(), Some(5), "{}", stderr(&output));
+    let expected = "`symmetry` holds vertices of `wing` back by more than their shortest edge, at (1";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    assert!(stderr(&output).contains("by 0.3 where that is 0.25"), "{}", stderr(&output));
+    assert!(fixture.path("moved.invalid.msh").is_file() && !fixture.path("moved.msh").exists());
+}
+
 #[test]
 fn inverted_meshes_get_another_name() {
     let fixture = Fixture::new();

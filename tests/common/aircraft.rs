@@ -77,7 +77,7 @@ pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
         "trailing_edge" => Role::TrailingEdge,
         "wingtip" => Role::Wingtip { coefficient: 0.5, start: TipStart::default() },
         "carenage" => Role::Carenage,
-        "symmetry" => Role::Plane,
+        "symmetry" => Role::PLANE,
         "farfield" => Role::Fixed,
         other => panic!("family `{other}` has no role in the tests"),
     };

@@ -4,6 +4,7 @@
 #[cfg(feature = "gpu")]
 pub mod adapter;
 pub mod aircraft;
+pub mod block;
 pub mod brick;
 pub mod carved;
 pub mod faults;

@@ -34,6 +34,30 @@ fn cells_are_recognised_by_their_faces() {
     }
 }
 
+/// Patches of type `cyclic` name their neighbours; `cyclicAMI` ones do not match, and others have none.
+#[test]
+fn cyclic_patches_are_partners() {
+    let out = tempfile::tempdir().unwrap();
+    for (name, bytes) in files(&folder("ascii")) {
+        fs::write(out.path().join(name), bytes).unwrap();
+    }
+    let (boundary, points) = (out.path().join("boundary"), out.path().join("points"));
+    let whole = fs::read_to_string(&boundary).unwrap();
+    let partners = |wing: &str| {
+        let at = whole.find("wing_skin").unwrap();
+        let (before, patch) = whole.split_at(at);
+        let end = patch.find(';').unwrap() + 1;
+        let start = patch.find("type").unwrap();
+        fs::write(&boundary, format!("{before}{}{wing}{}", &patch[..start], &patch[end..])).unwrap();
+        read_mixed(&points).unwrap().partners().to_vec()
+    };
+    let expected = [["wing_skin".to_owned(), "far_field".to_owned()]];
+    assert_eq!(partners("type cyclic; neighbourPatch far_field;"), expected);
+    assert_eq!(partners("type cyclicAMI; neighbourPatch far_field;"), expected[..0]);
+    assert_eq!(partners("type wall;"), expected[..0]);
+    assert_eq!(partners("type cyclic;"), expected[..0]);
+}
+
 #[test]
 fn only_points_change() {
     for kind in ["ascii", "binary"] {

@@ -74,6 +74,8 @@ pub(super) struct Patch {
     pub name: String,
     /// Its type, such as `wall`.
     pub kind: String,
+    /// The patch it is periodic with.
+    pub neighbour: Option<String>,
     pub faces: Range<usize>,
 }
 
@@ -351,7 +353,7 @@ impl<'a> File<'a> {
         while self.goes_on(count, patches.len()) {
             let name = String::from_utf8_lossy(self.word("the name of a patch")?).into_owned();
             self.expect(b'{')?;
-            let (mut length, mut start, mut kind) = (None, None, String::new());
+            let (mut length, mut start, mut kind, mut neighbour) = (None, None, String::new(), None);
             while self.peek() != Some(b'}') {
                 let key = self.word("an entry of a patch")?;
                 let value = self.until_semicolon()?;
@@ -360,6 +362,7 @@ impl<'a> File<'a> {
                 match key {
                     b"nFaces" => length = Some(number().ok_or_else(malformed)?),
                     b"startFace" => start = Some(number().ok_or_else(malformed)?),
+                    b"neighbourPatch" => neighbour = Some(String::from_utf8_lossy(&value).into_owned()),
                     b"type" => kind = String::from_utf8_lossy(&value).into_owned(),
                     _ => {}
                 }
@@ -375,7 +378,7 @@ impl<'a> File<'a> {
             if length > 0 {
                 end = start + length;
             }
-            patches.push(Patch { name, kind, faces: start..start + length });
+            patches.push(Patch { name, kind, neighbour, faces: start..start + length });
         }
         self.expect(b')')?;
         if end != n_faces {

@@ -1,6 +1,6 @@
 //! OpenFOAM meshes: a folder `polyMesh` with points, faces, owner, neighbour and boundary, ascii or binary.
 //!
-//! A family is a patch. Cells are recognised by their faces; polyhedra are counted and refused. Written back, only `points`
+//! A family is a patch; patches of type `cyclic` are partners. Cells are recognised by their faces; polyhedra are counted and refused. Written back, only `points`
 //! changes: to a folder `polyMesh` all its files go, to a file named `points` (in a time folder, say) that one alone.
 //!
 //! Source: the OpenFOAM user guide, "Mesh description", and the files of OpenFOAM 1912 to 2312.
@@ -97,7 +97,11 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     }
     let further = siblings.iter().map(|(name, _)| name.trim_end_matches(".gz")).filter(|name| !FILES.contains(name));
     beside.extend(further.map(|name| format!("the file {name}")));
-    let document = Document { siblings, ..Document::of_file(NAME, extension, bytes, Box::new(slots), beside) };
+    // Those of type cyclicAMI do not match, face for face.
+    let cyclic = patches.iter().filter(|patch| patch.kind == "cyclic");
+    let partners = cyclic.filter_map(|patch| Some([patch.name.clone(), patch.neighbour.clone()?])).collect();
+    let document =
+        Document { siblings, partners, ..Document::of_file(NAME, extension, bytes, Box::new(slots), beside) };
     Ok(Parsed { mesh, others, document })
 }
 

@@ -1,0 +1,307 @@
+//! Periodic planes: two plane families of which one is the other shifted, vertex for vertex.
+//!
+//! A solver takes the one for the other, so partners must stay apart by the same vector. The surface stages place each family by
+//! itself; after each of them partners get the mean of their displacements. In the volume partners slide freely first, get the
+//! mean of where that takes them, and the inside relaxes once more with them held ([`super::volume`]). Local optimisation
+//! holds them.
+//!
+//! Only shifts are known, no rotations about an axis: those planes are refused as partners.
+
+use std::collections::{BTreeMap, HashMap};
+
+use glam::DVec3;
+
+use super::{Families, Motion, Owner, Role, SetupError, shape::Shape};
+use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
+
+/// Vertices are partners where the shift takes one to the other within this fraction of the larger family's size.
+const MATCH: f64 = 1e-6;
+
+/// The same as a fraction of the families' shortest edge, if that is more: files of single precision still match.
+const MATCH_EDGE: f64 = 1e-3;
+
+/// Sine of the angle between planes that are no longer parallel: a tenth of a degree.
+const PARALLEL: f64 = 2e-3;
+
+/// Two plane families of which the second is the first, shifted.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// The families.
+    pub families: [FamilyId; 2],
+    /// A vertex of the first and its partner of the second, each vertex once.
+    pub vertices: Vec<[u32; 2]>,
+}
+
+/// The periodic planes of a mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Partners {
+    /// Those that shall stay partners.
+    pub pairs: Vec<Pair>,
+    /// Those of which nobody says so, but which look like it.
+    pub alike: Vec<Pair>,
+    /// Vertices that move alike, at least two each: partners, and partners of partners.
+    sets: Vec<Vec<u32>>,
+    /// Whether a vertex is in a set `[n_vertices]`.
+    tied: Vec<bool>,
+}
+
+impl Pair {
+    /// How far partners have left the places they had beside each other, at most, and the first of them; `vertices` and `moved`
+    /// `[n_vertices]` are the original mesh and the moved one.
+    pub fn apart(&self, vertices: &[DVec3], moved: &[DVec3]) -> (f64, u32) {
+        let apart = |&[a, b]: &[u32; 2]| {
+            let across = |at: &[DVec3]| at[b as usize] - at[a as usize];
+            (across(moved).distance(across(vertices)), a)
+        };
+        let farther = |a: (f64, u32), b: (f64, u32)| if b.0 > a.0 || b.0.is_nan() { b } else { a };
+        self.vertices.iter().map(apart).fold((0.0, 0), farther)
+    }
+}
+
+impl Partners {
+    /// Finds the partner of every vertex of periodic planes.
+    ///
+    /// - `shapes` `[n_families]`: that of the second of two partners gets the normal of the first
+    /// - `owner` `[n_vertices]`
+    ///
+    /// # Errors
+    /// Families that shall be partners do not match, vertex for vertex, or what else their vertices touch differs.
+    pub(super) fn new(
+        mesh: &TetMesh,
+        surface: &Surface,
+        roles: &[Role],
+        shapes: &mut [Option<Shape>],
+        owner: &[Owner],
+    ) -> Result<Self, SetupError> {
+        let finder = Finder { mesh, surface };
+        let mut partner_of: BTreeMap<FamilyId, FamilyId> = BTreeMap::new();
+        for (index, role) in roles.iter().enumerate() {
+            let Role::Plane { partner: Some(partner), .. } = *role else { continue };
+            let family = FamilyId(index as u16);
+            let why = |why: &str| finder.error([family, partner], why.to_owned());
+            if partner == family {
+                return Err(why("a family is not its own partner"));
+            }
+            if !matches!(roles.get(partner.index()), Some(Role::Plane { .. })) {
+                return Err(why("the partner has another role, expected \"plane\""));
+            }
+            for (one, other) in [(family, partner), (partner, family)] {
+                if *partner_of.entry(one).or_insert(other) != other {
+                    return Err(why("one of them has another partner already"));
+                }
+            }
+        }
+        let normal = |shapes: &[Option<Shape>], family: FamilyId| match shapes[family.index()] {
+            Some(Shape::Plane(_, normal)) => normal,
+            _ => DVec3::ZERO,
+        };
+        let mut pairs = Vec::new();
+        for (&one, &other) in partner_of.iter().filter(|(one, other)| one < other) {
+            let families = [one, other];
+            let [first, second] = families.map(|family| normal(shapes, family));
+            if first.cross(second).length() > PARALLEL {
+                let why = "they are not parallel, expected one to be the other, shifted (rotations about an axis are not known)";
+                return Err(finder.error(families, why.to_owned()));
+            }
+            let vertices = finder.matched(families).map_err(|lonely| finder.lonely(families, &lonely))?;
+            if let Some(Shape::Plane(_, second)) = &mut shapes[other.index()] {
+                *second = first;
+            }
+            pairs.push(Pair { families, vertices });
+        }
+        let (sets, tied) = sets(mesh.vertices.len(), &pairs);
+        for set in &sets {
+            let differs = |vertex: &&u32| owner[**vertex as usize] != owner[set[0] as usize];
+            if let Some(&vertex) = set.iter().find(differs) {
+                let [a, b] = [set[0], vertex].map(|vertex| mesh.vertices[vertex as usize]);
+                let [by_a, by_b] = [set[0], vertex].map(|vertex| owner[vertex as usize].name());
+                let of = |pair: &&Pair| pair.vertices.iter().flatten().any(|&other| other == vertex);
+                let families = pairs.iter().find(of).map_or([FamilyId(0); 2], |pair| pair.families);
+                let why =
+                    format!("the vertex at {a} moves with the role {by_a}, its partner at {b} with the role {by_b}");
+                return Err(finder.error(families, why));
+            }
+        }
+        let planes: Vec<FamilyId> = (0..roles.len() as u16)
+            .map(FamilyId)
+            .filter(|family| matches!(roles[family.index()], Role::Plane { .. }) && !partner_of.contains_key(family))
+            .collect();
+        let mut alike = Vec::new();
+        for (place, &one) in planes.iter().enumerate() {
+            for &other in &planes[place + 1..] {
+                let parallel = normal(shapes, one).cross(normal(shapes, other)).length() < PARALLEL;
+                let as_many = surface.vertices_of(one).len() == surface.vertices_of(other).len();
+                if parallel
+                    && as_many
+                    && let Ok(vertices) = finder.matched([one, other])
+                {
+                    alike.push(Pair { families: [one, other], vertices });
+                }
+            }
+        }
+        Ok(Self { pairs, alike, sets, tied })
+    }
+
+    /// Whether a vertex has a partner it must stay with.
+    pub fn is_tied(&self, vertex: u32) -> bool {
+        self.tied.get(vertex as usize).copied().unwrap_or(false)
+    }
+
+    /// The sets of vertices that move alike and slide in planes alone.
+    pub(super) fn sliding(&self, owner: &[Owner]) -> Vec<Vec<u32>> {
+        self.sets.iter().filter(|set| owner[set[0] as usize] == Owner::Plane).cloned().collect()
+    }
+
+    /// Gives partners the mean of their displacements, but for those that do not move or whose user says how.
+    pub fn even(&self, families: &Families, motion: &mut Motion) {
+        for set in &self.sets {
+            if (Owner::Wing..=Owner::Plane).contains(&families.owner[set[0] as usize]) {
+                let on_surface = |vertex: &u32| families.touches_surface(*vertex);
+                even(set, motion, set.iter().any(on_surface));
+            }
+        }
+    }
+
+    /// Changes `slide` `[n_vertices]`, which comes on top of `motion`, so that partners among some vertices end alike.
+    ///
+    /// - `own`: the vertices whose slide is known, ascending
+    pub(super) fn even_slide(&self, own: &[u32], motion: &Motion, slide: &mut Motion) {
+        for set in self.sets.iter().filter(|set| set.iter().all(|vertex| own.binary_search(vertex).is_ok())) {
+            let ends = set.iter().map(|&vertex| motion[vertex as usize] + slide[vertex as usize]);
+            let mean = ends.sum::<DVec3>() / set.len() as f64;
+            set.iter().for_each(|&vertex| slide[vertex as usize] = mean - motion[vertex as usize]);
+        }
+    }
+}
+
+/// Gives some vertices the mean of their displacements, or the first's: the mean of two places on a curved surface lies off it.
+pub(super) fn even(set: &[u32], motion: &mut Motion, by_first: bool) {
+    let first = motion[set[0] as usize];
+    if set.iter().all(|&vertex| motion[vertex as usize] == first) {
+        return;
+    }
+    let mean = set.iter().map(|&vertex| motion[vertex as usize]).sum::<DVec3>() / set.len() as f64;
+    set.iter().for_each(|&vertex| motion[vertex as usize] = if by_first { first } else { mean });
+}
+
+/// The vertices that are partners, directly or through others, and which they are.
+fn sets(n_vertices: usize, pairs: &[Pair]) -> (Vec<Vec<u32>>, Vec<bool>) {
+    if pairs.is_empty() {
+        return (Vec::new(), Vec::new());
+    }
+    let mut sets: Vec<Vec<u32>> = Vec::new();
+    let mut set_of: Vec<Option<usize>> = vec![None; n_vertices];
+    for &[a, b] in pairs.iter().flat_map(|pair| &pair.vertices) {
+        match [a, b].map(|vertex| set_of[vertex as usize]) {
+            [None, None] => {
+                sets.push(vec![a, b]);
+                [a, b].iter().for_each(|&vertex| set_of[vertex as usize] = Some(sets.len() - 1));
+            }
+            [Some(set), None] => {
+                sets[set].push(b);
+                set_of[b as usize] = Some(set);
+            }
+            [None, Some(set)] => {
+                sets[set].push(a);
+                set_of[a as usize] = Some(set);
+            }
+            [Some(set), Some(other)] if set != other => {
+                let joining = std::mem::take(&mut sets[other]);
+                joining.iter().for_each(|&vertex| set_of[vertex as usize] = Some(set));
+                sets[set].extend(joining);
+            }
+            _ => {}
+        }
+    }
+    sets.retain_mut(|set| {
+        set.sort_unstable();
+        !set.is_empty()
+    });
+    (sets, set_of.into_iter().map(|set| set.is_some()).collect())
+}
+
+struct Finder<'a> {
+    mesh: &'a TetMesh,
+    surface: &'a Surface,
+}
+
+impl Finder<'_> {
+    fn at(&self, vertex: u32) -> DVec3 {
+        self.mesh.vertices[vertex as usize]
+    }
+
+    fn bounds(&self, family: FamilyId) -> (DVec3, DVec3) {
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let vertices = self.surface.vertices_of(family).iter().map(|&vertex| self.at(vertex));
+        vertices.fold(start, |(low, high), at| (low.min(at), high.max(at)))
+    }
+
+    /// The partners, or the vertices that have none.
+    fn matched(&self, families: [FamilyId; 2]) -> Result<Vec<[u32; 2]>, Vec<u32>> {
+        let [(low, high), (other_low, other_high)] = families.map(|family| self.bounds(family));
+        let shift = 0.5 * ((other_low - low) + (other_high - high));
+        let corners = families.into_iter().flat_map(|family| self.surface.corners_of(family));
+        let edges = corners.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let shortest = edges.map(|[a, b]| self.at(a).distance(self.at(b))).fold(f64::INFINITY, f64::min);
+        let size = low.distance(high).max(other_low.distance(other_high));
+        let tolerance = (MATCH * size).max(MATCH_EDGE * shortest);
+        // Below 1e-12 of the coordinates a cube's number would no longer be exact.
+        let cell = (2.0 * tolerance).max(1e-12 * other_low.abs().max(other_high.abs()).max_element());
+        let key = |at: DVec3| at.to_array().map(|x| (x / cell).floor() as i64);
+        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        for &vertex in self.surface.vertices_of(families[1]) {
+            cells.entry(key(self.at(vertex))).or_default().push(vertex);
+        }
+        let nearest = |at: DVec3| {
+            let [x, y, z] = key(at);
+            let around = (0..27).map(|i| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1]);
+            let near = around.filter_map(|key| cells.get(&key)).flatten();
+            let near = near.map(|&vertex| (self.at(vertex).distance(at), vertex)).filter(|near| near.0 <= tolerance);
+            near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, vertex)| vertex)
+        };
+        let mut taken = HashMap::new();
+        let (mut pairs, mut lonely) = (Vec::new(), Vec::new());
+        for &vertex in self.surface.vertices_of(families[0]) {
+            match nearest(self.at(vertex) + shift) {
+                Some(partner) if taken.insert(partner, vertex).is_none() => pairs.push([vertex, partner]),
+                _ => lonely.push(vertex),
+            }
+        }
+        lonely.extend(self.surface.vertices_of(families[1]).iter().filter(|vertex| !taken.contains_key(vertex)));
+        if lonely.is_empty() { Ok(pairs) } else { Err(lonely) }
+    }
+
+    fn error(&self, families: [FamilyId; 2], why: String) -> SetupError {
+        let [family, partner] = families.map(|family| self.mesh.families[family.index()].clone());
+        SetupError::Partners { family, partner, why }
+    }
+
+    fn lonely(&self, families: [FamilyId; 2], lonely: &[u32]) -> SetupError {
+        let all: usize = families.iter().map(|&family| self.surface.vertices_of(family).len()).sum();
+        let first = self.at(lonely[0]);
+        let why = format!("{} of their {all} vertices have no partner, the first at {first}", lonely.len());
+        self.error(families, why)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn partners_of_partners_are_one_set() {
+        let pair = |vertices: &[[u32; 2]]| Pair { families: [FamilyId(0), FamilyId(1)], vertices: vertices.to_vec() };
+        let (sets, tied) = sets(9, &[pair(&[[0, 1], [2, 3], [4, 5]]), pair(&[[0, 2], [1, 3], [6, 5]])]);
+        assert_eq!(sets, [vec![0, 1, 2, 3], vec![4, 5, 6]]);
+        assert_eq!(tied.iter().filter(|tied| **tied).count(), 7);
+    }
+
+    #[test]
+    fn partners_get_the_mean_or_the_first() {
+        let mut motion = vec![DVec3::X, DVec3::Y, DVec3::Z];
+        even(&[0, 2], &mut motion, false);
+        assert_eq!(motion, [(DVec3::X + DVec3::Z) / 2.0, DVec3::Y, (DVec3::X + DVec3::Z) / 2.0]);
+        even(&[1, 2], &mut motion, true);
+        assert_eq!(motion[1..], [DVec3::Y; 2]);
+    }
+}

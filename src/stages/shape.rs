@@ -1,0 +1,159 @@
+//! What vertices slide on: the original surface of a carenage, the plane of a plane family.
+
+use glam::DVec3;
+
+use super::{Owner, Role, SetupError, families::MOST_FLAT};
+use crate::{
+    mesh::{FamilyId, TetMesh, half_edge::Surface},
+    projection::{Target, continuation},
+};
+
+/// A plane family is flat to this fraction of its size, if its user says nothing else.
+const FLAT: f64 = 1e-6;
+
+/// The surface a carenage slides on, or the plane a plane family lies in.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// The original triangles, continued across the wings' roots.
+    Surface(Target),
+    /// A plane through a point with a unit normal.
+    Plane(DVec3, DVec3),
+}
+
+/// A shape as one vertex keeps to it.
+#[derive(Clone, Copy)]
+pub struct Kept<'a> {
+    pub(super) shape: &'a Shape,
+    /// How far the vertex stays off a plane, along its normal.
+    pub(super) offset: f64,
+}
+
+impl Kept<'_> {
+    /// The vertex's place nearest to `at`.
+    pub fn closest(&self, at: DVec3) -> DVec3 {
+        match self.shape {
+            Shape::Surface(target) => target.closest(at).point,
+            Shape::Plane(point, normal) => at - *normal * (normal.dot(at - *point) - self.offset),
+        }
+    }
+
+    /// Unit normal of the shape near `at`.
+    pub fn normal(&self, at: DVec3) -> DVec3 {
+        match self.shape {
+            Shape::Surface(target) => target.normal(&target.closest(at)),
+            Shape::Plane(_, normal) => *normal,
+        }
+    }
+
+    /// Where the line through `from` along a unit direction meets the vertex's places; the closest one if it hardly does.
+    pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
+        match self.shape {
+            Shape::Surface(target) => target.along(from, direction),
+            Shape::Plane(point, normal) => {
+                let slope = normal.dot(direction);
+                // As in `Target::along`: a line that nearly runs in the plane meets it too far away.
+                if slope.abs() < 0.2 {
+                    self.closest(from)
+                } else {
+                    // Rounding must not leave it off the plane.
+                    self.closest(from - direction * ((normal.dot(from - *point) - self.offset) / slope))
+                }
+            }
+        }
+    }
+}
+
+/// The plane of a family, whose vertices may lie off it by `flat` of its size: of the largest distance of a vertex from their
+/// centre.
+///
+/// # Errors
+/// They lie farther off.
+pub(super) fn fit_plane(
+    mesh: &TetMesh,
+    surface: &Surface,
+    family: FamilyId,
+    flat: Option<f64>,
+) -> Result<Shape, SetupError> {
+    let vertices = surface.vertices_of(family);
+    let at = |vertex: u32| mesh.vertices[vertex as usize];
+    let centre = vertices.iter().map(|&vertex| at(vertex)).sum::<DVec3>() / vertices.len().max(1) as f64;
+    let area: DVec3 = surface
+        .corners_of(family)
+        .map(|corners| {
+            let [a, b, c] = corners.map(at);
+            (b - a).cross(c - a)
+        })
+        .sum();
+    let mut normal = area.normalize_or(DVec3::Y);
+    // Rounding must not tilt a coordinate plane: then "in the plane" can hold to the last bit.
+    if let Some(axis) = DVec3::AXES.into_iter().find(|axis| axis.dot(normal).abs() > 1.0 - 1e-12) {
+        normal = axis;
+    }
+    let off = |normal: DVec3| vertices.iter().map(|&vertex| normal.dot(at(vertex) - centre).abs()).fold(0.0, f64::max);
+    // Nor must noise: where a coordinate plane fits about as well, the file means that.
+    let near =
+        |axis: &DVec3| flat.is_some() && axis.cross(normal).length() < MOST_FLAT && off(*axis) <= 2.0 * off(normal);
+    if let Some(axis) = DVec3::AXES.into_iter().find(near) {
+        normal = axis;
+    }
+    let size = vertices.iter().map(|&vertex| at(vertex).distance(centre)).fold(0.0, f64::max);
+    let distance = off(normal);
+    let allowed = flat.unwrap_or(FLAT) * size;
+    if distance > allowed {
+        let family = mesh.families[family.index()].clone();
+        return Err(SetupError::NotPlane { family, distance, allowed, least: rounded_up(distance / size) });
+    }
+    Ok(Shape::Plane(centre, normal))
+}
+
+/// The least number of two digits that is not below `x > 0`.
+fn rounded_up(x: f64) -> f64 {
+    let digit = 10f64.powi(x.log10().floor() as i32 - 1);
+    // Read back from its digits, as its user will write it.
+    let written = |count: f64| format!("{:.1e}", count * digit).parse::<f64>().unwrap_or(x);
+    let count = (x / digit).ceil();
+    if written(count) < x { written(count + 1.0) } else { written(count) }
+}
+
+/// A carenage's triangles and a patch over every hole that wings leave in it.
+pub(super) fn continued(
+    mesh: &TetMesh,
+    surface: &Surface,
+    roles: &[Role],
+    family: FamilyId,
+) -> Result<Shape, SetupError> {
+    let mut triangles: Vec<[u32; 3]> = surface.corners_of(family).collect();
+    let own = triangles.clone();
+    let mut points = mesh.vertices.clone();
+    for rim in surface.boundary_loops(family) {
+        let under_a_wing = rim.iter().all(|&half_edge| {
+            matches!(
+                roles[surface.family_behind(half_edge).index()].owner(),
+                Owner::Wing | Owner::TrailingEdge | Owner::Wingtip | Owner::Prescribed
+            )
+        });
+        if under_a_wing {
+            let rim: Vec<u32> = rim.iter().map(|&half_edge| surface.origin(half_edge)).collect();
+            let patch = continuation::close(&mesh.vertices, &own, &rim)
+                .map_err(|error| SetupError::Continuation { family: mesh.families[family.index()].clone(), error })?;
+            let (old, new) = (mesh.vertices.len() as u32, points.len() as u32);
+            points.extend(patch.points);
+            triangles.extend(patch.triangles.into_iter().map(|t| t.map(|v| if v < old { v } else { v - old + new })));
+        }
+    }
+    Ok(Shape::Surface(Target::new(&points, triangles)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded_up;
+
+    #[test]
+    fn numbers_are_rounded_up_to_two_digits() {
+        for (x, up) in
+            [(1.0, 1.0), (1.2e-5, 1.2e-5), (1.2000001e-5, 1.3e-5), (9.91e-4, 1e-3), (3.0e-7, 3e-7), (0.0999, 0.1)]
+        {
+            assert_eq!(rounded_up(x), up, "{x}");
+        }
+    }
+}
