@@ -223,9 +223,11 @@ impl Wings {
                 let vertex = wing.vertices[place];
                 let displacement = motion[vertex as usize];
                 if displacement != DVec3::ZERO {
-                    let start = mesh.vertices[vertex as usize] + displacement;
+                    let at = mesh.vertices[vertex as usize];
                     let along = moved.generator[place].try_normalize();
-                    slide[vertex as usize] = families.settle_along(vertex, start, along) - start;
+                    // In this order: the rounding of a sum with the position must not stay in the displacement.
+                    let settled = families.settle_along(vertex, at + displacement, along) - at;
+                    slide[vertex as usize] = settled - displacement;
                 }
             }
             families.partners.even_slide(&wing.vertices, motion, &mut slide);
