@@ -24,7 +24,7 @@ pub use warnings::Warning;
 use crate::{
     backend::{Backend, BackendError, MemoryError, check_memory},
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
-    profile::{Missed, Profile, ProfileError},
+    profile::{Closeness, Missed, Profile, ProfileError},
     projection::crossing::Crossings,
     quality::{self, Statistics, faults::Creases},
     relaxation::{Accuracy, Method},
@@ -111,6 +111,8 @@ pub struct Outcome {
     /// Surface triangles that are turned over against those around them, by family name; families without any are left
     /// out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
+    /// The wing whose profiles come nearest to being refused, and what is suspect about them.
+    pub nearest_to_refusal: Option<(String, Closeness)>,
     /// Wings whose vertices miss their new profiles by more than [`MISSED`] of the chord, by name: the worst vertex, as one
     /// of the mesh.
     pub missed: BTreeMap<String, Missed>,
@@ -448,8 +450,9 @@ impl Mover {
             warnings: self.warnings(&vertices, &held_back),
             held_back,
             families,
-            profiles: self.profile_reports(&vertices, design, &missed),
+            profiles: self.profile_reports(&vertices, design, &missed, &self.wings.flat_cuts(&of_wings)),
             missed: self.beyond(missed),
+            nearest_to_refusal: self.wings.nearest_to_refusal(&of_wings),
             solver: self.solver_report(&volume),
             stages: watch.stages,
             original_beta: self.order.of_tets(&self.original_beta),

@@ -111,7 +111,7 @@ fn planes_stand_evenly_or_where_named() {
         assert!(planes.iter().all(|p| p.normal == DVec3::Y));
         planes.iter().map(|p| p.point.y).collect()
     };
-    assert!(y(3).iter().zip([0.4, 2.0, 3.6]).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert!(y(3).iter().zip([0.02, 2.0, 3.98]).all(|(a, b)| (a - b).abs() < 1e-12));
     assert!((y(1)[0] - 2.0).abs() < 1e-12);
     assert_eq!(stations::evenly(&surface.vertices, &surface.triangles, 0), Err(ProfileError::NoProfiles));
     assert_eq!(stations::parse(" y = 1.5 "), Ok(at_y(1.5)));

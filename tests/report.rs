@@ -51,6 +51,7 @@ fn report() -> RunReport {
             ProfileReport {
                 max_distance_to_new_profiles: Some(2e-3),
                 max_miss_of_vertices: None,
+                compared_with_flat_cuts: false,
                 not_measured: Some("why".into()),
             },
         )]),

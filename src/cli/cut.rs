@@ -19,7 +19,7 @@ pub(super) struct Arguments {
     /// The family to cut, or several that are one wing: wing_upper,wing_lower.
     #[arg(long, value_name = "NAME", value_delimiter = ',', required = true)]
     family: Vec<String>,
-    /// Cut at this many planes, evenly along the span.
+    /// Cut at this many planes, evenly along the span from the first full section to the last.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     planes: Option<u16>,
     /// Cut at these planes, such as y=1.0,y=2.4.

@@ -9,7 +9,9 @@ use super::failure::{Exit, Failure};
 use super::job::Job;
 use super::outputs;
 use crate::formats::{Cells, Fields, write_vtu};
+use crate::mesh::TetMesh;
 use crate::mover::{Beyond, MISSED, Mover, Outcome};
+use crate::projection::crossing::crosses;
 use crate::quality::faults::{self, Cluster};
 use crate::report::StageName;
 
@@ -62,9 +64,11 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
         for &triangle in &outcome.pierced {
             *counts.entry(mesh.families[mesh.triangle_family[triangle as usize].index()].clone()).or_default() += 1;
         }
-        let corner = outcome.vertices[mesh.triangles[first as usize][0] as usize];
-        let [x, y, z] = corner.to_array().map(short);
-        faults.push(format!("the moved surface passes through itself ({}), first at ({x}, {y}, {z})", folds(&counts)));
+        faults.push(format!(
+            "the moved surface passes through itself ({}), first {}",
+            folds(&counts),
+            passage(mesh, &outcome.vertices, first)
+        ));
     }
     if !outcome.strayed.is_empty() {
         let strayed: Vec<_> = outcome.strayed.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
@@ -116,6 +120,31 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
     Failure::new(Exit::Inverted, message).with_hint(hint(job, outcome))
 }
 
+/// Where a surface passes through itself: at a triangle and the first one that crosses it, and how these stood before.
+fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
+    let of =
+        |vertices: &[DVec3], triangle: u32| mesh.triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
+    let middle = |[a, b, c]: [DVec3; 3]| (a + b + c) / 3.0;
+    let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+    let place = |triangle: u32| {
+        let [x, y, z] = middle(of(moved, triangle)).to_array().map(short);
+        let family = &mesh.families[mesh.triangle_family[triangle as usize].index()];
+        format!("`{family}` at ({x}, {y}, {z})")
+    };
+    let crossing = |other: &u32| crosses(moved, mesh.triangles[first as usize], mesh.triangles[*other as usize]);
+    let Some(other) = (0..mesh.triangles.len() as u32).find(crossing) else { return place(first) };
+    let [one, two] = [first, other].map(|triangle| of(&mesh.vertices, triangle));
+    // Triangles of one edge look nearly the same or nearly opposite ways: the surface is thin there.
+    let angle = normal(one).angle_between(normal(two)).to_degrees();
+    format!(
+        "{} with {}, which were {} apart before, their planes at {:.0} degrees",
+        place(first),
+        place(other),
+        short(middle(one).distance(middle(two))),
+        angle.min(180.0 - angle)
+    )
+}
+
 fn places(n: usize) -> String {
     if n == 1 { "in one place".to_owned() } else { format!("in {n} places") }
 }
@@ -139,8 +168,13 @@ fn hint(job: &Job, outcome: &Outcome) -> String {
             .to_owned();
     }
     if !outcome.pierced.is_empty() {
-        return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
-            .to_owned();
+        let suspect = match &outcome.nearest_to_refusal {
+            Some((wing, closeness)) => format!("; of the profiles of `{wing}` {closeness}"),
+            None => String::new(),
+        };
+        return format!(
+            "no volume fits a surface that passes through itself: correct its profiles or displacements first{suspect}"
+        );
     }
     if !outcome.parted.is_empty() {
         return "partners that a design prescribes must move alike: correct their displacements first".to_owned();

@@ -103,11 +103,13 @@ impl Mover {
     /// How true the moved wings are to their new profiles, by the name of the wing and of each of its families.
     ///
     /// - `missed`: the worst vertex of each profile, by wing
+    /// - `flat_cuts`: the wings whose new profiles were compared with flat cuts
     pub(super) fn profile_reports(
         &self,
         vertices: &[DVec3],
         design: &Design,
         missed: &BTreeMap<String, Vec<Missed>>,
+        flat_cuts: &[String],
     ) -> BTreeMap<String, ProfileReport> {
         let mut reports = BTreeMap::new();
         for (wing, families) in &self.wing_families {
@@ -125,6 +127,7 @@ impl Mover {
             let report = ProfileReport {
                 max_distance_to_new_profiles: furthest.as_ref().ok().copied(),
                 max_miss_of_vertices: share,
+                compared_with_flat_cuts: flat_cuts.contains(wing),
                 not_measured: match (&furthest, share) {
                     (Err(error), _) => Some(error.to_string()),
                     (_, None) => Some("no edge of the wing crosses the planes of its profiles".to_owned()),

@@ -32,6 +32,35 @@ const BLUNT: f64 = 2e-3;
 /// A new trailing edge is closed when it is thinner than this share of the old one.
 const CLOSED: f64 = 0.05;
 
+/// How near profiles come to being refused.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Closeness {
+    /// 0 far from it, 1 refused.
+    pub share: f64,
+    /// What comes nearest, in words.
+    pub what: String,
+}
+
+impl Closeness {
+    /// The nearer one to being refused.
+    pub fn max(self, other: Self) -> Self {
+        if other.share > self.share { other } else { self }
+    }
+
+    fn of_size(profile: i64, times: f64, of: &str) -> Self {
+        Self {
+            share: times.ln().abs() / SIZE.ln(),
+            what: format!("profile {profile} is {times:.2} times as long as {of} (refused beyond {SIZE})"),
+        }
+    }
+}
+
+impl std::fmt::Display for Closeness {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{}, {:.0} % of the way to being refused, is the most suspect", self.what, 100.0 * self.share)
+    }
+}
+
 /// Compares old profiles with the wing's own sections in their planes.
 ///
 /// - `positions`, `triangles`: the wing's vertices and triangles
@@ -42,16 +71,17 @@ pub(super) fn against_wing(
     span: &Span,
     positions: &[DVec3],
     triangles: &[[u32; 3]],
-) -> Result<Vec<Option<OwnSection>>, ProfileError> {
+) -> Result<(Vec<Option<OwnSection>>, Closeness), ProfileError> {
+    let mut closeness = Closeness::default();
     if triangles.is_empty() {
-        return Ok(vec![None; sections.len()]);
+        return Ok((vec![None; sections.len()], closeness));
     }
     let mut own = Vec::new();
     let mut why_not = None;
     for (section, plane) in sections.iter().zip(&span.planes) {
         match own_section(section.profile().number, plane, positions, triangles) {
             Ok(found) => {
-                compare(section, &found)?;
+                closeness = closeness.max(compare(section, &found)?);
                 own.push(Some(found));
             }
             Err(error) => {
@@ -72,7 +102,7 @@ pub(super) fn against_wing(
             return Err(error);
         }
     }
-    Ok(own)
+    Ok((own, closeness))
 }
 
 /// The wing's own section.
@@ -87,7 +117,7 @@ fn own_section(
     OwnSection::new(number, flat.points(), carried, plane)
 }
 
-fn compare(section: &OldSection, own: &OwnSection) -> Result<(), ProfileError> {
+fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileError> {
     let profile = section.profile().number;
     let length = own.carried.length();
     let times = section.length() / length;
@@ -106,7 +136,13 @@ fn compare(section: &OldSection, own: &OwnSection) -> Result<(), ProfileError> {
     if distance > OFF_WING * length {
         return Err(ProfileError::OffWing { profile, distance, share: distance / length });
     }
-    Ok(())
+    let share = distance / (OFF_WING * length);
+    let off = 100.0 * distance / length;
+    let what = format!(
+        "the old profile {profile} is {off:.2} % of its length off the wing (refused beyond {} %)",
+        100.0 * OFF_WING
+    );
+    Ok(Closeness { share, what }.max(Closeness::of_size(profile, times, "the wing's section there")))
 }
 
 /// Compares the sizes of old and new profiles with the same number: other units are found before anything else is.
@@ -133,19 +169,29 @@ fn of_size(new: &Profile, old: f64) -> Result<(), ProfileError> {
 ///
 /// - `new`: in the order of the sections
 /// - `wing`: extent of the wing
-pub(super) fn against_old(old: &[OldSection], new: &[&Profile], span: &Span, wing: f64) -> Result<(), ProfileError> {
+pub(super) fn against_old(
+    old: &[OldSection],
+    new: &[&Profile],
+    span: &Span,
+    wing: f64,
+) -> Result<Closeness, ProfileError> {
+    let mut closeness = Closeness::default();
     let mut middles = Vec::new();
     for (section, new) in old.iter().zip(new) {
         let profile = new.number;
         let plane = Plane::of_profile(new)?;
         of_size(new, section.length())?;
+        closeness = closeness.max(Closeness::of_size(profile, extent(&new.points) / section.length(), "the old one"));
         let points = new.distinct_points()?;
         let middle = points.iter().sum::<DVec3>() / points.len() as f64;
         middles.push(middle);
         let way = middle.distance(section.middle());
-        if way > FAR * wing.max(section.length()) {
+        let far = FAR * wing.max(section.length());
+        if way > far {
             return Err(ProfileError::FarAway { profile, distance: way, wing });
         }
+        let what = format!("profile {profile} lies {way:.4} away from the old one (refused beyond {far:.4})");
+        closeness = closeness.max(Closeness { share: way / far, what });
         if section.gap() > BLUNT * section.length() && !section.is_same(new) {
             let gap = Outline::new(new, &plane)?.gap();
             if gap < CLOSED * section.gap() {
@@ -161,5 +207,5 @@ pub(super) fn against_old(old: &[OldSection], new: &[&Profile], span: &Span, win
             }
         }
     }
-    Ok(())
+    Ok(closeness)
 }

@@ -33,7 +33,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::accuracy::{Carried, Missed, Watch};
-use super::checks;
+use super::checks::{self, Closeness};
 use super::curve::bracket;
 use super::locate::SectionGrid;
 use super::matching::OldSection;
@@ -78,6 +78,8 @@ pub struct WingLoft {
     /// Of each section the knots that count for the vertices of `watch`.
     watched: Vec<Vec<(usize, [f64; 4])>>,
     extent: f64,
+    /// How near the old profiles come to being refused.
+    closeness: Closeness,
 }
 
 /// What new profiles do to the wing.
@@ -93,6 +95,10 @@ pub struct WingMotion {
     pub sections: Vec<Profile>,
     /// Where the vertices beside the planes of the profiles, carried into them, are led: of each section.
     pub(super) carried: Vec<Vec<DVec3>>,
+    /// How near the profiles come to being refused.
+    pub closeness: Closeness,
+    /// Whether the new profiles were compared with flat cuts through the wing's facets.
+    pub flat_cuts: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -164,9 +170,9 @@ impl WingLoft {
         let (span, order) = Span::new(old, size)?;
         let pairs = order.iter().zip(&span.planes);
         let sections = pairs.map(|(&i, plane)| OldSection::new(&old[i], plane)).collect::<Result<Vec<_>, _>>()?;
-        let own = checks::against_wing(&sections, &span, positions, triangles)?;
+        let (own, closeness) = checks::against_wing(&sections, &span, positions, triangles)?;
         let compared: Vec<bool> = own.iter().map(Option::is_some).collect();
-        Self::of_sections(Forms::new(sections, own), &compared, span, surface)
+        Ok(Self { closeness, ..Self::of_sections(Forms::new(sections, own), &compared, span, surface)? })
     }
 
     fn of_sections(forms: Forms, compared: &[bool], span: Span, surface: &WingSurface) -> Result<Self, ProfileError> {
@@ -213,6 +219,7 @@ impl WingLoft {
             places,
             watch: Watch::default(),
             watched: Vec::new(),
+            closeness: Closeness::default(),
             extent,
         };
         let along = |place: usize| loft.place_slope(&loft.places[place]).normalize_or(loft.span.normal);
@@ -241,7 +248,8 @@ impl WingLoft {
     /// profiles that are no changed old ones, and those of profiles that are no plane curves.
     pub fn displacements(&self, new: &[Profile]) -> Result<WingMotion, ProfileError> {
         let new = self.paired(new)?;
-        checks::against_old(self.forms.given(), &new, &self.span, self.extent)?;
+        let closeness = checks::against_old(self.forms.given(), &new, &self.span, self.extent)?;
+        let closeness = self.closeness.clone().max(closeness);
         let mut normal = DVec3::ZERO;
         for (section, profile) in self.forms.given().iter().zip(&new) {
             normal += section.new_normal(profile)?;
@@ -282,7 +290,14 @@ impl WingLoft {
             };
             self.watch.of_section(k).iter().zip(watched).map(at).collect()
         });
-        Ok(WingMotion { displacement, generator, sections: sections.collect(), carried: carried.collect() })
+        Ok(WingMotion {
+            displacement,
+            generator,
+            sections: sections.collect(),
+            carried: carried.collect(),
+            closeness,
+            flat_cuts: flat,
+        })
     }
 
     /// Displacement and span-wise direction at a place.

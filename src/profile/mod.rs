@@ -42,7 +42,7 @@ mod trend;
 use glam::DVec3;
 
 pub use accuracy::Missed;
-pub use checks::compare_sizes;
+pub use checks::{Closeness, compare_sizes};
 pub use error::ProfileError;
 pub use interpolation::{WingLoft, WingMotion, WingSurface};
 pub use plane::Plane;

@@ -2,12 +2,15 @@
 
 use glam::DVec3;
 
-use super::cut::check;
-use super::{Plane, ProfileError};
+use super::cut::{check, cut};
+use super::{Plane, ProfileError, extent};
 
-/// The outermost planes stay this share of the span away from the wing's ends: at the root the wing is cut obliquely by
-/// the fuselage, at the tip it may be rounded, and a plane there cuts no whole section.
-const MARGIN: f64 = 0.1;
+/// The outermost planes stand this share of the span away from the wing's ends, or the first of these at which there is a full
+/// section: at the root the wing may be cut obliquely by the fuselage, at the tip it may be rounded.
+const MARGINS: [f64; 9] = [0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1];
+
+/// A full section has at least this share of the length that the sections farther inside lead to expect.
+const FULL: f64 = 0.97;
 
 /// The axis the wing spans, as a unit vector: y or z, whichever it is longer along (x is downstream, and a swept wing
 /// may be longer along x than along its span).
@@ -19,8 +22,8 @@ pub fn span_axis(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<DVec3, Pr
     Ok(if high.z - low.z > high.y - low.y { DVec3::Z } else { DVec3::Y })
 }
 
-/// `count` planes across the wing's span at equal distances, the first and the last a tenth of the span from its ends;
-/// a single one stands in the middle.
+/// `count` planes across the wing's span at equal distances, the first and the last as near to its ends as there are full
+/// sections, at most a tenth of the span away; a single one stands in the middle.
 ///
 /// # Errors
 /// [`ProfileError::Triangle`], and [`ProfileError::NoProfiles`] for a count of zero.
@@ -30,12 +33,22 @@ pub fn evenly(vertices: &[DVec3], triangles: &[[u32; 3]], count: usize) -> Resul
     }
     let normal = span_axis(vertices, triangles)?;
     let (low, high) = bounds(vertices, triangles)?;
-    let plane = |k: usize| {
-        let share = if count == 1 { 0.5 } else { k as f64 / (count - 1) as f64 };
-        let share = MARGIN + (1.0 - 2.0 * MARGIN) * share;
-        Plane { point: normal * normal.dot(low.lerp(high, share)), normal }
+    let plane = |share: f64| Plane { point: normal * normal.dot(low.lerp(high, share)), normal };
+    if count == 1 {
+        return Ok(vec![plane(0.5)]);
+    }
+    let length = |share: f64| cut(vertices, triangles, &plane(share)).ok().map(|section| extent(&section));
+    let margin = |at: &dyn Fn(f64) -> f64| {
+        let last = MARGINS[MARGINS.len() - 1];
+        let Some((near, far)) = length(at(last)).zip(length(at(2.0 * last))) else { return last };
+        let full = |margin: &f64| {
+            let expected = near + (near - far) * (last - margin) / last;
+            length(at(*margin)).is_some_and(|length| length >= FULL * expected)
+        };
+        MARGINS.into_iter().find(full).unwrap_or(last)
     };
-    Ok((0..count).map(plane).collect())
+    let (first, last) = (margin(&|share| share), 1.0 - margin(&|share| 1.0 - share));
+    Ok((0..count).map(|k| plane(first + (last - first) * k as f64 / (count - 1) as f64)).collect())
 }
 
 /// The plane named by a text such as `y=1.5`.

@@ -107,6 +107,17 @@ impl Crossings {
     }
 }
 
+/// Whether an edge of one of two triangles passes through the other one, as for [`Crossings`].
+///
+/// - `vertices` `[n_vertices]`
+pub fn crosses(vertices: &[DVec3], a: [u32; 3], b: [u32; 3]) -> bool {
+    let corners = |triangle: [u32; 3]| triangle.map(|vertex| vertices[vertex as usize]);
+    let (of_a, of_b) = (corners(a), corners(b));
+    a.iter().filter(|vertex| b.contains(vertex)).count() <= 1
+        && (Heights::new(&of_a, &of_b).passes(a, &of_a, b, &of_b)
+            || Heights::new(&of_b, &of_a).passes(b, &of_b, a, &of_a))
+}
+
 /// The corners of a triangle above the plane of another one.
 struct Heights {
     /// Of each corner, times the length of `normal`.

@@ -172,6 +172,10 @@ pub struct HeldBack {
     pub max_distance: f64,
 }
 
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
@@ -185,6 +189,10 @@ pub struct ProfileReport {
     /// How much farther the wing's vertices beside these planes lie from the new profiles than they lay from the old ones, at
     /// most, as share of the profile's length (about its chord).
     pub max_miss_of_vertices: Option<f64>,
+    /// Whether the new profiles were compared with flat cuts through the wing's facets, because the old ones are such cuts or
+    /// the new ones continue them; else they are compared with the sections that the vertices say, or with other old ones.
+    #[serde(skip_serializing_if = "is_false")]
+    pub compared_with_flat_cuts: bool,
     /// Why one of them could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_measured: Option<String>,

@@ -18,7 +18,7 @@ use super::{Families, Motion, Owner, SetUp, SetupError, Wanted, patch::Patch};
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
-    profile::{Missed, Plane, Profile, ProfileError, WingLoft, WingMotion, WingSurface},
+    profile::{Closeness, Missed, Plane, Profile, ProfileError, WingLoft, WingMotion, WingSurface},
     relaxation::{Accuracy, Convergence},
 };
 
@@ -237,6 +237,18 @@ impl Wings {
             }
         }
         Ok(convergence)
+    }
+
+    /// The wing whose profiles come nearest to being refused.
+    pub fn nearest_to_refusal(&self, motions: &[WingMotion]) -> Option<(String, Closeness)> {
+        let all = self.wings.iter().zip(motions).map(|(wing, motion)| (wing.name.clone(), motion.closeness.clone()));
+        all.max_by(|a, b| a.1.share.total_cmp(&b.1.share))
+    }
+
+    /// The wings whose new profiles were compared with flat cuts.
+    pub fn flat_cuts(&self, motions: &[WingMotion]) -> Vec<String> {
+        let flat = self.wings.iter().zip(motions).filter(|(_, motion)| motion.flat_cuts);
+        flat.map(|(wing, _)| wing.name.clone()).collect()
     }
 
     /// The vertices beside the planes of the profiles.

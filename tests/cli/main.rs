@@ -10,4 +10,5 @@ mod memory;
 mod refine;
 mod refusals;
 mod results;
+mod shape;
 mod wing_box;
