@@ -8,11 +8,13 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use super::distance::distance;
 use super::interpolation::{WingMotion, WingSurface};
 use super::matching::OldSection;
 use super::span::Span;
-use super::{Plane, ProfileError};
+use super::{Plane, Profile, ProfileError, extent};
 
 /// Where another body cuts the wing's section short, the vertices beside a plane lie within this share of the old profile's length from it. Carried there along straight lines
 /// they may be a little off it where the wing turns, and off a profile of few points.
@@ -119,26 +121,38 @@ impl Watch {
     pub fn missed(
         &self,
         motion: &WingMotion,
-        positions: impl Fn(usize) -> DVec3,
+        positions: impl Fn(usize) -> DVec3 + Sync,
         moved: &[DVec3],
     ) -> Result<Vec<Missed>, ProfileError> {
-        let mut all = Vec::new();
-        for ((new, watched), carried) in motion.sections.iter().zip(&self.sections).zip(&motion.carried) {
-            let section = OldSection::new(new, &Plane::of_profile(new)?)?;
-            let worst = watched.vertices.iter().zip(carried).map(|(&Carried { vertex, .. }, &carried)| {
+        let sections: Vec<_> = motion.sections.iter().zip(&self.sections).zip(&motion.carried).collect();
+        let worst = |((new, watched), carried): ((&Profile, &Watched), &Vec<DVec3>)| {
+            let lines = new.distinct_points()?;
+            let length = extent(&lines);
+            let mut curve: Option<OldSection> = None;
+            let mut worst: Option<Missed> = None;
+            for (&Carried { vertex, .. }, &carried) in watched.vertices.iter().zip(carried) {
                 // What later stages made of the vertex, or what held it back, counts as much in the plane.
                 let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
-                let distance = section.distance(at).min(section.distance_to_lines(at));
-                let share = (distance - watched.old) / section.length();
-                Missed {
-                    profile: new.number,
-                    share: if share.is_nan() { f64::INFINITY } else { share.max(0.0) },
-                    vertex,
+                let mut distance = distance(at, &lines);
+                let limit = watched.old + length * worst.map_or(0.0, |worst| worst.share);
+                // The curve may be nearer than the lines between its points. Only then is it looked at: it is followed in small
+                // steps.
+                if distance > limit {
+                    let curve = match &mut curve {
+                        Some(curve) => curve,
+                        none => none.insert(OldSection::new(new, &Plane::of_profile(new)?)?),
+                    };
+                    distance = distance.min(curve.distance(at));
                 }
-            });
-            all.extend(worst.max_by(|a, b| a.share.total_cmp(&b.share)));
-        }
-        Ok(all)
+                let share = (distance - watched.old) / length;
+                let share = if share.is_nan() { f64::INFINITY } else { share.max(0.0) };
+                if worst.is_none_or(|worst| share > worst.share) {
+                    worst = Some(Missed { profile: new.number, share, vertex });
+                }
+            }
+            Ok(worst)
+        };
+        sections.into_par_iter().map(worst).filter_map(Result::transpose).collect()
     }
 }
 

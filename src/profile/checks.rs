@@ -2,6 +2,7 @@
 //! old ones.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::curve::Outline;
 use super::cut::flat_section;
@@ -78,8 +79,11 @@ pub(super) fn against_wing(
     }
     let mut own = Vec::new();
     let mut why_not = None;
-    for (section, plane) in sections.iter().zip(&span.planes) {
-        match own_section(section.profile().number, plane, positions, triangles) {
+    let pairs = sections.par_iter().zip(&span.planes);
+    let found: Vec<_> =
+        pairs.map(|(section, plane)| own_section(section.profile().number, plane, positions, triangles)).collect();
+    for (section, found) in sections.iter().zip(found) {
+        match found {
             Ok(found) => {
                 closeness = closeness.max(compare(section, &found)?);
                 own.push(Some(found));

@@ -7,6 +7,7 @@
 //! these. Old profiles that are flat cuts themselves are compared as they are given.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::matching::OldSection;
 use super::{Plane, Profile, ProfileError};
@@ -106,7 +107,7 @@ impl Forms {
     /// - `new`: in the order of the sections
     pub fn changes(&self, new: &[&Profile]) -> Result<Changes<'_>, ProfileError> {
         let changes = |form: &'_ [OldSection]| -> Result<Vec<Vec<DVec3>>, ProfileError> {
-            form.iter().zip(new).map(|(old, new)| old.displacements(new)).collect()
+            form.par_iter().zip(new).map(|(old, new)| old.displacements(new)).collect()
         };
         let of = |form, flat| Ok(Changes { form, knots: changes(form)?, flat });
         let Some(flat) = &self.flat else { return of(&self.smooth, false) };

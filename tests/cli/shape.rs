@@ -265,7 +265,8 @@ fn sections_that_are_not_the_wings_are_refused() {
     wing.sections("old.csv", &of(&|at| at + 0.25 * DVec3::X));
     wing.refuses(both, &["profile 0", "24.8 % of the chord"]);
     wing.sections("old.csv", &of(&|at| at / 1000.0));
-    wing.refuses(both, &["smaller than", "another unit of length"]);
+    wing.sections("new.csv", &of(&|at| at / 1000.0));
+    wing.refuses(both, &["times smaller than the wing", "another unit of length"]);
 
     wing.sections("old.csv", &good);
     wing.sections("new.csv", &of(&|at| DVec3::new(1000.0 * at.x, at.y, 1000.0 * at.z)));
