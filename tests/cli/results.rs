@@ -230,7 +230,7 @@ fn a_wing_pushed_through_itself_is_told() {
     assert_eq!(output.status.code(), Some(5), "{errors}");
     for words in [
         &format!("passes through itself (wing {pierced})"),
-        "first at (1",
+        "first `wing` at (1",
         "moved.invalid.msh, moved.inverted.vtu",
         "hint: ",
     ] {
