@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::curve::Curve;
 use super::distance::distance;
 use super::interpolation::{WingMotion, WingSurface};
 use super::matching::OldSection;
@@ -19,6 +20,10 @@ use super::{Plane, Profile, ProfileError, extent};
 /// Where another body cuts the wing's section short, the vertices beside a plane lie within this share of the old profile's length from it. Carried there along straight lines
 /// they may be a little off it where the wing turns, and off a profile of few points.
 const OFF_WING: f64 = 0.03;
+
+/// The half that is a mirror image lies from an old profile no more than this share of its length farther than the profile's own
+/// half.
+const OFF_MIRROR: f64 = 0.01;
 
 /// A direction that rises by less than this share of its length does not lead into the plane.
 const GRAZING: f64 = 0.1;
@@ -65,7 +70,7 @@ impl Watch {
     /// - `along`: unit span-wise direction of the undeformed wing at a vertex
     ///
     /// # Errors
-    /// [`ProfileError::OffWing`]: the vertices beside a plane are far off its old profile.
+    /// [`ProfileError::OffWing`], [`ProfileError::OffMirror`]: the vertices beside a plane are far off its old profile.
     pub fn new(
         span: &Span,
         sections: &[OldSection],
@@ -75,19 +80,20 @@ impl Watch {
     ) -> Result<Self, ProfileError> {
         let watched = |((plane, section), compared): ((&Plane, &OldSection), &bool)| {
             let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
-            let crossing = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-            let crossing = crossing.filter(|edge| {
-                let [a, b] = edge.map(|end| heights[end as usize]);
-                a * b < 0.0
-            });
-            let vertices: BTreeSet<u32> = crossing.flatten().collect();
-            let vertices: Vec<Carried> = vertices
-                .into_iter()
-                .map(|vertex| {
+            let beside = |triangles: &[[u32; 3]]| -> Vec<Carried> {
+                let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+                let crossing = edges.filter(|edge| {
+                    let [a, b] = edge.map(|end| heights[end as usize]);
+                    a * b < 0.0
+                });
+                let vertices: BTreeSet<u32> = crossing.flatten().collect();
+                let carried = |vertex: u32| {
                     let vertex = vertex as usize;
                     Carried { vertex, at: into(plane, surface.positions[vertex], along(vertex)) }
-                })
-                .collect();
+                };
+                vertices.into_iter().map(carried).collect()
+            };
+            let mut vertices = beside(surface.triangles);
             // Whether a profile of few points means a smooth curve or straight lines nobody says: a vertex lay as far off as
             // the farther of them, and will lie as far off as the nearer one.
             let both = |carried: &Carried| (section.distance(carried.at), section.distance_to_lines(carried.at));
@@ -100,6 +106,13 @@ impl Watch {
                 let (profile, share) = (section.profile().number, distance / section.length());
                 return Err(ProfileError::OffWing { profile, distance, share });
             }
+            let mirrored = beside(surface.mirrored);
+            let off = mirrored.iter().map(both).map(|(to_curve, to_lines)| to_curve.min(to_lines)).fold(0.0, f64::max);
+            let missing = mirrored.is_empty() && !surface.mirrored.is_empty() && !vertices.is_empty();
+            if missing || off > distance + OFF_MIRROR * section.length() {
+                return Err(ProfileError::OffMirror { profile: section.profile().number, distance: off });
+            }
+            vertices.extend(mirrored);
             Ok(Watched { vertices, old })
         };
         Ok(Self { sections: span.planes.iter().zip(sections).zip(compared).map(watched).collect::<Result<_, _>>()? })
@@ -128,7 +141,7 @@ impl Watch {
         let worst = |((new, watched), carried): ((&Profile, &Watched), &Vec<DVec3>)| {
             let lines = new.distinct_points()?;
             let length = extent(&lines);
-            let mut curve: Option<OldSection> = None;
+            let mut curve: Option<Vec<DVec3>> = None;
             let mut worst: Option<Missed> = None;
             for (&Carried { vertex, .. }, &carried) in watched.vertices.iter().zip(carried) {
                 // What later stages made of the vertex, or what held it back, counts as much in the plane.
@@ -140,9 +153,9 @@ impl Watch {
                 if distance > limit {
                     let curve = match &mut curve {
                         Some(curve) => curve,
-                        none => none.insert(OldSection::new(new, &Plane::of_profile(new)?)?),
+                        none => none.insert(Curve::new(&lines).path),
                     };
-                    distance = distance.min(curve.distance(at));
+                    distance = distance.min(super::distance::distance(at, curve));
                 }
                 let share = (distance - watched.old) / length;
                 let share = if share.is_nan() { f64::INFINITY } else { share.max(0.0) };

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::curve::Outline;
 use super::cut::flat_section;
 use super::distance::distance;
+use super::interpolation::WingSurface;
 use super::matching::OldSection;
 use super::section::OwnSection;
 use super::span::Span;
@@ -15,9 +16,24 @@ use super::{Plane, Profile, ProfileError, carry, extent};
 /// An old profile lies within this share of its length from the wing's section in its plane.
 const OFF_WING: f64 = 0.01;
 
+/// The end of a wing beside a profile: vertices within this share of its length from the nearest one to its plane. They lie
+/// within this other share from the straight loft between the profiles, which does not know of kinks.
+const AT_END: f64 = 0.1;
+const OFF_END: f64 = 0.05;
+
+/// Cosine of the angle to the plane's normal, 75 degrees, up to which a vertex looks along the span: it is of a cap, or of its
+/// rim.
+const CAP: f64 = 0.26;
+
+/// A section's plane turns by less than this, as cosine: 75 degrees.
+const TURNED: f64 = 0.26;
+
+/// A curve round a section is at most this many times as long as the section: a circle is pi times as long.
+const ROUND: f64 = 3.3;
+
 /// Profiles of one section differ in length by less than this factor: inverse design does not change the chord that much, and
 /// units of length are farther apart.
-const SIZE: f64 = 3.0;
+const SIZE: f64 = 2.5;
 
 /// A wing is up to so many times longer across its span than a section: by its sweep, and with all its sections.
 const WING_SIZE: f64 = 30.0;
@@ -109,6 +125,39 @@ pub(super) fn against_wing(
     Ok((own, closeness))
 }
 
+/// Refuses an old profile whose plane misses the wing and that no straight loft to the profile beside it can bring onto the
+/// wing's end.
+///
+/// - `compared`: whether a section was compared with the wing's own
+/// - `off` `[n_positions]`: distance of the wing's vertices from the section between the profiles
+pub(super) fn beside_wing(
+    sections: &[OldSection],
+    compared: &[bool],
+    span: &Span,
+    surface: &WingSurface,
+    off: &[f64],
+) -> Result<(), ProfileError> {
+    let alone = sections.iter().zip(&span.planes).zip(compared).filter(|(_, compared)| !**compared);
+    for ((section, plane), _) in alone {
+        let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
+        let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+        if surface.triangles.is_empty() || low < 0.0 && high > 0.0 {
+            continue;
+        }
+        let nearest = low.abs().min(high.abs());
+        // A cap that closes the wing there lies inside the section.
+        let is_cap = surface.normals.iter().map(|outward| outward.dot(plane.normal).abs() > CAP);
+        let at_end = heights.iter().map(|height| height.abs() <= nearest + AT_END * section.length());
+        let at_end = at_end.zip(is_cap).map(|(at_end, is_cap)| at_end && !is_cap);
+        let distance = at_end.zip(off).filter(|(at_end, _)| *at_end).map(|(_, &off)| off).fold(0.0, f64::max);
+        if distance > OFF_END * section.length() {
+            let (profile, share) = (section.profile().number, distance / section.length());
+            return Err(ProfileError::OffWing { profile, distance, share });
+        }
+    }
+    Ok(())
+}
+
 /// The wing's own section.
 fn own_section(
     number: i64,
@@ -156,6 +205,10 @@ fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileE
 pub fn compare_sizes(old: &[Profile], new: &[Profile]) -> Result<(), ProfileError> {
     for new in new {
         let Some(old) = old.iter().find(|old| old.number == new.number) else { continue };
+        // What is no profile at all is told elsewhere.
+        if new.distinct_points().is_err() {
+            continue;
+        }
         of_size(new, extent(&old.points))?;
     }
     Ok(())
@@ -185,6 +238,13 @@ pub(super) fn against_old(
         let profile = new.number;
         let plane = Plane::of_profile(new)?;
         of_size(new, section.length())?;
+        if plane.normal.dot(section.plane().normal).abs() < TURNED {
+            return Err(ProfileError::Turned { profile });
+        }
+        let around: f64 = new.points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+        if around > ROUND * extent(&new.points) {
+            return Err(ProfileError::NotInOrder { profile, at: new.points[0] });
+        }
         closeness = closeness.max(Closeness::of_size(profile, extent(&new.points) / section.length(), "the old one"));
         let points = new.distinct_points()?;
         let middle = points.iter().sum::<DVec3>() / points.len() as f64;

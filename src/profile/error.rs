@@ -112,6 +112,35 @@ pub enum ProfileError {
         /// What it is compared with.
         of: &'static str,
     },
+    /// Beyond the mirror plane the wing is no mirror image.
+    #[error(
+        "profile {profile}: beyond the mirror plane the wing lies {distance:.4} off the profile's mirror image, or is not there: \
+         another mirror plane, or a wing that is not symmetric?"
+    )]
+    OffMirror {
+        /// Number of the profile.
+        profile: i64,
+        /// Largest distance, in the unit of the mesh.
+        distance: f64,
+    },
+    /// A new profile lies in a plane across the old one's.
+    #[error(
+        "profile {profile}: the new profile's plane stands across the old one's, expected about the same: other axes?"
+    )]
+    Turned {
+        /// Number of the profile.
+        profile: i64,
+    },
+    /// A profile has more points than any section needs.
+    #[error("profile {profile} has {points} points, expected at most {most}")]
+    TooManyPoints {
+        /// Number of the profile.
+        profile: i64,
+        /// How many it has.
+        points: usize,
+        /// How many are taken.
+        most: usize,
+    },
     /// A new profile is nowhere near the wing.
     #[error(
         "profile {profile} lies {distance:.4} away from the old one, the whole wing measures {wing:.4}: profiles of another \

@@ -35,7 +35,7 @@ use rayon::prelude::*;
 use super::accuracy::{Carried, Missed, Watch};
 use super::checks::{self, Closeness};
 use super::curve::bracket;
-use super::locate::SectionGrid;
+use super::locate::{SectionGrid, point};
 use super::matching::OldSection;
 use super::section::{Changes, Forms};
 use super::span::{Span, SpanWeights};
@@ -43,7 +43,7 @@ use super::trend::{Trend, TrendMap};
 use super::{Profile, ProfileError, extent};
 
 /// Greatest distance from the straight way between two neighbouring sections' displacements, as share of the largest
-/// difference between the sections that count there.
+/// displacement of the sections that count there, or of the largest difference between these if that is less.
 pub const OVERSHOOT: f64 = 0.1;
 
 /// A wing's surface: what profiles are interpolated over.
@@ -56,6 +56,9 @@ pub struct WingSurface<'a> {
     /// Its triangles, as places in `positions`, any orientation. Old profiles are checked against them; without any they
     /// are taken as they are.
     pub triangles: &'a [[u32; 3]],
+    /// Triangles of a half that is the mirror image of the other one and stands folded onto it: no sections are cut from them,
+    /// but they too must have the profiles, before and after.
+    pub mirrored: &'a [[u32; 3]],
 }
 
 /// Everything about a wing and its old profiles that new profiles do not change. Made once per mesh.
@@ -161,7 +164,7 @@ impl WingLoft {
     /// [`ProfileError::Lengths`], [`ProfileError::OffWing`] and [`ProfileError::Size`] for old profiles that are not this
     /// wing's, and those of profiles that are no plane curves (see [`super::Plane::of_profile`]).
     pub fn new(old: &[Profile], surface: &WingSurface) -> Result<Self, ProfileError> {
-        let WingSurface { positions, normals, triangles } = *surface;
+        let WingSurface { positions, normals, triangles, .. } = *surface;
         if positions.len() != normals.len() {
             return Err(ProfileError::Lengths { positions: positions.len(), normals: normals.len() });
         }
@@ -191,7 +194,7 @@ impl WingLoft {
         let flat_trend = forms.flat.as_ref().map(|flat| Trend::new(flat.iter(), &span));
 
         let points = surface.positions.par_iter().zip(surface.normals);
-        let places: Vec<Place> = points
+        let (places, off): (Vec<Place>, Vec<f64>) = points
             .map(|(&position, &outward)| {
                 let (eta, interval) = span.coordinate(position);
                 let at = span.place(eta, interval);
@@ -204,9 +207,12 @@ impl WingLoft {
                         section.checked_sub(at.first).map_or(0.0, |i| at.slope.get(i).copied().unwrap_or(0.0));
                     Share { knot: knot as u32, knots, weight: change.weight[i], slope: change.slope[i], place_slope }
                 });
-                Place { position, eta, shares: shares.collect(), lower: (change.lower, change.share) }
+                let section = (0..at.count).map(|i| point(&sections[at.first + i], tau) * at.weight[i]).sum::<DVec3>();
+                let place = Place { position, eta, shares: shares.collect(), lower: (change.lower, change.share) };
+                (place, section.distance(position))
             })
-            .collect();
+            .unzip();
+        checks::beside_wing(sections, compared, &span, surface, &off)?;
         let extent = extent(surface.positions);
         let mut loft = Self {
             span,
@@ -414,7 +420,8 @@ impl WingLoft {
 /// - `whole`: displacement of each section that counts
 fn limited(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> DVec3 {
     let pairs = whole.iter().enumerate().flat_map(|(i, &a)| whole[..i].iter().map(move |&b| a.distance(b)));
-    let allowed = OVERSHOOT * pairs.fold(0.0, f64::max);
+    let largest = whole.iter().map(|whole| whole.length()).fold(0.0, f64::max);
+    let allowed = OVERSHOOT * largest.min(pairs.fold(0.0, f64::max));
     let (from, to) = (whole[lower], whole[lower + 1]);
     let on_way = from.lerp(to, t);
     let off = |share: f64| super::distance::distance(on_way + bow * share, &[from, to]);

@@ -64,7 +64,8 @@ impl SectionGrid {
     }
 }
 
-fn point(section: &OldSection, tau: f64) -> DVec3 {
+/// The point of a section at a parameter.
+pub(super) fn point(section: &OldSection, tau: f64) -> DVec3 {
     match &section.measured_base {
         Some(base) if tau > 2.0 => base.point(tau),
         None if tau > 2.0 => section.measured.point(2.0).lerp(section.measured.point(0.0), tau - 2.0),

@@ -158,6 +158,11 @@ impl OldSection {
         &self.profile
     }
 
+    /// The plane of the section.
+    pub fn plane(&self) -> &Plane {
+        &self.plane
+    }
+
     /// Extent of the section, in the unit of the mesh: about its chord.
     pub fn length(&self) -> f64 {
         extent(&self.profile.points)

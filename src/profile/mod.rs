@@ -67,6 +67,10 @@ impl Profile {
         if let Some(point) = self.points.iter().position(|p| !p.is_finite() || p.abs().max_element() > LARGEST) {
             return Err(ProfileError::NotFinite { profile: self.number, point, position: self.points[point] });
         }
+        if self.points.len() > MOST_POINTS {
+            let points = self.points.len();
+            return Err(ProfileError::TooManyPoints { profile: self.number, points, most: MOST_POINTS });
+        }
         let mut points = self.points.clone();
         points.dedup();
         let closing = usize::from(points.len() > 1 && points.first() == points.last());
@@ -76,6 +80,9 @@ impl Profile {
         Ok(points)
     }
 }
+
+/// More points than this are no section: matching them takes the square of their number.
+const MOST_POINTS: usize = 20_000;
 
 /// Coordinates beyond this count as infinite: their squares would be.
 const LARGEST: f64 = 1e100;

@@ -27,8 +27,8 @@ const STRIP: f64 = 0.25;
 
 /// A wing reaches at most this share of the span that its sections cover beyond them.
 const REACH: f64 = 0.5;
-/// Digits of files: a reach this much farther is no farther.
-const ROUNDING: f64 = 1e-6;
+/// A wing reaches this much farther by noise of its ends, such as those of a plane that is not quite flat.
+const SLACK: f64 = 0.01;
 
 /// Vertices nearer to the mirror plane than this share of the wing's extent stand in it.
 const ON_MIRROR: f64 = 1e-9;
@@ -296,16 +296,21 @@ impl Wing {
         let mut positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
         let mut normals = normals(&positions, &triangles);
         let mirror = wing.mirror.map(|plane| Mirror::new(plane, &wing.old, &positions)).transpose().map_err(about)?;
+        let mut mirrored = Vec::new();
         if let Some(mirror) = &mirror {
-            triangles.retain(|corners| corners.iter().all(|&corner| mirror.side[corner as usize] != Side::Beyond));
+            let has = |corners: &[u32; 3], side| corners.iter().any(|&corner| mirror.side[corner as usize] == side);
+            (mirrored, triangles) = triangles.into_iter().partition(|corners| has(corners, Side::Beyond));
+            // What reaches across the plane is of neither half.
+            mirrored.retain(|corners| !has(corners, Side::OfSections));
             for place in 0..vertices.len() {
                 positions[place] = mirror.fold(place, positions[place]);
                 normals[place] = mirror.reflect(place, normals[place]);
             }
         }
-        let of_wing = WingSurface { positions: &positions, normals: &normals, triangles: &triangles };
+        let of_wing =
+            WingSurface { positions: &positions, normals: &normals, triangles: &triangles, mirrored: &mirrored };
         let loft = WingLoft::new(&wing.old, &of_wing).map_err(about)?;
-        if let Some(reach) = loft.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + ROUNDING)) {
+        if let Some(reach) = loft.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + SLACK)) {
             return Err(SetupError::Reach { wing: wing.name.clone(), reach, mirrored: mirror.is_some() });
         }
         let junction: Vec<usize> = (0..vertices.len())

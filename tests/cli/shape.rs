@@ -229,6 +229,9 @@ fn the_other_half_is_a_mirror_image_where_the_case_says_so() {
         assert!(to.distance(expected) < 1e-10, "{from}: {to} {expected}");
     }
     wing.refuses(&format!("{table}mirror = \"y=1.0\"\n"), &["across the mirror plane"]);
+    // Mirrored at this plane the sections are not those of the other half, which is swept by its place alone.
+    let tilted = "mirror = { point = [0, 0, 0], normal = [0, 1, 0.5] }\n";
+    wing.refuses(&format!("{table}{tilted}"), &["off the profile's mirror image"]);
 }
 
 /// One wing in an upper and a lower family, whose tables name the same files, or that one table names.
@@ -281,6 +284,21 @@ fn sections_that_are_not_the_wings_are_refused() {
     wing.refuses(both, &["not in order along the curve"]);
     wing.sections("new.csv", &good.clone().map(|points| points[160..].to_vec()));
     wing.refuses(both, &["short of the trailing edge"]);
+
+    let twice = good.clone().map(|points| points.iter().chain(&points[1..]).copied().collect());
+    wing.sections("new.csv", &twice);
+    wing.refuses(both, &["not in order along the curve"]);
+    wing.sections("new.csv", &of(&|at| DVec3::new(at.x, at.z, at.y)));
+    wing.refuses(both, &["stands across the old one's"]);
+    let few = "profile,x,y,z\n0,1,0.5,0\n0,0,0.5,0\n1,1,1.5,0\n1,0,1.5,0\n";
+    fs::write(wing.folder.path().join("new.csv"), few).unwrap();
+    wing.refuses(both, &["2 different points"]);
+    // Outboard of the tip stands the section of another wing: the loft to it leaves this one.
+    wing.sections("old.csv", &[good[0].clone(), airfoil(2.2, 0.0, |at| at + 0.3 * DVec3::X)]);
+    wing.sections("new.csv", &[good[0].clone(), thicker(2.2, 1.0)]);
+    wing.refuses(both, &["profile 1", "of the chord, expected the section of this wing"]);
+    wing.sections("old.csv", &[good[0].clone(), thicker(2.2, 1.0)]);
+    assert_good(&wing.run(both));
 
     let blunt = Wing::new("blunt6.msh.gz");
     blunt.sections("new.csv", &good);

@@ -93,7 +93,7 @@ impl Surface {
     }
 
     pub fn wing_surface(&self) -> WingSurface<'_> {
-        WingSurface { positions: &self.vertices, normals: &self.normals, triangles: &self.triangles }
+        WingSurface { positions: &self.vertices, normals: &self.normals, triangles: &self.triangles, mirrored: &[] }
     }
 
     pub fn loft(&self, old: &[Profile]) -> WingLoft {
