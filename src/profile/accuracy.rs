@@ -98,7 +98,7 @@ impl Watch {
             // the farther of them, and will lie as far off as the nearer one.
             let both = |carried: &Carried| (section.distance(carried.at), section.distance_to_lines(carried.at));
             let (mut old, mut distance): (f64, f64) = (0.0, 0.0);
-            for (to_curve, to_lines) in vertices.iter().map(both) {
+            for (to_curve, to_lines) in vertices.par_iter().map(both).collect::<Vec<_>>() {
                 old = old.max(to_curve).max(to_lines);
                 distance = distance.max(to_curve.min(to_lines));
             }

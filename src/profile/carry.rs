@@ -34,6 +34,9 @@ const NEARER: [f64; 4] = [1.0, 0.75, 0.5, 0.34];
 /// both are alike, and rounding must not decide.
 const SMOOTHER: f64 = 0.9;
 
+/// A section that turns by more than this many times what the flat one does may do better with bent lines.
+const ROUGH: f64 = 1.05;
+
 /// A section that turns by more than this many times what the flat one does was carried along no wing.
 const ROUGHER: f64 = 1.2;
 
@@ -77,8 +80,8 @@ pub(super) fn carried(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane,
         return flat.points();
     }
     let own = strips.iter().position(|strip| strip.plane.point == plane.point).unwrap_or(0);
-    let lines: &[Lines] = if strips.len() == 3 { &[Lines::Straight, Lines::Bent] } else { &[Lines::Straight] };
-    let carried = lines.iter().map(|&lines| {
+    let flat = flat.points();
+    let along = |lines| {
         let mut strips = strips.clone();
         for _ in 0..TURNS {
             let carried: Vec<Vec<DVec3>> = (0..strips.len()).map(|i| strips[i].carry(&strips, i, lines)).collect();
@@ -87,18 +90,17 @@ pub(super) fn carried(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane,
             }
         }
         strips.swap_remove(own).points
-    });
-    let mut carried = carried.collect::<Vec<_>>().into_iter();
-    let smoothest = carried.next().map(|straight| {
-        let clearly = |bent: &Vec<DVec3>| turning(bent) < SMOOTHER * turning(&straight);
-        carried.next().filter(clearly).unwrap_or(straight)
-    });
-    let flat = flat.points();
+    };
+    let mut carried = along(Lines::Straight);
+    if strips.len() == 3 && turning(&carried) > ROUGH * turning(&flat) {
+        let bent = along(Lines::Bent);
+        carried = if turning(&bent) < SMOOTHER * turning(&carried) { bent } else { carried };
+    }
     let found = |carried: &Vec<DVec3>| {
         let off = carried.iter().map(|&point| distance(point, &flat)).fold(0.0, f64::max);
         (FLAT * length..LOST * length).contains(&off) && turning(carried) <= ROUGHER * turning(&flat)
     };
-    smoothest.filter(found).unwrap_or(flat)
+    if found(&carried) { carried } else { flat }
 }
 
 /// How the wing's span-wise lines run near the plane. A wing with a kink there has straight lines on both sides, one that is

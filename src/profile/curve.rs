@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::cut::{short_end, twice_area};
-use super::distance::nearest_on_segment;
+use super::distance::{distance, nearest_on_segment};
 use super::edges::trailing_edge;
 use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
@@ -148,6 +148,22 @@ impl Curve {
         }
         path.extend(at.last());
         Self { knots, knot_step, path }
+    }
+
+    /// Distance of a point from the curve.
+    pub fn distance(&self, point: DVec3) -> f64 {
+        let pieces = || self.knot_step.windows(2).map(|ends| (ends[0], ends[1]));
+        let chord = |(from, to): (usize, usize)| {
+            let (from, to) = (self.path[from], self.path[to]);
+            // A cubic with tangents of up to 1.5 chords leaves the chord by less than half of it.
+            (nearest_on_segment(point, from, to).0.distance(point), 0.5 * from.distance(to))
+        };
+        let within = pieces().map(chord).map(|(chord, off)| chord + off).fold(f64::INFINITY, f64::min);
+        let near = pieces().filter(|&piece| {
+            let (chord, off) = chord(piece);
+            chord - off <= within
+        });
+        near.map(|(from, to)| distance(point, &self.path[from..=to])).fold(f64::INFINITY, f64::min)
     }
 }
 

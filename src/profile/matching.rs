@@ -180,8 +180,7 @@ impl OldSection {
 
     /// Distance of a point of the section's plane from the smooth curve through the section's points.
     pub fn distance(&self, point: DVec3) -> f64 {
-        let of = |measured: &Measured| distance(point, &measured.path);
-        of(&self.measured).min(self.measured_base.as_ref().map_or(f64::INFINITY, of))
+        self.sides.distance(point).min(self.base.as_ref().map_or(f64::INFINITY, |base| base.distance(point)))
     }
 
     /// Distance of a point of the section's plane from the straight lines between the section's points.
