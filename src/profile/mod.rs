@@ -11,12 +11,16 @@
 //!   and never matter.
 //! - The paper interpolates with one least-squares polynomial of degree up to two in x, y, z. That polynomial does not
 //!   pass through the new profiles, and with sweep its x² terms put a dihedral between the planes that nobody asked
-//!   for. Here least squares takes only the part a polynomial is right for (affine, and quadratic along the span); the
-//!   remainder is interpolated along the profiles and across the planes, so the moved wing passes through the new
-//!   profiles. See [`interpolation`].
+//!   for. Here least squares takes only maps that are affine in each section and linear along the span; the remainder is
+//!   interpolated along the profiles and across the planes, so the moved wing passes through the new profiles. See
+//!   [`interpolation`].
+//! - The paper cuts old profiles from the surface. Here they are what the vertices beside a plane say (`carry`), and a design
+//!   that continues flat cuts is compared with flat cuts (`section`).
+//! - The paper checks nothing. Here profiles are checked against the wing and each other (`checks`), and the wing's vertices
+//!   against the new profiles (`accuracy`).
 //!
 //! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`WingLoft::new`] once per mesh,
-//! [`WingLoft::displacements`] once per design, [`distance::max_distance`] to check the result.
+//! [`WingLoft::displacements`] once per design, [`WingLoft::missed`] and [`distance::max_distance`] to check the result.
 
 mod accuracy;
 mod carry;
