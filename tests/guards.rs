@@ -106,3 +106,24 @@ fn a_vertex_that_leaves_its_surface_is_refused() {
         assert_eq!(outcome.strayed.keys().collect::<Vec<_>>(), [family], "{stage}");
     }
 }
+
+/// Half a percent of the chord is more than a wing may miss its profile by, along the span it may go far.
+#[test]
+fn a_wing_that_misses_its_profile_is_refused() {
+    let mut mover = SMALL.mover(2);
+    let mesh = mover.mesh();
+    let inside = |vertex: usize| {
+        !["carenage", "trailing_edge", "wingtip"].iter().any(|name| vertices_of(mesh, name).contains(&vertex))
+    };
+    // Beside the profile in the plane y = 1, whose chord is 1.7.
+    let beside =
+        vertices_of(mesh, "wing").into_iter().filter(|&v| inside(v) && (0.9..1.1).contains(&mesh.vertices[v].y));
+    let put = |by: DVec3| beside.clone().map(|vertex| (vertex, by)).collect::<Vec<_>>();
+    let (up, along) = (put(0.0085 * DVec3::Z), put(0.0085 * DVec3::Y));
+    assert!(up.len() > 5);
+    let outcome = update(&mut mover, "planes", &up);
+    let missed = outcome.missed["wing"];
+    assert!(!outcome.is_valid() && missed.profile == 0 && (0.002..0.006).contains(&missed.share), "{missed:?}");
+    assert!(up.iter().any(|&(vertex, _)| vertex == missed.vertex));
+    assert!(update(&mut mover, "planes", &along).missed.is_empty());
+}

@@ -82,11 +82,13 @@ impl Watch {
             let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
             let beside = |triangles: &[[u32; 3]]| -> Vec<Carried> {
                 let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-                let crossing = edges.filter(|edge| {
-                    let [a, b] = edge.map(|end| heights[end as usize]);
-                    a * b < 0.0
-                });
-                let vertices: BTreeSet<u32> = crossing.flatten().collect();
+                // A vertex in the plane counts where the wing goes on from it; inside a cap that lies in the plane it does not.
+                let counts = |[end, other]: [u32; 2]| {
+                    let [height, beyond] = [end, other].map(|end| heights[end as usize]);
+                    height * beyond < 0.0 || height == 0.0 && beyond != 0.0
+                };
+                let ends = edges.flat_map(|[a, b]| [[a, b], [b, a]]).filter(|&ends| counts(ends));
+                let vertices: BTreeSet<u32> = ends.map(|[end, _]| end).collect();
                 let carried = |vertex: u32| {
                     let vertex = vertex as usize;
                     Carried { vertex, at: into(plane, surface.positions[vertex], along(vertex)) }
@@ -128,7 +130,7 @@ impl Watch {
         self.sections.iter().flat_map(|watched| watched.vertices.iter().map(|carried| carried.vertex))
     }
 
-    /// The worst vertex of each section that has any.
+    /// The worst vertex of each section that has any; infinitely bad where there is no section to compare with.
     ///
     /// - `positions`, `moved` `[n_positions]`: the wing's vertices, before and in the end
     pub fn missed(
@@ -136,16 +138,20 @@ impl Watch {
         motion: &WingMotion,
         positions: impl Fn(usize) -> DVec3 + Sync,
         moved: &[DVec3],
-    ) -> Result<Vec<Missed>, ProfileError> {
-        let sections: Vec<_> = motion.sections.iter().zip(&self.sections).zip(&motion.carried).collect();
-        let worst = |((new, watched), carried): ((&Profile, &Watched), &Vec<DVec3>)| {
-            let lines = new.distinct_points()?;
+    ) -> Vec<Missed> {
+        let sections = motion.sections.iter().zip(&motion.planes).zip(&self.sections).zip(&motion.carried);
+        type Section<'a> = (((&'a Profile, &'a Plane), &'a Watched), &'a Vec<DVec3>);
+        let worst = |(((new, plane), watched), carried): Section| {
+            let mut lines = new.points.clone();
+            lines.dedup();
             let length = extent(&lines);
             let mut curve: Option<Vec<DVec3>> = None;
             let mut worst: Option<Missed> = None;
             for (&Carried { vertex, .. }, &carried) in watched.vertices.iter().zip(carried) {
-                // What later stages made of the vertex, or what held it back, counts as much in the plane.
+                // What later stages made of the vertex, or what held it back, counts as much in the plane; a way along the span
+                // does not.
                 let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
+                let at = into(plane, at, motion.generator[vertex]);
                 let mut distance = distance(at, &lines);
                 let limit = watched.old + length * worst.map_or(0.0, |worst| worst.share);
                 // The curve may be nearer than the lines between its points. Only then is it looked at: it is followed in small
@@ -163,9 +169,9 @@ impl Watch {
                     worst = Some(Missed { profile: new.number, share, vertex });
                 }
             }
-            Ok(worst)
+            worst
         };
-        sections.into_par_iter().map(worst).filter_map(Result::transpose).collect()
+        sections.collect::<Vec<_>>().into_par_iter().filter_map(worst).collect()
     }
 }
 

@@ -40,7 +40,7 @@ use super::matching::OldSection;
 use super::section::{Changes, Forms};
 use super::span::{Span, SpanWeights};
 use super::trend::{Trend, TrendMap};
-use super::{Profile, ProfileError, extent};
+use super::{Plane, Profile, ProfileError, extent};
 
 /// Greatest distance from the straight way between two neighbouring sections' displacements, as share of the largest
 /// displacement of the sections that count there, or of the largest difference between these if that is less.
@@ -98,6 +98,8 @@ pub struct WingMotion {
     pub sections: Vec<Profile>,
     /// Where the vertices beside the planes of the profiles, carried into them, are led: of each section.
     pub(super) carried: Vec<Vec<DVec3>>,
+    /// The planes of the new profiles.
+    pub(super) planes: Vec<Plane>,
     /// How near the profiles come to being refused.
     pub closeness: Closeness,
     /// Whether the new profiles were compared with flat cuts through the wing's facets.
@@ -250,8 +252,9 @@ impl WingLoft {
     ///
     /// # Errors
     /// [`ProfileError::Numbers`] when the numbers differ from the old ones, [`ProfileError::Doubled`],
-    /// [`ProfileError::Size`], [`ProfileError::Order`], [`ProfileError::FarAway`] and [`ProfileError::Sharp`] for new
-    /// profiles that are no changed old ones, and those of profiles that are no plane curves.
+    /// [`ProfileError::Size`], [`ProfileError::Order`], [`ProfileError::NotInOrder`], [`ProfileError::Turned`],
+    /// [`ProfileError::FarAway`] and [`ProfileError::Sharp`] for new profiles that are no changed old ones, and those of
+    /// profiles that are no plane curves.
     pub fn displacements(&self, new: &[Profile]) -> Result<WingMotion, ProfileError> {
         let new = self.paired(new)?;
         let closeness = checks::against_old(self.forms.given(), &new, &self.span, self.extent)?;
@@ -301,6 +304,7 @@ impl WingLoft {
             generator,
             sections: sections.collect(),
             carried: carried.collect(),
+            planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
             closeness,
             flat_cuts: flat,
         })
@@ -363,10 +367,7 @@ impl WingLoft {
     ///
     /// - `motion`: what [`Self::displacements`] made
     /// - `moved` `[n_positions]`: where the wing's vertices are in the end
-    ///
-    /// # Errors
-    /// Those of profiles that are no plane curves.
-    pub fn missed(&self, motion: &WingMotion, moved: &[DVec3]) -> Result<Vec<Missed>, ProfileError> {
+    pub fn missed(&self, motion: &WingMotion, moved: &[DVec3]) -> Vec<Missed> {
         self.watch.missed(motion, |vertex| self.places[vertex].position, moved)
     }
 

@@ -263,22 +263,23 @@ impl Wings {
     pub fn missed(&self, motions: &[WingMotion], vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
         let of_wing = |(wing, motion): (&Wing, &WingMotion)| {
             let at = wing.vertices.iter().map(|&vertex| vertices[vertex as usize]);
-            let missed = match &wing.mirror {
+            let mut missed = match &wing.mirror {
                 None => wing.loft.missed(motion, &at.collect::<Vec<_>>()),
                 Some(mirror) => {
                     let mut motion = motion.clone();
-                    for (place, displacement) in motion.displacement.iter_mut().enumerate() {
+                    let pairs = motion.displacement.iter_mut().zip(&mut motion.generator);
+                    for (place, (displacement, generator)) in pairs.enumerate() {
                         *displacement = mirror.reflect(place, *displacement);
+                        *generator = mirror.reflect(place, *generator);
                     }
                     let folded = at.enumerate().map(|(place, at)| mirror.fold(place, at));
                     wing.loft.missed(&motion, &folded.collect::<Vec<_>>())
                 }
             };
-            let mut missed = missed.ok()?;
             missed.iter_mut().for_each(|missed| missed.vertex = wing.vertices[missed.vertex] as usize);
-            Some((wing.name.clone(), missed))
+            (wing.name.clone(), missed)
         };
-        self.wings.iter().zip(motions).filter_map(of_wing).collect()
+        self.wings.iter().zip(motions).map(of_wing).collect()
     }
 }
 

@@ -183,7 +183,14 @@ fn prescribed_displacements_are_designs_too() {
 #[test]
 fn airfoils_take_the_cases_place() {
     let fixture = designs(&[]);
-    let airfoil = |thickness: f64| format!("box\n1 {thickness}\n0 {thickness}\n0 0\n0 -{thickness}\n1 -{thickness}\n");
+    // Points close enough for a curve through them to keep to the box.
+    let airfoil = |thickness: f64| {
+        let side = |x: i32, y: f64| format!("{} {}\n", f64::from(x) / 24.0, y * thickness);
+        let upper = (0..=24).rev().map(|x| side(x, 1.0));
+        let front = (1..16).map(|i| side(0, 1.0 - f64::from(i) / 8.0));
+        let lower = (0..=24).map(|x| side(x, -1.0));
+        std::iter::once("box\n".to_owned()).chain(upper).chain(front).chain(lower).collect::<String>()
+    };
     fixture.write("old.csv", &profiles(&[(0, 0.75, 0.0)]));
     fixture.write("new.dat", &airfoil(0.33));
     fixture.write("designs/a.dat", &airfoil(0.35));
