@@ -447,7 +447,7 @@ impl Mover {
         Ok(Outcome {
             strayed: self.strayed(&families),
             parted: self.parted(&families),
-            warnings: self.warnings(&vertices, &held_back),
+            warnings: self.warnings(&vertices, &held_back, design, &missed),
             held_back,
             families,
             profiles: self.profile_reports(&vertices, design, &missed, &self.wings.flat_cuts(&of_wings)),

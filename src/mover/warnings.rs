@@ -1,10 +1,11 @@
 //! What a user should know of a result that is valid.
 
-use std::fmt;
+use std::{collections::BTreeMap, fmt};
 
 use glam::DVec3;
 
-use super::{HeldBack, Mover};
+use super::{Design, HeldBack, Mover};
+use crate::profile::Missed;
 
 /// Planes that match are said to have parted beyond this fraction of their size: less is the tolerance of relaxations.
 const PARTED: f64 = 1e-6;
@@ -24,6 +25,14 @@ pub enum Warning {
     },
     /// A family holds vertices that the design moves with another.
     HeldBack(HeldBack),
+    /// Planes of profiles cross no edge of their wing, as that of a section inside the fuselage: nothing tells whether the wing
+    /// has these profiles.
+    NotJudged {
+        /// The wing.
+        wing: String,
+        /// Numbers of the profiles.
+        profiles: Vec<i64>,
+    },
     /// Wingtip families border on nothing that follows a wing: they stay.
     LooseTip {
         /// The families.
@@ -46,6 +55,11 @@ impl fmt::Display for Warning {
                  {max_distance:.3e}, at ({}, {}, {}): `{family}` is bent there",
                 at.x, at.y, at.z
             ),
+            Self::NotJudged { wing, profiles } => write!(
+                f,
+                "the planes of the profiles {profiles:?} cross no edge of the wing of `{wing}`: whether it has them cannot be \
+                 judged"
+            ),
             Self::LooseTip { families } => write!(
                 f,
                 "wingtips that touch nothing that moves with a wing stay where they are: {}; is `wingtip` their role?",
@@ -57,7 +71,15 @@ impl fmt::Display for Warning {
 
 impl Mover {
     /// What a user should know of the mesh moved to `vertices`, in the mover's order.
-    pub(super) fn warnings(&self, vertices: &[DVec3], held_back: &[HeldBack]) -> Vec<Warning> {
+    ///
+    /// - `missed`: how far each wing misses the profiles it can be judged by
+    pub(super) fn warnings(
+        &self,
+        vertices: &[DVec3],
+        held_back: &[HeldBack],
+        design: &Design,
+        missed: &BTreeMap<String, Vec<Missed>>,
+    ) -> Vec<Warning> {
         let name = |family: &crate::mesh::FamilyId| self.mesh.families[family.index()].clone();
         let original = &self.ordered.vertices;
         let parted = self.families.partners.alike.iter().filter_map(|pair| {
@@ -69,6 +91,12 @@ impl Mover {
         let loose = self.wingtips.loose().map(|tip| Warning::LooseTip { families: tip.iter().map(name).collect() });
         let nothing_moves = original == vertices;
         let held_back = held_back.iter().cloned().map(Warning::HeldBack);
-        parted.chain(loose.filter(|_| !nothing_moves)).chain(held_back).collect()
+        let not_judged = missed.iter().filter_map(|(wing, missed)| {
+            let is_judged = |number: i64| missed.iter().any(|missed| missed.profile == number);
+            let numbers = design.profiles.get(wing)?.iter().map(|profile| profile.number);
+            let profiles: Vec<i64> = numbers.filter(|&number| !is_judged(number)).collect();
+            (!profiles.is_empty()).then(|| Warning::NotJudged { wing: wing.clone(), profiles })
+        });
+        parted.chain(loose.filter(|_| !nothing_moves)).chain(held_back).chain(not_judged).collect()
     }
 }

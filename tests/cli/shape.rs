@@ -298,7 +298,13 @@ fn sections_that_are_not_the_wings_are_refused() {
     wing.sections("new.csv", &[good[0].clone(), thicker(2.2, 1.0)]);
     wing.refuses(both, &["profile 1", "of the chord, expected the section of this wing"]);
     wing.sections("old.csv", &[good[0].clone(), thicker(2.2, 1.0)]);
-    assert_good(&wing.run(both));
+    let output = wing.run(both);
+    assert_good(&output);
+    assert!(
+        stderr(&output).contains("the planes of the profiles [1] cross no edge of the wing"),
+        "{}",
+        stderr(&output)
+    );
 
     let blunt = Wing::new("blunt6.msh.gz");
     blunt.sections("new.csv", &good);
