@@ -13,7 +13,7 @@ use idmesh::{
     backend::{self, Selection},
     mover::{Design, Mover},
     profile::Profile,
-    stages::Start,
+    volume::Start,
 };
 
 /// Designs a line of the table is about.

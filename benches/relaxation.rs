@@ -24,7 +24,7 @@ use idmesh::{
     backend::{Backend, Constraint, CpuBackend, Precision},
     formats,
     mesh::TetMesh,
-    relaxation::{Accuracy, Convergence, Method, Moving, Network, Relaxer},
+    relaxation::{Convergence, FreeRows, Method, Network, Relaxer, Stopping},
 };
 
 /// Repetitions a figure is the median of.
@@ -108,12 +108,12 @@ fn pitched_wing(mesh: &TetMesh) -> Result<(Vec<Constraint>, Vec<DVec3>), Failure
 /// `inverse_length` (f64). The matrix is the diagonal of stiffness and anchor of each row less the stiffness.
 fn write_system(backend: &CpuBackend, folder: &Path, network: &Network, start: &[DVec3]) -> Result<(), Failure> {
     let mut exact = start.to_vec();
-    let accuracy = Accuracy { tolerance: 1e-10, ..Accuracy::default() };
-    if !Relaxer::new(network.clone(), backend, Method::Multigrid)?.relax(&mut exact, None, &accuracy)?.converged {
+    let stopping = Stopping { tolerance: 1e-10, ..Stopping::default() };
+    if !Relaxer::new(network.clone(), backend, Method::Multigrid)?.relax(&mut exact, None, &stopping)?.converged {
         return Err("the system was not solved".into());
     }
     let residual = network.residual(start, None);
-    let Moving { network: moving, vertices } = Moving::new(network);
+    let FreeRows { network: moving, vertices } = FreeRows::new(network);
     let flat = |of: &dyn Fn(usize) -> DVec3| -> Vec<f64> {
         vertices.iter().flat_map(|&vertex| of(vertex as usize).to_array()).collect()
     };
@@ -136,8 +136,8 @@ fn write_system(backend: &CpuBackend, folder: &Path, network: &Network, start: &
 fn sweeps_to(fraction: f64, relaxer: &mut Relaxer, start: &[DVec3]) -> Result<usize, Failure> {
     let mut most = [0, 1];
     let mut reaches = |max_sweeps: usize| -> Result<bool, Failure> {
-        let accuracy = Accuracy { tolerance: 0.0, max_sweeps };
-        Ok(relaxer.relax(&mut start.to_vec(), None, &accuracy)?.relative_residual <= fraction)
+        let stopping = Stopping { tolerance: 0.0, max_sweeps };
+        Ok(relaxer.relax(&mut start.to_vec(), None, &stopping)?.relative_residual <= fraction)
     };
     // A number that is enough, then the least one, between the last two tried.
     while !reaches(most[1])? {
@@ -169,7 +169,7 @@ fn measure(
             set_ups.push(begin.elapsed().as_secs_f64());
             let mut displacement = start.clone();
             let begin = Instant::now();
-            end = relaxer.relax(&mut displacement, None, &Accuracy::default())?;
+            end = relaxer.relax(&mut displacement, None, &Stopping::default())?;
             solutions.push(begin.elapsed().as_secs_f64());
             if !end.converged {
                 return Err(format!("{name}: {} did not converge", method.name()).into());

@@ -23,12 +23,13 @@ use common::{
 use glam::DQuat;
 use idmesh::{
     backend::{self, Backend, BackendError, Constraint, CpuBackend, Selection},
+    families::Role,
     formats::{self, MeshFile},
     mesh::{self, TetMesh},
     mover::{Design, Mover, Settings},
-    relaxation::{Accuracy, Method, Moving},
+    relaxation::{FreeRows, Method, Stopping},
     springs::Springs,
-    stages::{Role, interior::MAX_STEPS},
+    volume::MAX_STEPS,
 };
 
 /// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] tets one.
@@ -165,8 +166,8 @@ impl Cost {
             roles: mesh.families.iter().map(role).collect(),
             springs: <&Springs>::default(),
             method: Method::default(),
-            accuracy: Accuracy::default(),
-            quality: Some(idmesh::smoothing::Target::Original),
+            stopping: Stopping::default(),
+            quality: Some(idmesh::smoothing::QualityTarget::Original),
             max_steps: MAX_STEPS,
             wings: Vec::new(),
         };
@@ -203,7 +204,8 @@ impl Cost {
         let mesh = &in_order(mesh);
         let mut constraint = vec![Constraint::Free; mesh.vertices.len()];
         mesh.triangles.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
-        let moving = Moving::new(&Edges::new(&mesh.vertices, &mesh.tets).network(&CpuBackend::default(), constraint)?);
+        let moving =
+            FreeRows::new(&Edges::new(&mesh.vertices, &mesh.tets).network(&CpuBackend::default(), constraint)?);
         let sweep = sweep_speed(&moving, backend.as_ref())?;
         let (n_tets, kind) = (mesh.tets.len(), backend.info().kind);
         let copying = copy_bandwidth()?;

@@ -17,7 +17,7 @@ use idmesh::{
     backend::{self, Backend, BackendError, Constraint, CpuBackend, Precision, Selection},
     formats,
     mesh::TetMesh,
-    relaxation::Moving,
+    relaxation::FreeRows,
 };
 
 fn main() -> ExitCode {
@@ -83,7 +83,7 @@ fn run() -> Result<(), Failure> {
 struct Mesh {
     name: String,
     edges: Edges,
-    moving: Moving,
+    moving: FreeRows,
 }
 
 impl Mesh {
@@ -108,7 +108,7 @@ impl Mesh {
     fn of(name: String, points: &[DVec3], tets: &[[u32; 4]], on_boundary: &[bool]) -> Result<Self, Failure> {
         let edges = Edges::new(points, tets);
         let constraint = on_boundary.iter().map(|&held| if held { Constraint::Held } else { Constraint::Free });
-        let moving = Moving::new(&edges.network(&CpuBackend::new(Precision::F64), constraint.collect())?);
+        let moving = FreeRows::new(&edges.network(&CpuBackend::new(Precision::F64), constraint.collect())?);
         Ok(Self { name, edges, moving })
     }
 }

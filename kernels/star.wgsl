@@ -1,5 +1,5 @@
 // What the kernels that move vertices within the tets around them share: its bindings, and vectors. Stands before
-// smooth_vertices.wgsl and climb_vertices.wgsl. Needs constraint.wgsl before it.
+// smooth_vertices.wgsl and raise_worst_beta.wgsl. Needs constraint.wgsl before it.
 
 // Where each moving vertex's tets start in `vertex_tets` [n_moving + 1].
 @group(0) @binding(1) var<storage, read> row_start: array<u32>;

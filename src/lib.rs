@@ -7,7 +7,7 @@
 //!
 //! A mesh is a [`mesh::TetMesh`] whose boundary triangles belong to named families; [`formats::read`] makes one from a
 //! file and [`formats::MeshFile::write`] puts the moved vertices back into that file. Each family has a
-//! [`stages::Role`]: a wing follows its profiles, a carenage slides on its original surface, a far field stays. Old and new
+//! [`families::Role`]: a wing follows its profiles, a carenage slides on its original surface, a far field stays. Old and new
 //! [`profile::Profile`]s come from files ([`profile::files`]) or are cut from the wing ([`profile::cut`]).
 //!
 //! [`mover::Mover::new`] does what depends on the mesh alone. [`mover::Mover::update`] then moves the undeformed mesh to one
@@ -29,9 +29,9 @@
 //!     formats::{self, Fields},
 //!     mover::{Design, Mover, Settings},
 //!     profile::csv,
-//!     relaxation::{Accuracy, Method},
+//!     relaxation::{Stopping, Method},
 //!     springs::Springs,
-//!     stages::{Role, TipStart, WingProfiles},
+//!     families::{Role, TipStart}, stages::WingProfiles,
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -57,9 +57,9 @@
 //!     wings: vec![WingProfiles::new("wing", wing, profiles("old.csv")?)],
 //!     springs: <&Springs>::default(),
 //!     method: Method::Chebyshev,
-//!     accuracy: Accuracy::default(),
-//!     quality: Some(idmesh::smoothing::Target::Original),
-//!     max_steps: idmesh::stages::interior::MAX_STEPS,
+//!     stopping: Stopping::default(),
+//!     quality: Some(idmesh::smoothing::QualityTarget::Original),
+//!     max_steps: idmesh::volume::MAX_STEPS,
 //! };
 //! let backend = backend::select(Selection::Cpu)?;
 //! let mut mover = Mover::new(file.mesh.clone(), settings, backend.into(), &|_| {})?;
@@ -82,7 +82,9 @@ pub mod backend;
 pub mod case;
 #[doc(hidden)]
 pub mod cli;
+pub mod families;
 pub mod formats;
+pub mod geometry;
 pub mod kernels;
 pub mod mesh;
 pub mod mover;
@@ -93,8 +95,10 @@ pub mod relaxation;
 pub mod report;
 pub mod smoothing;
 pub mod springs;
+pub mod stage;
 pub mod stages;
 mod text;
+pub mod volume;
 
 /// Compiles the code in the README.
 #[cfg(doctest)]

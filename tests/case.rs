@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use idmesh::case::{Case, CaseError, Position, Role};
+use idmesh::families::TipStart;
 use idmesh::profile::files::SpanAxis;
 use idmesh::relaxation::Method;
-use idmesh::smoothing::Target;
-use idmesh::stages::TipStart;
+use idmesh::smoothing::QualityTarget;
 
 const GOOD: &str = r#"mesh = "wing-body.msh"
 
@@ -91,7 +91,7 @@ fn good_case_is_read_whole() {
     assert_eq!(role("flap"), Role::Prescribed { displacement: here.join("flap.csv") });
     assert_eq!(case.springs.name, "murayama");
     assert_eq!(
-        (case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps),
+        (case.solver.method, case.solver.stopping.tolerance, case.solver.stopping.max_sweeps),
         (Method::Chebyshev, 1e-6, 500)
     );
     assert_eq!(case.output.mesh, [here.join("out/moved.msh"), here.join("moved.vtu")]);
@@ -103,9 +103,9 @@ fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
     assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Affine });
     assert_eq!(case.springs.name, "rotation-aware-wall");
-    assert_eq!(case.quality, Some(Target::Original));
+    assert_eq!(case.quality, Some(QualityTarget::Original));
     assert_eq!(
-        (case.solver.method, case.solver.accuracy.tolerance, case.solver.accuracy.max_sweeps),
+        (case.solver.method, case.solver.stopping.tolerance, case.solver.stopping.max_sweeps),
         (Method::Auto, 1e-4, 200_000)
     );
     assert_eq!(case.output.mesh, [Path::new("cases/moved.msh.gz")]);
@@ -244,8 +244,8 @@ fn numbers_out_of_range() {
 fn quality_has_three_targets() {
     let target = |word: &str| parse(&GOOD.replace("\"off\"", word)).unwrap().quality;
     assert_eq!(target("\"off\""), None);
-    assert_eq!(target("\"original\""), Some(Target::Original));
-    assert_eq!(target("\"improve\""), Some(Target::Improve));
+    assert_eq!(target("\"original\""), Some(QualityTarget::Original));
+    assert_eq!(target("\"improve\""), Some(QualityTarget::Improve));
     let message = "`quality.target` is \"best\", expected `original`, `improve` or `off`";
     assert_mistake("\"off\"", "\"best\"", 29, 10, message);
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::Outcome;
 use idmesh::quality;
-use idmesh::relaxation::{Accuracy, Method};
+use idmesh::relaxation::{Method, Stopping};
 
 fn largest(displacement: &[DVec3]) -> f64 {
     displacement.iter().map(|d| d.length()).fold(0.0, f64::max)
@@ -56,7 +56,7 @@ fn numbering_does_not_matter() {
         let exact = |mesh: TetMesh| {
             let mut settings = settings(&mesh, aircraft.profiles("old_2"));
             // The order decides after which sweep to stop; further on this makes no difference.
-            settings.accuracy.tolerance = 1e-9;
+            settings.stopping.tolerance = 1e-9;
             mover(mesh, settings).unwrap()
         };
         let mut straight = exact(aircraft.mesh());
@@ -77,14 +77,14 @@ fn numbering_does_not_matter() {
     }
 }
 
-fn relaxed(aircraft: Aircraft, method: Method, accuracy: Accuracy, set: &str) -> Outcome {
+fn relaxed(aircraft: Aircraft, method: Method, stopping: Stopping, set: &str) -> Outcome {
     let mesh = aircraft.mesh();
-    let settings = idmesh::mover::Settings { method, accuracy, ..settings(&mesh, aircraft.profiles("old_2")) };
+    let settings = idmesh::mover::Settings { method, stopping, ..settings(&mesh, aircraft.profiles("old_2")) };
     update(&mut mover(mesh, settings).unwrap(), aircraft.profiles(set))
 }
 
 fn exact(aircraft: Aircraft, set: &str) -> Outcome {
-    let outcome = relaxed(aircraft, Method::Chebyshev, Accuracy { tolerance: 1e-10, max_sweeps: 1_000_000 }, set);
+    let outcome = relaxed(aircraft, Method::Chebyshev, Stopping { tolerance: 1e-10, max_sweeps: 1_000_000 }, set);
     assert!(outcome.converged, "{:?}", outcome.unconverged);
     outcome
 }
@@ -116,7 +116,7 @@ fn check_accuracy(aircraft: Aircraft, set: &str, runs: &[(Method, f64)]) {
     }
     let exact = exact(aircraft, set);
     for &(method, tolerance) in runs {
-        let found = relaxed(aircraft, method, Accuracy { tolerance, ..Accuracy::default() }, set);
+        let found = relaxed(aircraft, method, Stopping { tolerance, ..Stopping::default() }, set);
         assert!(found.converged, "{set} {method:?} {tolerance:e}: {:?}", found.unconverged);
         compare_by(&exact.displacement, &found.displacement, |vertex| tolerance * allowed[vertex])
             .unwrap_or_else(|mismatch| panic!("{set} {method:?} {tolerance:e}: {mismatch:?}"));
@@ -143,7 +143,7 @@ fn each_method_comes_as_near_as_the_tolerance_says() {
 /// Out of sweeps is a result: it says which stages, and coordinates stay numbers.
 #[test]
 fn too_few_sweeps_are_reported() {
-    let outcome = relaxed(SMALL, Method::Jacobi, Accuracy { tolerance: 1e-4, max_sweeps: 3 }, "planform_2");
+    let outcome = relaxed(SMALL, Method::Jacobi, Stopping { tolerance: 1e-4, max_sweeps: 3 }, "planform_2");
     assert!(!outcome.converged);
     for stage in ["wing", "volume"] {
         assert!(outcome.unconverged.iter().any(|&(name, _)| name == stage), "{stage}: {:?}", outcome.unconverged);
@@ -155,8 +155,8 @@ fn too_few_sweeps_are_reported() {
 /// The carenage stage once went by how far its vertices moved in the last round, also when that round ran out of sweeps.
 #[test]
 fn a_carenage_out_of_sweeps_is_reported() {
-    let accuracy = Accuracy { tolerance: 1e-4, max_sweeps: 3 };
-    let outcome = relaxed(WING_BODY, Method::Jacobi, accuracy, "big_2");
+    let stopping = Stopping { tolerance: 1e-4, max_sweeps: 3 };
+    let outcome = relaxed(WING_BODY, Method::Jacobi, stopping, "big_2");
     let exact = exact(WING_BODY, "big_2");
     let mesh = WING_BODY.mesh();
     let edges = shortest_edges(&mesh);

@@ -51,7 +51,7 @@ fn across(mesh: &TetMesh, family: &str) -> (usize, DVec3) {
 fn an_untouched_update_is_good() {
     let outcome = update(&mut SMALL.mover(2), "none", &[]);
     assert!(outcome.is_valid() && outcome.converged);
-    assert!(outcome.folds.is_empty() && outcome.folded.is_empty() && outcome.strayed.is_empty());
+    assert!(outcome.folds.is_empty() && outcome.folded.is_empty() && outcome.off_surface.is_empty());
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn a_vertex_that_leaves_its_surface_is_refused() {
         let outcome = update(&mut mover, stage, &[(vertex, DVec3::new(0.0, 2e-4, 2e-4))]);
         assert_eq!(outcome.inverted, 0, "{stage}");
         assert!(!outcome.is_valid(), "{stage} {family}");
-        assert_eq!(outcome.strayed.keys().collect::<Vec<_>>(), [family], "{stage}");
+        assert_eq!(outcome.off_surface.keys().collect::<Vec<_>>(), [family], "{stage}");
     }
 }
 

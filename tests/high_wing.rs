@@ -10,7 +10,7 @@ use glam::DVec3;
 use idmesh::mesh::TetMesh;
 use idmesh::mover::Outcome;
 use idmesh::profile::{Plane, Profile, cut};
-use idmesh::smoothing::Target;
+use idmesh::smoothing::QualityTarget;
 
 fn mesh() -> TetMesh {
     idmesh::formats::read(&file("tests/data/high-wing.msh.gz")).unwrap().mesh
@@ -55,7 +55,7 @@ struct Change {
 fn check(outcome: &Outcome, mesh: &TetMesh, name: &str) {
     assert!(outcome.converged && outcome.is_valid(), "{name}: {} inverted, {:?}", outcome.inverted, outcome.missed);
     assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
-    assert!(outcome.folded.is_empty() && outcome.pierced.is_empty(), "{name}: {:?}", outcome.folded);
+    assert!(outcome.folded.is_empty() && outcome.self_intersecting.is_empty(), "{name}: {:?}", outcome.folded);
     assert!(outcome.families["carenage"].max_distance_to_original_surface.unwrap() <= 1e-9 * size(mesh), "{name}");
     assert!(outcome.families["symmetry"].max_distance_to_plane.unwrap() <= 1e-12 * size(mesh), "{name}");
     let report = &outcome.profiles["wing"];
@@ -98,7 +98,7 @@ fn a_fold_beside_the_root_is_undone() {
     let mut alone = mover(mesh.clone(), settings(&mesh, old.clone())).unwrap();
     let outcome = update(&mut alone, new.clone());
     assert!(!outcome.is_valid() && outcome.folded.contains_key("carenage"), "{:?}", outcome.folded);
-    let repaired = idmesh::mover::Settings { quality: Some(Target::Original), ..settings(&mesh, old) };
+    let repaired = idmesh::mover::Settings { quality: Some(QualityTarget::Original), ..settings(&mesh, old) };
     let outcome = update(&mut mover(mesh.clone(), repaired).unwrap(), new);
     check(&outcome, &mesh, "raised");
     assert!(outcome.stages[3].beta_min > 0.75 * outcome.stages[0].beta_min);

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use idmesh::kernels::row::Entry;
 use idmesh::kernels::{
-    KERNELS, PARTS, accelerate, climb_vertices, convergence, defect, edge_stiffness, relax_sweep, smooth_vertices,
+    KERNELS, PARTS, accelerate, convergence, defect, edge_stiffness, raise_worst_beta, relax_sweep, smooth_vertices,
     transfer,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -107,7 +107,7 @@ fn structs_are_laid_out_as_in_wgsl() {
         delta_squared,
         tolerance
     );
-    assert_layout!("climb_vertices", "Params", climb_vertices::Params, first, n_vertices, six_goal, gain);
+    assert_layout!("raise_worst_beta", "Params", raise_worst_beta::Params, first, n_vertices, six_goal, gain);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 mod wing;
 
 use glam::DVec3;
-use idmesh::profile::{Plane, Profile, ProfileError, WingLoft, WingSurface, cut, distance, matching};
+use idmesh::profile::{Plane, Profile, ProfileError, ProfileInterpolation, WingSurface, cut, distance, matching};
 use wing::{BLUNT, CHORD, SHARP, Surface, Wing, affine, mapped, resampled};
 
 /// Greatest difference of the displacement from `map(X) - X` over all wing vertices.
@@ -84,7 +84,7 @@ fn one_plane_moves_the_whole_span_alike() {
     let map = |p: DVec3| DVec3::new(1.1 * p.x + 0.2 * p.z, p.y, 1.3 * p.z - 0.1);
     let motion = surface.loft(&old).displacements(&mapped(&old, map)).unwrap();
     assert!(worst(&surface, &motion.displacement, map) < EXACT);
-    assert!(motion.generator.iter().all(|g| g.distance(DVec3::Y) < 1e-12));
+    assert!(motion.span_direction.iter().all(|g| g.distance(DVec3::Y) < 1e-12));
 }
 
 #[test]
@@ -184,7 +184,7 @@ fn a_profile_that_crosses_itself_is_refused() {
     assert!(matches!(refused, Err(ProfileError::CrossesItself { profile: 1, .. })), "{refused:?}");
 }
 
-/// The generator of an untwisted wing moved by nothing is the straight line of equal chord fraction.
+/// The span_direction of an untwisted wing moved by nothing is the straight line of equal chord fraction.
 #[test]
 fn generators_follow_the_moved_loft() {
     let surface = BLUNT.surface();
@@ -194,8 +194,8 @@ fn generators_follow_the_moved_loft() {
     for v in 0..surface.vertices.len() - columns {
         let line = affine(surface.vertices[v + columns]) - affine(surface.vertices[v]);
         // Chord times twist is quadratic along the span, the loft of two planes linear: 0.006 times 2 in slope.
-        assert!(motion.generator[v].distance(line.normalize()) < 2.5e-2, "{v}");
-        assert!((motion.generator[v].length() - 1.0).abs() < 1e-12);
+        assert!(motion.span_direction[v].distance(line.normalize()) < 2.5e-2, "{v}");
+        assert!((motion.span_direction[v].length() - 1.0).abs() < 1e-12);
     }
 }
 
@@ -211,16 +211,16 @@ fn numbers_must_agree() {
     assert_eq!(loft.displacements(&old[..1]), Err(ProfileError::Numbers { old: vec![0, 1], new: vec![0] }));
     new[1].number = 0;
     assert_eq!(loft.displacements(&new), Err(ProfileError::Doubled { profile: 0 }));
-    let doubled = WingLoft::new(&new, &WingSurface::default()).unwrap_err();
+    let doubled = ProfileInterpolation::new(&new, &WingSurface::default()).unwrap_err();
     assert_eq!(doubled, ProfileError::Doubled { profile: 0 });
     new[1] = Profile { number: 1, ..old[0].clone() };
     assert!(matches!(
-        WingLoft::new(&new, &WingSurface::default()),
+        ProfileInterpolation::new(&new, &WingSurface::default()),
         Err(ProfileError::SamePlane { first: 0, second: 1, .. })
     ));
-    assert!(matches!(WingLoft::new(&[], &WingSurface::default()), Err(ProfileError::NoProfiles)));
+    assert!(matches!(ProfileInterpolation::new(&[], &WingSurface::default()), Err(ProfileError::NoProfiles)));
     assert!(matches!(
-        WingLoft::new(&old, &WingSurface { positions: &[DVec3::ZERO], ..WingSurface::default() }),
+        ProfileInterpolation::new(&old, &WingSurface { positions: &[DVec3::ZERO], ..WingSurface::default() }),
         Err(ProfileError::Lengths { .. })
     ));
 }
@@ -260,7 +260,7 @@ fn degenerate_input_never_panics() {
         let positions: Vec<DVec3> = old.iter().chain(&new).flat_map(|p| p.points.clone()).collect();
         let normals = vec![DVec3::Z; positions.len()];
         let surface = WingSurface { positions: &positions, normals: &normals, triangles: &[], mirrored: &[] };
-        match WingLoft::new(&old, &surface).and_then(|loft| loft.displacements(&new)) {
+        match ProfileInterpolation::new(&old, &surface).and_then(|loft| loft.displacements(&new)) {
             Ok(motion) => {
                 results += 1;
                 assert_eq!(motion.displacement.len(), positions.len());

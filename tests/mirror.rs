@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 
 use common::aircraft::{Aircraft, SMALL, WING_BODY, mover, settings, triangles_of};
 use glam::DVec3;
+use idmesh::families::Role;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::Design;
 use idmesh::profile::{Plane, Profile};
-use idmesh::stages::{Role, WingProfiles};
+use idmesh::stages::WingProfiles;
 
 const LEFT: f64 = -1.0;
 

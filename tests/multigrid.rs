@@ -14,13 +14,13 @@ use idmesh::{
         cpu::{CpuBackend, Precision},
     },
     mesh::edges::{TetEdges, VertexGraph},
-    relaxation::{Accuracy, Convergence, Method, Moving, Network, Relaxer, multigrid::Hierarchy},
+    relaxation::{Convergence, FreeRows, Method, Network, Relaxer, Stopping, multigrid::Hierarchy},
     springs::{Length, Stiffness, Torsion},
 };
 use nalgebra::{DMatrix, DVector};
 
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
-const TIGHT: Accuracy = Accuracy { tolerance: 1e-11, max_sweeps: 100 };
+const TIGHT: Stopping = Stopping { tolerance: 1e-11, max_sweeps: 100 };
 
 /// Springs of any kind on the brick of `n` cubes a side, its vertices moved by `place`.
 fn network(
@@ -61,10 +61,10 @@ fn start(positions: &[DVec3], network: &Network) -> Vec<DVec3> {
         .collect()
 }
 
-fn relax(network: &Network, start: &[DVec3], method: Method, accuracy: Accuracy) -> (Vec<DVec3>, Convergence) {
+fn relax(network: &Network, start: &[DVec3], method: Method, stopping: Stopping) -> (Vec<DVec3>, Convergence) {
     let mut displacement = start.to_vec();
     let mut relaxer = Relaxer::new(network.clone(), &F64, method).unwrap();
-    let convergence = relaxer.relax(&mut displacement, None, &accuracy).unwrap();
+    let convergence = relaxer.relax(&mut displacement, None, &stopping).unwrap();
     (displacement, convergence)
 }
 
@@ -123,7 +123,7 @@ fn cycles_agree_with_a_direct_solution() {
             let mut relaxer = Relaxer::new(network.clone(), &CpuBackend::new(precision), Method::Multigrid).unwrap();
             for tolerance in [1e-2, 1e-4, 1e-6, 1e-11] {
                 let mut found = start.clone();
-                let convergence = relaxer.relax(&mut found, None, &Accuracy { tolerance, ..TIGHT }).unwrap();
+                let convergence = relaxer.relax(&mut found, None, &Stopping { tolerance, ..TIGHT }).unwrap();
                 assert!(convergence.converged && convergence.error <= tolerance, "{precision:?} {convergence:?}");
                 // The estimate extrapolates a geometric series: allow it a factor of three, and the solution 1e-12.
                 compare_by(&exact, &found, |row| (3.0 * tolerance + 1e-12) / network.inverse_length[row].max(1e-3))
@@ -151,7 +151,7 @@ fn a_cycle_is_worth_as_much_on_every_mesh() {
                     &network,
                     &start(&positions, &network),
                     Method::Multigrid,
-                    Accuracy { tolerance: 1e-6, ..TIGHT },
+                    Stopping { tolerance: 1e-6, ..TIGHT },
                 );
                 assert!(convergence.converged && convergence.sweeps <= most, "{springs:?} {name} {n}: {convergence:?}");
             }
@@ -171,8 +171,8 @@ fn thin_layers_take_no_more_cycles() {
     for n in [8, 16, 24] {
         for length in [Length::Inverse, Length::InverseSquare] {
             let (positions, network) = network(n, (length, Torsion::None), layers, hold);
-            let accuracy = Accuracy { tolerance: 1e-6, ..TIGHT };
-            let (_, convergence) = relax(&network, &start(&positions, &network), Method::Multigrid, accuracy);
+            let stopping = Stopping { tolerance: 1e-6, ..TIGHT };
+            let (_, convergence) = relax(&network, &start(&positions, &network), Method::Multigrid, stopping);
             assert!(convergence.converged && convergence.sweeps <= 22, "{length:?} {n}: {convergence:?}");
         }
     }
@@ -182,7 +182,7 @@ fn thin_layers_take_no_more_cycles() {
 #[test]
 fn cycles_of_the_reference_lose_no_digit_of_f64() {
     let (positions, whole) = network(12, (Length::Inverse, Torsion::Product), |at| at, hold_boundary);
-    let network = Moving::new(&whole).network;
+    let network = FreeRows::new(&whole).network;
     assert!(network.len() > 1000 && network.len() < positions.len());
     let load: Vec<DVec3> =
         (0..network.len()).map(|row| DVec3::new(noise(row), noise(row + 7), noise(row + 13))).collect();
@@ -199,7 +199,7 @@ fn cycles_of_the_reference_lose_no_digit_of_f64() {
 #[test]
 fn middle_levels_are_swept_twice_as_often() {
     let (_, whole) = network(34, (Length::Inverse, Torsion::None), |at| at, hold_boundary);
-    let network = Moving::new(&whole).network;
+    let network = FreeRows::new(&whole).network;
     let hierarchy = Hierarchy::new(&network);
     let sweeps: Vec<usize> = hierarchy.data(&network).iter().map(|level| level.sweeps.len()).collect();
     assert_eq!(sweeps[..sweeps.len() - 1], [2, 4, 2]);
@@ -228,7 +228,7 @@ fn planes_and_lines_are_kept_exactly() {
         },
     );
     let start = start(&positions, &network);
-    let (moved, convergence) = relax(&network, &start, Method::Multigrid, Accuracy::default());
+    let (moved, convergence) = relax(&network, &start, Method::Multigrid, Stopping::default());
     assert!(convergence.converged);
     for (row, (at, u)) in positions.iter().zip(&moved).enumerate() {
         match network.constraint[row] {
@@ -289,7 +289,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     let start = start(&positions, &network);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| relax(&network, &start, Method::Multigrid, Accuracy::default()))
+        pool.install(|| relax(&network, &start, Method::Multigrid, Stopping::default()))
     };
     assert_eq!(with(1), with(3));
 }
@@ -324,8 +324,8 @@ fn constraints_can_be_replaced() {
 fn whole_runs_agree_with_chebyshev() {
     let run = |method, tolerance| {
         let mesh = WING_BODY.mesh();
-        let accuracy = Accuracy { tolerance, ..Accuracy::default() };
-        let settings = idmesh::mover::Settings { method, accuracy, ..settings(&mesh, WING_BODY.profiles("old_2")) };
+        let stopping = Stopping { tolerance, ..Stopping::default() };
+        let settings = idmesh::mover::Settings { method, stopping, ..settings(&mesh, WING_BODY.profiles("old_2")) };
         let outcome = update(&mut mover(mesh, settings).unwrap(), WING_BODY.profiles("big_2"));
         assert!(outcome.converged, "{method:?} {:?}", outcome.unconverged);
         outcome

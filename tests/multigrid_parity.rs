@@ -13,7 +13,7 @@ use glam::DVec3;
 use idmesh::backend::gpu::{Bounds, GpuBackend};
 use idmesh::backend::{Backend, BackendError, Constraint, CpuBackend, Measure, Precision, Sweep};
 use idmesh::mesh::edges::VertexGraph;
-use idmesh::relaxation::{Accuracy, Method, Network, Relaxer, multigrid::Hierarchy};
+use idmesh::relaxation::{Method, Network, Relaxer, Stopping, multigrid::Hierarchy};
 use idmesh::springs::{Length, Torsion};
 
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
@@ -121,18 +121,18 @@ fn the_gpu_relaxes_by_cycles() {
     let (_, second) = with(DVec3::new(0.6, 0.8, 0.0));
     let start: Vec<DVec3> =
         points.iter().map(|&at| if held(at) { DVec3::new(at.y, at.x * at.y, 0.1) } else { DVec3::ZERO }).collect();
-    let accuracy = Accuracy { tolerance: 1e-9, ..Accuracy::default() };
+    let stopping = Stopping { tolerance: 1e-9, ..Stopping::default() };
     let relax = |backend: &dyn Backend, method| {
         let mut relaxer = Relaxer::new(first.clone(), backend, method).unwrap();
         relaxer.constrain(second.constraint.clone()).unwrap();
         let mut found = start.clone();
-        let convergence = relaxer.relax(&mut found, None, &accuracy).unwrap();
+        let convergence = relaxer.relax(&mut found, None, &stopping).unwrap();
         assert!(convergence.converged, "{method:?} {convergence:?}");
         found
     };
     let expected = relax(&F64, Method::Chebyshev);
     let found = relax(&gpu, Method::Multigrid);
-    let allowed = |row: usize| 10.0 * accuracy.tolerance / second.inverse_length[row].max(1e-3);
+    let allowed = |row: usize| 10.0 * stopping.tolerance / second.inverse_length[row].max(1e-3);
     compare_by(&expected, &found, allowed).unwrap();
 }
 

@@ -10,11 +10,13 @@ use common::aircraft::{cpu, vertices_of};
 use common::carved::{carve, on};
 use common::faults::{bits_changed, folded, inverted};
 use glam::{DQuat, DVec3};
+use idmesh::families::{Role, TipStart};
 use idmesh::mesh::TetMesh;
 use idmesh::mover::{Design, Mover, Outcome, Settings};
 use idmesh::profile::{Plane, Profile, cut};
-use idmesh::relaxation::{Accuracy, Method};
-use idmesh::stages::{Role, TipStart, WingProfiles, interior::MAX_STEPS};
+use idmesh::relaxation::{Method, Stopping};
+use idmesh::stages::WingProfiles;
+use idmesh::volume::MAX_STEPS;
 
 const CELLS: [usize; 3] = [12, 8, 10];
 const CELL: f64 = 0.25;
@@ -55,7 +57,7 @@ fn set_up(mesh: TetMesh, old: &[(&str, Vec<Profile>)]) -> Mover {
             .collect(),
         springs: Default::default(),
         method: Method::Chebyshev,
-        accuracy: Accuracy { tolerance: 1e-10, ..Accuracy::default() },
+        stopping: Stopping { tolerance: 1e-10, ..Stopping::default() },
         // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
         quality: None,
         max_steps: MAX_STEPS,

@@ -9,11 +9,13 @@ use common::block::{CELL, block, design, mapped, sections, set_up};
 use common::carved::{carve, on};
 use common::faults::bits_changed;
 use glam::{DQuat, DVec3};
+use idmesh::families::{Families, Role};
 use idmesh::mesh::{FamilyId, TetMesh, Topology};
 use idmesh::mover::{Design, Mover, Settings, Warning};
 use idmesh::profile::Profile;
-use idmesh::smoothing::Target;
-use idmesh::stages::{Families, Role, WingProfiles, sliding::Slides};
+use idmesh::smoothing::QualityTarget;
+use idmesh::stages::WingProfiles;
+use idmesh::volume::sliding::SurfaceFreedom;
 
 const PLANE: Role = Role::PLANE;
 
@@ -50,7 +52,7 @@ fn turned(angles: [f64; 2]) -> Vec<Profile> {
 fn periodic_planes_stay_periodic() {
     let mut by_steps = false;
     for (angles, quality) in
-        [([0.1, 0.2], None), ([0.3, 0.5], Some(Target::Improve)), ([1.0, 1.2], Some(Target::Original))]
+        [([0.1, 0.2], None), ([0.3, 0.5], Some(QualityTarget::Improve)), ([1.0, 1.2], Some(QualityTarget::Original))]
     {
         let mesh = block(8.0, |at| at);
         let [symmetry, floor] = ["side", "ceiling"].map(|name| partner_of(&mesh, name));
@@ -140,7 +142,7 @@ fn a_mesh_of_one_layer_stays_periodic() {
     let middle = DVec3::new(1.375, 0.0, 1.25);
     let turn = DQuat::from_rotation_y(0.3);
     let new = mapped(&old, |at| middle + turn * (at - middle));
-    for quality in [None, Some(Target::Improve)] {
+    for quality in [None, Some(QualityTarget::Improve)] {
         let symmetry = partner_of(&mesh, "side");
         let role = |name: &str| match name {
             "wing" => Role::Wing,
@@ -203,7 +205,7 @@ fn parted_partners_are_refused() {
         }
     };
     let outcome = mover.update_amended(&design, &|_| {}, &mut amend).unwrap();
-    assert!(!outcome.is_valid() && outcome.inverted == 0 && outcome.strayed.is_empty());
+    assert!(!outcome.is_valid() && outcome.inverted == 0 && outcome.off_surface.is_empty());
     assert_eq!(outcome.parted.keys().collect::<Vec<_>>(), ["side", "symmetry"]);
     assert!((outcome.parted["side"] - 1e-11).abs() < 1e-13);
 }
@@ -302,7 +304,7 @@ fn partners_do_not_slide() {
             _ => Role::Fixed,
         };
         let families = Families::new(&mesh, &surface, mesh.families.iter().map(role).collect()).unwrap();
-        let vertices = Slides::new(&mesh, &surface, &families, &[]).vertices();
+        let vertices = SurfaceFreedom::new(&mesh, &surface, &families, &[]).vertices();
         let ends = vertices.iter().filter(|&&vertex| [0.0, 2.0].contains(&mesh.vertices[vertex as usize].y));
         (ends.count(), vertices.len())
     };

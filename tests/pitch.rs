@@ -12,13 +12,14 @@ use glam::DVec3;
 use idmesh::backend::{
     Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, NetworkData,
 };
+use idmesh::families::Role;
 use idmesh::formats;
 use idmesh::mesh::TetMesh;
 use idmesh::mover::{Design, MoveError, Mover, Settings};
-use idmesh::relaxation::{Accuracy, Method};
-use idmesh::smoothing::Target;
+use idmesh::relaxation::{Method, Stopping};
+use idmesh::smoothing::QualityTarget;
 use idmesh::springs::{SPRINGS, Springs};
-use idmesh::stages::{Role, interior::MAX_STEPS};
+use idmesh::volume::MAX_STEPS;
 
 fn mesh() -> TetMesh {
     formats::read(&file("tests/data/pitch-wing.msh.gz")).unwrap().mesh
@@ -31,11 +32,16 @@ fn displacement(at: DVec3, degrees: f64) -> DVec3 {
     DVec3::new(x * cos + z * sin - x, 0.0, -x * sin + z * cos - z + 0.2 * (at.y / 2.0).powi(2))
 }
 
-fn set_up(springs: &'static Springs, quality: Option<Target>) -> Mover {
+fn set_up(springs: &'static Springs, quality: Option<QualityTarget>) -> Mover {
     set_up_on(cpu(), springs, quality, MAX_STEPS)
 }
 
-fn set_up_on(backend: Arc<dyn Backend>, springs: &'static Springs, quality: Option<Target>, max_steps: usize) -> Mover {
+fn set_up_on(
+    backend: Arc<dyn Backend>,
+    springs: &'static Springs,
+    quality: Option<QualityTarget>,
+    max_steps: usize,
+) -> Mover {
     let mesh = mesh();
     let role = |name: &String| match name.as_str() {
         "wing" => Role::Prescribed,
@@ -47,7 +53,7 @@ fn set_up_on(backend: Arc<dyn Backend>, springs: &'static Springs, quality: Opti
         wings: Vec::new(),
         springs,
         method: Method::Chebyshev,
-        accuracy: Accuracy::default(),
+        stopping: Stopping::default(),
         quality,
         max_steps,
     };
@@ -79,7 +85,7 @@ fn check(springs: &'static Springs) {
     assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
     assert_eq!(outcome.inverted, 0, "{name}");
     assert!(outcome.folded.is_empty(), "{name}: {:?}", outcome.folded);
-    assert!(outcome.is_valid(), "{name}: {} pierced", outcome.pierced.len());
+    assert!(outcome.is_valid(), "{name}: {} self_intersecting", outcome.self_intersecting.len());
     // The wing alone does not do: its motion is larger than the cells around it.
     assert!(outcome.stages[1].inverted > 1000, "{name}");
 }
@@ -109,7 +115,7 @@ fn pitched_quality(mover: &mut Mover, degrees: f64) -> (f64, f64) {
 /// of 0.0547 at 60 degrees, and none a valid mesh at 120.
 #[test]
 fn large_rotations_keep_the_mesh_as_good_as_it_was() {
-    let mut mover = set_up(Default::default(), Some(Target::Original));
+    let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
     for (degrees, worst, mean) in [(30.0, 0.0126, 0.0575), (60.0, 0.011, 0.056), (120.0, 0.011, 0.05)] {
         let (found_worst, found_mean) = pitched_quality(&mut mover, degrees);
         assert!(found_worst >= worst && found_mean >= mean, "{degrees}: {found_worst} {found_mean}");
@@ -120,7 +126,7 @@ fn large_rotations_keep_the_mesh_as_good_as_it_was() {
 /// what small rotations need is one jump.
 #[test]
 fn half_a_turn_is_followed_in_steps() {
-    let mut mover = set_up(Default::default(), Some(Target::Original));
+    let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
     let outcome = mover.update(&pitched(&mover, 180.0), &|_| {}).unwrap();
     assert_eq!(outcome.inverted, 0);
     assert!(outcome.is_valid() && outcome.folded.is_empty());
@@ -135,7 +141,8 @@ fn half_a_turn_is_followed_in_steps() {
     let small = mover.update(&pitched(&mover, 10.0), &|_| {}).unwrap();
     assert_eq!((small.path.steps, small.path.given_up, small.path.reached), (1, 0, 1.0));
     assert_eq!(small.smoothed, None);
-    let fresh = set_up(Default::default(), Some(Target::Original)).update(&pitched(&mover, 10.0), &|_| {}).unwrap();
+    let fresh =
+        set_up(Default::default(), Some(QualityTarget::Original)).update(&pitched(&mover, 10.0), &|_| {}).unwrap();
     assert_eq!(small.vertices, fresh.vertices);
 }
 
@@ -146,13 +153,13 @@ fn a_few_faults_of_the_jump_are_repaired_without_steps() {
     let stepped = alone.update(&pitched(&alone, 160.0), &|_| {}).unwrap();
     assert_eq!(stepped.inverted, 0);
     assert!(stepped.path.steps > 1 && stepped.path.given_up > 0, "{:?}", stepped.path);
-    let mut mover = set_up(Default::default(), Some(Target::Original));
+    let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
     let repaired = mover.update(&pitched(&mover, 160.0), &|_| {}).unwrap();
     assert!(
         repaired.is_valid() && repaired.folded.is_empty(),
         "{} {:?} {:?}",
         repaired.inverted,
-        repaired.pierced,
+        repaired.self_intersecting,
         repaired.folded
     );
     assert_eq!((repaired.path.steps, repaired.path.given_up, repaired.path.reached), (1, 0, 1.0));
@@ -203,7 +210,7 @@ fn springs_are_evaluated_once_at_a_shape() {
 /// A repair of the jump that leaves a beta too low for it is kept where no way leads on, and not tried again.
 #[test]
 fn a_jump_is_repaired_but_once() {
-    let mut mover = set_up_on(cpu(), Default::default(), Some(Target::Original), 2);
+    let mut mover = set_up_on(cpu(), Default::default(), Some(QualityTarget::Original), 2);
     let wing = mover.mesh().family("wing").unwrap();
     let bent = |&vertex: &u32| DVec3::Z * 2.2 * (mover.mesh().vertices[vertex as usize].y / 2.0).powi(2);
     let moved = mover.family_vertices(wing).iter().map(bent).collect();
@@ -221,7 +228,7 @@ fn a_jump_is_repaired_but_once() {
 /// nothing is optimised. The farfield stands at x = 5.5, the trailing edge at 1 chord.
 #[test]
 fn a_wing_that_leaves_the_mesh_is_refused() {
-    let mut mover = set_up(Default::default(), Some(Target::Original));
+    let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
     let wing = mover.mesh().family("wing").unwrap();
     for by in [5.0, 8.0] {
         let away = vec![DVec3::X * by; mover.family_vertices(wing).len()];
@@ -245,7 +252,7 @@ fn springs_alone_carry_large_rotations() {
 
 #[test]
 fn large_rotations_improve_on_the_original() {
-    let mut mover = set_up(Default::default(), Some(Target::Improve));
+    let mut mover = set_up(Default::default(), Some(QualityTarget::Improve));
     for degrees in [10.0, 60.0, 120.0] {
         let (worst, _) = pitched_quality(&mut mover, degrees);
         assert!(worst >= 0.0126, "{degrees}: {worst}");
@@ -255,7 +262,7 @@ fn large_rotations_improve_on_the_original() {
 /// Where springs alone keep the quality nothing is optimised: the result is theirs to the bit.
 #[test]
 fn a_good_mesh_is_not_touched() {
-    let vertices = [None, Some(Target::Original)].map(|quality| {
+    let vertices = [None, Some(QualityTarget::Original)].map(|quality| {
         let mut mover = set_up(Default::default(), quality);
         mover.update(&pitched(&mover, 10.0), &|_| {}).unwrap().vertices
     });
@@ -273,7 +280,7 @@ fn every_spring_translates_the_mesh_with_its_boundary() {
             wings: Vec::new(),
             springs,
             method: Method::Chebyshev,
-            accuracy: Accuracy { tolerance: 1e-8, ..Accuracy::default() },
+            stopping: Stopping { tolerance: 1e-8, ..Stopping::default() },
             quality: None,
             max_steps: MAX_STEPS,
         };

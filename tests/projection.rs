@@ -1,7 +1,7 @@
 //! Closest points against brute force, and the continuation of surfaces across holes.
 
 use glam::{DMat3, DVec3};
-use idmesh::projection::{Target, TriangleTree, continuation};
+use idmesh::projection::{TargetSurface, TriangleTree, continuation};
 
 /// A part of the cylinder of radius 1 around x, `y > 0`, of `n` by `n` quads, without those whose centre `hole` takes.
 fn cylinder(n: usize, hole: impl Fn(f64, f64) -> bool) -> (Vec<DVec3>, Vec<[u32; 3]>) {
@@ -81,7 +81,7 @@ fn closest_points_of_one_triangle() {
 #[test]
 fn a_line_meets_the_surface_where_it_should() {
     let (points, triangles) = cylinder(64, |_, _| false);
-    let target = Target::new(&points, triangles);
+    let target = TargetSurface::new(&points, triangles);
     let from = DVec3::new(0.2, 1.05, 0.1);
     let direction = DVec3::new(0.3, 1.0, 0.2).normalize();
     let met = target.along(from, direction);

@@ -138,7 +138,7 @@ fn inverted_tets_are_gathered_and_placed() {
     }
 }
 
-/// Inside the block no vertex of a tet is on the surface: the nearest triangle is searched for.
+/// VolumeResult the block no vertex of a tet is on the surface: the nearest triangle is searched for.
 #[test]
 fn the_nearest_triangle_is_found_from_within() {
     let mesh = carve([9, 9, 9], &["low", "rest"], |_| false, |t| if on(t, 2, 0.0) { "low" } else { "rest" }, |at| at);
@@ -175,7 +175,7 @@ fn whole_surfaces_pierce_nothing() {
     for (mesh, surface) in [block(), wedge()] {
         for turn in rotations() {
             let moved: Vec<_> = mesh.vertices.iter().map(|&at| turn * at + DVec3::new(7.0, -3.0, 1e3)).collect();
-            assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), [0u32; 0]);
+            assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).self_intersecting(&moved), [0u32; 0]);
         }
     }
 }
@@ -196,9 +196,9 @@ fn a_spike_pierces_the_triangle_it_comes_out_of() {
     };
     let expected: Vec<u32> = (0..surface.triangles.len() as u32).filter(below).collect();
     assert_eq!(expected.len(), 1);
-    assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), expected);
+    assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).self_intersecting(&moved), expected);
     moved[tip].z = 0.01;
-    assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), [0u32; 0]);
+    assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).self_intersecting(&moved), [0u32; 0]);
 }
 
 /// Vertices thrown about: every edge against every triangle, where it meets its plane by solving for the place.
@@ -221,7 +221,7 @@ fn all_pierced_triangles_are_found() {
             })
         };
         let expected: Vec<u32> = (0..surface.triangles.len() as u32).filter(is_pierced).collect();
-        assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).pierced(&moved), expected, "{amount}");
+        assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).self_intersecting(&moved), expected, "{amount}");
         assert_eq!(expected.is_empty(), amount < 0.2, "{amount}: {}", expected.len());
     }
 }
@@ -234,8 +234,8 @@ fn vertices_that_are_nowhere_pierce_nothing() {
     let through = vertex_at(&mesh, DVec3::new(2.0, 2.0, 3.0));
     moved[through] += DVec3::new(0.3, 0.2, -5.0);
     let mut crossings = Crossings::new(&mesh.vertices, &surface.triangles);
-    assert!(!crossings.pierced_anew(&mesh.vertices, &moved).is_empty());
-    assert!(crossings.pierced_anew(&moved, &moved).is_empty());
+    assert!(!crossings.newly_self_intersecting(&mesh.vertices, &moved).is_empty());
+    assert!(crossings.newly_self_intersecting(&moved, &moved).is_empty());
     moved[through] = DVec3::NAN;
-    assert!(crossings.pierced_anew(&mesh.vertices, &moved).is_empty());
+    assert!(crossings.newly_self_intersecting(&mesh.vertices, &moved).is_empty());
 }

@@ -10,22 +10,22 @@ use idmesh::{
         cpu::{CpuBackend, Precision},
     },
     mesh::edges::{TetEdges, VertexGraph},
-    relaxation::{Accuracy, Convergence, Method, Network, Relaxer, Spectrum},
+    relaxation::{Convergence, Method, Network, Relaxer, Spectrum, Stopping},
 };
 use nalgebra::{DMatrix, DVector};
 
-const TIGHT: Accuracy = Accuracy { tolerance: 1e-12, max_sweeps: 1_000_000 };
+const TIGHT: Stopping = Stopping { tolerance: 1e-12, max_sweeps: 1_000_000 };
 
 fn relax(
     network: &Network,
     start: &[DVec3],
     method: Method,
     precision: Precision,
-    accuracy: Accuracy,
+    stopping: Stopping,
 ) -> (Vec<DVec3>, Convergence) {
     let mut displacement = start.to_vec();
     let mut relaxer = Relaxer::new(network.clone(), &CpuBackend::new(precision), method).unwrap();
-    let convergence = relaxer.relax(&mut displacement, None, &accuracy).unwrap();
+    let convergence = relaxer.relax(&mut displacement, None, &stopping).unwrap();
     (displacement, convergence)
 }
 
@@ -125,7 +125,7 @@ fn relaxation_agrees_with_a_direct_solution_and_knows_its_error() {
     for method in [Method::Jacobi, Method::Chebyshev] {
         for precision in [Precision::F64, Precision::F32] {
             for tolerance in [1e-2, 1e-4, 1e-6, 1e-12] {
-                let (moved, convergence) = relax(&network, &start, method, precision, Accuracy { tolerance, ..TIGHT });
+                let (moved, convergence) = relax(&network, &start, method, precision, Stopping { tolerance, ..TIGHT });
                 assert!(convergence.converged && convergence.error <= tolerance, "{convergence:?}");
                 let error = (0..n)
                     .map(|row| {
@@ -173,7 +173,7 @@ fn planes_and_lines_are_kept_exactly() {
     let start: Vec<DVec3> =
         positions.iter().map(|at| if at.x == 1.0 { DVec3::new(0.1, 0.2, at.y * 0.3) } else { DVec3::ZERO }).collect();
     for precision in [Precision::F64, Precision::F32] {
-        let (moved, convergence) = relax(&network, &start, Method::Chebyshev, precision, Accuracy::default());
+        let (moved, convergence) = relax(&network, &start, Method::Chebyshev, precision, Stopping::default());
         assert!(convergence.converged);
         for (at, u) in positions.iter().zip(&moved) {
             if at.x == 0.0 {
@@ -204,7 +204,7 @@ fn running_out_of_sweeps_is_a_result() {
     let (positions, network) = brick_network(6, hold_boundary);
     let start: Vec<DVec3> = positions.iter().map(|&at| if on_boundary(at) { at } else { DVec3::ZERO }).collect();
     let (_, convergence) =
-        relax(&network, &start, Method::Jacobi, Precision::F64, Accuracy { tolerance: 1e-9, max_sweeps: 5 });
+        relax(&network, &start, Method::Jacobi, Precision::F64, Stopping { tolerance: 1e-9, max_sweeps: 5 });
     assert!(!convergence.converged && convergence.sweeps == 5, "{convergence:?}");
 }
 

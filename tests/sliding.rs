@@ -10,13 +10,14 @@ use common::aircraft::*;
 use common::faults::distance_to;
 use glam::DVec3;
 use idmesh::backend::{Ball, Constraint, CpuBackend, Precision};
+use idmesh::families::{Families, Role};
 use idmesh::mesh::{self, FamilyId, TetMesh, csr::Csr};
 use idmesh::mover::{Outcome, Settings};
 use idmesh::projection::TriangleTree;
 use idmesh::projection::walk::{Curves, Parts};
 use idmesh::quality;
-use idmesh::smoothing::{Goal, Slide, Smoothed, Smoother, Target};
-use idmesh::stages::{Families, Role, sliding::Slides};
+use idmesh::smoothing::{Goal, QualityTarget, Smoothed, Smoother, SurfaceMotion};
+use idmesh::volume::sliding::SurfaceFreedom;
 use meshes::brick;
 
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
@@ -122,7 +123,7 @@ fn to_point((sin, cos): (f64, f64)) -> DVec3 {
 fn slides(mesh: &TetMesh, roles: Vec<Role>) -> Vec<u32> {
     let topology = mesh::validate(mesh).unwrap();
     let families = Families::new(mesh, &topology.surface, roles).unwrap();
-    Slides::new(mesh, &topology.surface, &families, &[]).vertices()
+    SurfaceFreedom::new(mesh, &topology.surface, &families, &[]).vertices()
 }
 
 /// Of a cube that is all one family the faces slide and the edges, for they are sharp; the corners stay.
@@ -139,7 +140,7 @@ fn corners_stay() {
     // Along its edges and in its faces, no other way.
     let topology = mesh::validate(&mesh).unwrap();
     let families = Families::new(&mesh, &topology.surface, vec![Role::TrailingEdge]).unwrap();
-    let slides = Slides::new(&mesh, &topology.surface, &families, &[]);
+    let slides = SurfaceFreedom::new(&mesh, &topology.surface, &families, &[]);
     let sliding = slides.on(&mesh, &topology.surface, &families, &mesh.vertices);
     for vertex in expected {
         let at = mesh.vertices[vertex as usize];
@@ -190,7 +191,7 @@ impl Lid {
     }
 }
 
-impl Slide for Lid {
+impl SurfaceMotion for Lid {
     fn tangent(&self, _: u32, at: DVec3) -> Constraint {
         Constraint::InPlane(DVec3::new(-0.3 * (1.0 - 2.0 * at.x), -0.1, 1.0).normalize())
     }
@@ -209,14 +210,20 @@ impl Slide for Lid {
 }
 
 /// Everything but the inside held; goal near the beta of the original's worst tet.
-fn run(mesh: &TetMesh, lid: &[u32], slide: Option<&dyn Slide>, backend: CpuBackend, at: &mut [DVec3]) -> Smoothed {
+fn run(
+    mesh: &TetMesh,
+    lid: &[u32],
+    slide: Option<&dyn SurfaceMotion>,
+    backend: CpuBackend,
+    at: &mut [DVec3],
+) -> Smoothed {
     let inside = |v: usize| {
         let x = brick(4).vertices[v];
         x.min_element() > 0.0 && x.max_element() < 1.0
     };
     let constraint: Vec<Constraint> =
         (0..mesh.vertices.len()).map(|v| if inside(v) { Constraint::Free } else { Constraint::Held }).collect();
-    let mut smoother = Smoother::new(&backend, &mesh.tets, &mesh.vertices, &constraint, lid, Target::Original);
+    let mut smoother = Smoother::new(&backend, &mesh.tets, &mesh.vertices, &constraint, lid, QualityTarget::Original);
     let goal = Goal { beta: 0.95 * worst(&quality::betas(&mesh.vertices, &mesh.tets)), max_sweeps: 200 };
     smoother.run(at, &mut quality::betas(at, &mesh.tets), &goal, slide).unwrap()
 }
@@ -256,7 +263,7 @@ fn sliding_repairs_what_held_surfaces_cannot() {
 fn a_run_without_surfaces_holds_them() {
     let (mesh, lid, slide) = Lid::new();
     let constraint = vec![Constraint::Held; mesh.vertices.len()];
-    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, Target::Original);
+    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, QualityTarget::Original);
     let goal = Goal { beta: 1.0, max_sweeps: 12 };
     let before = pushed(&mesh, &lid);
     let betas = quality::betas(&before, &mesh.tets);
@@ -285,7 +292,7 @@ fn a_slide_that_folds_is_not_kept() {
 fn an_unmoved_mesh_keeps_its_bits() {
     let (mesh, lid, slide) = Lid::new();
     let constraint = vec![Constraint::Held; mesh.vertices.len()];
-    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, Target::Original);
+    let mut smoother = Smoother::new(&F64, &mesh.tets, &mesh.vertices, &constraint, &lid, QualityTarget::Original);
     let mut at = mesh.vertices.clone();
     let mut betas = quality::betas(&at, &mesh.tets);
     let smoothed = smoother.run(&mut at, &mut betas, &Goal { beta: 1.0, max_sweeps: 40 }, Some(&slide)).unwrap();
@@ -298,7 +305,7 @@ fn the_number_of_threads_changes_no_bit() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let outcome = moved(SMALL, "planform_2", Some(Target::Improve));
+            let outcome = moved(SMALL, "planform_2", Some(QualityTarget::Improve));
             outcome.vertices.iter().copied().map(bits).collect::<Vec<_>>()
         })
     };
@@ -307,7 +314,7 @@ fn the_number_of_threads_changes_no_bit() {
 
 // ---- whole aircraft ----
 
-fn moved(aircraft: Aircraft, design: &str, quality: Option<Target>) -> Outcome {
+fn moved(aircraft: Aircraft, design: &str, quality: Option<QualityTarget>) -> Outcome {
     let mesh = aircraft.mesh();
     let settings = Settings { quality, ..settings(&mesh, aircraft.profiles("old_2")) };
     update(&mut mover(mesh, settings).unwrap(), aircraft.profiles(design))
@@ -348,7 +355,8 @@ fn curves(mesh: &TetMesh) -> HashMap<[u16; 2], Vec<[u32; 2]>> {
 /// vertex off them.
 #[test]
 fn surfaces_slide_within_themselves() {
-    let (springs, slid) = (moved(WING_BODY, "planform_2", None), moved(WING_BODY, "planform_2", Some(Target::Improve)));
+    let (springs, slid) =
+        (moved(WING_BODY, "planform_2", None), moved(WING_BODY, "planform_2", Some(QualityTarget::Improve)));
     let original = worst(&slid.original_beta);
     assert!(worst(&slid.beta) >= 1.3 * original, "{} of {original}", worst(&slid.beta));
     assert!(slid.is_valid() && slid.folded.is_empty());

@@ -13,7 +13,7 @@ use idmesh::{
     backend::{Backend, Constraint},
     mesh::TetMesh,
     quality,
-    smoothing::{Goal, NONE, Smoothed, Smoother, Target, colour},
+    smoothing::{Goal, NONE, QualityTarget, Smoothed, Smoother, colour},
 };
 use meshes::brick;
 use patches::vertex_tets;
@@ -26,7 +26,7 @@ fn run(
     backend: &dyn Backend,
     mesh: &TetMesh,
     constraint: &[Constraint],
-    target: Target,
+    target: QualityTarget,
     positions: &[DVec3],
     goal: &Goal,
 ) -> (Vec<DVec3>, Smoothed) {
@@ -76,7 +76,9 @@ fn vertices_of_one_colour_share_no_tet() {
 fn an_unmoved_mesh_keeps_its_bits() {
     let mesh = brick(4);
     let constraint = hold_boundary(&mesh);
-    for (target, goal) in [(Target::Improve, 0.03), (Target::Original, 0.03), (Target::Original, 1.0)] {
+    for (target, goal) in
+        [(QualityTarget::Improve, 0.03), (QualityTarget::Original, 0.03), (QualityTarget::Original, 1.0)]
+    {
         let goal = Goal { beta: goal, max_sweeps: 40 };
         let (positions, smoothed) = run(&F64, &mesh, &constraint, target, &mesh.vertices, &goal);
         assert_eq!(bits(&positions), bits(&mesh.vertices), "{target:?} {goal:?}");
@@ -95,7 +97,7 @@ fn a_displaced_vertex_returns() {
     // Below the beta of the brick's tets, so that the run ends when they are all as they were, but for rounding.
     let goal = Goal { beta: worst(&mesh, &mesh.vertices).1 * (1.0 - 1e-9), max_sweeps: 400 };
     for (backend, tolerance) in [(F64, 1e-6), (F32, 1e-3)] {
-        let (moved, smoothed) = run(&backend, &mesh, &constraint, Target::Original, &positions, &goal);
+        let (moved, smoothed) = run(&backend, &mesh, &constraint, QualityTarget::Original, &positions, &goal);
         let furthest = moved.iter().zip(&mesh.vertices).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
         assert!(furthest < tolerance, "{furthest} {smoothed:?}");
     }
@@ -112,7 +114,7 @@ fn inverted_tets_are_untangled() {
         let before = worst(&mesh, &positions);
         assert!(before.0 > 4, "{before:?}");
         for backend in [F64, F32] {
-            for target in [Target::Original, Target::Improve] {
+            for target in [QualityTarget::Original, QualityTarget::Improve] {
                 let goal = Goal { beta: 0.025, max_sweeps: 200 };
                 let (moved, smoothed) = run(&backend, &mesh, &constraint, target, &positions, &goal);
                 assert_eq!(worst(&mesh, &moved), (smoothed.inverted, smoothed.beta_min));
@@ -130,7 +132,7 @@ fn constrained_vertices_stay_where_they_may() {
     let constraint = slide_on_boundary(&mesh);
     let positions = shaken(&mesh, &constraint, 0.06);
     for backend in [F64, F32] {
-        let (moved, smoothed) = run(&backend, &mesh, &constraint, Target::Improve, &positions, &ALL);
+        let (moved, smoothed) = run(&backend, &mesh, &constraint, QualityTarget::Improve, &positions, &ALL);
         assert!(smoothed.beta_min > worst(&mesh, &positions).1 * 1.2, "{smoothed:?}");
         let mut slid = 0;
         for (vertex, constraint) in constraint.iter().enumerate() {
@@ -160,7 +162,7 @@ fn askew_constraints_hold() {
         constraint[vertex] = if place % 2 == 0 { Constraint::InPlane(normal) } else { Constraint::OnLine(line) };
     }
     let positions = shaken(&mesh, &constraint, 0.1);
-    let (moved, smoothed) = run(&F64, &mesh, &constraint, Target::Original, &positions, &ALL);
+    let (moved, smoothed) = run(&F64, &mesh, &constraint, QualityTarget::Original, &positions, &ALL);
     assert!(smoothed.moved >= inner.len() / 2);
     for &vertex in &inner {
         let by = moved[vertex] - positions[vertex];
@@ -178,7 +180,9 @@ fn a_run_never_makes_a_mesh_worse() {
     let constraint = hold_boundary(&mesh);
     for amount in [0.0, 0.05, 0.2, 0.5, 2.0] {
         for max_sweeps in [0, 1, 7, 60] {
-            for (backend, target) in [(F64, Target::Improve), (F64, Target::Original), (F32, Target::Improve)] {
+            for (backend, target) in
+                [(F64, QualityTarget::Improve), (F64, QualityTarget::Original), (F32, QualityTarget::Improve)]
+            {
                 let positions = shaken(&mesh, &constraint, amount);
                 let goal = Goal { beta: 1.0, max_sweeps };
                 let (moved, smoothed) = run(&backend, &mesh, &constraint, target, &positions, &goal);
@@ -199,7 +203,7 @@ fn the_number_of_threads_changes_no_bit() {
     let goal = Goal { beta: 0.05, max_sweeps: 24 };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| run(&F64, &mesh, &constraint, Target::Improve, &positions, &goal))
+        pool.install(|| run(&F64, &mesh, &constraint, QualityTarget::Improve, &positions, &goal))
     };
     let (one, three) = (on(1), on(3));
     assert_eq!(bits(&one.0), bits(&three.0));
@@ -216,7 +220,7 @@ fn a_run_ends_with_a_climb_on_beta() {
     let positions = shaken(&mesh, &constraint, 0.06);
     let original = worst(&mesh, &mesh.vertices).1;
     let end = |target| run(&F64, &mesh, &constraint, target, &positions, &ALL).1.beta_min;
-    let (of_original, of_improve) = (end(Target::Original), end(Target::Improve));
+    let (of_original, of_improve) = (end(QualityTarget::Original), end(QualityTarget::Improve));
     assert!(of_original > 0.999 * original && of_original < 1.03 * original, "{of_original} of {original}");
     assert!(of_improve > 1.01 * original, "{of_improve} of {original}");
 }
@@ -230,7 +234,7 @@ fn what_is_good_stays() {
     let centre = middle(&mesh);
     positions[centre] += DVec3::new(0.1, 0.02, 0.0);
     let goal = Goal { beta: 0.02, max_sweeps: 40 };
-    let (moved, smoothed) = run(&F64, &mesh, &constraint, Target::Original, &positions, &goal);
+    let (moved, smoothed) = run(&F64, &mesh, &constraint, QualityTarget::Original, &positions, &goal);
     assert!(smoothed.moved > 0 && smoothed.beta_min >= 0.02, "{smoothed:?}");
     for (vertex, (was, is)) in positions.iter().zip(&moved).enumerate() {
         // Two rings and the round's growth; cells are of side 1/8.

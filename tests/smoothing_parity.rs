@@ -13,9 +13,9 @@ use common::brick::{Brick, noise_vector};
 use common::compare;
 use glam::DVec3;
 use idmesh::backend::gpu::Bounds;
-use idmesh::backend::{Backend, BackendError, Ball, Constraint, CpuBackend, Objective, Precision};
+use idmesh::backend::{Backend, BackendError, Ball, Constraint, CpuBackend, Precision, SmoothingObjective};
 use idmesh::quality::{Statistics, betas, volume};
-use idmesh::smoothing::{Goal, Smoother, Target, inverse_targets};
+use idmesh::smoothing::{Goal, QualityTarget, Smoother, inverse_targets};
 use patches::Whole;
 
 const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
@@ -48,7 +48,7 @@ fn shaken(mesh: &Brick, amount: f64) -> Vec<DVec3> {
 }
 
 /// Several batches of sweeps with all that a run changes between them; the corrections after each.
-fn corrections(backend: &dyn Backend, mesh: &Brick, target: Target) -> Result<Vec<DVec3>, BackendError> {
+fn corrections(backend: &dyn Backend, mesh: &Brick, target: QualityTarget) -> Result<Vec<DVec3>, BackendError> {
     let mut smoother = backend.smoother();
     let all: Vec<u32> = (0..mesh.points.len() as u32).collect();
     let mut found = Vec::new();
@@ -57,13 +57,13 @@ fn corrections(backend: &dyn Backend, mesh: &Brick, target: Target) -> Result<Ve
         let mut whole = Whole::new(&mesh.tets, mesh.points.len(), moving);
         let constraint = whole.ordered(&constraints(mesh, round));
         let inverse_target = inverse_targets(target, &whole.tets, &whole.ordered(&mesh.points));
-        let shape = |power, size, delta_squared| Objective::Shape {
+        let shape = |power, size, delta_squared| SmoothingObjective::Shape {
             inverse_target: &inverse_target,
             power,
             size,
             delta_squared,
         };
-        let beta = |goal| Objective::Beta { goal, gain: 1e-5 };
+        let beta = |goal| SmoothingObjective::Beta { goal, gain: 1e-5 };
         for (amount, objective, count) in [
             (0.1, shape(2, 0, 0.0), 3),
             (0.1, beta(0.02), 4),
@@ -87,7 +87,7 @@ fn sweeps_agree_with_the_twin() {
     for workgroups in [None, Some(1)] {
         let Some(gpu) = gpu(Bounds { workgroups, ..Bounds::default() }) else { return };
         for mesh in [Brick::new(7, 0), Brick::new(6, 2)] {
-            for target in [Target::Original, Target::Improve] {
+            for target in [QualityTarget::Original, QualityTarget::Improve] {
                 let expected = corrections(&TWIN, &mesh, target).unwrap();
                 let found = corrections(&gpu, &mesh, target).unwrap();
                 let moved = expected.iter().filter(|c| **c != DVec3::ZERO).count();
@@ -118,7 +118,7 @@ fn runs_agree_with_the_twin() {
         mesh.on_boundary.iter().map(|&held| if held { Constraint::Held } else { Constraint::Free }).collect();
     let goal = Goal { beta: 0.01, max_sweeps: 80 };
     let run = |backend: &dyn Backend| {
-        let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.points, &held, &[], Target::Improve);
+        let mut smoother = Smoother::new(backend, &mesh.tets, &mesh.points, &held, &[], QualityTarget::Improve);
         // The second run finds the buffers of the first.
         let runs = [0.3, 0.5].map(|amount| {
             let mut positions = shaken(&mesh, amount);
@@ -142,7 +142,7 @@ fn runs_agree_with_the_twin() {
 #[test]
 fn a_mesh_that_does_not_fit_is_refused() {
     let Some(gpu) = gpu(Bounds { matrix_bytes: Some(1 << 12), ..Bounds::default() }) else { return };
-    let refused = corrections(&gpu, &Brick::new(4, 0), Target::Original);
+    let refused = corrections(&gpu, &Brick::new(4, 0), QualityTarget::Original);
     assert!(matches!(refused, Err(BackendError::TooLarge { available: 4096, .. })), "{refused:?}");
 }
 
@@ -150,7 +150,7 @@ fn a_mesh_that_does_not_fit_is_refused() {
 fn an_empty_mesh_is_no_error() {
     let Some(gpu) = gpu(Bounds::default()) else { return };
     for backend in [&gpu as &dyn Backend, &TWIN] {
-        let mut smoother = Smoother::new(backend, &[], &[], &[], &[], Target::Original);
+        let mut smoother = Smoother::new(backend, &[], &[], &[], &[], QualityTarget::Original);
         let smoothed = smoother.run(&mut [], &mut [], &Goal { beta: 1.0, max_sweeps: 10 }, None).unwrap();
         assert_eq!((smoothed.sweeps, smoothed.inverted, smoothed.moved), (0, 0, 0));
     }

@@ -10,12 +10,12 @@ mod shaken;
 use glam::{DMat3, DVec3};
 use idmesh::{
     backend::{self, Backend, Ball, Constraint, CpuBackend},
-    kernels::climb_vertices::{self, Corner},
-    kernels::smooth_vertices::{Objective, Tets, derivatives, energy},
+    kernels::raise_worst_beta::{self, Corner},
+    kernels::smooth_vertices::{MeanRatioObjective, Tets, derivatives, energy},
     kernels::star::Star,
     mesh::TetMesh,
     quality,
-    smoothing::{Target, inverse_targets},
+    smoothing::{QualityTarget, inverse_targets},
 };
 use meshes::brick;
 use patches::{Whole, vertex_tets};
@@ -60,13 +60,13 @@ fn derivatives_against_finite_differences() {
     let vertex = middle(&mesh);
     let rows = vertex_tets(&mesh.tets, mesh.vertices.len());
     for (target, [power, size], delta, shift) in [
-        (Target::Original, [1, 0], 0.0, DVec3::new(0.1, -0.05, 0.12)),
-        (Target::Original, [2, 1], 0.0, DVec3::new(0.1, -0.05, 0.12)),
-        (Target::Improve, [3, 2], 0.0, DVec3::new(0.02, 0.15, -0.1)),
+        (QualityTarget::Original, [1, 0], 0.0, DVec3::new(0.1, -0.05, 0.12)),
+        (QualityTarget::Original, [2, 1], 0.0, DVec3::new(0.1, -0.05, 0.12)),
+        (QualityTarget::Improve, [3, 2], 0.0, DVec3::new(0.02, 0.15, -0.1)),
         // Tangled: the vertex is outside its star.
-        (Target::Original, [1, 1], 0.3, DVec3::new(0.4, 0.6, -0.3)),
-        (Target::Original, [1, 3], 0.3, DVec3::new(0.3, 0.6, -0.3)),
-        (Target::Improve, [2, 0], 0.3, DVec3::new(0.7, 0.1, 0.2)),
+        (QualityTarget::Original, [1, 1], 0.3, DVec3::new(0.4, 0.6, -0.3)),
+        (QualityTarget::Original, [1, 3], 0.3, DVec3::new(0.3, 0.6, -0.3)),
+        (QualityTarget::Improve, [2, 0], 0.3, DVec3::new(0.7, 0.1, 0.2)),
     ] {
         let inverse = inverse_targets(target, &mesh.tets, &mesh.vertices);
         let (base, inverse_target) = pack(&mesh, &inverse, &mesh.vertices);
@@ -80,7 +80,7 @@ fn derivatives_against_finite_differences() {
             reach: &[],
         };
         let tets = Tets { star, inverse_target: &inverse_target };
-        let objective = Objective { power, size, delta_squared: delta * delta, tolerance: 0.0 };
+        let objective = MeanRatioObjective { power, size, delta_squared: delta * delta, tolerance: 0.0 };
         // The others have moved too since the base was taken.
         let moved = shaken(&mesh, &constraint, 0.05);
         let mut correction: Vec<[f64; 4]> = Vec::new();
@@ -119,7 +119,7 @@ fn derivatives_against_finite_differences() {
 fn the_target_is_the_optimum() {
     let mesh = brick(3);
     let rows = vertex_tets(&mesh.tets, mesh.vertices.len());
-    let inverse = inverse_targets(Target::Original, &mesh.tets, &mesh.vertices);
+    let inverse = inverse_targets(QualityTarget::Original, &mesh.tets, &mesh.vertices);
     let (base, inverse_target) = pack(&mesh, &inverse, &mesh.vertices);
     let zero = vec![[0.0; 4]; mesh.vertices.len()];
     let star = Star {
@@ -133,7 +133,7 @@ fn the_target_is_the_optimum() {
     let tets = Tets { star, inverse_target: &inverse_target };
     for vertex in 0..mesh.vertices.len() {
         let size = vertex as u32 % 4;
-        let objective = Objective { power: 1, size, delta_squared: 0.0, tolerance: 0.0 };
+        let objective = MeanRatioObjective { power: 1, size, delta_squared: 0.0, tolerance: 0.0 };
         let local = derivatives(vertex, &tets, &objective, &zero, [0.0; 3], 1.0 / 27.0);
         let n_tets = rows.row(vertex).len() as f64;
         assert!((local.energy - n_tets).abs() < 1e-11 * n_tets);
@@ -145,7 +145,7 @@ fn the_target_is_the_optimum() {
 #[test]
 fn the_regular_target_is_regular() {
     let mesh = brick(2);
-    let inverse = inverse_targets(Target::Improve, &mesh.tets, &mesh.vertices);
+    let inverse = inverse_targets(QualityTarget::Improve, &mesh.tets, &mesh.vertices);
     for (tet, inverse) in mesh.tets.iter().zip(&inverse) {
         let w = inverse.inverse();
         let corners = [DVec3::ZERO, w.x_axis, w.y_axis, w.z_axis];
@@ -177,7 +177,7 @@ fn the_climb_against_finite_differences() {
         reach: &[],
     };
     let goal = 0.3;
-    let objective = climb_vertices::Objective { six_goal: 6.0 * goal, gain: 0.0 };
+    let objective = raise_worst_beta::WorstBetaObjective { six_goal: 6.0 * goal, gain: 0.0 };
     let sum = |vertex: usize, by: DVec3| {
         let mut points = points;
         points[vertex] += by;
@@ -185,7 +185,7 @@ fn the_climb_against_finite_differences() {
     };
     for vertex in 0..4 {
         let corner = Corner::new(&star, &correction, vertex as u32);
-        let local = climb_vertices::derivatives(&[corner], &objective, [0.0; 3]);
+        let local = raise_worst_beta::derivatives(&[corner], &objective, [0.0; 3]);
         assert!((local.energy - sum(vertex, DVec3::ZERO)).abs() < 1e-14);
         let shortest = points.iter().map(|other| other.distance_squared(points[vertex])).filter(|&l| l > 0.0);
         assert!((local.shortest - shortest.fold(f64::INFINITY, f64::min)).abs() < 1e-14);
@@ -218,7 +218,7 @@ fn a_flat_tet_rises() {
             let mut whole = Whole::new(&[[0, 1, 2, 3]], 4, &[3]);
             whole.reach[0] = reach;
             let (positions, constraint) = (whole.ordered(&mesh), whole.ordered(&constraint));
-            let objective = backend::Objective::Beta { goal, gain: 1e-5 };
+            let objective = backend::SmoothingObjective::Beta { goal, gain: 1e-5 };
             let patch = whole.patch(&positions, &constraint);
             let moved = backend.smoother().sweep(&patch, &objective, 1).unwrap();
             assert!(moved[0].distance(DVec3::Z * expected) <= tolerance, "{h} {moved:?} {expected}");
@@ -235,8 +235,8 @@ fn sweep(
     mesh: &TetMesh,
     positions: &[DVec3],
     constraint: &[Constraint],
-    objective: impl for<'a> Fn(&'a [DMat3]) -> backend::Objective<'a>,
-    target: Target,
+    objective: impl for<'a> Fn(&'a [DMat3]) -> backend::SmoothingObjective<'a>,
+    target: QualityTarget,
     count: usize,
 ) -> Vec<DVec3> {
     let moves = |vertex: &u32| constraint[*vertex as usize] != Constraint::Held;
@@ -251,12 +251,12 @@ fn sweep(
     correction
 }
 
-fn shape(power: u32, size: u32) -> impl for<'a> Fn(&'a [DMat3]) -> backend::Objective<'a> {
-    move |inverse_target| backend::Objective::Shape { inverse_target, power, size, delta_squared: 0.0 }
+fn shape(power: u32, size: u32) -> impl for<'a> Fn(&'a [DMat3]) -> backend::SmoothingObjective<'a> {
+    move |inverse_target| backend::SmoothingObjective::Shape { inverse_target, power, size, delta_squared: 0.0 }
 }
 
-fn climb(goal: f64) -> impl for<'a> Fn(&'a [DMat3]) -> backend::Objective<'a> {
-    move |_| backend::Objective::Beta { goal, gain: 1e-5 }
+fn climb(goal: f64) -> impl for<'a> Fn(&'a [DMat3]) -> backend::SmoothingObjective<'a> {
+    move |_| backend::SmoothingObjective::Beta { goal, gain: 1e-5 }
 }
 
 fn sums(positions: &[DVec3], correction: &[DVec3]) -> Vec<DVec3> {
@@ -291,7 +291,7 @@ fn energy_falls_with_every_sweep_and_tets_stay_valid() {
     assert_eq!(worst(&mesh, &start).0, 0);
     let entries: Vec<u32> = (0..mesh.tets.len() as u32).map(|tet| 4 * tet).collect();
     for (backend, rounding) in [(F64, 1e-13), (F32, 1e-5)] {
-        for target in [Target::Original, Target::Improve] {
+        for target in [QualityTarget::Original, QualityTarget::Improve] {
             for powers in [[1, 0], [1, 1], [2, 0], [2, 1], [4, 2], [7, 0]] {
                 let inverse = inverse_targets(target, &mesh.tets, &mesh.vertices);
                 let total = |positions: &[DVec3]| energy_by_hand(&mesh, &inverse, positions, &entries, powers, 0.0);
@@ -318,7 +318,8 @@ fn a_climb_lowers_the_shortfall_with_every_sweep() {
         quality::betas(at, &mesh.tets).iter().map(|beta| (1.0 - beta / goal).max(0.0).powi(4)).sum()
     };
     for (backend, rounding) in [(F64, 1e-13), (F32, 1e-4)] {
-        let swept = |at: &[DVec3]| sums(at, &sweep(&backend, &mesh, at, &constraint, climb(goal), Target::Improve, 1));
+        let swept =
+            |at: &[DVec3]| sums(at, &sweep(&backend, &mesh, at, &constraint, climb(goal), QualityTarget::Improve, 1));
         assert_lowered(&start, total, swept, rounding, 0.5, "climb");
     }
 }
@@ -331,7 +332,7 @@ fn sizes_are_kept_as_well_as_shapes() {
     let constraint = hold_boundary(&mesh);
     let positions: Vec<DVec3> = mesh.vertices.iter().map(|at| at.with_x(0.5 * at.x * (1.0 + at.x))).collect();
     let spread = |size: u32| {
-        let correction = sweep(&F64, &mesh, &positions, &constraint, shape(1, size), Target::Original, 100);
+        let correction = sweep(&F64, &mesh, &positions, &constraint, shape(1, size), QualityTarget::Original, 100);
         let at = sums(&positions, &correction);
         let ratio = |tet: &[u32; 4]| {
             let volume = |of: &[DVec3]| quality::volume(tet.map(|vertex| of[vertex as usize]));
@@ -352,8 +353,9 @@ fn f32_follows_f64() {
         let constraint = hold_boundary(&mesh);
         let positions: Vec<DVec3> = shaken(&mesh, &constraint, 0.05).iter().map(|at| *at * unit).collect();
         mesh.vertices.iter_mut().for_each(|at| *at *= unit);
-        let sweep =
-            |backend: CpuBackend| sweep(&backend, &mesh, &positions, &constraint, shape(2, 1), Target::Improve, 3);
+        let sweep = |backend: CpuBackend| {
+            sweep(&backend, &mesh, &positions, &constraint, shape(2, 1), QualityTarget::Improve, 3)
+        };
         for (a, b) in sweep(F64).iter().zip(&sweep(F32)) {
             // A vertex is placed where E is flat to f32's rounding: to its square root of the cell's side 1/4.
             assert!(a.distance(*b) < 0.25 * 1e-3 * unit, "{a} {b}");

@@ -8,10 +8,11 @@ use common::aircraft::cpu;
 use common::brick::{Brick, noise_vector};
 use common::carved::{carve, on};
 use glam::DVec3;
+use idmesh::families::Role;
 use idmesh::mover::{Design, Mover, Settings};
-use idmesh::relaxation::{Accuracy, Method};
-use idmesh::springs::{SPRINGS, Stiffness, nearness};
-use idmesh::stages::{Role, interior::MAX_STEPS};
+use idmesh::relaxation::{Method, Stopping};
+use idmesh::springs::{SPRINGS, Stiffness, wall_proximity};
+use idmesh::volume::MAX_STEPS;
 
 /// A triangle with sides 3, 4 and 5: h is 4. Points on it, 8 above and below its inside, and 5 from its corner.
 #[test]
@@ -21,11 +22,11 @@ fn nearness_of_a_triangle() {
             [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0], [1.0, 1.0, 8.0], [1.0, 1.0, -8.0], [-3.0, 0.0, 4.0]];
         let points = points.map(|at| DVec3::from_array(at) * unit);
         let edges = [[0, 1], [0, 3], [3, 4], [0, 5], [5, 4]];
-        let found = nearness(&points, &edges, &[[2, 0, 1]]);
+        let found = wall_proximity(&points, &edges, &[[2, 0, 1]]);
         for (found, distance) in found.iter().zip([0.0, 4.0, 8.0, 2.5, 6.5]) {
             assert!((found - 4.0 / (distance + 4.0)).abs() < 1e-15, "{unit}: {found} at {distance}");
         }
-        assert_eq!(nearness(&points, &edges, &[]), [1.0; 5]);
+        assert_eq!(wall_proximity(&points, &edges, &[]), [1.0; 5]);
     }
 }
 
@@ -58,7 +59,7 @@ fn a_moved_block_leaves_springs_in_equilibrium() {
             wings: Vec::new(),
             springs,
             method: Method::Chebyshev,
-            accuracy: Accuracy { tolerance: 1e-12, ..Accuracy::default() },
+            stopping: Stopping { tolerance: 1e-12, ..Stopping::default() },
             quality: None,
             max_steps: MAX_STEPS,
         };

@@ -7,7 +7,7 @@ use common::{compare, compare_by};
 use glam::DVec3;
 use idmesh::mover::Mover;
 use idmesh::profile::Profile;
-use idmesh::stages::Start;
+use idmesh::volume::Start;
 
 /// Profiles raised by so much of their distance from the symmetry plane.
 fn raised(old: &[Profile], share: f64) -> Vec<Profile> {

@@ -8,10 +8,10 @@ use common::aircraft::{SMALL, mover, settings, vertices_of};
 use common::block::{CELL, block, design, mapped, sections, set_up};
 use common::faults::{bits_changed, inverted};
 use glam::{DQuat, DVec3};
+use idmesh::families::Role;
 use idmesh::mesh::FamilyId;
 use idmesh::mover::{Design, HeldBack, MoveError, Mover, Warning};
-use idmesh::smoothing::Target;
-use idmesh::stages::Role;
+use idmesh::smoothing::QualityTarget;
 
 /// The wing and its tip, moved as these say.
 fn prescribed(wing: impl Fn(DVec3) -> DVec3, tip: impl Fn(DVec3) -> DVec3) -> (Mover, Design) {
@@ -68,7 +68,7 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
     };
     let odd = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.7).normalize(), 0.4);
     for (turn, quality) in
-        [(DQuat::IDENTITY, None), (DQuat::IDENTITY, Some(Target::Improve)), (odd, Some(Target::Improve))]
+        [(DQuat::IDENTITY, None), (DQuat::IDENTITY, Some(QualityTarget::Improve)), (odd, Some(QualityTarget::Improve))]
     {
         let mesh = block(5.0, |at| turn * noisy(at));
         let old = mapped(&sections(&[0.3, 1.55]), |at| turn * at);

@@ -15,7 +15,7 @@ use glam::DVec3;
 use idmesh::backend::gpu::Bounds;
 use idmesh::backend::{Backend, CpuBackend, Precision};
 use idmesh::mover::{Mover, Outcome, Settings};
-use idmesh::relaxation::{Accuracy, Method};
+use idmesh::relaxation::{Method, Stopping};
 
 /// What a vertex may differ by, as a share of the largest displacement. Both relax until each vertex is within 1e-4 of
 /// its shortest edge, and the shortest edges are a few hundredths of the largest displacement.
@@ -66,8 +66,8 @@ fn a_fine_tolerance_is_reached_in_f32() {
     for method in [Method::Multigrid, Method::Chebyshev] {
         let run = |backend: Arc<dyn Backend>| {
             let mesh = SMALL.mesh();
-            let accuracy = Accuracy { tolerance: 1e-12, ..Accuracy::default() };
-            let settings = Settings { method, accuracy, quality: None, ..settings(&mesh, SMALL.profiles("old_2")) };
+            let stopping = Stopping { tolerance: 1e-12, ..Stopping::default() };
+            let settings = Settings { method, stopping, quality: None, ..settings(&mesh, SMALL.profiles("old_2")) };
             let outcome = update(&mut Mover::new(mesh, settings, backend, &|_| {}).unwrap(), SMALL.profiles("small_2"));
             assert!(outcome.converged, "{method:?}: {:?}", outcome.unconverged);
             outcome

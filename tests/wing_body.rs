@@ -7,7 +7,7 @@ use common::faults::*;
 use glam::DVec3;
 use idmesh::mover::{Mover, Outcome, Settings};
 use idmesh::profile::Profile;
-use idmesh::smoothing::Target;
+use idmesh::smoothing::QualityTarget;
 
 const SETS: [&str; 3] = ["small", "big", "planform"];
 /// Springs keep the mean shape of the tets: mean beta stays within this share of the original's.
@@ -27,7 +27,7 @@ fn check(aircraft: Aircraft, mover: &mut Mover, set: &str) -> Outcome {
     assert_eq!(faults(mesh, &outcome.vertices), [], "{set}");
     assert_eq!(outcome.inverted, 0, "{set}");
     assert!(outcome.folded.is_empty(), "{set}: {:?}", outcome.folded);
-    assert!(outcome.is_valid(), "{set}: {} pierced", outcome.pierced.len());
+    assert!(outcome.is_valid(), "{set}: {} self_intersecting", outcome.self_intersecting.len());
 
     let [original, .., last] = &outcome.stages[..] else { panic!("{set}: no stages") };
     let ratio = last.beta_mean / original.beta_mean;
@@ -175,7 +175,8 @@ fn local_optimisation_repairs_what_springs_leave() {
         let settings = Settings { quality, ..settings(&mesh, ROUND.profiles("old_2")) };
         update(&mut mover(mesh, settings).unwrap(), ROUND.profiles("big_2"))
     };
-    let (springs, repaired, improved) = (run(None), run(Some(Target::Original)), run(Some(Target::Improve)));
+    let (springs, repaired, improved) =
+        (run(None), run(Some(QualityTarget::Original)), run(Some(QualityTarget::Improve)));
     let original = worst(&springs.original_beta);
     assert!(worst(&springs.beta) < 0.75 * original && springs.smoothed.is_none());
     assert!(worst(&repaired.beta) >= 0.99 * original && repaired.inverted == 0);

@@ -6,20 +6,21 @@ use std::collections::BTreeSet;
 
 use common::aircraft::*;
 use glam::{DQuat, DVec3};
+use idmesh::families::{Role, TipStart};
+use idmesh::geometry::fitted_motion::FittedMotion;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{Mover, Outcome, Warning};
 use idmesh::profile::Profile;
-use idmesh::relaxation::Accuracy;
-use idmesh::stages::{Role, TipStart, best_motion::BestMotion};
+use idmesh::relaxation::Stopping;
 
 /// Relaxed this far, what is left of the springs' forces is rounding.
-const EXACT: Accuracy = Accuracy { tolerance: 1e-11, max_sweeps: 1_000_000 };
+const EXACT: Stopping = Stopping { tolerance: 1e-11, max_sweeps: 1_000_000 };
 
 fn with_tip(coefficient: f64, start: TipStart) -> Mover {
     let mesh = WING_BODY.mesh();
     let mut settings = settings(&mesh, WING_BODY.profiles("old_2"));
     settings.roles[mesh.family("wingtip").unwrap().index()] = Role::Wingtip { coefficient, start };
-    settings.accuracy = EXACT;
+    settings.stopping = EXACT;
     mover(mesh, settings).unwrap()
 }
 
@@ -174,7 +175,7 @@ fn in_three(coefficients: [f64; 3], start: TipStart) -> Mover {
     let [front, behind, core] = coefficients.map(|coefficient| Role::Wingtip { coefficient, start });
     settings.roles[tip.index()] = front;
     settings.roles.extend([behind, core]);
-    settings.accuracy = EXACT;
+    settings.stopping = EXACT;
     mover(mesh, settings).unwrap()
 }
 
@@ -234,7 +235,7 @@ fn each_family_keeps_its_coefficient() {
 fn the_best_motion_is_that_of_the_boundary_s_length() {
     let (mesh, outcome) = moved(0.0, TipStart::Rigid, WING_BODY.profiles("planform_2"));
     let pair = |vertex: usize| (mesh.vertices[vertex], outcome.vertices[vertex], 1.0);
-    let motion = BestMotion::rigid(&inside(&mesh).into_iter().map(pair).collect::<Vec<_>>());
+    let motion = FittedMotion::rigid(&inside(&mesh).into_iter().map(pair).collect::<Vec<_>>());
     let edges = |family: &str| {
         let edges = triangles_of(&mesh, family).into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         edges.map(|[a, b]| [a.min(b), a.max(b)]).collect::<BTreeSet<_>>()

@@ -17,13 +17,15 @@ use common::{Failure, numbers, print_machine, print_table, row};
 use glam::{DVec2, DVec3};
 use idmesh::{
     backend::{self, Backend, Selection},
+    families::Role,
     mesh::TetMesh,
     mover::{Design, Mover, Outcome, Settings},
     profile::{Plane, Profile, cut},
-    relaxation::{Accuracy, Method},
-    smoothing::Target,
+    relaxation::{Method, Stopping},
+    smoothing::QualityTarget,
     springs::Springs,
-    stages::{Role, WingProfiles, interior::MAX_STEPS},
+    stages::WingProfiles,
+    volume::MAX_STEPS,
 };
 use rayon::prelude::*;
 
@@ -164,8 +166,8 @@ fn mover(mesh: &TetMesh, planes: [f64; 2], backend: &Arc<dyn Backend>) -> Result
         wings: vec![WingProfiles::new("wing", grid::WING, old)],
         springs: <&Springs>::default(),
         method: Method::default(),
-        accuracy: Accuracy::default(),
-        quality: Some(Target::Original),
+        stopping: Stopping::default(),
+        quality: Some(QualityTarget::Original),
         max_steps: MAX_STEPS,
     };
     Ok(Mover::new(mesh.clone(), settings, backend.clone(), &|_| {})?)
@@ -219,8 +221,8 @@ fn why(outcome: &Outcome) -> String {
     if outcome.inverted > 0 {
         faults.push(format!("{} inverted tets", outcome.inverted));
     }
-    if !outcome.pierced.is_empty() {
-        faults.push(format!("{} triangles pierced", outcome.pierced.len()));
+    if !outcome.self_intersecting.is_empty() {
+        faults.push(format!("{} triangles self_intersecting", outcome.self_intersecting.len()));
     }
     for missed in outcome.missed.values() {
         let at = outcome.vertices[missed.vertex];
@@ -230,8 +232,8 @@ fn why(outcome: &Outcome) -> String {
             100.0 * missed.share
         ));
     }
-    for (family, distance) in outcome.strayed.iter().chain(&outcome.parted) {
-        faults.push(format!("{family} strayed or parted by {distance:e}"));
+    for (family, distance) in outcome.off_surface.iter().chain(&outcome.parted) {
+        faults.push(format!("{family} off_surface or parted by {distance:e}"));
     }
     let held = outcome.held_back.iter().filter(|held| held.beyond.is_some());
     faults.extend(held.map(|held| format!("{held:?}")));

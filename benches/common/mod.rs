@@ -8,12 +8,14 @@ use std::{collections::BTreeMap, error::Error, fs, path::PathBuf, process::ExitC
 use glam::DVec3;
 use idmesh::{
     backend::BackendInfo,
+    families::{Role, TipStart},
     formats::{self, MeshFile},
     mover::{Design, Settings},
     profile::{Profile, csv},
-    relaxation::{Accuracy, Method},
+    relaxation::{Method, Stopping},
     springs::Springs,
-    stages::{Role, TipStart, WingProfiles, interior::MAX_STEPS},
+    stages::WingProfiles,
+    volume::MAX_STEPS,
 };
 
 /// What goes wrong in a benchmark.
@@ -55,8 +57,8 @@ impl Example {
             wings: vec![WingProfiles::new("wing", wing, profiles("old.csv")?)],
             springs: <&Springs>::default(),
             method: Method::default(),
-            accuracy: Accuracy::default(),
-            quality: Some(idmesh::smoothing::Target::Original),
+            stopping: Stopping::default(),
+            quality: Some(idmesh::smoothing::QualityTarget::Original),
             max_steps: MAX_STEPS,
         };
         let design =

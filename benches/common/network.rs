@@ -9,7 +9,7 @@ use idmesh::{
         Order, TetMesh,
         edges::{TetEdges, VertexGraph},
     },
-    relaxation::{Moving, Network},
+    relaxation::{FreeRows, Network},
     springs::Springs,
 };
 use rayon::prelude::*;
@@ -60,7 +60,7 @@ impl Edges {
         }
     }
 
-    /// The default springs, but for their nearness to walls.
+    /// The default springs, but for their wall_proximity to walls.
     ///
     /// # Errors
     /// The backend failed.
@@ -87,7 +87,7 @@ pub struct Speed {
 ///
 /// # Errors
 /// The backend failed.
-pub fn sweep_speed(moving: &Moving, backend: &dyn Backend) -> Result<Speed, Failure> {
+pub fn sweep_speed(moving: &FreeRows, backend: &dyn Backend) -> Result<Speed, Failure> {
     let network = &moving.network;
     let mut device = backend.upload(&network.data())?;
     let load: Vec<DVec3> = (0..network.len()).map(|row| DVec3::new(row as f64, 1.0, -1.0)).collect();

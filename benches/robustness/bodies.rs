@@ -3,7 +3,7 @@
 use idmesh::{
     mesh::TetMesh,
     mover::{Design, Mover, Settings},
-    smoothing::Target,
+    smoothing::QualityTarget,
     springs::Springs,
 };
 
@@ -32,7 +32,7 @@ pub trait Body {
     fn kinds(&self) -> &'static [Kind];
 
     /// What a mover needs.
-    fn settings(&self, quality: Option<Target>) -> Settings;
+    fn settings(&self, quality: Option<QualityTarget>) -> Settings;
 
     /// The design that makes so much of the motion number `kind`.
     fn design(&self, mover: &Mover, kind: usize, amount: f64) -> Design;

@@ -130,16 +130,16 @@ fn move_all(body: &dyn Body, target: usize, runs: &mut Vec<Run>) -> Result<(), F
             if !outcome.converged {
                 eprintln!("  not converged: {:?}", outcome.unconverged);
             }
-            let (folded, pierced) = (outcome.folded.values().sum(), outcome.pierced.len());
+            let (folded, self_intersecting) = (outcome.folded.values().sum(), outcome.self_intersecting.len());
             let inverted = outcome.inverted;
-            runs.push(Run { kind, amount, target, inverted, folded, pierced, worst, mean, seconds });
+            runs.push(Run { kind, amount, target, inverted, folded, self_intersecting, worst, mean, seconds });
         }
     }
     Ok(())
 }
 
 fn print_runs(kinds: &[Kind], runs: &[Run]) {
-    let head = ["motion", "target", "inverted", "folded", "pierced", "worst beta", "mean beta", "seconds"];
+    let head = ["motion", "target", "inverted", "folded", "self_intersecting", "worst beta", "mean beta", "seconds"];
     let mut rows = vec![row(&head)];
     rows.extend(runs.iter().map(|run| {
         let Kind { name, unit, .. } = kinds[run.kind];
@@ -148,7 +148,7 @@ fn print_runs(kinds: &[Kind], runs: &[Run]) {
             TARGETS[run.target].0.to_owned(),
             run.inverted.to_string(),
             run.folded.to_string(),
-            run.pierced.to_string(),
+            run.self_intersecting.to_string(),
             format!("{:.6}", run.worst),
             format!("{:.6}", run.mean),
             format!("{:.2}", run.seconds),

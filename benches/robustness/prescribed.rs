@@ -4,13 +4,14 @@ use std::{collections::BTreeMap, path::Path};
 
 use glam::DVec3;
 use idmesh::{
+    families::Role,
     formats,
     mesh::{FamilyId, TetMesh},
     mover::{Design, Mover, Settings},
-    relaxation::{Accuracy, Method},
-    smoothing::Target,
+    relaxation::{Method, Stopping},
+    smoothing::QualityTarget,
     springs::Springs,
-    stages::{Role, interior::MAX_STEPS},
+    volume::MAX_STEPS,
 };
 
 use crate::{
@@ -89,7 +90,7 @@ impl Body for Prescribed {
         &KINDS
     }
 
-    fn settings(&self, quality: Option<Target>) -> Settings {
+    fn settings(&self, quality: Option<QualityTarget>) -> Settings {
         let mut roles = vec![Role::Fixed; self.mesh.families.len()];
         roles[self.family.index()] = Role::Prescribed;
         Settings {
@@ -97,7 +98,7 @@ impl Body for Prescribed {
             wings: Vec::new(),
             springs: self.springs(),
             method: Method::default(),
-            accuracy: Accuracy::default(),
+            stopping: Stopping::default(),
             quality,
             max_steps: MAX_STEPS,
         }

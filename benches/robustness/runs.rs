@@ -1,10 +1,10 @@
 //! What the motions came to.
 
-use idmesh::smoothing::Target;
+use idmesh::smoothing::QualityTarget;
 
 /// The targets of local optimisation, as a case calls them.
-pub const TARGETS: [(&str, Option<Target>); 3] =
-    [("off", None), ("original", Some(Target::Original)), ("improve", Some(Target::Improve))];
+pub const TARGETS: [(&str, Option<QualityTarget>); 3] =
+    [("off", None), ("original", Some(QualityTarget::Original)), ("improve", Some(QualityTarget::Improve))];
 
 /// What one motion came to.
 pub struct Run {
@@ -13,7 +13,7 @@ pub struct Run {
     pub target: usize,
     pub inverted: usize,
     pub folded: usize,
-    pub pierced: usize,
+    pub self_intersecting: usize,
     pub worst: f64,
     pub mean: f64,
     pub seconds: f64,

@@ -6,14 +6,16 @@ use std::{collections::BTreeMap, path::Path};
 use glam::DVec3;
 use idmesh::{
     case::Case,
+    families::Role,
     formats,
     mesh::{FamilyId, TetMesh},
     mover::{Design, Mover, Settings},
     profile::{Profile, cut, stations},
     relaxation::{self, Method},
-    smoothing::Target,
+    smoothing::QualityTarget,
     springs::Springs,
-    stages::{Role, WingProfiles, interior::MAX_STEPS},
+    stages::WingProfiles,
+    volume::MAX_STEPS,
 };
 
 use crate::{
@@ -36,7 +38,7 @@ pub struct Sections {
     wing: FamilyId,
     roles: Vec<Role>,
     springs: &'static Springs,
-    accuracy: relaxation::Accuracy,
+    stopping: relaxation::Stopping,
     old: Vec<Profile>,
     /// The innermost section's.
     chord: f64,
@@ -68,7 +70,7 @@ impl Sections {
         let along = || triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize].y);
         let (root, tip) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
         let Case { springs, solver, .. } = case;
-        Ok(Self { wing, roles, springs, accuracy: solver.accuracy, old, chord: high.x - low.x, root, tip, mesh })
+        Ok(Self { wing, roles, springs, stopping: solver.stopping, old, chord: high.x - low.x, root, tip, mesh })
     }
 
     fn moved(&self, section: &Profile, kind: usize, amount: f64) -> Profile {
@@ -105,13 +107,13 @@ impl Body for Sections {
         &KINDS
     }
 
-    fn settings(&self, quality: Option<Target>) -> Settings {
+    fn settings(&self, quality: Option<QualityTarget>) -> Settings {
         Settings {
             roles: self.roles.clone(),
             wings: vec![WingProfiles::new("wing", self.wing, self.old.clone())],
             springs: self.springs,
             method: Method::default(),
-            accuracy: self.accuracy,
+            stopping: self.stopping,
             quality,
             max_steps: MAX_STEPS,
         }

@@ -3,10 +3,7 @@
 //! A backend knows nothing of wings or tolerances: it evaluates stiffness, sweeps a network and measures it.
 //! [`crate::relaxation`] decides how often.
 
-mod chunks;
 pub mod cpu;
-mod cpu_hierarchy;
-mod cpu_levels;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod memory;
@@ -18,7 +15,7 @@ mod vectors;
 pub use cpu::{CpuBackend, Precision};
 pub use memory::{MemoryError, check_memory};
 pub use select::{AdapterSummary, Selection, adapters, select};
-pub use smoother::{Ball, DeviceSmoother, Objective, Patch};
+pub use smoother::{Ball, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 
 use std::sync::Arc;
 

@@ -8,12 +8,12 @@ use rayon::prelude::*;
 use super::packed::{pack_constraint, power_of_two};
 use super::{BackendError, Constraint};
 use crate::kernels::star::{FAR, Star};
-use crate::kernels::{Real, climb_vertices, smooth_vertices};
+use crate::kernels::{Real, raise_worst_beta, smooth_vertices};
 use crate::mesh::csr::Csr;
 
 /// Some vertices of a mesh that are to be moved, with the tets around them. The vertices that move have the first numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct Patch<'a> {
+pub struct SmoothingPatch<'a> {
     /// Where the vertices are `[n_vertices]`.
     pub positions: &'a [DVec3],
     /// Vertices of each tet `[n_tets]`.
@@ -39,7 +39,7 @@ pub struct Ball {
 
 /// What sweeps over a patch minimise.
 #[derive(Clone, Copy, Debug)]
-pub enum Objective<'a> {
+pub enum SmoothingObjective<'a> {
     /// The sum over tets of a power of how far they are from their targets, see [`smooth_vertices`].
     Shape {
         /// Inverse of each tet's target `[n_tets]`: of the matrix whose columns are the target's edges from its first
@@ -52,7 +52,7 @@ pub enum Objective<'a> {
         /// Square of the regularisation, dimensionless; 0 where all tets are valid.
         delta_squared: f64,
     },
-    /// The sum over tets of the fourth power of how far their beta falls short of a goal, see [`climb_vertices`].
+    /// The sum over tets of the fourth power of how far their beta falls short of a goal, see [`raise_worst_beta`].
     Beta {
         /// The beta above which tets do not count.
         goal: f64,
@@ -71,7 +71,12 @@ pub trait DeviceSmoother: Send {
     ///
     /// # Panics
     /// The patch's arrays do not belong to one mesh.
-    fn sweep(&mut self, patch: &Patch, objective: &Objective, count: usize) -> Result<Vec<DVec3>, BackendError>;
+    fn sweep(
+        &mut self,
+        patch: &SmoothingPatch,
+        objective: &SmoothingObjective,
+        count: usize,
+    ) -> Result<Vec<DVec3>, BackendError>;
 }
 
 /// A patch in a device's number type.
@@ -86,7 +91,7 @@ pub(super) struct PackedPatch<T> {
 }
 
 impl<T: Real> PackedPatch<T> {
-    pub(super) fn new(patch: &Patch, objective: &Objective) -> Self {
+    pub(super) fn new(patch: &SmoothingPatch, objective: &SmoothingObjective) -> Self {
         let (n_vertices, n_moving, n_tets) = (patch.positions.len(), patch.constraint.len(), patch.tets.len());
         assert!(n_moving <= n_vertices, "the moving vertices are vertices");
         assert_eq!(patch.vertex_tets.n_rows(), n_moving, "one row of tets per moving vertex");
@@ -113,7 +118,7 @@ impl<T: Real> PackedPatch<T> {
             patch.reach.iter().zip(patch.positions).map(of_vertex).collect()
         };
         match *objective {
-            Objective::Shape { inverse_target, .. } => {
+            SmoothingObjective::Shape { inverse_target, .. } => {
                 assert_eq!(inverse_target.len(), n_tets, "one target per tet");
                 let greatest = inverse_target.iter().flat_map(DMat3::to_cols_array).map(f64::abs).fold(0.0, f64::max);
                 let unit = power_of_two(greatest).recip();
@@ -124,7 +129,7 @@ impl<T: Real> PackedPatch<T> {
                     inverse_target.par_iter().map(|inverse| pack(inverse.transpose() * unit)).collect();
                 Self { constraint, reach: reach(unit), base, inverse_target, unit }
             }
-            Objective::Beta { .. } => {
+            SmoothingObjective::Beta { .. } => {
                 let shortest = |tet: &[u32; 4]| {
                     let edges = edges(tet);
                     [edges.x_axis, edges.y_axis, edges.z_axis]
@@ -140,7 +145,7 @@ impl<T: Real> PackedPatch<T> {
         }
     }
 
-    pub(super) fn star<'a>(&'a self, patch: &Patch<'a>) -> Star<'a, T> {
+    pub(super) fn star<'a>(&'a self, patch: &SmoothingPatch<'a>) -> Star<'a, T> {
         Star {
             row_start: &patch.vertex_tets.row_start,
             vertex_tets: &patch.vertex_tets.entries,
@@ -198,26 +203,33 @@ impl<T: Real> CpuSmoother<T> {
 }
 
 impl<T: Real> DeviceSmoother for CpuSmoother<T> {
-    fn sweep(&mut self, patch: &Patch, objective: &Objective, count: usize) -> Result<Vec<DVec3>, BackendError> {
+    fn sweep(
+        &mut self,
+        patch: &SmoothingPatch,
+        objective: &SmoothingObjective,
+        count: usize,
+    ) -> Result<Vec<DVec3>, BackendError> {
         let packed = PackedPatch::new(patch, objective);
         let star = packed.star(patch);
         self.correction.clear();
         self.correction.resize(patch.positions.len(), [T::ZERO; 4]);
         for _ in 0..count {
             match *objective {
-                Objective::Shape { power, size, delta_squared, .. } => {
+                SmoothingObjective::Shape { power, size, delta_squared, .. } => {
                     let (delta_squared, tolerance) = (T::from_f64(delta_squared), self.tolerance);
-                    let objective = smooth_vertices::Objective { power, size, delta_squared, tolerance };
+                    let objective = smooth_vertices::MeanRatioObjective { power, size, delta_squared, tolerance };
                     let tets = smooth_vertices::Tets { star, inverse_target: packed.inverse_target() };
                     self.visit(patch.colours, |first, correction, moved| {
                         smooth_vertices::run(first, &tets, &objective, correction, moved);
                     });
                 }
-                Objective::Beta { goal, gain } => {
-                    let objective =
-                        climb_vertices::Objective { six_goal: T::from_f64(6.0 * goal), gain: T::from_f64(gain) };
+                SmoothingObjective::Beta { goal, gain } => {
+                    let objective = raise_worst_beta::WorstBetaObjective {
+                        six_goal: T::from_f64(6.0 * goal),
+                        gain: T::from_f64(gain),
+                    };
                     self.visit(patch.colours, |first, correction, moved| {
-                        climb_vertices::run(first, &star, &objective, correction, moved);
+                        raise_worst_beta::run(first, &star, &objective, correction, moved);
                     });
                 }
             }

@@ -14,12 +14,12 @@ use super::{CaseError, Position};
 
 /// The text of a case file and its name.
 #[derive(Clone, Copy)]
-pub(super) struct Document<'d> {
+pub(super) struct CaseDocument<'d> {
     pub path: &'d Path,
     pub text: &'d str,
 }
 
-impl<'d> Document<'d> {
+impl<'d> CaseDocument<'d> {
     /// Parses the text.
     pub fn parse(self) -> Result<Spanned<DeTable<'d>>, CaseError> {
         DeTable::parse(self.text).map_err(|error| {
@@ -46,8 +46,8 @@ impl<'d> Document<'d> {
 }
 
 /// A table of the document whose keys are all known.
-pub(super) struct Section<'d> {
-    document: Document<'d>,
+pub(super) struct TomlTable<'d> {
+    document: CaseDocument<'d>,
     /// As in a header, without brackets; empty for the top of the file.
     name: String,
     /// Where its key stands.
@@ -55,9 +55,9 @@ pub(super) struct Section<'d> {
     table: &'d DeTable<'d>,
 }
 
-impl<'d> Section<'d> {
+impl<'d> TomlTable<'d> {
     /// The top of the file.
-    pub fn top(document: Document<'d>, table: &'d DeTable<'d>, known: &[&str]) -> Result<Self, CaseError> {
+    pub fn top(document: CaseDocument<'d>, table: &'d DeTable<'d>, known: &[&str]) -> Result<Self, CaseError> {
         Self { document, name: String::new(), offset: 0, table }.with_known_keys(known)
     }
 
@@ -118,7 +118,7 @@ impl<'d> Section<'d> {
 
 /// A value of the document.
 pub(super) struct Value<'d> {
-    document: Document<'d>,
+    document: CaseDocument<'d>,
     /// Dotted, from the top of the file.
     name: String,
     /// Where the key stands.
@@ -232,13 +232,13 @@ impl<'d> Value<'d> {
     }
 
     /// A table with these keys.
-    pub fn section(&self, known: &[&str]) -> Result<Section<'d>, CaseError> {
+    pub fn section(&self, known: &[&str]) -> Result<TomlTable<'d>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
-        Section { document: self.document, name: self.name.clone(), offset: self.key, table }.with_known_keys(known)
+        TomlTable { document: self.document, name: self.name.clone(), offset: self.key, table }.with_known_keys(known)
     }
 
     /// A table of tables, each with these keys, by name and in the order of the file.
-    pub fn sections(&self, known: &[&str]) -> Result<Vec<(&'d str, Section<'d>)>, CaseError> {
+    pub fn sections(&self, known: &[&str]) -> Result<Vec<(&'d str, TomlTable<'d>)>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);

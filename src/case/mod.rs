@@ -18,12 +18,12 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::families::TipStart;
 use crate::mesh::TetMesh;
 use crate::profile::{Plane, files::Placement};
-use crate::relaxation::{Accuracy, Method};
-use crate::smoothing::Target;
+use crate::relaxation::{Method, Stopping};
+use crate::smoothing::QualityTarget;
 use crate::springs::Springs;
-use crate::stages::{self, TipStart};
 
 pub(crate) use nearest::did_you_mean;
 
@@ -43,7 +43,7 @@ pub struct Case {
     /// Most steps of an update, the jump that is tried first among them.
     pub max_steps: usize,
     /// What local optimisation aims at; `None` is off.
-    pub quality: Option<Target>,
+    pub quality: Option<QualityTarget>,
     /// How the spring networks are relaxed.
     pub solver: SolverSettings,
     /// Where the results go.
@@ -92,7 +92,7 @@ pub enum Role {
     },
     /// Elastic shape: slides on its original surface.
     Carenage,
-    /// Slides in its own plane.
+    /// SurfaceFreedom in its own plane.
     Plane {
         /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size; each keeps its own
         /// distance. Without it the family must be flat.
@@ -126,17 +126,17 @@ impl Role {
 
 impl Role {
     /// The role in a mesh that has the families it names.
-    pub fn on(&self, mesh: &TetMesh) -> stages::Role {
+    pub fn on(&self, mesh: &TetMesh) -> crate::families::Role {
         match *self {
-            Role::Wing => stages::Role::Wing,
-            Role::TrailingEdge => stages::Role::TrailingEdge,
-            Role::Wingtip { coefficient, start } => stages::Role::Wingtip { coefficient, start },
-            Role::Carenage => stages::Role::Carenage,
+            Role::Wing => crate::families::Role::Wing,
+            Role::TrailingEdge => crate::families::Role::TrailingEdge,
+            Role::Wingtip { coefficient, start } => crate::families::Role::Wingtip { coefficient, start },
+            Role::Carenage => crate::families::Role::Carenage,
             Role::Plane { flat, ref partner } => {
-                stages::Role::Plane { flat, partner: partner.as_ref().and_then(|name| mesh.family(name)) }
+                crate::families::Role::Plane { flat, partner: partner.as_ref().and_then(|name| mesh.family(name)) }
             }
-            Role::Fixed => stages::Role::Fixed,
-            Role::Prescribed { .. } => stages::Role::Prescribed,
+            Role::Fixed => crate::families::Role::Fixed,
+            Role::Prescribed { .. } => crate::families::Role::Prescribed,
         }
     }
 }
@@ -147,7 +147,7 @@ pub struct SolverSettings {
     /// How spring networks are relaxed.
     pub method: Method,
     /// How far they are relaxed.
-    pub accuracy: Accuracy,
+    pub stopping: Stopping,
 }
 
 /// The `[output]` table.

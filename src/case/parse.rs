@@ -5,24 +5,25 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use crate::families::{MOST_FLAT, TipStart};
 use crate::profile::files::{Placement, SpanAxis};
 use crate::profile::{Plane, stations};
 use crate::relaxation::Method;
-use crate::smoothing::Target;
+use crate::smoothing::QualityTarget;
 use crate::springs::{SPRINGS, Springs};
-use crate::stages::{TipStart, families::MOST_FLAT, interior::MAX_STEPS};
+use crate::volume::MAX_STEPS;
 
-use super::document::{Document, Section, Value};
+use super::document::{CaseDocument, TomlTable, Value};
 use super::nearest::{did_you_mean, quoted_list};
 use super::paths::{is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Output, ProfileSource, Role, SolverSettings, paths};
 
 /// Reads the whole document.
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
-    let document = Document { path, text };
+    let document = CaseDocument { path, text };
     let table = document.parse()?;
     let known = ["mesh", "profiles", "family", "volume", "quality", "solver", "output"];
-    let top = Section::top(document, table.get_ref(), &known)?;
+    let top = TomlTable::top(document, table.get_ref(), &known)?;
     let folder = path.parent().unwrap_or(Path::new(""));
 
     let mesh = paths::file(&top.require("mesh", "the mesh to move, such as mesh = \"wing-body.msh\"")?, folder)?;
@@ -37,7 +38,7 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     Ok(Case { path: path.to_path_buf(), mesh, profiles, families, springs, max_steps, quality, solver, output })
 }
 
-fn families(top: &Section, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
+fn families(top: &TomlTable, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
     let mut families = BTreeMap::new();
     let Some(table) = top.get("family") else { return Ok(families) };
     let sections = table.sections(&["role", "coefficient", "start", "flat", "partner", "displacement"])?;
@@ -86,7 +87,7 @@ fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySe
     Ok(())
 }
 
-fn role(section: &Section, folder: &Path) -> Result<Role, CaseError> {
+fn role(section: &TomlTable, folder: &Path) -> Result<Role, CaseError> {
     let names = ["wing", "trailing-edge", "wingtip", "carenage", "plane", "fixed", "prescribed"];
     let name = section.require("role", &format!("one of {}", quoted_list(&names)))?.one_of(&names)?;
 
@@ -151,7 +152,7 @@ fn flat(value: &Value) -> Result<f64, CaseError> {
 }
 
 fn profiles(
-    top: &Section,
+    top: &TomlTable,
     folder: &Path,
     families: &BTreeMap<String, FamilySettings>,
 ) -> Result<BTreeMap<String, ProfileSource>, CaseError> {
@@ -237,7 +238,7 @@ fn mirror(value: &Value) -> Result<Plane, CaseError> {
 }
 
 /// Where the airfoil of a file goes.
-fn placement(section: &Section) -> Result<Placement, CaseError> {
+fn placement(section: &TomlTable) -> Result<Placement, CaseError> {
     let chord = section.require("chord", "the length of the chord")?;
     let length = chord.number()?;
     if !(length > 0.0 && length.is_finite()) {
@@ -258,28 +259,28 @@ fn placement(section: &Section) -> Result<Placement, CaseError> {
     Ok(Placement { chord: length, twist, position: position.into(), span })
 }
 
-fn springs(volume: Option<&Section>) -> Result<&'static Springs, CaseError> {
+fn springs(volume: Option<&TomlTable>) -> Result<&'static Springs, CaseError> {
     let names: Vec<_> = SPRINGS.iter().map(|springs| springs.name).collect();
     let name = volume.and_then(|section| section.get("springs")).map(|value| value.one_of(&names)).transpose()?;
     Ok(name.and_then(Springs::named).unwrap_or_default())
 }
 
-fn max_steps(volume: Option<&Section>) -> Result<usize, CaseError> {
+fn max_steps(volume: Option<&TomlTable>) -> Result<usize, CaseError> {
     volume.and_then(|section| section.get("max_steps")).map_or(Ok(MAX_STEPS), |value| value.count())
 }
 
 /// What local optimisation aims at: `None` for "off".
-fn quality(top: &Section) -> Result<Option<Target>, CaseError> {
+fn quality(top: &TomlTable) -> Result<Option<QualityTarget>, CaseError> {
     let table = top.get("quality").map(|table| table.section(&["target"])).transpose()?;
     let target = table.and_then(|section| section.get("target"));
     Ok(match target.map(|value| value.one_of(&["original", "improve", "off"])).transpose()? {
-        None | Some("original") => Some(Target::Original),
-        Some("improve") => Some(Target::Improve),
+        None | Some("original") => Some(QualityTarget::Original),
+        Some("improve") => Some(QualityTarget::Improve),
         Some(_) => None,
     })
 }
 
-fn solver(top: &Section) -> Result<SolverSettings, CaseError> {
+fn solver(top: &TomlTable) -> Result<SolverSettings, CaseError> {
     let mut settings = SolverSettings::default();
     let Some(table) = top.get("solver") else { return Ok(settings) };
     let section = table.section(&["method", "tolerance", "max_sweeps"])?;
@@ -292,22 +293,22 @@ fn solver(top: &Section) -> Result<SolverSettings, CaseError> {
         };
     }
     if let Some(value) = section.get("tolerance") {
-        settings.accuracy.tolerance = value.number()?;
-        if !(settings.accuracy.tolerance > 0.0 && settings.accuracy.tolerance.is_finite()) {
+        settings.stopping.tolerance = value.number()?;
+        if !(settings.stopping.tolerance > 0.0 && settings.stopping.tolerance.is_finite()) {
             let message = format!(
                 "`solver.tolerance` is {}, expected a number above 0, such as 1e-4",
-                settings.accuracy.tolerance
+                settings.stopping.tolerance
             );
             return Err(value.error(message));
         }
     }
     if let Some(value) = section.get("max_sweeps") {
-        settings.accuracy.max_sweeps = value.count()?;
+        settings.stopping.max_sweeps = value.count()?;
     }
     Ok(settings)
 }
 
-fn output(top: &Section, folder: &Path, mesh: &Path) -> Result<Output, CaseError> {
+fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseError> {
     let section = top.get("output").map(|table| table.section(&["mesh", "histogram"])).transpose()?;
     let mut output = Output { mesh: vec![folder.join(default_name(mesh))], histogram: None };
     let Some(section) = section else { return Ok(output) };

@@ -231,7 +231,7 @@ impl Targets {
             job.file.write(&path, &outcome.vertices, &fields)?;
             written.push(path);
         }
-        if (outcome.inverted > 0 || !outcome.pierced.is_empty())
+        if (outcome.inverted > 0 || !outcome.self_intersecting.is_empty())
             && let Some(first) = self.meshes.first()
         {
             written.push(inverted::write_inverted(first, mover, outcome)?);

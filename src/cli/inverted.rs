@@ -28,7 +28,7 @@ pub(super) fn write_inverted(output: &Path, mover: &Mover, outcome: &Outcome) ->
         faults::around(all, outcome.vertices.len(), &faults::inverted(&outcome.beta))
     } else {
         let mut at_pierced: Vec<u32> =
-            outcome.pierced.iter().flat_map(|&triangle| triangles[triangle as usize]).collect();
+            outcome.self_intersecting.iter().flat_map(|&triangle| triangles[triangle as usize]).collect();
         at_pierced.sort_unstable();
         let touches = |tet: &[u32; 4]| tet.iter().any(|vertex| at_pierced.binary_search(vertex).is_ok());
         (0..all.len() as u32).filter(|&tet| touches(&all[tet as usize])).collect()
@@ -59,9 +59,9 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
     if outcome.inverted > 0 {
         faults.push(format!("{} of {} tets are inverted", outcome.inverted, outcome.beta.len()));
     }
-    if let Some(&first) = outcome.pierced.first() {
+    if let Some(&first) = outcome.self_intersecting.first() {
         let mut counts: BTreeMap<String, usize> = BTreeMap::new();
-        for &triangle in &outcome.pierced {
+        for &triangle in &outcome.self_intersecting {
             *counts.entry(mesh.families[mesh.triangle_family[triangle as usize].index()].clone()).or_default() += 1;
         }
         faults.push(format!(
@@ -70,9 +70,10 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
             passage(mesh, &outcome.vertices, first)
         ));
     }
-    if !outcome.strayed.is_empty() {
-        let strayed: Vec<_> = outcome.strayed.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
-        faults.push(format!("vertices left the surface they slide on ({})", strayed.join(", ")));
+    if !outcome.off_surface.is_empty() {
+        let off_surface: Vec<_> =
+            outcome.off_surface.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
+        faults.push(format!("vertices left the surface they slide on ({})", off_surface.join(", ")));
     }
     if !outcome.parted.is_empty() {
         let parted: Vec<_> = outcome.parted.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
@@ -167,7 +168,7 @@ fn hint(job: &Job, outcome: &Outcome) -> String {
                 where they are"
             .to_owned();
     }
-    if !outcome.pierced.is_empty() {
+    if !outcome.self_intersecting.is_empty() {
         let suspect = match &outcome.nearest_to_refusal {
             Some((wing, closeness)) => format!("; of the profiles of `{wing}` {closeness}"),
             None => String::new(),

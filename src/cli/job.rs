@@ -12,7 +12,7 @@ use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
 use crate::profile::{self, Plane, Profile, files};
-use crate::stages::{self, WingProfiles};
+use crate::stages::WingProfiles;
 
 /// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
 /// shortest edge: text files with seven digits still match, neighbours are never mixed up.
@@ -87,7 +87,7 @@ impl Job {
             wings,
             springs: case.springs,
             method: case.solver.method,
-            accuracy: case.solver.accuracy,
+            stopping: case.solver.stopping,
             quality: case.quality,
             max_steps: case.max_steps,
         };
@@ -96,14 +96,14 @@ impl Job {
 }
 
 /// Makes partners of planes that the mesh file calls so.
-fn join_cyclic(file: &MeshFile, roles: &mut [stages::Role]) -> Result<(), Failure> {
+fn join_cyclic(file: &MeshFile, roles: &mut [crate::families::Role]) -> Result<(), Failure> {
     let mesh = &file.mesh;
     for [one, other] in file.partners() {
         let (Some(family), Some(neighbour)) = (mesh.family(one), mesh.family(other)) else { continue };
-        let is_plane = |role: &stages::Role| matches!(role, stages::Role::Plane { .. });
+        let is_plane = |role: &crate::families::Role| matches!(role, crate::families::Role::Plane { .. });
         match (roles[family.index()], is_plane(&roles[neighbour.index()])) {
-            (stages::Role::Plane { flat, partner: None }, true) => {
-                roles[family.index()] = stages::Role::Plane { flat, partner: Some(neighbour) };
+            (crate::families::Role::Plane { flat, partner: None }, true) => {
+                roles[family.index()] = crate::families::Role::Plane { flat, partner: Some(neighbour) };
             }
             (role, plane) if is_plane(&role) != plane => {
                 let message = format!(

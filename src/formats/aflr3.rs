@@ -10,11 +10,11 @@ use std::io::{self, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
-use super::assembly::{Assembly, MOST_VERTICES, Shape};
-use super::content::Content;
-use super::document::{Companion, Document, Slots, narrow, write_shortest};
+use super::document::{Companion, Slots, SourceFile, narrow, write_shortest};
 use super::error::ReadError;
 use super::mapbc;
+use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
+use super::new_file::NewFile;
 use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width};
 use super::table::Parsed;
@@ -103,12 +103,12 @@ impl Reader<'_> {
 
     fn elements(
         &mut self,
-        shape: Shape,
+        shape: CellKind,
         count: usize,
         n_vertices: usize,
-        assembly: &mut Assembly,
+        mesh_builder: &mut MeshBuilder,
     ) -> Result<(), ReadError> {
-        assembly.reserve(shape, count);
+        mesh_builder.reserve(shape, count);
         for element in 1..=count as u64 {
             let mut corners = [0; 8];
             for corner in &mut corners[..shape.n_vertices()] {
@@ -124,12 +124,12 @@ impl Reader<'_> {
                 }
                 *corner = (vertex - 1) as u32;
             }
-            if shape == Shape::Pyramid {
+            if shape == CellKind::Pyramid {
                 let of_file = corners;
                 corners.iter_mut().zip(PYRAMID).for_each(|(corner, place)| *corner = of_file[place]);
             }
             let mut corners = corners.into_iter();
-            assembly.push(shape, 0, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
+            mesh_builder.push(shape, 0, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
         }
         Ok(())
     }
@@ -146,7 +146,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let n_triangles = reader.count("the number of triangles", 8, 4 * wide)?;
     let n_quadrilaterals = reader.count("the number of quadrilaterals", 10, 5 * wide)?;
     let mut n_cells = [0; 4];
-    for ((count, shape), what) in n_cells.iter_mut().zip(Shape::CELLS).zip([
+    for ((count, shape), what) in n_cells.iter_mut().zip(CellKind::CELLS).zip([
         "the number of tets",
         "the number of pyramids",
         "the number of prisms",
@@ -171,16 +171,16 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         slots.push(reader.scanner.next_number());
         positions.push(reader.scanner.coordinates(vertex)?.into());
     }
-    let mut assembly = Assembly::default();
-    reader.elements(Shape::Triangle, n_triangles, n_vertices, &mut assembly)?;
-    reader.elements(Shape::Quadrilateral, n_quadrilaterals, n_vertices, &mut assembly)?;
-    for tag in assembly.triangle_tags.iter_mut().chain(&mut assembly.quadrilateral_tags) {
+    let mut mesh_builder = MeshBuilder::default();
+    reader.elements(CellKind::Triangle, n_triangles, n_vertices, &mut mesh_builder)?;
+    reader.elements(CellKind::Quadrilateral, n_quadrilaterals, n_vertices, &mut mesh_builder)?;
+    for tag in mesh_builder.triangle_tags.iter_mut().chain(&mut mesh_builder.quadrilateral_tags) {
         let found = reader.index("the reference of a face")?;
         let out_of_range = |_| reader.scanner.malformed("the reference of a face", found.to_string());
         *tag = i32::try_from(found).map_err(out_of_range)?;
     }
-    for (shape, count) in Shape::CELLS.into_iter().zip(n_cells) {
-        reader.elements(shape, count, n_vertices, &mut assembly)?;
+    for (shape, count) in CellKind::CELLS.into_iter().zip(n_cells) {
+        reader.elements(shape, count, n_vertices, &mut mesh_builder)?;
     }
     reader.record(None)?;
     let mut beside = Vec::new();
@@ -191,15 +191,15 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     if mapbc.has_conditions {
         beside.push("boundary conditions of the .mapbc file".to_string());
     }
-    let names = assembly.used_tags().into_iter().map(|tag| (tag, mapbc.name(tag)));
+    let names = mesh_builder.used_tags().into_iter().map(|tag| (tag, mapbc.name(tag)));
     let names = names.chain(mapbc.names.clone()).collect();
-    let (mesh, others) = assembly.finish(path, positions, |tag| mapbc.name(tag))?;
+    let (mesh, others) = mesh_builder.finish(path, positions, |tag| mapbc.name(tag))?;
     let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
     let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names });
     Ok(Parsed {
         mesh,
         others,
-        document: Document { companion, ..Document::of_file(NAME, extension, bytes, coordinates, beside) },
+        document: SourceFile { companion, ..SourceFile::of_file(NAME, extension, bytes, coordinates, beside) },
     })
 }
 
@@ -209,15 +209,15 @@ fn mapbc_path(path: &Path) -> PathBuf {
 }
 
 /// Writes an AFLR3 file whose arrays have been checked. References are the families' numbers, counted from 1.
-pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
-    let variant = Variant::of(content.extension);
+pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+    let variant = Variant::of(new_file.extension);
     let index = |out: &mut Out, value: u64, end: &str| match variant.encoding {
         Encoding::Text => write!(out, "{value}{end}"),
         Encoding::Binary(endian) => write_index(out, value, endian, variant.long),
     };
-    let n_vertices = content.vertices.len();
-    let shapes = Shape::FACES.into_iter().chain(Shape::CELLS);
-    let counts: Vec<usize> = iter::once(n_vertices).chain(shapes.map(|shape| content.of(shape).len())).collect();
+    let n_vertices = new_file.vertices.len();
+    let shapes = CellKind::FACES.into_iter().chain(CellKind::CELLS);
+    let counts: Vec<usize> = iter::once(n_vertices).chain(shapes.map(|shape| new_file.of(shape).len())).collect();
     let record = |out: &mut Out, length: usize| match variant.encoding {
         // Longer records than their length can say are written by others modulo its range, too.
         Encoding::Binary(Endian::Little) if variant.records => out.write_all(&(length as u32).to_le_bytes()),
@@ -233,7 +233,7 @@ pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
     }
     record(out, 28)?;
     record(out, length)?;
-    for vertex in content.vertices {
+    for vertex in new_file.vertices {
         for (axis, value) in vertex.to_array().into_iter().enumerate() {
             match (variant.encoding, variant.width) {
                 (Encoding::Text, _) => {
@@ -252,15 +252,15 @@ pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
             index(out, u64::from(corners[place]) + 1, end)
         })
     };
-    for shape in Shape::FACES {
-        content.of(shape).try_for_each(|face| element(out, face))?;
+    for shape in CellKind::FACES {
+        new_file.of(shape).try_for_each(|face| element(out, face))?;
     }
-    for shape in Shape::FACES {
-        content.families_of(shape).iter().try_for_each(|family| index(out, family.index() as u64 + 1, "\n"))?;
+    for shape in CellKind::FACES {
+        new_file.families_of(shape).iter().try_for_each(|family| index(out, family.index() as u64 + 1, "\n"))?;
     }
-    for shape in Shape::CELLS {
-        for cell in content.of(shape) {
-            if shape == Shape::Pyramid {
+    for shape in CellKind::CELLS {
+        for cell in new_file.of(shape) {
+            if shape == CellKind::Pyramid {
                 let mut of_file = [0; 5];
                 PYRAMID.into_iter().zip(cell).for_each(|(place, &vertex)| of_file[place] = vertex);
                 element(out, &of_file)?;
@@ -288,16 +288,16 @@ fn write_index(out: &mut Out, value: u64, endian: Endian, long: bool) -> io::Res
 }
 
 /// The `.mapbc` file of a new mesh: the families' names, without boundary conditions.
-pub(super) fn companion(content: &Content) -> Companion {
-    let names = mapbc::names(content);
+pub(super) fn companion(new_file: &NewFile) -> Companion {
+    let names = mapbc::names(new_file);
     Companion { path: mapbc_path, bytes: Some(mapbc::without_conditions(&names)), names }
 }
 
 /// What a new file holds otherwise: no boundary conditions, names without spaces, perhaps single precision.
-pub(super) fn limits(content: &Content) -> Vec<String> {
-    let mut limits = mapbc::limits(content);
+pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+    let mut limits = mapbc::limits(new_file);
     limits.push("boundary conditions: the .mapbc file beside it gives every family the number 0".to_string());
-    if Variant::of(content.extension).width == Width::Single {
+    if Variant::of(new_file.extension).width == Width::Single {
         limits.push("coordinates are rounded to single precision".to_string());
     }
     limits

@@ -13,7 +13,7 @@ use super::scanner::{Encoding, Width, find_byte, next_token, parse_double};
 
 /// A mesh file's source with the places of its coordinates: all that is needed to write it back moved.
 #[derive(Debug)]
-pub(super) struct Document {
+pub(super) struct SourceFile {
     /// Name of the file's format in [`super::FORMATS`].
     pub format: &'static str,
     /// The extension that selected the format, and in some formats the variant.
@@ -46,7 +46,7 @@ pub(super) struct Companion {
     pub names: Names,
 }
 
-impl Document {
+impl SourceFile {
     /// A mesh that is one file.
     pub fn of_file(
         format: &'static str,

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 /// Where in a file: a line of a text file, a byte of a binary one (of its decompressed contents), a node of a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum Location {
     /// Line of a text file, from 1.
     Line(PathBuf, usize),
     /// Offset in a binary file, from 0.
@@ -20,13 +20,13 @@ pub enum Place {
     File(PathBuf),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Place::Line(path, line) => write!(f, "{}:{line}", path.display()),
-            Place::Byte(path, byte) => write!(f, "{}: byte {byte}", path.display()),
-            Place::Node(path, node) => write!(f, "{}: {node}", path.display()),
-            Place::File(path) => write!(f, "{}", path.display()),
+            Location::Line(path, line) => write!(f, "{}:{line}", path.display()),
+            Location::Byte(path, byte) => write!(f, "{}: byte {byte}", path.display()),
+            Location::Node(path, node) => write!(f, "{}: {node}", path.display()),
+            Location::File(path) => write!(f, "{}", path.display()),
         }
     }
 }
@@ -79,7 +79,7 @@ pub enum ReadError {
     #[error("{place}: expected {expected}, found {found}")]
     Malformed {
         /// Where.
-        place: Place,
+        place: Location,
         /// What the format asks for.
         expected: String,
         /// What stands there.
@@ -89,7 +89,7 @@ pub enum ReadError {
     #[error("{place}: the file ends where {expected} should stand")]
     Truncated {
         /// The file's end.
-        place: Place,
+        place: Location,
         /// What the format asks for there.
         expected: String,
     },
@@ -97,7 +97,7 @@ pub enum ReadError {
     #[error("{place}: {what} is {count}, but only {remaining} bytes of the file are left")]
     AbsurdCount {
         /// Where the count stands.
-        place: Place,
+        place: Location,
         /// What is counted.
         what: &'static str,
         /// The count.
@@ -109,7 +109,7 @@ pub enum ReadError {
     #[error("{place}: vertex {vertex} has coordinate {value}, not a finite number")]
     NotFinite {
         /// Where the coordinate stands.
-        place: Place,
+        place: Location,
         /// The vertex's tag in the file.
         vertex: u64,
         /// The coordinate.
@@ -119,7 +119,7 @@ pub enum ReadError {
     #[error("{place}: the vertex with these coordinates has tag {tag}, which an earlier vertex has too")]
     DuplicateVertex {
         /// Where the second one's coordinates stand.
-        place: Place,
+        place: Location,
         /// Their common tag.
         tag: u64,
     },
@@ -127,7 +127,7 @@ pub enum ReadError {
     #[error("{place}: {entity} {element} names vertex {vertex}, but the file defines {defined}")]
     UnknownVertex {
         /// Where the name stands.
-        place: Place,
+        place: Location,
         /// `tet` or `triangle`.
         entity: &'static str,
         /// The element's tag in the file.

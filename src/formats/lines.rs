@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::error::{Place, ReadError};
+use super::error::{Location, ReadError};
 use super::scanner::{find_byte, next_token, parse_double, parse_unsigned, shown};
 
 /// A position in a text file's bytes.
@@ -65,8 +65,8 @@ impl<'a> Lines<'a> {
     }
 
     /// `at` in the words of a message. Counts lines, so call it for errors only.
-    pub fn place(&self, at: usize) -> Place {
-        Place::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
+    pub fn place(&self, at: usize) -> Location {
+        Location::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
     }
 
     /// The error that something else than `expected` stands at an offset.

@@ -12,11 +12,11 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::str::from_utf8;
 
-use super::assembly::surface;
-use super::content::{Content, clean_names, renamed};
 use super::document::Companion;
 use super::error::{ReadError, WriteError};
 use super::lines::{Line, Lines};
+use super::mesh_builder::surface;
+use super::new_file::{NewFile, clean_names, renamed};
 use super::scanner::shown;
 use crate::text::decode;
 
@@ -145,8 +145,8 @@ fn after_surfaces(line: Line) -> Line {
 }
 
 /// The names of a new mesh, whose references are the families' numbers, counted from 1.
-pub(super) fn names(content: &Content) -> Names {
-    (1..).zip(clean_names(content.cells.families, fits)).collect()
+pub(super) fn names(new_file: &NewFile) -> Names {
+    (1..).zip(clean_names(new_file.cells.families, fits)).collect()
 }
 
 /// A new file, in FUN3D's form.
@@ -156,8 +156,8 @@ pub(super) fn without_conditions(names: &Names) -> Vec<u8> {
 }
 
 /// What it holds otherwise: names with blanks.
-pub(super) fn limits(content: &Content) -> Vec<String> {
-    renamed(content.cells.families, &clean_names(content.cells.families, fits))
+pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+    renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits))
 }
 
 fn fits(letter: char) -> bool {

@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::assembly::{Assembly, MOST_VERTICES, Shape};
-use super::content::Content;
-use super::document::{Companion, Document, Slots, write_shortest};
+use super::document::{Companion, Slots, SourceFile, write_shortest};
 use super::error::ReadError;
 use super::mapbc::{self, Mapbc, Names};
+use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
+use super::new_file::NewFile;
 use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
 use super::table::Parsed;
@@ -31,38 +31,38 @@ pub(super) const EXTENSIONS: &[&str] = &["mesh", "meshb"];
 struct Keyword {
     name: &'static str,
     number: i32,
-    content: Section,
+    new_file: MeditSection,
 }
 
 /// What a section holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Section {
+enum MeditSection {
     Vertices,
-    Elements(Shape),
+    Elements(CellKind),
     /// Elements of so many vertices that are not read, under that name.
     Refused(&'static str),
     /// Elements that do not belong to the mesh.
     PassedOver(&'static str),
 }
 
-const fn keyword(name: &'static str, number: i32, content: Section) -> Keyword {
-    Keyword { name, number, content }
+const fn keyword(name: &'static str, number: i32, new_file: MeditSection) -> Keyword {
+    Keyword { name, number, new_file }
 }
 
 /// The sections that say something about the mesh; others are passed over.
 const KEYWORDS: [Keyword; 12] = [
-    keyword("Vertices", 4, Section::Vertices),
-    keyword("Edges", 5, Section::PassedOver("edges")),
-    keyword("Triangles", 6, Section::Elements(Shape::Triangle)),
-    keyword("Quadrilaterals", 7, Section::Elements(Shape::Quadrilateral)),
-    keyword("Tetrahedra", 8, Section::Elements(Shape::Tet)),
-    keyword("Prisms", 9, Section::Elements(Shape::Prism)),
-    keyword("Hexahedra", 10, Section::Elements(Shape::Hexahedron)),
-    keyword("Pyramids", 49, Section::Elements(Shape::Pyramid)),
-    keyword("TrianglesP2", 24, Section::Refused("second-order triangles")),
-    keyword("QuadrilateralsQ2", 27, Section::Refused("second-order quadrilaterals")),
-    keyword("TetrahedraP2", 30, Section::Refused("second-order tets")),
-    keyword("HexahedraQ2", 33, Section::Refused("second-order hexahedra")),
+    keyword("Vertices", 4, MeditSection::Vertices),
+    keyword("Edges", 5, MeditSection::PassedOver("edges")),
+    keyword("Triangles", 6, MeditSection::Elements(CellKind::Triangle)),
+    keyword("Quadrilaterals", 7, MeditSection::Elements(CellKind::Quadrilateral)),
+    keyword("Tetrahedra", 8, MeditSection::Elements(CellKind::Tet)),
+    keyword("Prisms", 9, MeditSection::Elements(CellKind::Prism)),
+    keyword("Hexahedra", 10, MeditSection::Elements(CellKind::Hexahedron)),
+    keyword("Pyramids", 49, MeditSection::Elements(CellKind::Pyramid)),
+    keyword("TrianglesP2", 24, MeditSection::Refused("second-order triangles")),
+    keyword("QuadrilateralsQ2", 27, MeditSection::Refused("second-order quadrilaterals")),
+    keyword("TetrahedraP2", 30, MeditSection::Refused("second-order tets")),
+    keyword("HexahedraQ2", 33, MeditSection::Refused("second-order hexahedra")),
 ];
 
 /// Number of the section that ends a binary file, and of the one that says the number of dimensions.
@@ -77,7 +77,7 @@ struct Reader<'a> {
     dimension: bool,
     positions: Option<Vec<DVec3>>,
     slots: Vec<usize>,
-    assembly: Assembly,
+    mesh_builder: MeshBuilder,
     names: Vec<(i32, String)>,
     beside: Vec<String>,
 }
@@ -90,7 +90,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         dimension: false,
         positions: None,
         slots: Vec::new(),
-        assembly: Assembly::default(),
+        mesh_builder: MeshBuilder::default(),
         names: Vec::new(),
         beside: Vec::new(),
     };
@@ -99,13 +99,13 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     } else {
         reader.binary()?;
     }
-    let Reader { scanner, positions, slots, assembly, names, mut beside, .. } = reader;
+    let Reader { scanner, positions, slots, mesh_builder, names, mut beside, .. } = reader;
     let (encoding, width) = (scanner.encoding, scanner.width);
     let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
     let positions = positions.ok_or_else(|| missing("Vertices", "is it a complete Medit file?"))?;
-    beside.extend(assembly.passed_over());
+    beside.extend(mesh_builder.passed_over());
     let of_comment = |tag: i32| names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
-    let mut unnamed: Vec<i32> = assembly.used_tags();
+    let mut unnamed: Vec<i32> = mesh_builder.used_tags();
     unnamed.retain(|&tag| of_comment(tag).is_none());
     // The comment is of the same file. Where it names all, what lies beside may be another mesh's.
     let mapbc = if unnamed.is_empty() { Mapbc::default() } else { mapbc::read(&mapbc_path(path))? };
@@ -114,10 +114,11 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     }
     let of_companion: Names =
         unnamed.into_iter().map(|tag| (tag, mapbc.name(tag))).chain(mapbc.names.clone()).collect();
-    let (mesh, others) = assembly.finish(path, positions, |tag| of_comment(tag).unwrap_or_else(|| mapbc.name(tag)))?;
+    let (mesh, others) =
+        mesh_builder.finish(path, positions, |tag| of_comment(tag).unwrap_or_else(|| mapbc.name(tag)))?;
     let coordinates = Box::new(Slots { encoding, width, slots });
     let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names: of_companion });
-    let document = Document { companion, ..Document::of_file(NAME, extension, bytes, coordinates, beside) };
+    let document = SourceFile { companion, ..SourceFile::of_file(NAME, extension, bytes, coordinates, beside) };
     Ok(Parsed { mesh, others, document })
 }
 
@@ -237,31 +238,31 @@ impl Reader<'_> {
     /// Reads a count and that many vertices or elements, each with its reference.
     fn section(&mut self, keyword: &Keyword) -> Result<(), ReadError> {
         let index_bytes = if self.long { 8 } else { 4 };
-        let (text, binary) = match keyword.content {
-            Section::Vertices => (8, 3 * self.scanner.width.bytes() as u64 + index_bytes),
-            Section::Elements(shape) => {
+        let (text, binary) = match keyword.new_file {
+            MeditSection::Vertices => (8, 3 * self.scanner.width.bytes() as u64 + index_bytes),
+            MeditSection::Elements(shape) => {
                 (2 * (shape.n_vertices() as u64 + 1), (shape.n_vertices() as u64 + 1) * index_bytes)
             }
-            Section::PassedOver(_) => (6, 3 * index_bytes),
-            Section::Refused(_) => (2, index_bytes),
+            MeditSection::PassedOver(_) => (6, 3 * index_bytes),
+            MeditSection::Refused(_) => (2, index_bytes),
         };
         let count = self.index("the number of entries of a section")?;
         let count = u64::try_from(count)
             .map_err(|_| self.scanner.malformed("the number of entries of a section", count.to_string()))?;
         let count = self.scanner.checked("the number of entries of a section", count, text, binary)?;
-        match keyword.content {
-            Section::Vertices => self.vertices(count),
-            Section::Elements(shape) => self.elements(shape, count),
-            Section::PassedOver(name) => {
-                self.assembly.pass_over(name, count);
+        match keyword.new_file {
+            MeditSection::Vertices => self.vertices(count),
+            MeditSection::Elements(shape) => self.elements(shape, count),
+            MeditSection::PassedOver(name) => {
+                self.mesh_builder.pass_over(name, count);
                 for _ in 0..3 * count {
                     self.index("a vertex of an edge")?;
                 }
                 Ok(())
             }
-            Section::Refused(name) => {
-                self.assembly.refuse(name, count);
-                self.assembly.check_refused(self.scanner.path())
+            MeditSection::Refused(name) => {
+                self.mesh_builder.refuse(name, count);
+                self.mesh_builder.check_refused(self.scanner.path())
             }
         }
     }
@@ -288,11 +289,11 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn elements(&mut self, shape: Shape, count: usize) -> Result<(), ReadError> {
+    fn elements(&mut self, shape: CellKind, count: usize) -> Result<(), ReadError> {
         let Some(n_vertices) = self.positions.as_ref().map(|positions| positions.len() as i64) else {
             return Err(self.scanner.malformed("the vertices before the elements", "none"));
         };
-        self.assembly.reserve(shape, count);
+        self.mesh_builder.reserve(shape, count);
         for element in 1..=count as u64 {
             let mut corners = [0; 8];
             for corner in &mut corners[..shape.n_vertices()] {
@@ -312,44 +313,44 @@ impl Reader<'_> {
             let tag = i32::try_from(found)
                 .map_err(|_| self.scanner.malformed("the reference of an element", found.to_string()))?;
             let mut corners = corners.into_iter();
-            self.assembly.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
+            self.mesh_builder.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
         }
         Ok(())
     }
 }
 
 /// The sections of elements of a new file.
-fn sections(content: &Content) -> impl Iterator<Item = (&'static Keyword, Shape)> {
-    KEYWORDS.iter().filter_map(|keyword| match keyword.content {
-        Section::Elements(shape) if content.of(shape).len() > 0 => Some((keyword, shape)),
+fn sections(new_file: &NewFile) -> impl Iterator<Item = (&'static Keyword, CellKind)> {
+    KEYWORDS.iter().filter_map(|keyword| match keyword.new_file {
+        MeditSection::Elements(shape) if new_file.of(shape).len() > 0 => Some((keyword, shape)),
         _ => None,
     })
 }
 
 /// The elements of a shape with their references: the families' numbers, counted from 1, and 0 for cells.
-fn elements<'a>(content: &Content<'a>, shape: Shape) -> impl Iterator<Item = (&'a [u32], i32)> {
-    let families = content.families_of(shape).iter().map(|family| i32::from(family.0) + 1);
-    content.of(shape).zip(families.chain(iter::repeat(0)))
+fn elements<'a>(new_file: &NewFile<'a>, shape: CellKind) -> impl Iterator<Item = (&'a [u32], i32)> {
+    let families = new_file.families_of(shape).iter().map(|family| i32::from(family.0) + 1);
+    new_file.of(shape).zip(families.chain(iter::repeat(0)))
 }
 
 /// Writes a Medit file whose arrays have been checked: version 2, or 3 where version 2 cannot say the file's size.
-pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
-    if content.extension == "mesh" { create_text(out, content) } else { create_binary(out, content) }
+pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+    if new_file.extension == "mesh" { create_text(out, new_file) } else { create_binary(out, new_file) }
 }
 
-fn create_text(out: &mut Out, content: &Content) -> io::Result<()> {
-    write!(out, "MeshVersionFormatted 2\n# {}\nDimension 3\n", list_names(content.cells.families))?;
-    writeln!(out, "Vertices\n{}", content.vertices.len())?;
-    for vertex in content.vertices {
+fn create_text(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+    write!(out, "MeshVersionFormatted 2\n# {}\nDimension 3\n", list_names(new_file.cells.families))?;
+    writeln!(out, "Vertices\n{}", new_file.vertices.len())?;
+    for vertex in new_file.vertices {
         for value in vertex.to_array() {
             write_shortest(out, value)?;
             out.write_all(b" ")?;
         }
         out.write_all(b"0\n")?;
     }
-    for (keyword, shape) in sections(content) {
-        write!(out, "{}\n{}\n", keyword.name, content.of(shape).len())?;
-        for (corners, tag) in elements(content, shape) {
+    for (keyword, shape) in sections(new_file) {
+        write!(out, "{}\n{}\n", keyword.name, new_file.of(shape).len())?;
+        for (corners, tag) in elements(new_file, shape) {
             corners.iter().try_for_each(|vertex| write!(out, "{} ", u64::from(*vertex) + 1))?;
             writeln!(out, "{tag}")?;
         }
@@ -357,15 +358,15 @@ fn create_text(out: &mut Out, content: &Content) -> io::Result<()> {
     out.write_all(b"End\n")
 }
 
-fn create_binary(out: &mut Out, content: &Content) -> io::Result<()> {
+fn create_binary(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let int = |out: &mut Out, value: usize| {
         let value = i32::try_from(value)
             .map_err(|_| io::Error::other("Medit files idmesh writes hold 2^31 vertices at most"))?;
         out.write_all(&value.to_le_bytes())
     };
-    let vertex_bytes = 28 * content.vertices.len();
-    let element_bytes = |shape: Shape| 4 * (shape.n_vertices() + 1) * content.of(shape).len();
-    let size = 100 + vertex_bytes + sections(content).map(|(_, shape)| 16 + element_bytes(shape)).sum::<usize>();
+    let vertex_bytes = 28 * new_file.vertices.len();
+    let element_bytes = |shape: CellKind| 4 * (shape.n_vertices() + 1) * new_file.of(shape).len();
+    let size = 100 + vertex_bytes + sections(new_file).map(|(_, shape)| 16 + element_bytes(shape)).sum::<usize>();
     let version = if size < i32::MAX as usize { 2 } else { 3 };
     let position = if version == 2 { 4 } else { 8 };
     let mut at = 8;
@@ -380,15 +381,15 @@ fn create_binary(out: &mut Out, content: &Content) -> io::Result<()> {
     begin(out, DIMENSION, 4)?;
     int(out, 3)?;
     begin(out, 4, 4 + vertex_bytes)?;
-    int(out, content.vertices.len())?;
-    for vertex in content.vertices {
+    int(out, new_file.vertices.len())?;
+    for vertex in new_file.vertices {
         vertex.to_array().iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
         int(out, 0)?;
     }
-    for (keyword, shape) in sections(content) {
+    for (keyword, shape) in sections(new_file) {
         begin(out, keyword.number, 4 + element_bytes(shape))?;
-        int(out, content.of(shape).len())?;
-        for (corners, tag) in elements(content, shape) {
+        int(out, new_file.of(shape).len())?;
+        for (corners, tag) in elements(new_file, shape) {
             corners.iter().try_for_each(|&vertex| int(out, vertex as usize + 1))?;
             out.write_all(&tag.to_le_bytes())?;
         }
@@ -398,15 +399,15 @@ fn create_binary(out: &mut Out, content: &Content) -> io::Result<()> {
 }
 
 /// What references a new binary file has, so that no other mesh's `.mapbc` names them. A text file says its names itself.
-pub(super) fn companion(content: &Content) -> Companion {
-    let names = if content.extension == "mesh" { Names::new() } else { mapbc::names(content) };
+pub(super) fn companion(new_file: &NewFile) -> Companion {
+    let names = if new_file.extension == "mesh" { Names::new() } else { mapbc::names(new_file) };
     Companion { path: mapbc_path, bytes: None, names }
 }
 
 /// What a binary Medit file does not hold: names.
-pub(super) fn limits(content: &Content) -> Vec<String> {
-    if content.extension == "mesh" {
+pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+    if new_file.extension == "mesh" {
         return Vec::new();
     }
-    vec![format!("names of families: only their numbers are held ({})", list_names(content.cells.families))]
+    vec![format!("names of families: only their numbers are held ({})", list_names(new_file.cells.families))]
 }

@@ -7,11 +7,9 @@
 //! To add a format: write its file here, add its line to [`FORMATS`] in `table.rs`.
 
 mod aflr3;
-mod assembly;
 mod atomic;
 #[cfg(feature = "cgns")]
 mod cgns;
-mod content;
 mod document;
 mod error;
 mod gmsh;
@@ -19,6 +17,8 @@ mod gzip;
 mod lines;
 mod mapbc;
 mod medit;
+mod mesh_builder;
+mod new_file;
 mod number;
 mod openfoam;
 mod out;
@@ -31,8 +31,8 @@ mod write;
 
 pub(crate) use atomic::check as check_writable;
 pub use atomic::write_atomically;
-pub use content::{Cells, Fields};
-pub use error::{Place, ReadError, WriteError};
+pub use error::{Location, ReadError, WriteError};
+pub use new_file::{Cells, Fields};
 pub use read::{MeshFile, read, read_bytes, read_mixed};
 pub use table::{FORMATS, Format};
 pub use vtk::{Polylines, read_polylines, write_vtu};

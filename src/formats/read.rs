@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use flate2::read::MultiGzDecoder;
 
-use super::document::Document;
+use super::document::SourceFile;
 use super::error::ReadError;
 use super::openfoam;
 use super::table::{Format, Parsed, known};
@@ -21,7 +21,7 @@ pub struct MeshFile {
     pub mesh: TetMesh,
     /// Its cells and boundary faces of other shapes; none if [`read()`] read it.
     pub others: OtherCells,
-    pub(super) document: Option<Arc<Document>>,
+    pub(super) document: Option<Arc<SourceFile>>,
 }
 
 impl MeshFile {

@@ -4,7 +4,7 @@ use std::io::BufRead;
 use std::ops::Range;
 use std::path::Path;
 
-use super::error::{Place, ReadError};
+use super::error::{Location, ReadError};
 pub(super) use crate::text::parse_double;
 
 /// How numbers are written in a file.
@@ -155,13 +155,13 @@ impl<'a> Scanner<'a> {
     }
 
     /// `at` in the words of a message. Counts lines, so call it for errors only.
-    pub fn place(&self, at: usize) -> Place {
+    pub fn place(&self, at: usize) -> Location {
         match self.encoding {
             Encoding::Text => {
                 let lines = self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
-                Place::Line(self.path.into(), lines + 1)
+                Location::Line(self.path.into(), lines + 1)
             }
-            Encoding::Binary(_) => Place::Byte(self.path.into(), at),
+            Encoding::Binary(_) => Location::Byte(self.path.into(), at),
         }
     }
 

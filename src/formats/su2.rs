@@ -10,11 +10,11 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::assembly::{Assembly, Kind, MOST_VERTICES, check_finite_at};
-use super::content::{Content, clean_names, renamed};
-use super::document::{Document, Slots, write_shortest};
+use super::document::{Slots, SourceFile, write_shortest};
 use super::error::ReadError;
 use super::lines::{Line, Lines};
+use super::mesh_builder::{Kind, MOST_VERTICES, MeshBuilder, check_finite_at};
+use super::new_file::{NewFile, clean_names, renamed};
 use super::out::Out;
 use super::scanner::{Encoding, Width, shown};
 use super::table::Parsed;
@@ -32,7 +32,7 @@ struct Parts {
     has_points: bool,
     positions: Vec<DVec3>,
     slots: Vec<usize>,
-    assembly: Assembly,
+    mesh_builder: MeshBuilder,
     /// For each section of elements, the greatest vertex it names and where its lines begin.
     greatest: Vec<(u64, usize)>,
     n_markers: Option<u64>,
@@ -67,15 +67,15 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
         return Err(lines.malformed(bytes.len(), format!("{declared} MARKER_TAG=, as NMARK= declares"), found));
     }
     check_open_marker(&lines, &parts, bytes.len())?;
-    let Parts { positions, slots, mut assembly, greatest, markers, mut beside, .. } = parts;
+    let Parts { positions, slots, mut mesh_builder, greatest, markers, mut beside, .. } = parts;
     if let Some(&(_, start)) = greatest.iter().find(|&&(vertex, _)| vertex >= positions.len() as u64) {
         return Err(unknown_vertex(path, &bytes, start, positions.len() as u64));
     }
-    assembly.orient_prisms(&positions);
-    beside.extend(assembly.passed_over());
-    let (mesh, others) = assembly.finish(path, positions, |marker| markers[marker as usize].clone())?;
+    mesh_builder.orient_prisms(&positions);
+    beside.extend(mesh_builder.passed_over());
+    let (mesh, others) = mesh_builder.finish(path, positions, |marker| markers[marker as usize].clone())?;
     let coordinates = Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots });
-    Ok(Parsed { mesh, others, document: Document::of_file(NAME, extension, bytes, coordinates, beside) })
+    Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
 /// Reads what a keyword announces; false if idmesh does not know it.
@@ -195,13 +195,13 @@ fn read_elements(
         let shape = match vtk_kind(number) {
             Some((Kind::Mesh(shape), _)) if shape.is_face() == marker.is_some() => shape,
             Some((Kind::PassOver(name), Some(n_vertices))) if marker.is_some() => {
-                parts.assembly.pass_over(name, 1);
+                parts.mesh_builder.pass_over(name, 1);
                 // A vertex that another part of a divided mesh owns has a second number.
                 lines.ends(&mut line, n_vertices + 1)?;
                 continue;
             }
             Some((Kind::Refuse(name), _)) => {
-                parts.assembly.refuse(name, 1);
+                parts.mesh_builder.refuse(name, 1);
                 continue;
             }
             _ => {
@@ -213,7 +213,7 @@ fn read_elements(
             }
         };
         let tag = marker.map_or(0, |marker| marker as i32);
-        parts.assembly.push(shape, tag, || {
+        parts.mesh_builder.push(shape, tag, || {
             let vertex = lines.unsigned(&mut line, "a vertex")?;
             greatest = vertex.max(greatest);
             Ok(vertex as u32)
@@ -247,27 +247,27 @@ fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> R
 }
 
 /// Writes an SU2 file whose arrays have been checked.
-pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
+pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let element = |out: &mut Out, number: u8, corners: &[u32]| {
         write!(out, "{number}")?;
         corners.iter().try_for_each(|vertex| write!(out, " {vertex}"))
     };
-    write!(out, "NDIME= 3\nNELEM= {}\n", content.volume_cells().count())?;
-    for (index, (shape, corners)) in content.volume_cells().enumerate() {
+    write!(out, "NDIME= 3\nNELEM= {}\n", new_file.volume_cells().count())?;
+    for (index, (shape, corners)) in new_file.volume_cells().enumerate() {
         element(out, vtk_number(shape), corners)?;
         writeln!(out, " {index}")?;
     }
-    writeln!(out, "NPOIN= {}", content.vertices.len())?;
-    for (index, vertex) in content.vertices.iter().enumerate() {
+    writeln!(out, "NPOIN= {}", new_file.vertices.len())?;
+    for (index, vertex) in new_file.vertices.iter().enumerate() {
         for coordinate in vertex.to_array() {
             write_shortest(out, coordinate)?;
             out.write_all(b" ")?;
         }
         writeln!(out, "{index}")?;
     }
-    let names = clean_names(content.cells.families, clean);
+    let names = clean_names(new_file.cells.families, clean);
     writeln!(out, "NMARK= {}", names.len())?;
-    for (name, faces) in names.iter().zip(content.faces_by_family()) {
+    for (name, faces) in names.iter().zip(new_file.faces_by_family()) {
         write!(out, "MARKER_TAG= {name}\nMARKER_ELEMS= {}\n", faces.len())?;
         for (shape, corners) in faces {
             element(out, vtk_number(shape), corners)?;
@@ -278,8 +278,8 @@ pub(super) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
 }
 
 /// What an SU2 file holds otherwise: names with spaces.
-pub(super) fn limits(content: &Content) -> Vec<String> {
-    renamed(content.cells.families, &clean_names(content.cells.families, clean))
+pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+    renamed(new_file.cells.families, &clean_names(new_file.cells.families, clean))
 }
 
 /// SU2 drops white space from a marker's name, and `%` begins a comment.

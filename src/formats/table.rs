@@ -5,9 +5,9 @@ use std::path::Path;
 
 #[cfg(feature = "cgns")]
 use super::cgns;
-use super::content::Content;
-use super::document::{Companion, Document, NamedFiles};
+use super::document::{Companion, NamedFiles, SourceFile};
 use super::error::{ReadError, WriteError};
+use super::new_file::NewFile;
 use super::out::Out;
 use super::{aflr3, gmsh, medit, openfoam, su2, vtk};
 use crate::mesh::{OtherCells, TetMesh};
@@ -100,9 +100,9 @@ pub struct Format {
     pub(super) read: Reader,
     pub(super) create: Create,
     /// What a new file will not hold or hold otherwise, in words.
-    pub(super) limits: fn(&Content) -> Vec<String>,
+    pub(super) limits: fn(&NewFile) -> Vec<String>,
     /// A small file that belongs to a new one.
-    pub(super) companion: Option<fn(&Content) -> Companion>,
+    pub(super) companion: Option<fn(&NewFile) -> Companion>,
 }
 
 /// Reads the (decompressed) bytes of the file at that path, which that extension selected.
@@ -112,16 +112,16 @@ pub(super) type Reader = fn(&Path, &'static str, Vec<u8>) -> Result<Parsed, Read
 pub(super) enum Create {
     File(Creator),
     /// Names and contents of the files of a folder, the one that makes it a mesh last.
-    Folder(fn(&Content) -> io::Result<NamedFiles>),
+    Folder(fn(&NewFile) -> io::Result<NamedFiles>),
 }
 
-pub(super) type Creator = fn(&mut Out, &Content) -> io::Result<()>;
+pub(super) type Creator = fn(&mut Out, &NewFile) -> io::Result<()>;
 
 /// What a reader makes of a file.
 pub(super) struct Parsed {
     pub mesh: TetMesh,
     pub others: OtherCells,
-    pub document: Document,
+    pub document: SourceFile,
 }
 
 impl Format {

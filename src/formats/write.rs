@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::atomic::{self, write_atomically};
-use super::content::{Cells, Content, Fields};
-use super::document::{Companion, Document};
+use super::document::{Companion, SourceFile};
 use super::error::WriteError;
 use super::gzip::Gzip;
 use super::mapbc::{self, Names};
+use super::new_file::{Cells, Fields, NewFile};
 use super::openfoam;
 use super::out::{Out, in_blocks};
 use super::read::MeshFile;
@@ -44,10 +44,10 @@ impl MeshFile {
                 write_file(path, |out| document.write(out, vertices))
             });
         }
-        let content = self.content(vertices, *fields, extension);
+        let new_file = self.new_file(vertices, *fields, extension);
         let create = format.creator(path)?;
-        let companion = format.companion.map(|companion| companion(&content));
-        with_companion(path, companion.as_ref(), || create_file(path, create, &content))
+        let companion = format.companion.map(|companion| companion(&new_file));
+        with_companion(path, companion.as_ref(), || create_file(path, create, &new_file))
     }
 
     /// As [`MeshFile::write`], but into `out` and never gzipped; `path` selects the format only. Files that belong to it
@@ -71,10 +71,10 @@ impl MeshFile {
                 in_blocks(out, |out| document.write(out, vertices))
             }
             None => {
-                let content = self.content(vertices, *fields, extension);
-                check_content(&content)?;
+                let new_file = self.new_file(vertices, *fields, extension);
+                check_content(&new_file)?;
                 let create = format.creator(path)?;
-                in_blocks(out, |out| create(out, &content))
+                in_blocks(out, |out| create(out, &new_file))
             }
         };
         written.map_err(|source| WriteError::Io { path: path.into(), source })
@@ -118,9 +118,9 @@ impl MeshFile {
             if format.is_folder() {
                 continue;
             }
-            let content = self.content(&self.mesh.vertices, Fields::default(), extension);
+            let new_file = self.new_file(&self.mesh.vertices, Fields::default(), extension);
             let source = self.source(format, extension);
-            let created = format.companion.filter(|_| source.is_none()).map(|companion| companion(&content));
+            let created = format.companion.filter(|_| source.is_none()).map(|companion| companion(&new_file));
             let Some(companion) = source.map_or(created.as_ref(), |document| document.companion.as_ref()) else {
                 continue;
             };
@@ -151,10 +151,10 @@ impl MeshFile {
         if self.source(format, extension).is_some() {
             return Ok(Vec::new());
         }
-        let content = self.content(&self.mesh.vertices, Fields::default(), extension);
+        let new_file = self.new_file(&self.mesh.vertices, Fields::default(), extension);
         let beside = self.document.iter().flat_map(|document| &document.beside);
         let mut losses: Vec<String> = beside.map(|what| format!("{what}: not carried into the new file")).collect();
-        losses.extend((format.limits)(&content));
+        losses.extend((format.limits)(&new_file));
         Ok(losses)
     }
 
@@ -171,9 +171,9 @@ impl MeshFile {
                 files
             }
             (None, Create::Folder(create)) => {
-                let content = self.content(vertices, Fields::default(), "");
-                check_content(&content)?;
-                create(&content).map_err(io)?
+                let new_file = self.new_file(vertices, Fields::default(), "");
+                check_content(&new_file)?;
+                create(&new_file).map_err(io)?
             }
             (None, _) => return Err(needs_folder(path)),
         };
@@ -181,14 +181,14 @@ impl MeshFile {
     }
 
     /// The file that was read, if it is of this format and variant.
-    fn source(&self, format: &Format, extension: &str) -> Option<&Document> {
+    fn source(&self, format: &Format, extension: &str) -> Option<&SourceFile> {
         let document = self.document.as_deref()?;
         let same_variant = document.extension == extension || format.is_folder();
         (document.format == format.name && same_variant).then_some(document)
     }
 
-    fn content<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>, extension: &'static str) -> Content<'a> {
-        Content { vertices, cells: Cells::of(&self.mesh), others: &self.others, fields, extension }
+    fn new_file<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>, extension: &'static str) -> NewFile<'a> {
+        NewFile { vertices, cells: Cells::of(&self.mesh), others: &self.others, fields, extension }
     }
 }
 
@@ -227,13 +227,13 @@ fn with_companion(
 }
 
 /// Writes a new file after checking what goes into it.
-pub(super) fn create_file(path: &Path, create: Creator, content: &Content) -> Result<(), WriteError> {
-    check_content(content)?;
-    write_file(path, |out| create(out, content))
+pub(super) fn create_file(path: &Path, create: Creator, new_file: &NewFile) -> Result<(), WriteError> {
+    check_content(new_file)?;
+    write_file(path, |out| create(out, new_file))
 }
 
-fn check_content(content: &Content) -> Result<(), WriteError> {
-    let Content { vertices, cells, others, fields, .. } = content;
+fn check_content(new_file: &NewFile) -> Result<(), WriteError> {
+    let NewFile { vertices, cells, others, fields, .. } = new_file;
     check_finite(vertices)?;
     check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
     check_length("quadrilateral families", others.quadrilateral_family.len(), others.quadrilaterals.len())?;

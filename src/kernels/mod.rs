@@ -8,11 +8,11 @@
 //! wherever the compiler does not contract `a * b + c`.
 
 pub mod accelerate;
-pub mod climb_vertices;
 pub mod constraint;
 pub mod convergence;
 pub mod defect;
 pub mod edge_stiffness;
+pub mod raise_worst_beta;
 mod real;
 pub mod relax_sweep;
 pub mod row;
@@ -102,13 +102,13 @@ pub const SMOOTH_VERTICES: Kernel = Kernel {
     ),
 };
 
-/// See [`climb_vertices`].
+/// See [`raise_worst_beta`].
 pub const CLIMB_VERTICES: Kernel = Kernel {
-    name: "climb_vertices",
+    name: "raise_worst_beta",
     parts: &["constraint", "star"],
     source: concat!(
         include_str!("../../kernels/constraint.wgsl"),
         include_str!("../../kernels/star.wgsl"),
-        include_str!("../../kernels/climb_vertices.wgsl")
+        include_str!("../../kernels/raise_worst_beta.wgsl")
     ),
 };

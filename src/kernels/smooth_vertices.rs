@@ -51,7 +51,7 @@ pub struct Tets<'a, T> {
 
 /// What is minimised.
 #[derive(Clone, Copy, Debug)]
-pub struct Objective<T> {
+pub struct MeanRatioObjective<T> {
     /// Power of `q w^size`, 1 to 15.
     pub power: u32,
     /// Power of `w`, 0 to 15. 0: only the shape counts.
@@ -72,7 +72,7 @@ pub struct Objective<T> {
 pub fn run<T: Real>(
     first: usize,
     tets: &Tets<T>,
-    objective: &Objective<T>,
+    objective: &MeanRatioObjective<T>,
     correction: &[[T; 4]],
     moved: &mut [[T; 4]],
 ) {
@@ -84,7 +84,13 @@ pub fn run<T: Real>(
     }
 }
 
-fn step<T: Real>(vertex: usize, tets: &Tets<T>, objective: &Objective<T>, correction: &[[T; 4]], at: [T; 3]) -> [T; 3] {
+fn step<T: Real>(
+    vertex: usize,
+    tets: &Tets<T>,
+    objective: &MeanRatioObjective<T>,
+    correction: &[[T; 4]],
+    at: [T; 3],
+) -> [T; 3] {
     let Some(greatest) = greatest(vertex, tets, objective, correction, at) else { return at };
     let scale = T::ONE / greatest;
     let local = derivatives(vertex, tets, objective, correction, at, scale);
@@ -134,14 +140,14 @@ pub struct Local<T> {
 pub fn energy<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
-    objective: &Objective<T>,
+    objective: &MeanRatioObjective<T>,
     correction: &[[T; 4]],
     at: [T; 3],
     scale: T,
 ) -> Option<T> {
     let mut sum = T::ZERO;
     for &entry in tets.star.around(vertex) {
-        let q = Shape::new(tets, correction, entry, at).quality(objective)?;
+        let q = TetShape::new(tets, correction, entry, at).quality(objective)?;
         sum = sum + power(q * scale, objective.power);
     }
     Some(sum)
@@ -151,7 +157,7 @@ pub fn energy<T: Real>(
 pub fn derivatives<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
-    objective: &Objective<T>,
+    objective: &MeanRatioObjective<T>,
     correction: &[[T; 4]],
     at: [T; 3],
     scale: T,
@@ -168,7 +174,7 @@ pub fn derivatives<T: Real>(
     };
     let mut count = T::ZERO;
     for &entry in tets.star.around(vertex) {
-        let shape = Shape::new(tets, correction, entry, at);
+        let shape = TetShape::new(tets, correction, entry, at);
         let (s, g) = (shape.s, shape.g);
         let (r, h) = regularised(shape.sigma, objective.delta_squared);
         let f = shape.f;
@@ -211,19 +217,19 @@ pub fn derivatives<T: Real>(
 fn greatest<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
-    objective: &Objective<T>,
+    objective: &MeanRatioObjective<T>,
     correction: &[[T; 4]],
     at: [T; 3],
 ) -> Option<T> {
     let mut greatest = T::ZERO;
     for &entry in tets.star.around(vertex) {
-        greatest = greatest.max(Shape::new(tets, correction, entry, at).quality(objective)?);
+        greatest = greatest.max(TetShape::new(tets, correction, entry, at).quality(objective)?);
     }
     (greatest > T::ZERO).then_some(greatest)
 }
 
 /// A tet with one vertex somewhere.
-struct Shape<T> {
+struct TetShape<T> {
     /// Columns of `S`.
     s: [[T; 3]; 3],
     /// Gradient of each of `S`'s columns with respect to the vertex: the same in every component.
@@ -234,7 +240,7 @@ struct Shape<T> {
     sigma: T,
 }
 
-impl<T: Real> Shape<T> {
+impl<T: Real> TetShape<T> {
     #[inline(always)]
     fn new(tets: &Tets<T>, correction: &[[T; 4]], entry: u32, at: [T; 3]) -> Self {
         let (tet, local) = (entry as usize / 4, entry as usize % 4);
@@ -267,7 +273,7 @@ impl<T: Real> Shape<T> {
 
     /// `27 q w^size`; none where it is infinite.
     #[inline(always)]
-    fn quality(&self, objective: &Objective<T>) -> Option<T> {
+    fn quality(&self, objective: &MeanRatioObjective<T>) -> Option<T> {
         if objective.delta_squared == T::ZERO && self.sigma <= T::ZERO {
             return None;
         }

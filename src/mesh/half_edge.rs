@@ -13,7 +13,7 @@ use super::{FamilyId, MeshError, TetMesh, csr::Csr, half_face, lowest_of};
 
 /// A run of boundary edges of a family with the same family on the other side.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Curve {
+pub struct BoundaryCurve {
     /// Vertices in order along the curve, the family on the left seen from the fluid; a closed curve does not repeat
     /// its first vertex.
     pub vertices: Vec<u32>,
@@ -119,12 +119,12 @@ impl Surface {
     }
 
     /// The curves a family shares with another one, each as long as possible.
-    pub fn shared_curves(&self, family: FamilyId, other: FamilyId) -> Vec<Curve> {
+    pub fn shared_curves(&self, family: FamilyId, other: FamilyId) -> Vec<BoundaryCurve> {
         let shared = |half_edge: u32| self.family[self.opposite[half_edge as usize] as usize / 3] == other;
         let mut curves = Vec::new();
         for walk in self.boundary_loops(family) {
             let Some(gap) = walk.iter().position(|&half_edge| !shared(half_edge)) else {
-                curves.push(Curve { vertices: walk.iter().map(|&h| self.origin(h)).collect(), closed: true });
+                curves.push(BoundaryCurve { vertices: walk.iter().map(|&h| self.origin(h)).collect(), closed: true });
                 continue;
             };
             let mut vertices: Vec<u32> = Vec::new();
@@ -136,7 +136,7 @@ impl Surface {
                     }
                     vertices.push(self.origin(next(half_edge)));
                 } else if !vertices.is_empty() {
-                    curves.push(Curve { vertices: std::mem::take(&mut vertices), closed: false });
+                    curves.push(BoundaryCurve { vertices: std::mem::take(&mut vertices), closed: false });
                 }
             }
         }

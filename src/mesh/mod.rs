@@ -82,3 +82,6 @@ pub(crate) fn in_pieces<T: Send>(n_items: usize, work: impl Fn(Range<usize>) -> 
     let pieces = 0..n_items.div_ceil(PIECE);
     pieces.into_par_iter().map(|piece| work(piece * PIECE..n_items.min((piece + 1) * PIECE))).collect()
 }
+
+/// Displacement of every vertex of the mesh `[n_vertices]`, in the unit of length of the mesh.
+pub type Displacement = Vec<DVec3>;

@@ -8,10 +8,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Mover;
-use crate::{
-    mesh::FamilyId,
-    stages::{Motion, Wanted},
-};
+use crate::{mesh::Displacement, mesh::FamilyId, stage::Wanted};
 
 /// A vertex that is held back by less than this fraction of its family's size is where it should be.
 const BACK: f64 = 1e-9;
@@ -48,12 +45,12 @@ impl Mover {
     /// What is held back once the wing's stage has ended, by the families' names.
     ///
     /// - `wanted`: what others than their owners would do to vertices
-    /// - `motion` `[n_vertices]`: what their owners do
-    pub(super) fn held_back(&self, wanted: &[Wanted], motion: &Motion) -> Vec<HeldBack> {
+    /// - `displacement` `[n_vertices]`: what their owners do
+    pub(super) fn held_back(&self, wanted: &[Wanted], displacement: &Displacement) -> Vec<HeldBack> {
         let mut edges_of: BTreeMap<FamilyId, (f64, BTreeMap<u32, f64>)> = BTreeMap::new();
         let mut found: BTreeMap<(FamilyId, FamilyId), HeldBack> = BTreeMap::new();
-        for &Wanted { family, vertex, displacement } in wanted {
-            let distance = displacement.distance(motion[vertex as usize]);
+        for &Wanted { family, vertex, displacement: wanted } in wanted {
+            let distance = wanted.distance(displacement[vertex as usize]);
             let (size, edges) = edges_of.entry(family).or_insert_with(|| (self.size_of(family), self.edges_of(family)));
             if distance <= BACK * *size {
                 continue;

@@ -4,8 +4,10 @@ use glam::DVec3;
 
 use super::{Design, MoveError};
 use crate::{
+    families::{Families, PlacedBy},
+    mesh::Displacement,
     mesh::{FamilyId, Order, TetMesh},
-    stages::{Families, Motion, Owner, Wanted},
+    stage::Wanted,
 };
 
 /// Two displacements of one vertex agree to this fraction of the larger one: text files with seven digits do.
@@ -19,7 +21,7 @@ pub fn differ(one: DVec3, other: DVec3, position: DVec3) -> bool {
     apart.is_nan() || apart > AGREE * one.length().max(other.length()) + rounding
 }
 
-/// Writes the design's displacements of the prescribed families into `motion`, which is in `order`, and for vertices that others
+/// Writes the design's displacements of the prescribed families into `displacement`, which is in `order`, and for vertices that others
 /// place into `wanted`.
 ///
 /// - `mesh`: in `order`
@@ -30,31 +32,31 @@ pub(super) fn prescribe(
     family_vertices: &[Vec<u32>],
     families: &Families,
     design: &Design,
-    motion: &mut Motion,
+    displacement: &mut Displacement,
     wanted: &mut Vec<Wanted>,
 ) -> Result<(), MoveError> {
     let mut given_by: Vec<Option<(FamilyId, DVec3)>> = vec![None; mesh.vertices.len()];
-    for family in families.placed_by(Owner::Prescribed) {
+    for family in families.families_of(PlacedBy::Prescribed) {
         let name = |family: FamilyId| mesh.families[family.index()].clone();
         let vertices = &family_vertices[family.index()];
         let given = design.prescribed.get(&family).map_or(&[][..], Vec::as_slice);
         if given.len() != vertices.len() {
             return Err(MoveError::Prescribed { family: name(family), expected: vertices.len(), found: given.len() });
         }
-        for (&vertex, &displacement) in vertices.iter().zip(given) {
+        for (&vertex, &by) in vertices.iter().zip(given) {
             let place = order.place(vertex) as usize;
             let position = mesh.vertices[place];
-            if let Some((first, before)) = given_by[place].replace((family, displacement))
-                && differ(before, displacement, position)
+            if let Some((first, before)) = given_by[place].replace((family, by))
+                && differ(before, by, position)
             {
                 let (family, other) = (name(first), name(family));
-                let difference = before.distance(displacement);
+                let difference = before.distance(by);
                 return Err(MoveError::Disagree { family, other, vertex, position, difference });
             }
-            if families.owner[place] == Owner::Prescribed {
-                motion[place] = displacement;
+            if families.placed_by[place] == PlacedBy::Prescribed {
+                displacement[place] = by;
             } else {
-                wanted.push(Wanted { family, vertex: place as u32, displacement });
+                wanted.push(Wanted { family, vertex: place as u32, displacement: by });
             }
         }
     }

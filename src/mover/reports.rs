@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use super::{Design, HeldBack, MISSED, Mover};
 use crate::{
+    families::shape::FamilyShape,
     mesh::FamilyId,
     profile::{Missed, Plane, ProfileError, cut, distance},
     relaxation::Convergence,
     report::{FamilyReport, ProfileReport, Solver},
-    stages::shape::Shape,
 };
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from
@@ -31,13 +31,13 @@ impl Mover {
     }
 
     /// The carenages and planes that vertices left, by name, with their largest distance.
-    pub(super) fn strayed(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
+    pub(super) fn off_surface(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
         let size = |name: &str| self.size_of(self.mesh.family(name).expect("reports are by the mesh's families"));
-        let strayed = families.iter().filter_map(|(name, report)| {
+        let off_surface = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
             (distance.is_nan() || distance > STRAYED * size(name)).then(|| (name.clone(), distance))
         });
-        strayed.collect()
+        off_surface.collect()
     }
 
     /// The periodic planes that do not match any more, by name, with the largest distance of partners from their places.
@@ -57,7 +57,7 @@ impl Mover {
         &self,
         vertices: &[DVec3],
         folded: &BTreeMap<String, usize>,
-        pierced: &[u32],
+        self_intersecting: &[u32],
         held_back: &[HeldBack],
     ) -> BTreeMap<String, FamilyReport> {
         let families = &self.families;
@@ -70,10 +70,12 @@ impl Mover {
             };
             let distance = self.surface.vertices_of(family).par_iter().map(off).reduce(|| 0.0, f64::max);
             let report = match shape {
-                Shape::Surface(_) => {
+                FamilyShape::Surface(_) => {
                     FamilyReport { max_distance_to_original_surface: Some(distance), ..FamilyReport::default() }
                 }
-                Shape::Plane(..) => FamilyReport { max_distance_to_plane: Some(distance), ..FamilyReport::default() },
+                FamilyShape::Plane(..) => {
+                    FamilyReport { max_distance_to_plane: Some(distance), ..FamilyReport::default() }
+                }
             };
             Some((self.mesh.families[index].clone(), report))
         });
@@ -93,7 +95,7 @@ impl Mover {
         for (family, &count) in folded {
             reports.entry(family.clone()).or_default().folded_triangles = count;
         }
-        for &triangle in pierced {
+        for &triangle in self_intersecting {
             let family = &self.mesh.families[self.surface.family[triangle as usize].index()];
             reports.entry(family.clone()).or_default().pierced_triangles += 1;
         }

@@ -10,9 +10,9 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::curve::Curve;
+use super::curve::ProfileCurve;
 use super::distance::distance;
-use super::interpolation::{WingMotion, WingSurface};
+use super::interpolation::{ProfileDisplacement, WingSurface};
 use super::matching::OldSection;
 use super::span::Span;
 use super::{Plane, Profile, ProfileError, extent};
@@ -135,7 +135,7 @@ impl Watch {
     /// - `positions`, `moved` `[n_positions]`: the wing's vertices, before and in the end
     pub fn missed(
         &self,
-        motion: &WingMotion,
+        motion: &ProfileDisplacement,
         positions: impl Fn(usize) -> DVec3 + Sync,
         moved: &[DVec3],
     ) -> Vec<Missed> {
@@ -151,7 +151,7 @@ impl Watch {
                 // What later stages made of the vertex, or what held it back, counts as much in the plane; a way along the span
                 // does not.
                 let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
-                let at = into(plane, at, motion.generator[vertex]);
+                let at = into(plane, at, motion.span_direction[vertex]);
                 let mut distance = distance(at, &lines);
                 let limit = watched.old + length * worst.map_or(0.0, |worst| worst.share);
                 // The curve may be nearer than the lines between its points. Only then is it looked at: it is followed in small
@@ -159,7 +159,7 @@ impl Watch {
                 if distance > limit {
                     let curve = match &mut curve {
                         Some(curve) => curve,
-                        none => none.insert(Curve::new(&lines).path),
+                        none => none.insert(ProfileCurve::new(&lines).path),
                     };
                     distance = distance.min(super::distance::distance(at, curve));
                 }

@@ -15,7 +15,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::Plane;
-use super::curve::{Curve, Measured, arc_length};
+use super::curve::{Measured, ProfileCurve, arc_length};
 use super::cut::{FlatSection, flat_section};
 use super::distance::{distance, nearest_on_segment};
 
@@ -170,10 +170,10 @@ struct Line {
 
 impl Line {
     fn new(points: &[DVec3], base: Option<usize>) -> Self {
-        let sides = Measured::sides(Curve::new(&points[..=base.unwrap_or(points.len() - 1)]).path);
+        let sides = Measured::sides(ProfileCurve::new(&points[..=base.unwrap_or(points.len() - 1)]).path);
         let (mut path, mut tau) = (sides.path, sides.tau);
         if let Some(base) = base {
-            let base = Measured::base(Curve::new(&points[base..]).path);
+            let base = Measured::base(ProfileCurve::new(&points[base..]).path);
             path.extend(&base.path[1..]);
             tau.extend(&base.tau[1..]);
         }

@@ -17,7 +17,7 @@ use super::{Plane, Profile, ProfileError, carry, extent};
 const OFF_WING: f64 = 0.01;
 
 /// The end of a wing beside a profile: vertices within this share of its length from the nearest one to its plane. They lie
-/// within this other share from the straight loft between the profiles, which does not know of kinks.
+/// within this other share from the straight interpolation between the profiles, which does not know of kinks.
 const AT_END: f64 = 0.1;
 const OFF_END: f64 = 0.05;
 
@@ -125,7 +125,7 @@ pub(super) fn against_wing(
     Ok((own, closeness))
 }
 
-/// Refuses an old profile whose plane misses the wing and that no straight loft to the profile beside it can bring onto the
+/// Refuses an old profile whose plane misses the wing and that no straight interpolation to the profile beside it can bring onto the
 /// wing's end.
 ///
 /// - `compared`: whether a section was compared with the wing's own

@@ -115,7 +115,7 @@ fn disorder(points: &[DVec3]) -> Option<DVec3> {
 
 /// A smooth curve through knots, followed in small steps.
 #[derive(Clone, Debug)]
-pub(super) struct Curve {
+pub(super) struct ProfileCurve {
     /// Which of the given points are knots, ascending, the first and the last among them.
     pub knots: Vec<usize>,
     /// Where each knot stands in `path`.
@@ -124,7 +124,7 @@ pub(super) struct Curve {
     pub path: Vec<DVec3>,
 }
 
-impl Curve {
+impl ProfileCurve {
     /// The curve through at least two points.
     pub fn new(points: &[DVec3]) -> Self {
         let knots = choose_knots(points);

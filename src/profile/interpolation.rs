@@ -6,7 +6,7 @@
 //!
 //! - `P_kj`, `D_kj`: knot j of old profile k and its displacement, see [`super::matching`].
 //! - `trend`: position, twist, chord and thickness, linear along the span, see `trend`. It makes an affine change of all
-//!   profiles exact to rounding at every vertex, also off the loft and beyond the outermost planes.
+//!   profiles exact to rounding at every vertex, also off the interpolation and beyond the outermost planes.
 //! - `eta`, `w_k`: span coordinate of X and the planes' weights (linear for two planes, blended parabolas for more),
 //!   exactly one plane's on that plane. What is quadratic along the span is exact between the outermost planes; beyond them
 //!   the remainder is held.
@@ -24,7 +24,7 @@
 //! Vertices move, not facets: a facet between two vertices misses a curved section by its sag, before as after.
 //!
 //! The trend's slope across a thin wing comes from its change of thickness. Where the surface between the planes is off
-//! the straight loft by d, that slope moves it by slope times d: right if all space is stretched, wrong if only the
+//! the straight interpolation by d, that slope moves it by slope times d: right if all space is stretched, wrong if only the
 //! sections are. Planes at the kinks of a wing keep d small.
 
 use std::collections::HashMap;
@@ -63,7 +63,7 @@ pub struct WingSurface<'a> {
 
 /// Everything about a wing and its old profiles that new profiles do not change. Made once per mesh.
 #[derive(Debug)]
-pub struct WingLoft {
+pub struct ProfileInterpolation {
     span: Span,
     /// In the order of the span.
     forms: Forms,
@@ -87,12 +87,12 @@ pub struct WingLoft {
 
 /// What new profiles do to the wing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WingMotion {
+pub struct ProfileDisplacement {
     /// Displacement of each wing vertex `[n_positions]`, in the unit of the mesh.
     pub displacement: Vec<DVec3>,
     /// Unit direction along which the moved wing runs span-wise at each vertex `[n_positions]`, at constant parameter of
     /// the sections, towards growing span coordinate.
-    pub generator: Vec<DVec3>,
+    pub span_direction: Vec<DVec3>,
     /// The sections that the wing's vertices shall have, in the order of the span: the new profiles, or, where these are flat
     /// cuts through facets, the old sections from vertices, changed as the cuts are.
     pub sections: Vec<Profile>,
@@ -156,7 +156,7 @@ impl Share {
     }
 }
 
-impl WingLoft {
+impl ProfileInterpolation {
     /// Finds where every wing vertex stands between the old profiles, and checks these against the wing.
     ///
     /// - `old`: the old profiles, at least one, in any order and direction
@@ -216,7 +216,7 @@ impl WingLoft {
             .unzip();
         checks::beside_wing(sections, compared, &span, surface, &off)?;
         let extent = extent(surface.positions);
-        let mut loft = Self {
+        let mut interpolation = Self {
             span,
             forms,
             numbers,
@@ -230,18 +230,20 @@ impl WingLoft {
             closeness: Closeness::default(),
             extent,
         };
-        let along = |place: usize| loft.place_slope(&loft.places[place]).normalize_or(loft.span.normal);
-        loft.watch = Watch::new(&loft.span, &loft.forms.smooth, compared, surface, along)?;
+        let along = |place: usize| {
+            interpolation.place_slope(&interpolation.places[place]).normalize_or(interpolation.span.normal)
+        };
+        interpolation.watch = Watch::new(&interpolation.span, &interpolation.forms.smooth, compared, surface, along)?;
         let of_section = |section: usize| {
             let only = SpanWeights::only(section);
             let knots = |carried: &Carried| {
                 let tau = grid.parameter(carried.at, surface.normals[carried.vertex], &only);
-                cubic_at(&loft.arcs[section], &loft.forms.smooth[section], tau)
+                cubic_at(&interpolation.arcs[section], &interpolation.forms.smooth[section], tau)
             };
-            loft.watch.of_section(section).iter().map(knots).collect()
+            interpolation.watch.of_section(section).iter().map(knots).collect()
         };
-        loft.watched = (0..loft.numbers.len()).map(of_section).collect();
-        Ok(loft)
+        interpolation.watched = (0..interpolation.numbers.len()).map(of_section).collect();
+        Ok(interpolation)
     }
 
     /// Displacement of every wing vertex for one design. Cheap: no search, a few multiplications a vertex.
@@ -255,7 +257,7 @@ impl WingLoft {
     /// [`ProfileError::Size`], [`ProfileError::Order`], [`ProfileError::NotInOrder`], [`ProfileError::Turned`],
     /// [`ProfileError::FarAway`] and [`ProfileError::Sharp`] for new profiles that are no changed old ones, and those of
     /// profiles that are no plane curves.
-    pub fn displacements(&self, new: &[Profile]) -> Result<WingMotion, ProfileError> {
+    pub fn displacements(&self, new: &[Profile]) -> Result<ProfileDisplacement, ProfileError> {
         let new = self.paired(new)?;
         let closeness = checks::against_old(self.forms.given(), &new, &self.span, self.extent)?;
         let closeness = self.closeness.clone().max(closeness);
@@ -288,7 +290,7 @@ impl WingLoft {
             .collect();
 
         let at_place = |place: &Place| self.at_place(place, trend, &map, &remainder, &whole, normal);
-        let (displacement, generator) = self.places.par_iter().map(at_place).unzip();
+        let (displacement, span_direction) = self.places.par_iter().map(at_place).unzip();
         let sections = self.arcs.iter().zip(&self.forms.smooth).zip(&new).map(|((arcs, section), &new)| {
             if flat { section.displaced(&whole[arcs.sides.0..arcs.end()]) } else { new.clone() }
         });
@@ -299,9 +301,9 @@ impl WingLoft {
             };
             self.watch.of_section(k).iter().zip(watched).map(at).collect()
         });
-        Ok(WingMotion {
+        Ok(ProfileDisplacement {
             displacement,
-            generator,
+            span_direction,
             sections: sections.collect(),
             carried: carried.collect(),
             planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
@@ -340,8 +342,8 @@ impl WingLoft {
             return (displacement, normal);
         }
         let along = self.place_slope(place);
-        let generator = along + trend.slope(map, place.position, place.eta, along) + slope;
-        (displacement, generator.normalize_or(normal))
+        let span_direction = along + trend.slope(map, place.position, place.eta, along) + slope;
+        (displacement, span_direction.normalize_or(normal))
     }
 
     /// How the undeformed wing goes on along the span at constant parameter, for each unit of the span coordinate.
@@ -367,7 +369,7 @@ impl WingLoft {
     ///
     /// - `motion`: what [`Self::displacements`] made
     /// - `moved` `[n_positions]`: where the wing's vertices are in the end
-    pub fn missed(&self, motion: &WingMotion, moved: &[DVec3]) -> Vec<Missed> {
+    pub fn missed(&self, motion: &ProfileDisplacement, moved: &[DVec3]) -> Vec<Missed> {
         self.watch.missed(motion, |vertex| self.places[vertex].position, moved)
     }
 

@@ -11,7 +11,7 @@
 use glam::DVec3;
 use nalgebra::{Matrix6, Vector6};
 
-use super::curve::{Curve, Measured, Outline, bracket};
+use super::curve::{Measured, Outline, ProfileCurve, bracket};
 use super::distance::distance;
 use super::least_squares::LeastSquares;
 use super::{Plane, Profile, ProfileError, extent};
@@ -45,8 +45,8 @@ pub(super) struct OldSection {
     profile: Profile,
     plane: Plane,
     outline: Outline,
-    sides: Curve,
-    base: Option<Curve>,
+    sides: ProfileCurve,
+    base: Option<ProfileCurve>,
     /// The two sides with parameter and arc length.
     pub measured: Measured,
     /// The base of a blunt trailing edge within the curve.
@@ -57,8 +57,8 @@ pub(super) struct OldSection {
 impl OldSection {
     pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
         let outline = Outline::new(profile, plane)?;
-        let sides = Curve::new(&outline.sides);
-        let base = (outline.base.len() >= 2).then(|| Curve::new(&outline.base));
+        let sides = ProfileCurve::new(&outline.sides);
+        let base = (outline.base.len() >= 2).then(|| ProfileCurve::new(&outline.base));
         let measured = Measured::sides(sides.path.clone());
         let measured_base = base.as_ref().map(|base| Measured::base(base.path.clone()));
         let knots: Vec<DVec3> = sides.knots.iter().map(|&i| outline.sides[i]).collect();
@@ -229,9 +229,9 @@ impl OldSection {
             plane.normal = -plane.normal;
         }
         let outline = Outline::new(new, &plane)?;
-        let measured = Measured::sides(Curve::new(&outline.sides).path);
+        let measured = Measured::sides(ProfileCurve::new(&outline.sides).path);
         let ends = [outline.sides[outline.sides.len() - 1], outline.sides[0]];
-        let base = if outline.base.len() >= 2 { Curve::new(&outline.base).path } else { ends.to_vec() };
+        let base = if outline.base.len() >= 2 { ProfileCurve::new(&outline.base).path } else { ends.to_vec() };
 
         let old: Vec<DVec3> = self.sides.knots.iter().map(|&i| self.outline.sides[i]).collect();
         let mut tau = self.measured.tau.clone();
@@ -326,7 +326,7 @@ struct Match {
 ///
 /// - `old`, `new`: two profiles of one number; any counts, directions and starting points
 ///
-/// [`super::WingLoft`] matches in the same way; this is for looking at the match itself.
+/// [`super::ProfileInterpolation`] matches in the same way; this is for looking at the match itself.
 ///
 /// # Errors
 /// Those of profiles that are no plane curves, see [`Plane::of_profile`].

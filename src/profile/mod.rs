@@ -19,8 +19,8 @@
 //! - The paper checks nothing. Here profiles are checked against the wing and each other (`checks`), and the wing's vertices
 //!   against the new profiles (`accuracy`).
 //!
-//! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`WingLoft::new`] once per mesh,
-//! [`WingLoft::displacements`] once per design, [`WingLoft::missed`] and [`distance::max_distance`] to check the result.
+//! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`ProfileInterpolation::new`] once per mesh,
+//! [`ProfileInterpolation::displacements`] once per design, [`ProfileInterpolation::missed`] and [`distance::max_distance`] to check the result.
 
 mod accuracy;
 mod carry;
@@ -48,7 +48,7 @@ use glam::DVec3;
 pub use accuracy::Missed;
 pub use checks::{Closeness, compare_sizes};
 pub use error::ProfileError;
-pub use interpolation::{WingLoft, WingMotion, WingSurface};
+pub use interpolation::{ProfileDisplacement, ProfileInterpolation, WingSurface};
 pub use plane::Plane;
 
 /// One section of the wing.

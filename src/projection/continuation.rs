@@ -5,7 +5,7 @@
 //! interpolant `r^4 ln r` with quadratic terms) through the loop and the surface around it, over the loop's own plane: it
 //! leaves the rim with the surface's tangents and curvature, and follows a paraboloid exactly. The biharmonic (thin
 //! plate) spline flattens out instead: across a cylinder it lost 3 % of the sagitta. The spline is sampled on a triangular
-//! lattice and triangulated, so that one search serves the surface and its continuation.
+//! edge_graph and triangulated, so that one search serves the surface and its continuation.
 
 use glam::{DVec2, DVec3};
 use nalgebra::{DMatrix, DVector};
@@ -36,7 +36,7 @@ pub enum ContinuationError {
 
 /// Points and triangles that close a hole.
 #[derive(Clone, Debug, Default)]
-pub struct Patch {
+pub struct HoleFilling {
     /// New points, numbered from the count of the old ones.
     pub points: Vec<DVec3>,
     /// Triangles over old (rim) and new points, oriented like the surface around.
@@ -50,7 +50,7 @@ const MOST_SAMPLES: usize = 400;
 ///
 /// # Errors
 /// The rim is not simple when seen along its axis, or is too degenerate to carry a surface.
-pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<Patch, ContinuationError> {
+pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<HoleFilling, ContinuationError> {
     let rim_points: Vec<DVec3> = rim.iter().map(|&vertex| points[vertex as usize]).collect();
     let chart = Chart::new(&rim_points, points, triangles, rim);
     let polygon: Vec<DVec2> = rim_points.iter().map(|&point| chart.flat(point)).collect();
@@ -62,7 +62,7 @@ pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<Pa
         None => rim[corner],
         Some(new) => (points.len() + new) as u32,
     };
-    Ok(Patch {
+    Ok(HoleFilling {
         points: inside.iter().map(|&flat| chart.lift(flat, spline.height(flat))).collect(),
         triangles: faces.into_iter().map(|face| face.map(vertex)).collect(),
     })
@@ -240,7 +240,7 @@ fn triangulate(polygon: &[DVec2]) -> Option<(Vec<DVec2>, Vec<[usize; 3]>)> {
         cdt.add_constraint(from, to);
     }
     let mut points = Vec::new();
-    // A triangular lattice: no four of its points lie on an empty circle, so rounding cannot change the triangulation.
+    // A triangular edge_graph: no four of its points lie on an empty circle, so rounding cannot change the triangulation.
     let rows = (1.0 / (spacing * 0.75f64.sqrt())).ceil() as i64;
     let columns = (1.0 / spacing).ceil() as i64 + 1;
     for row in -rows..=rows {

@@ -11,7 +11,7 @@ const BEYOND: f64 = 1e-6;
 
 /// A surface that is watched for passing through itself.
 ///
-/// A triangle is *pierced* when an edge of another one passes through it. Triangles with a vertex in common with the edge
+/// A triangle is *self_intersecting* when an edge of another one passes through it. Triangles with a vertex in common with the edge
 /// are left out: neighbours touch.
 pub struct Crossings {
     tree: TriangleTree,
@@ -31,10 +31,10 @@ impl Crossings {
         Self { tree, boxes: vec![[DVec3::ZERO; 2]; triangles.len()], triangles }
     }
 
-    /// The triangles that are pierced with the vertices here, ascending.
+    /// The triangles that are self_intersecting with the vertices here, ascending.
     ///
     /// - `vertices` `[n_vertices]`, finite
-    pub fn pierced(&mut self, vertices: &[DVec3]) -> Vec<u32> {
+    pub fn self_intersecting(&mut self, vertices: &[DVec3]) -> Vec<u32> {
         if self.triangles.is_empty() {
             return Vec::new();
         }
@@ -54,17 +54,17 @@ impl Crossings {
         found
     }
 
-    /// The triangles that are pierced after a motion and were not before, ascending; none where a vertex is no place, of
+    /// The triangles that are self_intersecting after a motion and were not before, ascending; none where a vertex is no place, of
     /// which nothing can be said.
     ///
     /// - `original` `[n_vertices]`, finite; `moved` `[n_vertices]`
-    pub fn pierced_anew(&mut self, original: &[DVec3], moved: &[DVec3]) -> Vec<u32> {
+    pub fn newly_self_intersecting(&mut self, original: &[DVec3], moved: &[DVec3]) -> Vec<u32> {
         if moved.iter().any(|at| !at.is_finite()) {
             return Vec::new();
         }
-        let mut now = self.pierced(moved);
+        let mut now = self.self_intersecting(moved);
         if !now.is_empty() {
-            let before = self.pierced(original);
+            let before = self.self_intersecting(original);
             now.retain(|triangle| before.binary_search(triangle).is_err());
         }
         now

@@ -29,14 +29,14 @@ pub struct Closest {
 
 /// A triangulated surface to project onto.
 #[derive(Clone, Debug)]
-pub struct Target {
+pub struct TargetSurface {
     tree: TriangleTree,
     /// Unit normals `[n_points]`, weighted by area.
     normals: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
 }
 
-impl Target {
+impl TargetSurface {
     /// The surface of these triangles.
     pub fn new(points: &[DVec3], triangles: Vec<[u32; 3]>) -> Self {
         let mut normals = vec![DVec3::ZERO; points.len()];

@@ -121,12 +121,12 @@ pub fn nearest_triangle(
 ///
 /// - `original`, `moved` `[n_vertices]`
 pub fn folded(original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<u32> {
-    Creases::new(original, triangles, opposite).folded(original, moved, triangles, opposite)
+    EdgeAngles::new(original, triangles, opposite).folded(original, moved, triangles, opposite)
 }
 
 /// The angles at the edges of a surface before it moves.
 #[derive(Clone, Debug)]
-pub struct Creases {
+pub struct EdgeAngles {
     /// Each edge by the lower of its half-edges, with the cosine and the sine of the angle there, both times a positive number.
     edges: Vec<(u32, DVec2)>,
 }
@@ -134,7 +134,7 @@ pub struct Creases {
 /// Edges in a task.
 const EDGES: usize = 2048;
 
-impl Creases {
+impl EdgeAngles {
     /// The angles of a surface.
     ///
     /// - `original` `[n_vertices]`

@@ -9,14 +9,14 @@
 //! **Stopping rule.** `tolerance` bounds the estimated distance of each vertex from its converged place, as a fraction
 //! of that vertex's shortest edge: it means the same on every mesh size and in every unit of length.
 
-mod moving;
+mod free_rows;
 pub mod multigrid;
 mod network;
 mod relaxer;
 mod schedule;
 mod spectrum;
 
-pub use moving::Moving;
+pub use free_rows::FreeRows;
 pub use network::Network;
 pub use relaxer::{Convergence, Relaxer};
 pub use schedule::Method;
@@ -24,14 +24,14 @@ pub use spectrum::Spectrum;
 
 /// How far to relax.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Accuracy {
+pub struct Stopping {
     /// Largest estimated error of a vertex as a fraction of its shortest edge.
     pub tolerance: f64,
     /// Sweeps after which to stop unconverged.
     pub max_sweeps: usize,
 }
 
-impl Default for Accuracy {
+impl Default for Stopping {
     /// 1e-4 of an edge: on a wing with 100 000 tets 1e-2 is already valid and 1e-3 changes no beta in its third digit.
     fn default() -> Self {
         Self { tolerance: 1e-4, max_sweeps: 200_000 }

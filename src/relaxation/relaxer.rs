@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::{
-    Accuracy, Method, Moving, Network, Spectrum,
-    multigrid::{Hierarchy, Joined},
+    FreeRows, Method, Network, Spectrum, Stopping,
+    multigrid::{AggregateMaps, Hierarchy},
     schedule::Schedule,
 };
 use crate::backend::{Backend, BackendError, Constraint, DeviceNetwork};
@@ -15,7 +15,7 @@ pub struct Relaxer {
     /// The vertices that move, in the order in which the device has them.
     moving: Vec<u32>,
     /// With multigrid alone.
-    joined: Option<Joined>,
+    joined: Option<AggregateMaps>,
     spectrum: Option<Spectrum>,
     method: Method,
     epsilon: f64,
@@ -63,7 +63,7 @@ impl Relaxer {
     /// The device failed or the network does not fit.
     pub fn new(network: Network, backend: &dyn Backend, method: Method) -> Result<Self, BackendError> {
         // What the device has been given is not kept here: of a large mesh it is most of the memory.
-        let Moving { network: of_moving, vertices: moving } = Moving::new(&network);
+        let FreeRows { network: of_moving, vertices: moving } = FreeRows::new(&network);
         let mut method = method.for_size(moving.len());
         let hierarchy = (method == Method::Multigrid).then(|| Hierarchy::new(&of_moving));
         let (joined, device, spectrum) = match hierarchy.filter(|hierarchy| hierarchy.depth() > 1) {
@@ -112,7 +112,7 @@ impl Relaxer {
         &mut self,
         displacement: &mut [DVec3],
         force: Option<&[DVec3]>,
-        accuracy: &Accuracy,
+        stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
         let mut residual = self.network.residual(displacement, force);
         let first_norm = norm(&residual);
@@ -122,7 +122,7 @@ impl Relaxer {
         let mut result = Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() };
         // A pass in f32 gains some five digits; more than a handful means that it gains none.
         for _ in 0..8 {
-            let pass = self.pass(&residual, spectrum, accuracy, result.sweeps)?;
+            let pass = self.pass(&residual, spectrum, stopping, result.sweeps)?;
             let correction = self.device.correction()?;
             let mut furthest: f64 = 0.0;
             for (&row, e) in self.moving.iter().zip(&correction) {
@@ -138,7 +138,7 @@ impl Relaxer {
             result.sweeps += pass.sweeps;
             result.relative_residual = norm(&residual) / first_norm;
             result.error = if furthest.is_nan() { f64::NAN } else { pass.error.max(rounding) };
-            result.converged = result.error <= accuracy.tolerance;
+            result.converged = result.error <= stopping.tolerance;
             if !pass.settled || result.converged || residual.iter().all(|r| *r == DVec3::ZERO) {
                 break;
             }
@@ -155,7 +155,7 @@ impl Relaxer {
         &mut self,
         load: &[DVec3],
         spectrum: Spectrum,
-        accuracy: &Accuracy,
+        stopping: &Stopping,
         done: usize,
     ) -> Result<Pass, BackendError> {
         let mut schedule = Schedule::new(self.method, spectrum);
@@ -166,7 +166,7 @@ impl Relaxer {
         let mut largest_change: f64 = 0.0;
         let mut last = Change { measured: f64::INFINITY, bound: f64::INFINITY, ratio: f64::INFINITY };
         loop {
-            let count = batch.min(accuracy.max_sweeps.saturating_sub(done + sweeps));
+            let count = batch.min(stopping.max_sweeps.saturating_sub(done + sweeps));
             if count == 0 {
                 return Ok(Pass { sweeps, error: f64::INFINITY, settled: false });
             }
@@ -184,7 +184,7 @@ impl Relaxer {
             let shrinks = if count < batch { 1.0 } else { ratio.clamp(FASTEST, 0.99) };
             let error = bound * shrinks / (1.0 - shrinks).max(0.01);
             let at_roundoff = measured >= 0.5 * last.measured && measured <= 100.0 * self.epsilon * largest_change;
-            if error <= accuracy.tolerance || at_roundoff {
+            if error <= stopping.tolerance || at_roundoff {
                 return Ok(Pass { sweeps, error, settled: true });
             }
             schedule.adapt([last.ratio, ratio]);

@@ -7,9 +7,9 @@
 //! A run goes in rounds of a few sweeps. After each, quality is measured in f64, and the active vertices, the
 //! regularisation and the power `m` follow from it: 1 while a tet is inverted, then 2. That sum settles where good tets
 //! balance bad ones, and its mean ratio is not beta. So when the worst tet stops improving below the goal, the vertices
-//! of bad tets climb on beta itself ([`crate::kernels::climb_vertices`]), whatever the target, which costs far less.
+//! of bad tets climb on beta itself ([`crate::kernels::raise_worst_beta`]), whatever the target, which costs far less.
 //!
-//! Vertices of surfaces are held at first. Where that does not reach the goal and a run has a [`Slide`], they take part:
+//! Vertices of surfaces are held at first. Where that does not reach the goal and a run has a [`SurfaceMotion`], they take part:
 //! constrained to tangents in a round and brought back after it.
 //!
 //! Source: Escobar et al. 2003 (CMAME 192, 2775-2787) for the regularised measure; the sum over powers of the mean ratio
@@ -17,18 +17,18 @@
 
 mod colouring;
 mod neighbourhood;
-mod slide;
 mod state;
+mod surface_motion;
 mod target;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 pub use colouring::{NONE, colour};
-pub use slide::Slide;
-pub use target::{Target, inverse_targets};
+pub use surface_motion::SurfaceMotion;
+pub use target::{QualityTarget, inverse_targets};
 
-use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, Objective, Patch};
+use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 use crate::quality::{self, corners};
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
@@ -120,7 +120,7 @@ struct Round<'a> {
     method: Method,
     /// The beta aimed at.
     goal: f64,
-    slide: Option<&'a dyn Slide>,
+    slide: Option<&'a dyn SurfaceMotion>,
 }
 
 /// Smooths one mesh again and again. Set up once per mesh.
@@ -128,7 +128,7 @@ pub struct Smoother {
     topology: Topology,
     /// The undeformed mesh's vertices.
     original: Vec<DVec3>,
-    target: Target,
+    target: QualityTarget,
     /// What each vertex may do; those that slide are held but for their rounds.
     constraint: Vec<Constraint>,
     /// Whether a vertex may slide `[n_vertices]`.
@@ -144,7 +144,7 @@ impl Smoother {
     ///
     /// - `tets` `[n_tets]`, `original` `[n_vertices]`: the undeformed mesh, whose tets have positive volume
     /// - `constraints` `[n_vertices]`: what each vertex may do
-    /// - `slides`: held vertices that may slide in runs with a [`Slide`]
+    /// - `slides`: held vertices that may slide in runs with a [`SurfaceMotion`]
     ///
     /// # Panics
     /// The arrays do not belong to one mesh.
@@ -154,15 +154,15 @@ impl Smoother {
         original: &[DVec3],
         constraints: &[Constraint],
         slides: &[u32],
-        target: Target,
+        target: QualityTarget,
     ) -> Self {
         assert_eq!(constraints.len(), original.len(), "one constraint per vertex");
         let held = |vertex: usize| constraints[vertex] == Constraint::Held;
         let mut slide = vec![false; original.len()];
         slides.iter().for_each(|&vertex| slide[vertex as usize] = held(vertex as usize));
         let highest_climb = match target {
-            Target::Original => Worst::of(&quality::betas(original, tets)).beta,
-            Target::Improve => f64::INFINITY,
+            QualityTarget::Original => Worst::of(&quality::betas(original, tets)).beta,
+            QualityTarget::Improve => f64::INFINITY,
         };
         Self {
             topology: Topology::new(tets, original.len()),
@@ -190,7 +190,7 @@ impl Smoother {
         positions: &mut [DVec3],
         betas: &mut [f64],
         goal: &Goal,
-        slide: Option<&dyn Slide>,
+        slide: Option<&dyn SurfaceMotion>,
     ) -> Result<Smoothed, BackendError> {
         let mut best = Moved { state: State::new(betas.to_vec()), at: positions.to_vec() };
         let mut sweeps = self.improve_both_ways(&mut best, goal, None)?;
@@ -218,7 +218,7 @@ impl Smoother {
         &mut self,
         best: &mut Moved,
         goal: &Goal,
-        slide: Option<&dyn Slide>,
+        slide: Option<&dyn SurfaceMotion>,
     ) -> Result<usize, BackendError> {
         let mut sweeps = 0;
         for (method, goal_of_method) in
@@ -294,7 +294,7 @@ impl Smoother {
             None => self.constraint[vertex as usize],
         };
         let constraint: Vec<Constraint> = moving.par_iter().map(may).collect();
-        let patch = Patch {
+        let patch = SmoothingPatch {
             positions: &around.positions(at),
             tets: &around.corners,
             vertex_tets: &around.vertex_tets,
@@ -305,16 +305,16 @@ impl Smoother {
         let correction = match round.method {
             Method::Energy => {
                 let original = around.positions(&self.original);
-                let objective = Objective::Shape {
+                let objective = SmoothingObjective::Shape {
                     inverse_target: &inverse_targets(self.target, &around.corners, &original),
                     power: if smallest > 0.0 { POWER } else { POWER_TANGLED },
-                    size: if self.target == Target::Original { SIZE } else { 0 },
+                    size: if self.target == QualityTarget::Original { SIZE } else { 0 },
                     delta_squared: regularisation(smallest),
                 };
                 self.device.sweep(&patch, &objective, count)?
             }
             Method::Climb => {
-                let objective = Objective::Beta { goal: (1.0 + MARGIN) * round.goal, gain: GAIN };
+                let objective = SmoothingObjective::Beta { goal: (1.0 + MARGIN) * round.goal, gain: GAIN };
                 self.device.sweep(&patch, &objective, count)?
             }
         };

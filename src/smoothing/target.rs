@@ -6,7 +6,7 @@ use crate::quality;
 
 /// The shape tets are moved towards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum QualityTarget {
     /// Each tet's own shape in the undeformed mesh: an unmoved mesh is at its optimum.
     Original,
     /// The regular tet: raises the smallest beta also above that of the undeformed mesh.
@@ -17,7 +17,7 @@ pub enum Target {
 /// and `det W` is six times the volume of the original tet.
 ///
 /// - `tets` `[n_tets]`, `original` `[n_vertices]`: the undeformed mesh, whose tets have positive volume
-pub fn inverse_targets(target: Target, tets: &[[u32; 4]], original: &[DVec3]) -> Vec<DMat3> {
+pub fn inverse_targets(target: QualityTarget, tets: &[[u32; 4]], original: &[DVec3]) -> Vec<DMat3> {
     // Edges of the regular tet of edge length 1; its det is 1 / sqrt 2.
     let regular = DMat3::from_cols(
         DVec3::X,
@@ -29,8 +29,8 @@ pub fn inverse_targets(target: Target, tets: &[[u32; 4]], original: &[DVec3]) ->
         let corners = tet.map(|vertex| original[vertex as usize]);
         let [a, b, c, d] = corners;
         match target {
-            Target::Original => DMat3::from_cols(b - a, c - a, d - a).inverse(),
-            Target::Improve => inverse_regular * (6.0 * 2f64.sqrt() * quality::volume(corners)).cbrt().recip(),
+            QualityTarget::Original => DMat3::from_cols(b - a, c - a, d - a).inverse(),
+            QualityTarget::Improve => inverse_regular * (6.0 * 2f64.sqrt() * quality::volume(corners)).cbrt().recip(),
         }
     };
     tets.iter().map(of_tet).collect()

@@ -45,13 +45,13 @@
 
 pub mod longitudinal;
 pub mod murayama;
-pub mod nearness;
 pub mod rotation_aware;
 pub mod rotation_aware_wall;
 pub mod torsional;
 pub mod torsional_wall;
+pub mod wall_proximity;
 
-pub use nearness::nearness;
+pub use wall_proximity::wall_proximity;
 
 /// One kind of spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +96,7 @@ pub struct Stiffness {
     pub length: Length,
     /// The torsional part.
     pub torsion: Torsion,
-    /// Power of the edge's [`nearness()`] to the moved walls that both are multiplied by; greater than 0 is stiffer there.
+    /// Power of the edge's [`wall_proximity()`] to the moved walls that both are multiplied by; greater than 0 is stiffer there.
     pub wall: f64,
 }
 

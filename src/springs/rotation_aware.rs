@@ -1,4 +1,4 @@
-//! Springs whose rest edges turn with the moved surfaces (see [`crate::stages::rotation`]): a rotation is no strain to them.
+//! Springs whose rest edges turn with the moved surfaces (see [`crate::volume::rotation`]): a rotation is no strain to them.
 //!
 //! Rotations are spread with `1 / l^2`, which keeps them nearly constant where edges are short, at the walls. They then fall
 //! off over the large tets half-way to the outer boundary, and those are what large rotations invert.

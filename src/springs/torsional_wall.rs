@@ -1,4 +1,4 @@
-//! [`super::torsional`] springs that are stiffer towards moved walls (see [`super::nearness()`]).
+//! [`super::torsional`] springs that are stiffer towards moved walls (see [`super::wall_proximity()`]).
 //!
 //! The tets at the wall keep their shape longer, at the price of those far out. On the wing of [`super`]'s tables the exponents
 //! 0, 1, 2 and 3 leave 111, 38, 17 and 12 inverted tets at 60 degrees of pitch, but 2, 10, 31 and 139 at 2 chords of heave.

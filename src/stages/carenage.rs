@@ -11,12 +11,17 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Families, Motion, Owner, SetUp, patch::Patch, shape::Shape};
+use super::surface_network::SurfaceNetwork;
+use crate::families::Families;
+use crate::families::PlacedBy;
+use crate::families::shape::FamilyShape;
+use crate::mesh::Displacement;
+use crate::stage::SetUp;
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
-    projection::Target,
-    relaxation::{Accuracy, Convergence},
+    projection::TargetSurface,
+    relaxation::{Convergence, Stopping},
 };
 
 /// Rounds of tangential relaxation and projection after which to stop unconverged; the example takes 4.
@@ -24,7 +29,7 @@ const MOST_ROUNDS: usize = 40;
 
 /// All carenages of a mesh.
 pub struct Carenages {
-    carenages: Vec<(FamilyId, Patch)>,
+    carenages: Vec<(FamilyId, SurfaceNetwork)>,
 }
 
 impl Carenages {
@@ -34,19 +39,19 @@ impl Carenages {
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
-        let carenages = families.placed_by(Owner::Carenage).map(|family| {
+        let carenages = families.families_of(PlacedBy::Carenage).map(|family| {
             let constraint = |vertex: u32| {
-                let free =
-                    families.owner[vertex as usize] == Owner::Carenage && families.shapes_at(vertex).count() == 1;
+                let free = families.placed_by[vertex as usize] == PlacedBy::Carenage
+                    && families.shapes_at(vertex).count() == 1;
                 if free { Constraint::Free } else { Constraint::Held }
             };
             let edges = triangle_edges(surface.corners_of(family));
-            Ok((family, Patch::new(&mesh.vertices, &edges, constraint, backend, method)?))
+            Ok((family, SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method)?))
         });
         Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })
     }
 
-    /// Slides the carenages after the junctions.
+    /// SurfaceFreedom the carenages after the junctions.
     ///
     /// # Errors
     /// The backend failed.
@@ -54,35 +59,35 @@ impl Carenages {
         &mut self,
         mesh: &TetMesh,
         families: &Families,
-        motion: &mut Motion,
-        accuracy: &Accuracy,
+        displacement: &mut Displacement,
+        stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
         let mut all = Convergence::nothing_to_do();
         for (family, network) in &mut self.carenages {
-            let Some(Shape::Surface(target)) = &families.shapes[family.index()] else { continue };
-            if network.vertices.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
+            let Some(FamilyShape::Surface(target)) = &families.shapes[family.index()] else { continue };
+            if network.vertices.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
             network.constrain(|_| Constraint::Free)?;
-            let mut convergence = network.relax(motion, accuracy)?;
-            let mut normals = project(mesh, target, network, motion);
+            let mut convergence = network.relax(displacement, stopping)?;
+            let mut normals = project(mesh, target, network, displacement);
             for _ in 0..MOST_ROUNDS {
                 network.constrain(|vertex| Constraint::InPlane(normals[&vertex]))?;
-                let before: Vec<DVec3> = network.moving().map(|(vertex, _)| motion[vertex as usize]).collect();
-                let tangential = network.relax(motion, accuracy)?;
-                normals = project(mesh, target, network, motion);
+                let before: Vec<DVec3> = network.moving().map(|(vertex, _)| displacement[vertex as usize]).collect();
+                let tangential = network.relax(displacement, stopping)?;
+                normals = project(mesh, target, network, displacement);
                 let moved = network
                     .moving()
                     .zip(before)
                     .map(|((vertex, inverse_length), before)| {
-                        (motion[vertex as usize] - before).length() * inverse_length
+                        (displacement[vertex as usize] - before).length() * inverse_length
                     })
                     .fold(0.0, f64::max);
                 convergence = Convergence { sweeps: convergence.sweeps + tangential.sweeps, ..tangential };
                 // Each round ends near the last one's place by what the surface's curvature leaves: what the round still
                 // moved bounds what is left.
                 convergence.error = tangential.error.max(moved);
-                convergence.converged = tangential.converged && moved <= accuracy.tolerance;
+                convergence.converged = tangential.converged && moved <= stopping.tolerance;
                 if convergence.converged || !tangential.converged {
                     break;
                 }
@@ -94,18 +99,23 @@ impl Carenages {
 }
 
 /// Brings the vertices that may move back onto the surface; the normals there.
-fn project(mesh: &TetMesh, target: &Target, network: &Patch, motion: &mut Motion) -> HashMap<u32, DVec3> {
+fn project(
+    mesh: &TetMesh,
+    target: &TargetSurface,
+    network: &SurfaceNetwork,
+    displacement: &mut Displacement,
+) -> HashMap<u32, DVec3> {
     let vertices: Vec<u32> = network.moving().map(|(vertex, _)| vertex).collect();
     let found: Vec<(u32, DVec3, DVec3)> = vertices
         .par_iter()
         .map(|&vertex| {
             let start = mesh.vertices[vertex as usize];
-            let on = target.closest(start + motion[vertex as usize]);
+            let on = target.closest(start + displacement[vertex as usize]);
             (vertex, on.point - start, target.normal(&on))
         })
         .collect();
-    for &(vertex, displacement, _) in &found {
-        motion[vertex as usize] = displacement;
+    for &(vertex, by, _) in &found {
+        displacement[vertex as usize] = by;
     }
     found.into_iter().map(|(vertex, _, normal)| (vertex, normal)).collect()
 }

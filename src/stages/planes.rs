@@ -3,16 +3,19 @@
 //! A plane may have any orientation; where two meet, their common vertices slide along the line. The stage relaxes each
 //! family as a surface; the volume stage lets its vertices slide on with the tets behind them.
 
-use super::{Motion, Owner, SetUp, patch::Patch};
+use super::surface_network::SurfaceNetwork;
+use crate::families::PlacedBy;
+use crate::mesh::Displacement;
+use crate::stage::SetUp;
 use crate::{
     backend::{BackendError, Constraint},
     mesh::edges::triangle_edges,
-    relaxation::{Accuracy, Convergence},
+    relaxation::{Convergence, Stopping},
 };
 
 /// The network of all plane families together.
 pub struct Planes {
-    network: Option<Patch>,
+    network: Option<SurfaceNetwork>,
 }
 
 impl Planes {
@@ -22,25 +25,25 @@ impl Planes {
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
-        let triangles = families.placed_by(Owner::Plane).flat_map(|family| surface.corners_of(family));
+        let triangles = families.families_of(PlacedBy::Plane).flat_map(|family| surface.corners_of(family));
         let edges = triangle_edges(triangles);
         if edges.is_empty() {
             return Ok(Self { network: None });
         }
-        let constraint = |vertex: u32| match families.owner[vertex as usize] {
-            Owner::Plane => families.plane_constraint(vertex),
+        let constraint = |vertex: u32| match families.placed_by[vertex as usize] {
+            PlacedBy::Plane => families.plane_constraint(vertex),
             _ => Constraint::Held,
         };
-        Ok(Self { network: Some(Patch::new(&mesh.vertices, &edges, constraint, backend, method)?) })
+        Ok(Self { network: Some(SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method)?) })
     }
 
-    /// Slides the plane families after what borders them.
+    /// SurfaceFreedom the plane families after what borders them.
     ///
     /// # Errors
     /// The backend failed.
-    pub fn run(&mut self, motion: &mut Motion, accuracy: &Accuracy) -> Result<Convergence, BackendError> {
+    pub fn run(&mut self, displacement: &mut Displacement, stopping: &Stopping) -> Result<Convergence, BackendError> {
         match &mut self.network {
-            Some(network) => network.relax(motion, accuracy),
+            Some(network) => network.relax(displacement, stopping),
             None => Ok(Convergence::nothing_to_do()),
         }
     }

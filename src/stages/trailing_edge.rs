@@ -5,11 +5,15 @@
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, SetUp, patch::Patch};
+use super::surface_network::SurfaceNetwork;
+use crate::families::Families;
+use crate::families::PlacedBy;
+use crate::mesh::Displacement;
+use crate::stage::SetUp;
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{TetMesh, edges::triangle_edges},
-    relaxation::{Accuracy, Convergence},
+    relaxation::{Convergence, Stopping},
 };
 
 /// All trailing edges of a mesh.
@@ -18,8 +22,8 @@ pub struct TrailingEdges {
 }
 
 struct TrailingEdge {
-    curve: Patch,
-    surface: Patch,
+    curve: SurfaceNetwork,
+    surface: SurfaceNetwork,
 }
 
 impl TrailingEdges {
@@ -29,8 +33,8 @@ impl TrailingEdges {
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
-        let edges = families.placed_by(Owner::TrailingEdge).map(|family| {
-            let own = |vertex: u32| families.owner[vertex as usize] == Owner::TrailingEdge;
+        let edges = families.families_of(PlacedBy::TrailingEdge).map(|family| {
+            let own = |vertex: u32| families.placed_by[vertex as usize] == PlacedBy::TrailingEdge;
             let mut boundary: Vec<[u32; 2]> = surface
                 .boundary_loops(family)
                 .into_iter()
@@ -43,10 +47,10 @@ impl TrailingEdges {
             let on_curve: std::collections::HashSet<u32> = boundary.iter().flatten().copied().collect();
             let limit =
                 |vertex: u32, free: bool| if free { families.plane_constraint(vertex) } else { Constraint::Held };
-            let curve = Patch::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), backend, method)?;
+            let curve = SurfaceNetwork::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), backend, method)?;
             let inner = triangle_edges(surface.corners_of(family));
             let inside = |v: u32| limit(v, own(v) && !on_curve.contains(&v));
-            let surface = Patch::new(&mesh.vertices, &inner, inside, backend, method)?;
+            let surface = SurfaceNetwork::new(&mesh.vertices, &inner, inside, backend, method)?;
             Ok(TrailingEdge { curve, surface })
         });
         Ok(Self { edges: edges.collect::<Result<_, BackendError>>()? })
@@ -60,23 +64,23 @@ impl TrailingEdges {
         &mut self,
         mesh: &TetMesh,
         families: &Families,
-        motion: &mut Motion,
-        accuracy: &Accuracy,
+        displacement: &mut Displacement,
+        stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
         let mut convergence = Convergence::nothing_to_do();
         for edge in &mut self.edges {
-            convergence = convergence.and(edge.curve.relax(motion, accuracy)?);
+            convergence = convergence.and(edge.curve.relax(displacement, stopping)?);
             for (vertex, _) in edge.curve.moving() {
-                let displacement = &mut motion[vertex as usize];
+                let displacement = &mut displacement[vertex as usize];
                 if *displacement != DVec3::ZERO {
                     let start = mesh.vertices[vertex as usize];
                     *displacement = families.settle(vertex, start + *displacement) - start;
                 }
             }
         }
-        families.partners.even(families, motion);
+        families.partners.even(families, displacement);
         for edge in &mut self.edges {
-            convergence = convergence.and(edge.surface.relax(motion, accuracy)?);
+            convergence = convergence.and(edge.surface.relax(displacement, stopping)?);
         }
         Ok(convergence)
     }

@@ -14,12 +14,20 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, SetUp, SetupError, Wanted, patch::Patch};
+use super::surface_network::SurfaceNetwork;
+use crate::families::Families;
+use crate::families::PlacedBy;
+use crate::families::SetupError;
+use crate::mesh::Displacement;
+use crate::stage::SetUp;
+use crate::stage::Wanted;
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
-    profile::{Closeness, Missed, Plane, Profile, ProfileError, WingLoft, WingMotion, WingSurface},
-    relaxation::{Accuracy, Convergence},
+    profile::{
+        Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, WingSurface,
+    },
+    relaxation::{Convergence, Stopping},
 };
 
 /// Width of the strip that follows a junction, as a fraction of the junction's extent (about a chord).
@@ -65,11 +73,11 @@ struct Wing {
     family: Vec<FamilyId>,
     /// Whether an earlier wing of the list places the vertex already `[n_vertices of the wing]`.
     taken: Vec<bool>,
-    loft: WingLoft,
+    interpolation: ProfileInterpolation,
     mirror: Option<Mirror>,
     /// Vertices that must end on a carenage or plane, as places in `vertices`.
     junction: Vec<usize>,
-    strip: Option<Patch>,
+    strip: Option<SurfaceNetwork>,
 }
 
 /// The mirror plane of a wing, and which of its vertices stand beyond or in it.
@@ -134,7 +142,7 @@ impl Mirror {
 }
 
 /// What the profiles of each wing do.
-pub type WingMotions = Vec<WingMotion>;
+pub type ProfileDisplacements = Vec<ProfileDisplacement>;
 
 impl Wings {
     /// Finds each wing vertex's place among the old profiles.
@@ -145,7 +153,7 @@ impl Wings {
     pub fn new(set_up: &SetUp, wings: &[WingProfiles]) -> Result<Self, SetupError> {
         let SetUp { mesh, families, .. } = *set_up;
         let name = |family: FamilyId| mesh.families[family.index()].clone();
-        for family in families.placed_by(Owner::Wing) {
+        for family in families.families_of(PlacedBy::Wing) {
             match wings.iter().filter(|wing| wing.families.contains(&family)).count() {
                 1 => {}
                 0 => return Err(SetupError::NoProfiles { family: name(family) }),
@@ -156,7 +164,7 @@ impl Wings {
         let mut all = Vec::new();
         for wing in wings {
             if let Some(&other) =
-                wing.families.iter().find(|family| families.roles[family.index()].owner() != Owner::Wing)
+                wing.families.iter().find(|family| families.roles[family.index()].placed_by() != PlacedBy::Wing)
             {
                 return Err(SetupError::NoWing { wing: wing.name.clone(), family: name(other) });
             }
@@ -167,7 +175,7 @@ impl Wings {
         Ok(Self { wings: all })
     }
 
-    /// Writes the displacement that the profiles give into `motion`, and for vertices that others place into `wanted`.
+    /// Writes the displacement that the profiles give into `displacement`, and for vertices that others place into `wanted`.
     ///
     /// # Errors
     /// A wing's new profiles are missing or do not pair with the old ones; with the wing's name.
@@ -175,27 +183,27 @@ impl Wings {
         &self,
         families: &Families,
         new_profiles: &BTreeMap<String, Vec<Profile>>,
-        motion: &mut Motion,
+        displacement: &mut Displacement,
         wanted: &mut Vec<Wanted>,
-    ) -> Result<WingMotions, (String, ProfileError)> {
+    ) -> Result<ProfileDisplacements, (String, ProfileError)> {
         let no_profiles = Vec::new();
         self.wings
             .iter()
             .map(|wing| {
                 let new = new_profiles.get(&wing.name).unwrap_or(&no_profiles);
-                let mut moved = wing.loft.displacements(new).map_err(|error| (wing.name.clone(), error))?;
+                let mut moved = wing.interpolation.displacements(new).map_err(|error| (wing.name.clone(), error))?;
                 if let Some(mirror) = &wing.mirror {
-                    let pairs = moved.displacement.iter_mut().zip(&mut moved.generator);
-                    for (place, (displacement, generator)) in pairs.enumerate() {
+                    let pairs = moved.displacement.iter_mut().zip(&mut moved.span_direction);
+                    for (place, (displacement, span_direction)) in pairs.enumerate() {
                         *displacement = mirror.unfold(place, *displacement);
-                        *generator = mirror.reflect(place, *generator);
+                        *span_direction = mirror.reflect(place, *span_direction);
                     }
                 }
-                for (place, (&vertex, displacement)) in wing.vertices.iter().zip(&moved.displacement).enumerate() {
-                    if families.owner[vertex as usize] != Owner::Wing {
-                        wanted.push(Wanted { family: wing.family[place], vertex, displacement: *displacement });
+                for (place, (&vertex, by)) in wing.vertices.iter().zip(&moved.displacement).enumerate() {
+                    if families.placed_by[vertex as usize] != PlacedBy::Wing {
+                        wanted.push(Wanted { family: wing.family[place], vertex, displacement: *by });
                     } else if !wing.taken[place] {
-                        motion[vertex as usize] = *displacement;
+                        displacement[vertex as usize] = *by;
                     }
                 }
                 Ok(moved)
@@ -203,7 +211,7 @@ impl Wings {
             .collect()
     }
 
-    /// Slides the junctions back onto their surfaces; `motions` as [`Self::interpolate`] returned them.
+    /// SurfaceFreedom the junctions back onto their surfaces; `displacements` as [`Self::interpolate`] returned them.
     ///
     /// # Errors
     /// The backend failed.
@@ -211,75 +219,82 @@ impl Wings {
         &mut self,
         mesh: &TetMesh,
         families: &Families,
-        motions: &[WingMotion],
-        motion: &mut Motion,
-        accuracy: &Accuracy,
+        displacements: &[ProfileDisplacement],
+        displacement: &mut Displacement,
+        stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
         let mut convergence = Convergence::nothing_to_do();
-        for (wing, moved) in self.wings.iter_mut().zip(motions) {
+        for (wing, moved) in self.wings.iter_mut().zip(displacements) {
             let Some(strip) = &mut wing.strip else { continue };
             let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
             for &place in &wing.junction {
                 let vertex = wing.vertices[place];
-                let displacement = motion[vertex as usize];
+                let displacement = displacement[vertex as usize];
                 if displacement != DVec3::ZERO {
                     let at = mesh.vertices[vertex as usize];
-                    let along = moved.generator[place].try_normalize();
+                    let along = moved.span_direction[place].try_normalize();
                     // In this order: the rounding of a sum with the position must not stay in the displacement.
                     let settled = families.settle_along(vertex, at + displacement, along) - at;
                     slide[vertex as usize] = settled - displacement;
                 }
             }
-            families.partners.even_slide(&wing.vertices, motion, &mut slide);
-            convergence = convergence.and(strip.relax(&mut slide, accuracy)?);
+            families.partners.even_slide(&wing.vertices, displacement, &mut slide);
+            convergence = convergence.and(strip.relax(&mut slide, stopping)?);
             for &vertex in &wing.vertices {
-                motion[vertex as usize] += slide[vertex as usize];
+                displacement[vertex as usize] += slide[vertex as usize];
             }
         }
         Ok(convergence)
     }
 
     /// The wing whose profiles come nearest to being refused.
-    pub fn nearest_to_refusal(&self, motions: &[WingMotion]) -> Option<(String, Closeness)> {
-        let all = self.wings.iter().zip(motions).map(|(wing, motion)| (wing.name.clone(), motion.closeness.clone()));
+    pub fn nearest_to_refusal(&self, displacements: &[ProfileDisplacement]) -> Option<(String, Closeness)> {
+        let all = self
+            .wings
+            .iter()
+            .zip(displacements)
+            .map(|(wing, displacement)| (wing.name.clone(), displacement.closeness.clone()));
         all.max_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
     /// The wings whose new profiles were compared with flat cuts.
-    pub fn flat_cuts(&self, motions: &[WingMotion]) -> Vec<String> {
-        let flat = self.wings.iter().zip(motions).filter(|(_, motion)| motion.flat_cuts);
+    pub fn flat_cuts(&self, displacements: &[ProfileDisplacement]) -> Vec<String> {
+        let flat = self.wings.iter().zip(displacements).filter(|(_, displacement)| displacement.flat_cuts);
         flat.map(|(wing, _)| wing.name.clone()).collect()
     }
 
     /// The vertices beside the planes of the profiles.
     pub fn beside_sections(&self) -> Vec<u32> {
-        self.wings.iter().flat_map(|wing| wing.loft.beside_sections().map(|place| wing.vertices[place])).collect()
+        self.wings
+            .iter()
+            .flat_map(|wing| wing.interpolation.beside_sections().map(|place| wing.vertices[place]))
+            .collect()
     }
 
     /// The vertices that miss the new profiles the most, one a profile, by wing; the vertex is one of the mesh.
     ///
-    /// - `motions`: as [`Self::interpolate`] returned them
+    /// - `displacements`: as [`Self::interpolate`] returned them
     /// - `vertices` `[n_vertices]`: where the mesh's vertices are in the end
-    pub fn missed(&self, motions: &[WingMotion], vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
-        let of_wing = |(wing, motion): (&Wing, &WingMotion)| {
+    pub fn missed(&self, displacements: &[ProfileDisplacement], vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
+        let of_wing = |(wing, displacement): (&Wing, &ProfileDisplacement)| {
             let at = wing.vertices.iter().map(|&vertex| vertices[vertex as usize]);
             let mut missed = match &wing.mirror {
-                None => wing.loft.missed(motion, &at.collect::<Vec<_>>()),
+                None => wing.interpolation.missed(displacement, &at.collect::<Vec<_>>()),
                 Some(mirror) => {
-                    let mut motion = motion.clone();
-                    let pairs = motion.displacement.iter_mut().zip(&mut motion.generator);
-                    for (place, (displacement, generator)) in pairs.enumerate() {
+                    let mut displacement = displacement.clone();
+                    let pairs = displacement.displacement.iter_mut().zip(&mut displacement.span_direction);
+                    for (place, (displacement, span_direction)) in pairs.enumerate() {
                         *displacement = mirror.reflect(place, *displacement);
-                        *generator = mirror.reflect(place, *generator);
+                        *span_direction = mirror.reflect(place, *span_direction);
                     }
                     let folded = at.enumerate().map(|(place, at)| mirror.fold(place, at));
-                    wing.loft.missed(&motion, &folded.collect::<Vec<_>>())
+                    wing.interpolation.missed(&displacement, &folded.collect::<Vec<_>>())
                 }
             };
             missed.iter_mut().for_each(|missed| missed.vertex = wing.vertices[missed.vertex] as usize);
             (wing.name.clone(), missed)
         };
-        self.wings.iter().zip(motions).map(of_wing).collect()
+        self.wings.iter().zip(displacements).map(of_wing).collect()
     }
 }
 
@@ -310,24 +325,24 @@ impl Wing {
         }
         let of_wing =
             WingSurface { positions: &positions, normals: &normals, triangles: &triangles, mirrored: &mirrored };
-        let loft = WingLoft::new(&wing.old, &of_wing).map_err(about)?;
-        if let Some(reach) = loft.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + SLACK)) {
+        let interpolation = ProfileInterpolation::new(&wing.old, &of_wing).map_err(about)?;
+        if let Some(reach) = interpolation.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + SLACK)) {
             return Err(SetupError::Reach { wing: wing.name.clone(), reach, mirrored: mirror.is_some() });
         }
         let junction: Vec<usize> = (0..vertices.len())
             .filter(|&place| {
-                families.owner[vertices[place] as usize] == Owner::Wing
+                families.placed_by[vertices[place] as usize] == PlacedBy::Wing
                     && families.shapes_at(vertices[place]).next().is_some()
             })
             .collect();
-        let strip = strip(set_up, &wing.families, &vertices, &positions, &junction, &loft)?;
+        let strip = strip(set_up, &wing.families, &vertices, &positions, &junction, &interpolation)?;
         let taken = vertices.iter().map(|vertex| placed.contains(vertex)).collect();
         let family = |vertex: &u32| {
             let has = |family: &&FamilyId| surface.vertices_of(**family).binary_search(vertex).is_ok();
             *wing.families.iter().find(has).expect("the vertices are those of the families")
         };
         let family = vertices.iter().map(family).collect();
-        Ok(Self { name: wing.name.clone(), vertices, family, taken, loft, mirror, junction, strip })
+        Ok(Self { name: wing.name.clone(), vertices, family, taken, interpolation, mirror, junction, strip })
     }
 }
 
@@ -343,15 +358,15 @@ fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
 
 /// The network that spreads the junctions' slides over the wing beside them.
 ///
-/// - `positions`: of the wing's vertices, as the loft has them
+/// - `positions`: of the wing's vertices, as the interpolation has them
 fn strip(
     set_up: &SetUp,
     wing: &[FamilyId],
     vertices: &[u32],
     positions: &[DVec3],
     junction: &[usize],
-    loft: &WingLoft,
-) -> Result<Option<Patch>, BackendError> {
+    interpolation: &ProfileInterpolation,
+) -> Result<Option<SurfaceNetwork>, BackendError> {
     let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
     if junction.is_empty() {
         return Ok(None);
@@ -363,7 +378,7 @@ fn strip(
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
         let width = STRIP * 2.0 * points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
         let folded = loop_.iter().map(|&place| positions[place]).sum::<DVec3>() / loop_.len() as f64;
-        let of_sections = loft.sections_and_beyond(folded);
+        let of_sections = interpolation.sections_and_beyond(folded);
         let of_loop: HashSet<u32> = loop_.iter().map(|&place| vertices[place]).collect();
         // On a coarse wing the strip is narrower than an edge: one row of vertices follows at least.
         let next: HashSet<u32> =
@@ -376,11 +391,11 @@ fn strip(
     }
     junction.iter().for_each(|&place| free[place] = false);
     let constraint = |vertex: u32| {
-        let free = families.owner[vertex as usize] == Owner::Wing
+        let free = families.placed_by[vertex as usize] == PlacedBy::Wing
             && vertices.binary_search(&vertex).is_ok_and(|place| free[place]);
         if free { Constraint::Free } else { Constraint::Held }
     };
-    Patch::new(&mesh.vertices, &edges, constraint, backend, method).map(Some)
+    SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method).map(Some)
 }
 
 /// The junctions one by one: places that edges of the wing connect.

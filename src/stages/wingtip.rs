@@ -18,7 +18,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, Role, SetUp, SetupError, TipStart, best_motion::BestMotion, patch::Patch};
+use super::surface_network::SurfaceNetwork;
+use crate::families::Families;
+use crate::families::PlacedBy;
+use crate::families::Role;
+use crate::families::SetupError;
+use crate::families::TipStart;
+use crate::geometry::fitted_motion::FittedMotion;
+use crate::mesh::Displacement;
+use crate::stage::SetUp;
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{
@@ -26,7 +34,7 @@ use crate::{
         edges::triangle_edges,
         half_edge::{Surface, next},
     },
-    relaxation::{Accuracy, Convergence},
+    relaxation::{Convergence, Stopping},
 };
 
 /// All wingtips of a mesh.
@@ -42,7 +50,7 @@ struct Wingtip {
     /// finer it counts no more.
     placed: Vec<(u32, f64)>,
     inside: Vec<u32>,
-    network: Patch,
+    network: SurfaceNetwork,
 }
 
 impl Wingtips {
@@ -68,38 +76,38 @@ impl Wingtips {
         &mut self,
         mesh: &TetMesh,
         families: &Families,
-        motion: &mut Motion,
-        accuracy: &Accuracy,
+        displacement: &mut Displacement,
+        stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
         let mut convergence = Convergence::nothing_to_do();
         for tip in &mut self.tips {
             // A tip that nothing holds stays where it is.
-            if tip.placed.iter().all(|&(vertex, _)| motion[vertex as usize] == DVec3::ZERO) {
+            if tip.placed.iter().all(|&(vertex, _)| displacement[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
             let pair = |&(vertex, weight): &(u32, f64)| {
                 let from = mesh.vertices[vertex as usize];
-                (from, from + motion[vertex as usize], weight)
+                (from, from + displacement[vertex as usize], weight)
             };
             let pairs: Vec<(DVec3, DVec3, f64)> = tip.placed.iter().map(pair).collect();
             let start = match tip.start {
-                TipStart::Affine => BestMotion::affine(&pairs),
-                TipStart::Rigid => BestMotion::rigid(&pairs),
-                TipStart::Original => BestMotion::identity(),
+                TipStart::Affine => FittedMotion::affine(&pairs),
+                TipStart::Rigid => FittedMotion::rigid(&pairs),
+                TipStart::Original => FittedMotion::identity(),
             };
             // Relative to that start the conservative springs pull to zero.
             let carried = |vertex: u32| start.displacement(mesh.vertices[vertex as usize]);
             for &(vertex, _) in &tip.placed {
-                motion[vertex as usize] -= carried(vertex);
+                displacement[vertex as usize] -= carried(vertex);
             }
-            convergence = convergence.and(tip.network.relax(motion, accuracy)?);
+            convergence = convergence.and(tip.network.relax(displacement, stopping)?);
             for (&(from, to, _), &(vertex, _)) in pairs.iter().zip(&tip.placed) {
-                motion[vertex as usize] = to - from;
+                displacement[vertex as usize] = to - from;
             }
             for &vertex in &tip.inside {
                 let at = mesh.vertices[vertex as usize];
-                let moved = at + motion[vertex as usize] + carried(vertex);
-                motion[vertex as usize] = families.settle(vertex, moved) - at;
+                let moved = at + displacement[vertex as usize] + carried(vertex);
+                displacement[vertex as usize] = families.settle(vertex, moved) - at;
             }
         }
         Ok(convergence)
@@ -131,14 +139,15 @@ impl Wingtip {
                 reach.entry(vertex).and_modify(|reach| *reach = reach.min(own)).or_insert(own);
             }
         }
-        let is_inside = |vertex: u32| families.owner[vertex as usize] == Owner::Wingtip;
+        let is_inside = |vertex: u32| families.placed_by[vertex as usize] == PlacedBy::Wingtip;
         let (inside, placed): (Vec<u32>, Vec<u32>) = reach.keys().partition(|&&vertex| is_inside(vertex));
         let constraint = |vertex: u32| {
             let free = is_inside(vertex) && reach[&vertex] > 0.0;
             if free { families.plane_constraint(vertex) } else { Constraint::Held }
         };
         let edges = triangle_edges(tip.iter().flat_map(|&family| surface.corners_of(family)));
-        let network = Patch::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
+        let network =
+            SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
         let weights = boundary_lengths(mesh, surface, tip);
         // Where triangles touch in a vertex alone, no edge at it bounds them.
         let even = placed.iter().all(|vertex| !weights.contains_key(vertex));
@@ -156,7 +165,7 @@ impl Wingtip {
 /// The wingtip families in sets that hang together, each ascending.
 fn joined(surface: &Surface, families: &Families) -> Vec<Vec<FamilyId>> {
     let mut tips: Vec<(Vec<FamilyId>, BTreeSet<u32>)> = Vec::new();
-    for family in families.placed_by(Owner::Wingtip) {
+    for family in families.families_of(PlacedBy::Wingtip) {
         let mut tip = (vec![family], surface.vertices_of(family).iter().copied().collect::<BTreeSet<u32>>());
         tips.retain_mut(|(others, vertices)| {
             let apart = vertices.is_disjoint(&tip.1);

@@ -225,11 +225,11 @@ fn a_wing_pushed_through_itself_is_told() {
     let output = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "-"]);
     let report: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(report["stages"][3]["inverted"], 0);
-    let pierced = &report["families"]["wing"]["pierced_triangles"];
+    let self_intersecting = &report["families"]["wing"]["pierced_triangles"];
     let errors = stderr(&output);
     assert_eq!(output.status.code(), Some(5), "{errors}");
     for words in [
-        &format!("passes through itself (wing {pierced})"),
+        &format!("passes through itself (wing {self_intersecting})"),
         "first `wing` at (1",
         "moved.invalid.msh, moved.inverted.vtu",
         "hint: ",

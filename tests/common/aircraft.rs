@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use idmesh::backend::{Backend, CpuBackend, Precision};
+use idmesh::families::{Role, TipStart};
 use idmesh::mesh::TetMesh;
 use idmesh::mover::{Design, MoveError, Mover, Outcome, Settings};
 use idmesh::profile::{Profile, csv};
-use idmesh::relaxation::{Accuracy, Method};
-use idmesh::stages::{Role, TipStart, WingProfiles, interior::MAX_STEPS};
+use idmesh::relaxation::{Method, Stopping};
+use idmesh::stages::WingProfiles;
+use idmesh::volume::MAX_STEPS;
 
 /// A mesh and the folder of its profiles.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +72,7 @@ impl Aircraft {
     }
 }
 
-/// The usual roles, default springs and accuracy.
+/// The usual roles, default springs and stopping.
 pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
     let role = |name: &String| match name.as_str() {
         "wing" => Role::Wing,
@@ -86,7 +88,7 @@ pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
         wings: mesh.family("wing").map(|wing| WingProfiles::new("wing", wing, old)).into_iter().collect(),
         springs: Default::default(),
         method: Method::Chebyshev,
-        accuracy: Accuracy::default(),
+        stopping: Stopping::default(),
         // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
         quality: None,
         max_steps: MAX_STEPS,

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use idmesh::families::Role;
 use idmesh::mesh::TetMesh;
 use idmesh::mover::{Design, Mover, Settings};
 use idmesh::profile::{Plane, Profile, cut};
-use idmesh::relaxation::{Accuracy, Method};
-use idmesh::smoothing::Target;
-use idmesh::stages::{Role, WingProfiles, interior::MAX_STEPS};
+use idmesh::relaxation::{Method, Stopping};
+use idmesh::smoothing::QualityTarget;
+use idmesh::stages::WingProfiles;
+use idmesh::volume::MAX_STEPS;
 
 use super::aircraft::cpu;
 use super::carved::{carve, on};
@@ -47,7 +49,7 @@ pub fn mapped(profiles: &[Profile], map: impl Fn(DVec3) -> DVec3) -> Vec<Profile
     profiles.iter().map(|profile| Profile { number: profile.number, points: points(profile) }).collect()
 }
 
-pub fn set_up(mesh: TetMesh, old: Vec<Profile>, role: impl Fn(&str) -> Role, quality: Option<Target>) -> Mover {
+pub fn set_up(mesh: TetMesh, old: Vec<Profile>, role: impl Fn(&str) -> Role, quality: Option<QualityTarget>) -> Mover {
     let settings = Settings {
         roles: mesh.families.iter().map(|name| role(name)).collect(),
         wings: if role("wing") == Role::Wing {
@@ -57,7 +59,7 @@ pub fn set_up(mesh: TetMesh, old: Vec<Profile>, role: impl Fn(&str) -> Role, qua
         },
         springs: Default::default(),
         method: Method::Chebyshev,
-        accuracy: Accuracy::default(),
+        stopping: Stopping::default(),
         quality,
         max_steps: MAX_STEPS,
     };

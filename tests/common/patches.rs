@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use idmesh::backend::{Ball, Constraint, Patch};
+use idmesh::backend::{Ball, Constraint, SmoothingPatch};
 use idmesh::mesh::csr::Csr;
 use idmesh::smoothing::{NONE, colour};
 
@@ -53,8 +53,8 @@ impl Whole {
     /// The patch.
     ///
     /// - `positions` `[n_vertices]`, `constraint` `[n_vertices]`: in its order
-    pub fn patch<'a>(&'a self, positions: &'a [DVec3], constraint: &'a [Constraint]) -> Patch<'a> {
-        Patch {
+    pub fn patch<'a>(&'a self, positions: &'a [DVec3], constraint: &'a [Constraint]) -> SmoothingPatch<'a> {
+        SmoothingPatch {
             positions,
             tets: &self.tets,
             vertex_tets: &self.vertex_tets,

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use glam::{DMat3, DVec3};
-use idmesh::profile::{Plane, Profile, WingLoft, WingSurface, cut};
+use idmesh::profile::{Plane, Profile, ProfileInterpolation, WingSurface, cut};
 
 /// A lofted NACA wing: swept, tapered, twisted, with dihedral.
 #[derive(Clone, Copy)]
@@ -96,8 +96,8 @@ impl Surface {
         WingSurface { positions: &self.vertices, normals: &self.normals, triangles: &self.triangles, mirrored: &[] }
     }
 
-    pub fn loft(&self, old: &[Profile]) -> WingLoft {
-        WingLoft::new(old, &self.wing_surface()).unwrap()
+    pub fn loft(&self, old: &[Profile]) -> ProfileInterpolation {
+        ProfileInterpolation::new(old, &self.wing_surface()).unwrap()
     }
 }
 

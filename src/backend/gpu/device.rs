@@ -44,7 +44,7 @@ pub(super) struct Device {
     pub(super) transfer: Pipeline,
     pub(super) accelerate: Pipeline,
     pub(super) smooth_vertices: Pipeline,
-    pub(super) climb_vertices: Pipeline,
+    pub(super) raise_worst_beta: Pipeline,
 }
 
 impl Device {
@@ -74,7 +74,7 @@ impl Device {
         if let Some(message) = error {
             return Err(fail(message));
         }
-        let [edge_stiffness, relax_sweep, convergence, defect, transfer, accelerate, smooth_vertices, climb_vertices] =
+        let [edge_stiffness, relax_sweep, convergence, defect, transfer, accelerate, smooth_vertices, raise_worst_beta] =
             pipelines;
         Ok(Self {
             max_chunk: bounds.matrix_bytes.unwrap_or(max_array).min(max_array),
@@ -86,7 +86,7 @@ impl Device {
             transfer: transfer.map_err(fail)?,
             accelerate: accelerate.map_err(fail)?,
             smooth_vertices: smooth_vertices.map_err(fail)?,
-            climb_vertices: climb_vertices.map_err(fail)?,
+            raise_worst_beta: raise_worst_beta.map_err(fail)?,
             device,
             queue,
             failure,

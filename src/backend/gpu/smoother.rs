@@ -10,8 +10,8 @@ use super::device::Device;
 use super::network::{SLOT, slots};
 use super::pipeline::Pipeline;
 use crate::backend::smoother::{PackedPatch, tolerance};
-use crate::backend::{BackendError, DeviceSmoother, Objective, Patch};
-use crate::kernels::{climb_vertices, smooth_vertices};
+use crate::backend::{BackendError, DeviceSmoother, SmoothingObjective, SmoothingPatch};
+use crate::kernels::{raise_worst_beta, smooth_vertices};
 
 /// Most dispatches in one submission: a submission of seconds would have a display's driver reset its GPU.
 const BATCH: usize = 256;
@@ -27,7 +27,7 @@ struct Room {
     buffers: Vec<(&'static str, Buffer)>,
     staging: Buffer,
     smooth_vertices: BindGroup,
-    climb_vertices: BindGroup,
+    raise_worst_beta: BindGroup,
 }
 
 impl Room {
@@ -42,10 +42,10 @@ impl Room {
         let buffers: Vec<_> = sizes.iter().map(buffer).collect();
         let named: Vec<_> = buffers.iter().map(|(name, buffer)| (*name, buffer)).collect();
         let smooth_vertices = device.bind(&device.smooth_vertices, &named);
-        let climb_vertices = device.bind(&device.climb_vertices, &named);
+        let raise_worst_beta = device.bind(&device.raise_worst_beta, &named);
         let size = buffers.iter().find(|(name, _)| *name == "correction").map_or(0, |(_, buffer)| buffer.size());
         let staging = device.buffer("staging", size, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-        Self { buffers, staging, smooth_vertices, climb_vertices }
+        Self { buffers, staging, smooth_vertices, raise_worst_beta }
     }
 
     fn holds(&self, sizes: &[(&'static str, u64)]) -> bool {
@@ -70,7 +70,7 @@ impl GpuSmoother {
         &self,
         (pipeline, group): (&Pipeline, &BindGroup),
         params: impl Fn(u32, u32) -> P,
-        patch: &Patch,
+        patch: &SmoothingPatch,
         count: usize,
         room: &Room,
     ) {
@@ -93,12 +93,17 @@ impl GpuSmoother {
 }
 
 impl DeviceSmoother for GpuSmoother {
-    fn sweep(&mut self, patch: &Patch, objective: &Objective, count: usize) -> Result<Vec<DVec3>, BackendError> {
+    fn sweep(
+        &mut self,
+        patch: &SmoothingPatch,
+        objective: &SmoothingObjective,
+        count: usize,
+    ) -> Result<Vec<DVec3>, BackendError> {
         let packed = PackedPatch::<f32>::new(patch, objective);
         let star = packed.star(patch);
         let passes = match objective {
-            Objective::Shape { .. } => smooth_vertices::PASSES,
-            Objective::Beta { .. } => climb_vertices::PASSES,
+            SmoothingObjective::Shape { .. } => smooth_vertices::PASSES,
+            SmoothingObjective::Beta { .. } => raise_worst_beta::PASSES,
         };
         self.device.rows_fit(star.row_start, passes, "vertex")?;
         let correction = vec![[0f32; 4]; patch.positions.len()];
@@ -133,7 +138,7 @@ impl DeviceSmoother for GpuSmoother {
                 device.write(room.buffer("correction"), &correction);
                 device.write(room.buffer("inverse_target"), packed.inverse_target());
                 match *objective {
-                    Objective::Shape { power, size, delta_squared, .. } => {
+                    SmoothingObjective::Shape { power, size, delta_squared, .. } => {
                         let tolerance = tolerance(f64::from(f32::EPSILON)) as f32;
                         let delta_squared = delta_squared as f32;
                         let params = |first, n_vertices| smooth_vertices::Params {
@@ -146,10 +151,10 @@ impl DeviceSmoother for GpuSmoother {
                         };
                         self.dispatch((&device.smooth_vertices, &room.smooth_vertices), params, patch, count, &room);
                     }
-                    Objective::Beta { goal, gain } => {
+                    SmoothingObjective::Beta { goal, gain } => {
                         let (six_goal, gain) = ((6.0 * goal) as f32, gain as f32);
-                        let params = |first, n_vertices| climb_vertices::Params { first, n_vertices, six_goal, gain };
-                        self.dispatch((&device.climb_vertices, &room.climb_vertices), params, patch, count, &room);
+                        let params = |first, n_vertices| raise_worst_beta::Params { first, n_vertices, six_goal, gain };
+                        self.dispatch((&device.raise_worst_beta, &room.raise_worst_beta), params, patch, count, &room);
                     }
                 }
                 let found = device.read(device.encoder(), room.buffer("correction"), &room.staging, correction.len());

@@ -8,8 +8,8 @@ use std::io;
 use hdf5_pure::{AttrValue, FileBuilder, FormatError, GroupBuilder, LibVer};
 
 use super::element_number;
-use crate::formats::assembly::Shape;
-use crate::formats::content::{Content, clean_names};
+use crate::formats::mesh_builder::CellKind;
+use crate::formats::new_file::{NewFile, clean_names};
 use crate::formats::out::Out;
 
 /// The longest name of a node.
@@ -91,15 +91,15 @@ struct Zone {
 
 impl Zone {
     /// The zone with its vertices.
-    fn new(content: &Content) -> Result<Self, FormatError> {
-        let n_vertices = content.vertices.len();
-        let long = n_vertices.max(content.n_elements()) > i32::MAX as usize;
-        let sizes = [n_vertices, content.volume_cells().count(), 0].map(|size| size as i64);
+    fn new(new_file: &NewFile) -> Result<Self, FormatError> {
+        let n_vertices = new_file.vertices.len();
+        let long = n_vertices.max(new_file.n_elements()) > i32::MAX as usize;
+        let sizes = [n_vertices, new_file.volume_cells().count(), 0].map(|size| size as i64);
         let mut zone = node(ZONE, "Zone_t", &integers(long, sizes.into_iter()), &[3, 1])?;
         zone.add_group(text("ZoneType", "ZoneType_t", "Unstructured")?.finish());
         let mut coordinates = node("GridCoordinates", "GridCoordinates_t", &Data::Nothing, &[])?;
         for (axis, name) in ["CoordinateX", "CoordinateY", "CoordinateZ"].into_iter().enumerate() {
-            let values = Data::Doubles(content.vertices.iter().map(|vertex| vertex[axis]).collect());
+            let values = Data::Doubles(new_file.vertices.iter().map(|vertex| vertex[axis]).collect());
             coordinates.add_group(node(name, "DataArray_t", &values, &[n_vertices as u64])?.finish());
         }
         zone.add_group(coordinates.finish());
@@ -113,7 +113,7 @@ impl Zone {
     }
 
     /// Adds a section of elements of one shape, if there are any.
-    fn add(&mut self, name: &str, shape: Shape, vertices: &[u32]) -> Result<(), FormatError> {
+    fn add(&mut self, name: &str, shape: CellKind, vertices: &[u32]) -> Result<(), FormatError> {
         if vertices.is_empty() {
             return Ok(());
         }
@@ -150,29 +150,32 @@ fn node_names(families: &[String]) -> Vec<String> {
 }
 
 /// Says that boundary conditions have no types.
-pub(in crate::formats) fn limits(_: &Content) -> Vec<String> {
+pub(in crate::formats) fn limits(_: &NewFile) -> Vec<String> {
     vec!["boundary conditions: those of the families have no type (FamilySpecified)".to_owned()]
 }
 
 /// Writes a CGNS file.
-pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
-    let file = build(content).map_err(io::Error::other)?;
+pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+    let file = build(new_file).map_err(io::Error::other)?;
     file.finish_to(out).map_err(io::Error::other)
 }
 
-fn build(content: &Content) -> Result<FileBuilder, FormatError> {
-    let mut zone = Zone::new(content)?;
-    for (name, shape) in
-        [("tets", Shape::Tet), ("pyramids", Shape::Pyramid), ("prisms", Shape::Prism), ("hexahedra", Shape::Hexahedron)]
-    {
-        zone.add(name, shape, content.vertices_of(shape))?;
+fn build(new_file: &NewFile) -> Result<FileBuilder, FormatError> {
+    let mut zone = Zone::new(new_file)?;
+    for (name, shape) in [
+        ("tets", CellKind::Tet),
+        ("pyramids", CellKind::Pyramid),
+        ("prisms", CellKind::Prism),
+        ("hexahedra", CellKind::Hexahedron),
+    ] {
+        zone.add(name, shape, new_file.vertices_of(shape))?;
     }
     let mut conditions = node("ZoneBC", "ZoneBC_t", &Data::Nothing, &[])?;
     let mut families = Vec::new();
-    let names = node_names(content.cells.families);
-    for (index, (faces, name)) in content.faces_by_family().into_iter().zip(&names).enumerate() {
+    let names = node_names(new_file.cells.families);
+    for (index, (faces, name)) in new_file.faces_by_family().into_iter().zip(&names).enumerate() {
         let first = zone.next;
-        for (what, shape) in [("triangles", Shape::Triangle), ("quadrilaterals", Shape::Quadrilateral)] {
+        for (what, shape) in [("triangles", CellKind::Triangle), ("quadrilaterals", CellKind::Quadrilateral)] {
             let faces = faces.iter().filter(|(of, _)| *of == shape).flat_map(|&(_, face)| face);
             zone.add(&format!("{what} {}", index + 1), shape, &faces.copied().collect::<Vec<_>>())?;
         }
@@ -185,7 +188,7 @@ fn build(content: &Content) -> Result<FileBuilder, FormatError> {
         }
         let mut family = node(name, "Family_t", &Data::Nothing, &[])?;
         // The name in full, as gmsh gives it.
-        let full = &content.cells.families[index];
+        let full = &new_file.cells.families[index];
         if !full.is_empty() {
             family.add_group(text("FamilyName", "FamilyName_t", full)?.finish());
         }

@@ -17,9 +17,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use hdf5_pure::File;
 
-use super::assembly::{Assembly, Kind, MOST_VERTICES, Shape, check_finite_at};
-use super::document::Document;
-use super::error::{Place, ReadError};
+use super::document::SourceFile;
+use super::error::{Location, ReadError};
+use super::mesh_builder::{CellKind, Kind, MOST_VERTICES, MeshBuilder, check_finite_at};
 use super::number::Integers;
 use super::table::Parsed;
 
@@ -33,16 +33,16 @@ pub(super) const NAME: &str = "CGNS";
 
 /// CGNS's number for a type of element: how many vertices it has, and what it is.
 fn element_type(number: i64) -> Option<(usize, Kind)> {
-    let mesh = |shape: Shape| (shape.n_vertices(), Kind::Mesh(shape));
+    let mesh = |shape: CellKind| (shape.n_vertices(), Kind::Mesh(shape));
     Some(match number {
         2 => (1, Kind::PassOver("points")),
         3 => (2, Kind::PassOver("lines")),
-        5 => mesh(Shape::Triangle),
-        7 => mesh(Shape::Quadrilateral),
-        10 => mesh(Shape::Tet),
-        12 => mesh(Shape::Pyramid),
-        14 => mesh(Shape::Prism),
-        17 => mesh(Shape::Hexahedron),
+        5 => mesh(CellKind::Triangle),
+        7 => mesh(CellKind::Quadrilateral),
+        10 => mesh(CellKind::Tet),
+        12 => mesh(CellKind::Pyramid),
+        14 => mesh(CellKind::Prism),
+        17 => mesh(CellKind::Hexahedron),
         4 | 6 | 8 | 9 | 11 | 13 | 15 | 16 | 18 | 19 | 21 | 24..=56 => (0, Kind::Refuse("elements of higher order")),
         22 | 23 => (0, Kind::Refuse("polyhedra")),
         _ => return None,
@@ -50,14 +50,14 @@ fn element_type(number: i64) -> Option<(usize, Kind)> {
 }
 
 /// CGNS's number for a type of element.
-fn element_number(shape: Shape) -> i32 {
+fn element_number(shape: CellKind) -> i32 {
     match shape {
-        Shape::Triangle => 5,
-        Shape::Quadrilateral => 7,
-        Shape::Tet => 10,
-        Shape::Pyramid => 12,
-        Shape::Prism => 14,
-        Shape::Hexahedron => 17,
+        CellKind::Triangle => 5,
+        CellKind::Quadrilateral => 7,
+        CellKind::Tet => 10,
+        CellKind::Pyramid => 12,
+        CellKind::Prism => 14,
+        CellKind::Hexahedron => 17,
     }
 }
 
@@ -97,7 +97,7 @@ impl Numbers {
 /// What the nodes of the zone have given so far.
 struct Reader<'a> {
     path: &'a Path,
-    assembly: Assembly,
+    mesh_builder: MeshBuilder,
     n_vertices: usize,
     /// The number of each face in the zone, of triangles and of quadrilaterals, with its section; ascending.
     faces: [Vec<(i64, usize)>; 2],
@@ -107,18 +107,18 @@ struct Reader<'a> {
 /// Reads a CGNS file from its (decompressed) bytes; `path` is for messages.
 pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let shared = Shared(Arc::new(bytes));
-    let Zone { assembly, positions, columns, names, beside } = read_zone(path, &shared)?;
-    let (mesh, others) = assembly.finish(path, positions, |tag| names[tag as usize].clone())?;
+    let Zone { mesh_builder, positions, columns, names, beside } = read_zone(path, &shared)?;
+    let (mesh, others) = mesh_builder.finish(path, positions, |tag| names[tag as usize].clone())?;
     // HDF5 has let go of them.
     let bytes = Arc::unwrap_or_clone(shared.0);
     let coordinates = Box::new(columns);
-    let document = Document::of_file(NAME, extension, bytes, coordinates, beside);
+    let document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
     Ok(Parsed { mesh, others, document })
 }
 
 /// What a zone holds.
 struct Zone {
-    assembly: Assembly,
+    mesh_builder: MeshBuilder,
     positions: Vec<DVec3>,
     columns: Columns,
     /// The name of each tag of the faces.
@@ -133,14 +133,14 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
         return Err(unsupported("CGNS in ADF", "turn it into HDF5: adf2hdf old.cgns new.cgns"));
     }
     let file = File::from_source(shared.clone()).map_err(|error| ReadError::Malformed {
-        place: Place::File(path.into()),
+        place: Location::File(path.into()),
         expected: "an HDF5 file".into(),
         found: error.to_string(),
     })?;
     let length = file.superblock().eof_address;
     if length > bytes.len() as u64 {
         let expected = format!("the rest of its {length} bytes");
-        return Err(ReadError::Truncated { place: Place::Byte(path.into(), bytes.len()), expected });
+        return Err(ReadError::Truncated { place: Location::Byte(path.into(), bytes.len()), expected });
     }
     let root = Node::root(path, bytes, &file);
     let base = root.only("CGNSBase_t", "base", "leave one base in it")?;
@@ -155,7 +155,7 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
     let (positions, columns) = read_coordinates(path, grid)?;
     let mut reader = Reader {
         path,
-        assembly: Assembly::default(),
+        mesh_builder: MeshBuilder::default(),
         n_vertices: positions.len(),
         faces: [Vec::new(), Vec::new()],
         sections: Vec::new(),
@@ -164,14 +164,14 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
         reader.elements(&section)?;
     }
     let names = reader.tag_faces(&base, &zone)?;
-    let mut beside = reader.assembly.passed_over();
+    let mut beside = reader.mesh_builder.passed_over();
     beside.extend(types_of_conditions(&zone)?);
     for (label, node) in base.labelled()?.into_iter().chain(zone.labelled()?) {
         if !READ.contains(&&*label) {
             beside.push(format!("the node '{}'", node.name()));
         }
     }
-    Ok(Zone { assembly: reader.assembly, positions, columns, names, beside })
+    Ok(Zone { mesh_builder: reader.mesh_builder, positions, columns, names, beside })
 }
 
 /// What the boundary conditions are beside families, in words; those that do not say it count for none.
@@ -262,7 +262,7 @@ impl Reader<'_> {
         let length = connectivity.len();
         self.sections.push(section.name().to_owned());
         if let Some((count, Kind::Mesh(shape))) = element_type(of_section) {
-            self.assembly.reserve(shape, length / count);
+            self.mesh_builder.reserve(shape, length / count);
         }
         // Before CGNS 3.4 there were no offsets: the types of the elements say where each begins.
         let offsets = if is_mixed { section.find("ElementStartOffset") } else { None };
@@ -292,18 +292,18 @@ impl Reader<'_> {
                 .ok_or_else(|| node.malformed(format!("the type of element {element}"), format_args!("{kind}")))?;
             match kind {
                 Kind::Refuse(what) => {
-                    self.assembly.refuse(what, 1);
-                    return self.assembly.check_refused(self.path);
+                    self.mesh_builder.refuse(what, 1);
+                    return self.mesh_builder.check_refused(self.path);
                 }
-                Kind::PassOver(what) => self.assembly.pass_over(what, 1),
+                Kind::PassOver(what) => self.mesh_builder.pass_over(what, 1),
                 Kind::Mesh(shape) => {
                     if shape.is_face() {
-                        let place = usize::from(shape == Shape::Quadrilateral);
+                        let place = usize::from(shape == CellKind::Quadrilateral);
                         self.faces[place].push((element, self.sections.len() - 1));
                     }
                     let n_vertices = self.n_vertices;
                     let mut places = at..;
-                    self.assembly.push(shape, 0, || {
+                    self.mesh_builder.push(shape, 0, || {
                         let vertex = places.next().and_then(|place| connectivity.get(place)).unwrap_or_default();
                         match u32::try_from(vertex - 1) {
                             Ok(vertex) if (vertex as usize) < n_vertices => Ok(vertex),
@@ -344,7 +344,7 @@ impl Reader<'_> {
             }
             tags
         });
-        [self.assembly.triangle_tags, self.assembly.quadrilateral_tags] = tags;
+        [self.mesh_builder.triangle_tags, self.mesh_builder.quadrilateral_tags] = tags;
         names.extend(self.sections.iter().cloned());
         Ok(names)
     }

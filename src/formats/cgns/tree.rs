@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use hdf5_pure::{AttrValue, Dataset, Datatype, DatatypeByteOrder, File, FormatError, Group, Layout, Source};
 
-use crate::formats::error::{Place, ReadError};
+use crate::formats::error::{Location, ReadError};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::Endian;
 
@@ -53,8 +53,8 @@ impl<'a> Node<'a> {
         self.path.rsplit('/').next().unwrap_or_default()
     }
 
-    pub fn place(&self) -> Place {
-        Place::Node(self.file.into(), if self.path.is_empty() { "/".into() } else { self.path.clone() })
+    pub fn place(&self) -> Location {
+        Location::Node(self.file.into(), if self.path.is_empty() { "/".into() } else { self.path.clone() })
     }
 
     /// The error that the node is not as `expected`.

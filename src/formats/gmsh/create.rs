@@ -4,19 +4,19 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 
-use crate::formats::assembly::Shape;
-use crate::formats::content::{Content, clean_names, renamed};
+use crate::formats::mesh_builder::CellKind;
+use crate::formats::new_file::{NewFile, clean_names, renamed};
 use crate::formats::out::Out;
 
 /// Gmsh's number for a type of element.
-fn number(shape: Shape) -> i32 {
+fn number(shape: CellKind) -> i32 {
     match shape {
-        Shape::Triangle => 2,
-        Shape::Quadrilateral => 3,
-        Shape::Tet => 4,
-        Shape::Hexahedron => 5,
-        Shape::Prism => 6,
-        Shape::Pyramid => 7,
+        CellKind::Triangle => 2,
+        CellKind::Quadrilateral => 3,
+        CellKind::Tet => 4,
+        CellKind::Hexahedron => 5,
+        CellKind::Prism => 6,
+        CellKind::Pyramid => 7,
     }
 }
 
@@ -24,14 +24,14 @@ fn number(shape: Shape) -> i32 {
 struct Block<'a> {
     dimension: i32,
     entity: i32,
-    shape: Shape,
+    shape: CellKind,
     elements: Vec<&'a [u32]>,
 }
 
 /// Writes a Gmsh file whose arrays have been checked. A family is a surface entity and a physical group of its number,
 /// counted from 1; the cells are volume 1, in the group `volume`, without which Gmsh would not save them again.
-pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
-    let names = clean_names(content.cells.families, fits);
+pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+    let names = clean_names(new_file.cells.families, fits);
     let n_families = names.len() as u64;
     let volume_group = names.len() as i32 + 1;
     out.write_all(b"$MeshFormat\n4.1 1 8\n")?;
@@ -42,30 +42,30 @@ pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result
     }
     write!(out, "3 {volume_group} \"volume\"\n$EndPhysicalNames\n$Entities\n")?;
 
-    let [low, high] = bounds(content.vertices.iter().copied());
+    let [low, high] = bounds(new_file.vertices.iter().copied());
     sizes(out, &[0, 0, n_families, 1])?;
-    for (index, faces) in content.faces_by_family().into_iter().enumerate() {
+    for (index, faces) in new_file.faces_by_family().into_iter().enumerate() {
         let corners = faces.into_iter().flat_map(|(_, face)| face);
-        let [low, high] = bounds(corners.map(|&vertex| content.vertices[vertex as usize]));
+        let [low, high] = bounds(corners.map(|&vertex| new_file.vertices[vertex as usize]));
         entity(out, index as i32 + 1, [low, high], index as i32 + 1, &[])?;
     }
     let surfaces: Vec<i32> = (1..=names.len() as i32).collect();
     entity(out, 1, [low, high], volume_group, &surfaces)?;
     out.write_all(b"\n$EndEntities\n$Nodes\n")?;
 
-    let n_vertices = content.vertices.len() as u64;
+    let n_vertices = new_file.vertices.len() as u64;
     sizes(out, &[1, n_vertices, 1.min(n_vertices), n_vertices])?;
     ints(out, &[3, 1, 0])?;
     sizes(out, &[n_vertices])?;
     for tag in 1..=n_vertices {
         out.write_all(&tag.to_le_bytes())?;
     }
-    for vertex in content.vertices {
+    for vertex in new_file.vertices {
         doubles(out, vertex)?;
     }
     out.write_all(b"\n$EndNodes\n$Elements\n")?;
 
-    let blocks = blocks(content);
+    let blocks = blocks(new_file);
     let n_elements = blocks.iter().map(|block| block.elements.len() as u64).sum();
     sizes(out, &[blocks.len() as u64, n_elements, 1.min(n_elements), n_elements])?;
     let mut tag = 0;
@@ -84,8 +84,8 @@ pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result
 }
 
 /// What a Gmsh file holds otherwise: quotes in names.
-pub(in crate::formats) fn limits(content: &Content) -> Vec<String> {
-    renamed(content.cells.families, &clean_names(content.cells.families, fits))
+pub(in crate::formats) fn limits(new_file: &NewFile) -> Vec<String> {
+    renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits))
 }
 
 /// `$PhysicalNames` has no way to write a quote or a line's end.
@@ -94,16 +94,16 @@ fn fits(letter: char) -> bool {
 }
 
 /// Faces by family and type, then cells by type.
-fn blocks<'a>(content: &Content<'a>) -> Vec<Block<'a>> {
+fn blocks<'a>(new_file: &NewFile<'a>) -> Vec<Block<'a>> {
     let mut blocks: Vec<Block> = Vec::new();
-    for (index, faces) in content.faces_by_family().into_iter().enumerate() {
-        for shape in Shape::FACES {
+    for (index, faces) in new_file.faces_by_family().into_iter().enumerate() {
+        for shape in CellKind::FACES {
             let elements = faces.iter().filter(|(of, _)| *of == shape).map(|&(_, face)| face).collect();
             blocks.push(Block { dimension: 2, entity: index as i32 + 1, shape, elements });
         }
     }
-    for shape in Shape::CELLS {
-        let elements = content.of(shape).collect();
+    for shape in CellKind::CELLS {
+        let elements = new_file.of(shape).collect();
         blocks.push(Block { dimension: 3, entity: 1, shape, elements });
     }
     blocks.retain(|block| !block.elements.is_empty());

@@ -9,8 +9,8 @@ use super::Version;
 use super::families::Groups;
 use super::lonely::Lonely;
 use super::vertices::Vertices;
-use crate::formats::assembly::{Assembly, Kind, Shape};
 use crate::formats::error::ReadError;
+use crate::formats::mesh_builder::{CellKind, Kind, MeshBuilder};
 use crate::formats::scanner::Scanner;
 use crate::mesh::{OtherCells, TetMesh};
 
@@ -29,19 +29,19 @@ const fn passed_over(name: &'static str, n_vertices: usize) -> ElementType {
     ElementType { kind: Kind::PassOver(name), n_vertices }
 }
 
-const fn mesh(shape: Shape) -> ElementType {
+const fn mesh(shape: CellKind) -> ElementType {
     ElementType { kind: Kind::Mesh(shape), n_vertices: shape.n_vertices() }
 }
 
 /// The element types from number 1 on; later ones are of third order and more.
 const TYPES: [ElementType; 19] = [
     passed_over("lines", 2),
-    mesh(Shape::Triangle),
-    mesh(Shape::Quadrilateral),
-    mesh(Shape::Tet),
-    mesh(Shape::Hexahedron),
-    mesh(Shape::Prism),
-    mesh(Shape::Pyramid),
+    mesh(CellKind::Triangle),
+    mesh(CellKind::Quadrilateral),
+    mesh(CellKind::Tet),
+    mesh(CellKind::Hexahedron),
+    mesh(CellKind::Prism),
+    mesh(CellKind::Pyramid),
     passed_over("second-order lines", 3),
     refused("second-order triangles", 6),
     refused("second-order quadrilaterals", 9),
@@ -70,7 +70,7 @@ impl ElementType {
 /// physical tag (2.2).
 #[derive(Default)]
 pub(super) struct Elements {
-    assembly: Assembly,
+    mesh_builder: MeshBuilder,
     /// Where cells belong: their volume entity (4.1) or physical tag (2.2).
     cell_owners: BTreeSet<i32>,
     last_owner: Option<i32>,
@@ -80,7 +80,7 @@ impl Elements {
     /// Makes room for `count` elements, a count that was checked against the size of the file.
     pub fn begin(&mut self, of: &ElementType, count: usize) {
         if let Kind::Mesh(shape) = of.kind {
-            self.assembly.reserve(shape, count);
+            self.mesh_builder.reserve(shape, count);
         }
     }
 
@@ -102,8 +102,8 @@ impl Elements {
                     node(scanner)?;
                 }
                 match of.kind {
-                    Kind::Refuse(_) => self.assembly.refuse(name, 1),
-                    _ => self.assembly.pass_over(name, 1),
+                    Kind::Refuse(_) => self.mesh_builder.refuse(name, 1),
+                    _ => self.mesh_builder.pass_over(name, 1),
                 }
                 return Ok(());
             }
@@ -112,7 +112,7 @@ impl Elements {
             self.last_owner = Some(owner);
             self.cell_owners.insert(owner);
         }
-        self.assembly.push(shape, owner, || {
+        self.mesh_builder.push(shape, owner, || {
             let tag = node(scanner)?;
             vertices.find(tag).ok_or_else(|| ReadError::UnknownVertex {
                 place: scanner.place(scanner.last),
@@ -126,7 +126,7 @@ impl Elements {
 
     /// What does not belong to the mesh.
     fn passed_over(&self) -> Vec<String> {
-        let mut words = self.assembly.passed_over();
+        let mut words = self.mesh_builder.passed_over();
         if self.cell_owners.len() > 1 {
             words.push(format!("the division of the cells into {} volumes", self.cell_owners.len()));
         }
@@ -141,9 +141,9 @@ impl Elements {
         groups: &Groups,
         positions: Vec<DVec3>,
     ) -> Result<(TetMesh, OtherCells, Vec<String>), ReadError> {
-        self.assembly.check_refused(path)?;
+        self.mesh_builder.check_refused(path)?;
         let mut beside = self.passed_over();
-        let n_faces = self.assembly.triangles.len() + self.assembly.others.quadrilaterals.len();
+        let n_faces = self.mesh_builder.triangles.len() + self.mesh_builder.others.quadrilaterals.len();
         let lonely = match version {
             Version::V22 => {
                 self.forget_repeated_cells();
@@ -152,11 +152,12 @@ impl Elements {
             Version::V41 => self.groups_of_faces_41(path, groups)?,
         };
         let at = |vertex: u32| positions[vertex as usize].to_string();
-        beside.extend(lonely.check(path, &self.assembly, n_faces, at)?);
-        let used = groups.in_order(&self.assembly.used_tags().into_iter().map(i32::unsigned_abs).collect::<Vec<_>>());
+        beside.extend(lonely.check(path, &self.mesh_builder, n_faces, at)?);
+        let used =
+            groups.in_order(&self.mesh_builder.used_tags().into_iter().map(i32::unsigned_abs).collect::<Vec<_>>());
         let used: Vec<i32> = used.into_iter().map(group_tag).collect();
         let (mesh, others) =
-            self.assembly.finish_in_order(path, positions, &used, |tag| groups.name(tag.unsigned_abs()))?;
+            self.mesh_builder.finish_in_order(path, positions, &used, |tag| groups.name(tag.unsigned_abs()))?;
         Ok((mesh, others, beside))
     }
 
@@ -165,7 +166,7 @@ impl Elements {
     /// which are returned.
     fn groups_of_faces_41(&mut self, path: &Path, groups: &Groups) -> Result<Lonely, ReadError> {
         let mut known: HashMap<i32, Owner> = HashMap::new();
-        for surface in self.assembly.used_tags() {
+        for surface in self.mesh_builder.used_tags() {
             let group = groups.of_surface(surface).map_err(|(first, second)| ReadError::TwoFamilies {
                 path: path.into(),
                 what: format!("surface {surface}"),
@@ -175,7 +176,7 @@ impl Elements {
             known.insert(surface, (group, groups.is_interface(surface)));
         }
         let mut lonely = Lonely::default();
-        let Assembly { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.assembly;
+        let MeshBuilder { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.mesh_builder;
         resolve(triangles, triangle_tags, &known, &mut lonely);
         resolve(&mut others.quadrilaterals, quadrilateral_tags, &known, &mut lonely);
         Ok(lonely)
@@ -185,7 +186,7 @@ impl Elements {
     /// returned.
     fn groups_of_faces_22(&mut self, path: &Path, groups: &Groups, positions: &[DVec3]) -> Result<Lonely, ReadError> {
         let mut lonely = Lonely::default();
-        let Assembly { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.assembly;
+        let MeshBuilder { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.mesh_builder;
         let two = |what: &str, vertex: u32, first, second| ReadError::TwoFamilies {
             path: path.into(),
             what: format!("the {what} at {}", positions[vertex as usize]),
@@ -204,7 +205,7 @@ impl Elements {
         if self.cell_owners.len() < 2 {
             return;
         }
-        let Assembly { tets, others, .. } = &mut self.assembly;
+        let MeshBuilder { tets, others, .. } = &mut self.mesh_builder;
         keep_first(tets);
         keep_first(&mut others.pyramids);
         keep_first(&mut others.prisms);

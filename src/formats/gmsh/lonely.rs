@@ -6,8 +6,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use crate::formats::assembly::Assembly;
 use crate::formats::error::ReadError;
+use crate::formats::mesh_builder::MeshBuilder;
 use crate::mesh::cell_faces;
 
 /// The vertices of a face, ascending; those of a triangle before a number that no vertex has.
@@ -40,7 +40,7 @@ impl Lonely {
     pub fn check(
         &self,
         path: &Path,
-        assembly: &Assembly,
+        mesh_builder: &MeshBuilder,
         n_faces: usize,
         at: impl Fn(u32) -> String,
     ) -> Result<Option<String>, ReadError> {
@@ -55,13 +55,13 @@ impl Lonely {
                 }
             }
         };
-        assembly.tets.iter().for_each(|cell| count(cell));
-        assembly.others.pyramids.iter().for_each(|cell| count(cell));
-        assembly.others.prisms.iter().for_each(|cell| count(cell));
-        assembly.others.hexahedra.iter().for_each(|cell| count(cell));
+        mesh_builder.tets.iter().for_each(|cell| count(cell));
+        mesh_builder.others.pyramids.iter().for_each(|cell| count(cell));
+        mesh_builder.others.prisms.iter().for_each(|cell| count(cell));
+        mesh_builder.others.hexahedra.iter().for_each(|cell| count(cell));
         // A face that is there a second time, in a group, has a family.
-        let grouped = assembly.triangles.iter().map(|face| key(*face));
-        for face in grouped.chain(assembly.others.quadrilaterals.iter().map(|face| key(*face))) {
+        let grouped = mesh_builder.triangles.iter().map(|face| key(*face));
+        for face in grouped.chain(mesh_builder.others.quadrilaterals.iter().map(|face| key(*face))) {
             if let Some(cells) = n_cells.get_mut(&face) {
                 *cells = 0;
             }

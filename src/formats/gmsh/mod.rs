@@ -19,7 +19,7 @@ mod vertices;
 
 use std::path::Path;
 
-use super::document::{Document, Slots};
+use super::document::{Slots, SourceFile};
 use super::error::ReadError;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
 use super::table::Parsed;
@@ -70,7 +70,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let (mesh, others, mut beside) = elements.into_mesh(path, version, &parts.groups, positions)?;
     beside.extend(parts.beside.iter().map(|name| format!("the section ${name}")));
     let coordinates = Box::new(Slots { encoding, width: Width::Double, slots });
-    Ok(Parsed { mesh, others, document: Document::of_file(NAME, extension, bytes, coordinates, beside) })
+    Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
 /// Reads the section whose `$Name` line was just read, up to and with its `$EndName`.

@@ -5,16 +5,16 @@ use std::convert::Infallible;
 use rayon::prelude::*;
 
 use super::file::{Faces, Label};
-use crate::formats::assembly::{Assembly, Shape};
+use crate::formats::mesh_builder::{CellKind, MeshBuilder};
 use crate::mesh::csr::Csr;
 
 /// Adds every cell; those of no known shape are counted as polyhedra.
 ///
 /// - `owner` `[n_faces]`: the cell that each face's normal points out of
 /// - `neighbour` `[n_internal_faces]`: the cell it points into
-pub(super) fn assemble(faces: &Faces, owner: &[Label], neighbour: &[Label], assembly: &mut Assembly) {
+pub(super) fn assemble(faces: &Faces, owner: &[Label], neighbour: &[Label], mesh_builder: &mut MeshBuilder) {
     if let Some(tets) = tets(faces, owner, neighbour) {
-        assembly.tets = tets;
+        mesh_builder.tets = tets;
         return;
     }
     let last = owner.iter().chain(neighbour).map(|cell| cell.value()).max();
@@ -25,9 +25,9 @@ pub(super) fn assemble(faces: &Faces, owner: &[Label], neighbour: &[Label], asse
         match recognise(faces, faces_of.row(cell), |face| owner[face as usize].value() as usize == cell) {
             Some((shape, corners)) => {
                 let mut corners = corners.into_iter();
-                let Ok(()) = assembly.push(shape, 0, || Ok::<u32, Infallible>(corners.next().unwrap_or_default()));
+                let Ok(()) = mesh_builder.push(shape, 0, || Ok::<u32, Infallible>(corners.next().unwrap_or_default()));
             }
-            None => assembly.refuse("polyhedra", 1),
+            None => mesh_builder.refuse("polyhedra", 1),
         }
     }
 }
@@ -121,16 +121,16 @@ fn form(corners: &Corners, cells: &mut [[u32; 4]]) -> Option<()> {
 }
 
 /// The shape and the corners of a cell, from its faces and whether their normals point out of it.
-fn recognise(faces: &Faces, of_cell: &[u32], outward: impl Fn(u32) -> bool) -> Option<(Shape, [u32; 8])> {
+fn recognise(faces: &Faces, of_cell: &[u32], outward: impl Fn(u32) -> bool) -> Option<(CellKind, [u32; 8])> {
     let mut corners = [&[][..]; 6];
     let corners = corners.get_mut(..of_cell.len())?;
     corners.iter_mut().zip(of_cell).for_each(|(corners, &face)| *corners = faces.corners(face as usize));
     let n_of = |count: usize| corners.iter().filter(|face| face.len() == count).count();
     let (shape, base) = match (of_cell.len(), n_of(3), n_of(4)) {
-        (4, 4, 0) => (Shape::Tet, 3),
-        (5, 4, 1) => (Shape::Pyramid, 4),
-        (5, 2, 3) => (Shape::Prism, 3),
-        (6, 0, 6) => (Shape::Hexahedron, 4),
+        (4, 4, 0) => (CellKind::Tet, 3),
+        (5, 4, 1) => (CellKind::Pyramid, 4),
+        (5, 2, 3) => (CellKind::Prism, 3),
+        (6, 0, 6) => (CellKind::Hexahedron, 4),
         _ => return None,
     };
     let base_face = corners.iter().position(|face| face.len() == base)?;

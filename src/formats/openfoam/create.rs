@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::formats::content::{Content, clean_names, renamed};
 use crate::formats::document::{NamedFiles, write_shortest};
+use crate::formats::new_file::{NewFile, clean_names, renamed};
 use crate::mesh::csr::Csr;
 use crate::mesh::{cell_faces, in_pieces};
 
@@ -22,19 +22,19 @@ struct Sides {
 }
 
 impl Sides {
-    fn new(content: &Content) -> Self {
-        let (mut corners, mut cells) = (Vec::with_capacity(4 * content.n_elements()), Vec::new());
+    fn new(new_file: &NewFile) -> Self {
+        let (mut corners, mut cells) = (Vec::with_capacity(4 * new_file.n_elements()), Vec::new());
         let side = |vertices: &mut dyn Iterator<Item = u32>| {
             let mut corners = [NONE; 4];
             corners.iter_mut().zip(vertices).for_each(|(corner, vertex)| *corner = vertex);
             corners
         };
-        for (cell, (_, vertices)) in (0..).zip(content.volume_cells()) {
+        for (cell, (_, vertices)) in (0..).zip(new_file.volume_cells()) {
             let faces = cell_faces(vertices.len()).iter();
             corners.extend(faces.map(|face| side(&mut face.iter().map(|&corner| vertices[corner]))));
             cells.resize(corners.len(), cell);
         }
-        corners.extend(content.faces().map(|(_, vertices, _)| side(&mut vertices.iter().copied())));
+        corners.extend(new_file.faces().map(|(_, vertices, _)| side(&mut vertices.iter().copied())));
         Self { corners, cells }
     }
 
@@ -85,16 +85,16 @@ impl Sides {
 
 /// The files of a new folder, points last. Internal faces stand in OpenFOAM's upper-triangular order, patches are the
 /// families, of type `patch`.
-pub(in crate::formats) fn create(content: &Content) -> io::Result<NamedFiles> {
-    let sides = Sides::new(content);
+pub(in crate::formats) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
+    let sides = Sides::new(new_file);
     let (n_sides, n_of_cells) = (sides.corners.len(), sides.cells.len());
     if n_sides >= NONE as usize {
         return Err(invalid(format!("{n_sides} sides of cells are too many (at most {NONE})")));
     }
-    let partners = sides.partners(content.vertices.len()).map_err(|side| {
-        invalid(match (side as usize).checked_sub(n_of_cells).and_then(|face| content.faces().nth(face)) {
+    let partners = sides.partners(new_file.vertices.len()).map_err(|side| {
+        invalid(match (side as usize).checked_sub(n_of_cells).and_then(|face| new_file.faces().nth(face)) {
             Some((_, _, family)) => {
-                let name = &content.cells.families[family.index()];
+                let name = &new_file.cells.families[family.index()];
                 format!("a face of the family '{name}' is no face on the boundary of the cells")
             }
             None => format!("cell {} shares a face with two others", sides.cells[side as usize]),
@@ -112,9 +112,9 @@ pub(in crate::formats) fn create(content: &Content) -> io::Result<NamedFiles> {
     let of_owner = faces.chunk_by_mut(|a, b| owner(a) == owner(b));
     of_owner.for_each(|faces| faces.sort_by_key(|&(_, neighbour)| neighbour));
     let n_internal = faces.len();
-    let names = clean_names(content.cells.families, fits);
+    let names = clean_names(new_file.cells.families, fits);
     let mut patches = vec![Vec::new(); names.len()];
-    content.faces().zip(of_boundary).for_each(|((_, _, family), &side)| patches[family.index()].push((side, NONE)));
+    new_file.faces().zip(of_boundary).for_each(|((_, _, family), &side)| patches[family.index()].push((side, NONE)));
     faces.extend(patches.iter().flatten());
 
     let ends = patches.iter().scan(n_internal, |end, patch| {
@@ -147,8 +147,8 @@ pub(in crate::formats) fn create(content: &Content) -> io::Result<NamedFiles> {
             let start = ends[index] - n_faces;
             writeln!(text, "{name} {{ type patch; nFaces {n_faces}; startFace {start}; }}")
         }),
-        ("vectorField", "points", content.vertices.len(), &|index, text| {
-            for (place, value) in content.vertices[index].to_array().into_iter().enumerate() {
+        ("vectorField", "points", new_file.vertices.len(), &|index, text| {
+            for (place, value) in new_file.vertices[index].to_array().into_iter().enumerate() {
                 text.push(if place == 0 { b'(' } else { b' ' });
                 write_shortest(text, value)?;
             }
@@ -192,8 +192,8 @@ fn invalid(message: String) -> io::Error {
 }
 
 /// What a folder holds otherwise: names without spaces, types of patches.
-pub(in crate::formats) fn limits(content: &Content) -> Vec<String> {
-    let mut limits = renamed(content.cells.families, &clean_names(content.cells.families, fits));
+pub(in crate::formats) fn limits(new_file: &NewFile) -> Vec<String> {
+    let mut limits = renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits));
     limits.push("types of patches: all are 'patch', none is 'wall'".to_string());
     limits
 }

@@ -226,7 +226,7 @@ impl<'a> File<'a> {
                     *value = self.number("a coordinate", parse_double)?;
                 }
                 let place = || self.scanner.place(self.scanner.last);
-                crate::formats::assembly::check_finite_at(position, vertex, place)?;
+                crate::formats::mesh_builder::check_finite_at(position, vertex, place)?;
                 positions.push(position.into());
                 self.expect(b')')?;
             } else {

@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::assembly::{Assembly, MOST_VERTICES, Shape};
-use super::document::{Document, NamedFiles, Slots};
-use super::error::{Place, ReadError};
+use super::document::{NamedFiles, Slots, SourceFile};
+use super::error::{Location, ReadError};
+use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
 use super::read::unzipped;
 use super::table::Parsed;
 
@@ -65,29 +65,29 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
     if owner.len() != faces.len() || neighbour.len() > faces.len() {
         return Err(ReadError::Malformed {
-            place: Place::File(faces_path.clone()),
+            place: Location::File(faces_path.clone()),
             expected: "an owner for every face, and no more neighbours".into(),
             found: format!("{} faces, {} owners, {} neighbours", faces.len(), owner.len(), neighbour.len()),
         });
     }
-    let mut assembly = Assembly::default();
-    cells::assemble(&faces, &owner, neighbour, &mut assembly);
+    let mut mesh_builder = MeshBuilder::default();
+    cells::assemble(&faces, &owner, neighbour, &mut mesh_builder);
     for (tag, patch) in (0..).zip(&patches) {
         for face in patch.faces.clone() {
             let corners = faces.corners(face);
             let shape = match corners.len() {
-                3 => Shape::Triangle,
-                4 => Shape::Quadrilateral,
+                3 => CellKind::Triangle,
+                4 => CellKind::Quadrilateral,
                 _ => {
-                    assembly.refuse("polygons on the boundary", 1);
+                    mesh_builder.refuse("polygons on the boundary", 1);
                     continue;
                 }
             };
             let mut corners = corners.iter().map(|corner| corner.value());
-            assembly.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
+            mesh_builder.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
         }
     }
-    let (mesh, others) = assembly.finish(path, positions, |tag| patches[tag as usize].name.clone())?;
+    let (mesh, others) = mesh_builder.finish(path, positions, |tag| patches[tag as usize].name.clone())?;
     let mut kinds: Vec<&str> = patches.iter().map(|patch| &*patch.kind).filter(|kind| *kind != "patch").collect();
     kinds.sort_unstable();
     kinds.dedup();
@@ -101,7 +101,7 @@ pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Resu
     let cyclic = patches.iter().filter(|patch| patch.kind == "cyclic");
     let partners = cyclic.filter_map(|patch| Some([patch.name.clone(), patch.neighbour.clone()?])).collect();
     let document =
-        Document { siblings, partners, ..Document::of_file(NAME, extension, bytes, Box::new(slots), beside) };
+        SourceFile { siblings, partners, ..SourceFile::of_file(NAME, extension, bytes, Box::new(slots), beside) };
     Ok(Parsed { mesh, others, document })
 }
 

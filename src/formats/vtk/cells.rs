@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::types::vtk_kind;
-use crate::formats::assembly::{Assembly, Kind, MOST_VERTICES};
 use crate::formats::error::ReadError;
+use crate::formats::mesh_builder::{Kind, MOST_VERTICES, MeshBuilder};
 use crate::formats::number::Integers;
 
 /// Types and vertices of the cells.
@@ -74,7 +74,7 @@ impl Corners<'_> {
     }
 }
 
-/// Sorts the cells by their types into `assembly`; `families` `[n_cells]` gives the number of each cell's family.
+/// Sorts the cells by their types into `mesh_builder`; `families` `[n_cells]` gives the number of each cell's family.
 ///
 /// - `numbered`: the mesh's number for a vertex below `n_vertices`
 /// - `malformed`: makes the error from what was expected and what was found
@@ -85,7 +85,7 @@ pub(super) fn assemble(
     n_vertices: usize,
     numbered: impl Fn(usize) -> u32,
     malformed: impl Fn(String, String) -> ReadError,
-    assembly: &mut Assembly,
+    mesh_builder: &mut MeshBuilder,
 ) -> Result<(), ReadError> {
     if n_vertices >= MOST_VERTICES {
         return Err(ReadError::TooMany {
@@ -103,8 +103,8 @@ pub(super) fn assemble(
     if let Some(found) = families.as_ref().map(Integers::len).filter(|&len| len != n_cells) {
         return Err(malformed(format!("{n_cells} families of cells"), found.to_string()));
     }
-    let n_faces = |assembly: &Assembly| assembly.triangles.len() + assembly.others.quadrilaterals.len();
-    let n_faces_before = n_faces(assembly);
+    let n_faces = |mesh_builder: &MeshBuilder| mesh_builder.triangles.len() + mesh_builder.others.quadrilaterals.len();
+    let n_faces_before = n_faces(mesh_builder);
     let mut start = 0;
     for cell in 0..n_cells {
         let of_cell = corners.of(cell, start).map_err(|end| {
@@ -123,11 +123,11 @@ pub(super) fn assemble(
         let shape = match kind {
             Kind::Mesh(shape) => shape,
             Kind::PassOver(name) => {
-                assembly.pass_over(name, 1);
+                mesh_builder.pass_over(name, 1);
                 continue;
             }
             Kind::Refuse(name) => {
-                assembly.refuse(name, 1);
+                mesh_builder.refuse(name, 1);
                 continue;
             }
         };
@@ -135,7 +135,7 @@ pub(super) fn assemble(
         let tag =
             i32::try_from(family).map_err(|_| malformed(format!("the family of cell {cell}"), family.to_string()))?;
         let mut places = of_cell;
-        assembly.push(shape, tag, || {
+        mesh_builder.push(shape, tag, || {
             let vertex = places.next().and_then(|place| corners.vertex(place)).unwrap_or(-1);
             match usize::try_from(vertex) {
                 Ok(vertex) if vertex < n_vertices => Ok(numbered(vertex)),
@@ -148,7 +148,7 @@ pub(super) fn assemble(
     {
         return Err(malformed(format!("{} numbers of {n_cells} cells", corners.len()), start.to_string()));
     }
-    if families.is_none() && n_faces(assembly) > n_faces_before {
+    if families.is_none() && n_faces(mesh_builder) > n_faces_before {
         return Err(ReadError::Missing {
             path: path.into(),
             what: "cell array 'family'",

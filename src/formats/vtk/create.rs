@@ -10,8 +10,8 @@ use glam::DVec3;
 
 use super::names::list_names;
 use super::types::vtk_number;
-use crate::formats::content::{Cells, Content, Fields};
 use crate::formats::error::WriteError;
+use crate::formats::new_file::{Cells, Fields, NewFile};
 use crate::formats::out::Out;
 use crate::formats::write::create_file;
 use crate::mesh::{FamilyId, OtherCells};
@@ -34,7 +34,7 @@ pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields
     create_file(
         path,
         create,
-        &Content { vertices, cells: *cells, others: &OtherCells::default(), fields: *fields, extension: "vtu" },
+        &NewFile { vertices, cells: *cells, others: &OtherCells::default(), fields: *fields, extension: "vtu" },
     )
 }
 
@@ -71,15 +71,15 @@ pub(super) fn number(family: FamilyId) -> i32 {
 }
 
 /// The family number of every cell and face in their order: 0 for cells.
-pub(super) fn families_of_cells<'a>(content: &Content<'a>) -> impl Iterator<Item = i32> + use<'a> {
-    let of_cells = std::iter::repeat_n(0, content.cells.tets.len() + content.others.n_cells());
-    of_cells.chain(content.faces().map(|(_, _, family)| number(family)))
+pub(super) fn families_of_cells<'a>(new_file: &NewFile<'a>) -> impl Iterator<Item = i32> + use<'a> {
+    let of_cells = std::iter::repeat_n(0, new_file.cells.tets.len() + new_file.others.n_cells());
+    of_cells.chain(new_file.faces().map(|(_, _, family)| number(family)))
 }
 
 /// 1 + the lowest family that touches each vertex, 0 if none does `[n_vertices]`.
-fn vertex_families(content: &Content) -> Vec<i32> {
-    let mut vertex_family = vec![0; content.vertices.len()];
-    for (_, corners, family) in content.faces() {
+fn vertex_families(new_file: &NewFile) -> Vec<i32> {
+    let mut vertex_family = vec![0; new_file.vertices.len()];
+    for (_, corners, family) in new_file.faces() {
         for &vertex in corners {
             let lowest = &mut vertex_family[vertex as usize];
             if *lowest == 0 || number(family) < *lowest {
@@ -91,35 +91,35 @@ fn vertex_families(content: &Content) -> Vec<i32> {
 }
 
 /// Writes a VTU file whose arrays have been checked.
-pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
-    let Content { vertices, cells, fields, .. } = content;
+pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+    let NewFile { vertices, cells, fields, .. } = new_file;
     let families = cells.families;
-    let n_cells = content.n_elements();
-    let vertex_family = vertex_families(content);
+    let n_cells = new_file.n_elements();
+    let vertex_family = vertex_families(new_file);
     let mut point_data = vec![array(("family", "Int32", 1), vertices.len(), || {
         vertex_family.iter().map(|family: &i32| family.to_le_bytes())
     })];
     point_data.extend(fields.displacement.map(|displacement| vectors("displacement", displacement)));
     let mut cell_data =
-        vec![array(("family", "Int32", 1), n_cells, || families_of_cells(content).map(i32::to_le_bytes))];
+        vec![array(("family", "Int32", 1), n_cells, || families_of_cells(new_file).map(i32::to_le_bytes))];
     cell_data.extend(fields.beta.map(|beta| {
         array(("beta", "Float64", 1), n_cells, move || {
             beta.iter().copied().chain(std::iter::repeat_n(0.0, n_cells - beta.len())).map(f64::to_le_bytes)
         })
     }));
-    let n_corners = content.elements().map(|(_, corners)| corners.len()).sum();
+    let n_corners = new_file.elements().map(|(_, corners)| corners.len()).sum();
     let topology = vec![
         array(("connectivity", "Int64", 1), n_corners, || {
-            content.elements().flat_map(|(_, corners)| corners).map(|&vertex| i64::from(vertex).to_le_bytes())
+            new_file.elements().flat_map(|(_, corners)| corners).map(|&vertex| i64::from(vertex).to_le_bytes())
         }),
         array(("offsets", "Int64", 1), n_cells, || {
-            let ends = content.elements().scan(0, |end, (_, corners)| {
+            let ends = new_file.elements().scan(0, |end, (_, corners)| {
                 *end += corners.len() as i64;
                 Some(*end)
             });
             ends.map(i64::to_le_bytes)
         }),
-        array(("types", "UInt8", 1), n_cells, || content.elements().map(|(shape, _)| [vtk_number(shape)])),
+        array(("types", "UInt8", 1), n_cells, || new_file.elements().map(|(shape, _)| [vtk_number(shape)])),
     ];
     let parts = [
         ("Points", vec![vectors("Points", vertices)]),

@@ -14,10 +14,10 @@ use super::cells::{self, Corners, Table};
 use super::create::families_of_cells;
 use super::names::{list_names, parse_names};
 use super::types::{FAMILY_ARRAYS, vtk_number};
-use crate::formats::assembly::{Assembly, surface};
-use crate::formats::content::Content;
-use crate::formats::document::{Document, Slots};
+use crate::formats::document::{Slots, SourceFile};
 use crate::formats::error::ReadError;
+use crate::formats::mesh_builder::{MeshBuilder, surface};
+use crate::formats::new_file::NewFile;
 use crate::formats::number::{Integers, Number};
 use crate::formats::out::Out;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, shown};
@@ -57,17 +57,17 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
         |expected: String, found: String| ReadError::Malformed { place: scanner.place(cells_at), expected, found };
     let of_name = |name: &&str| families.iter().position(|(array, _)| array == name);
     let family = FAMILY_ARRAYS.iter().find_map(of_name).map(|place| families.swap_remove(place).1);
-    let (table, n_vertices, mut assembly) = (Table { types, corners }, positions.len(), Assembly::default());
-    cells::assemble(path, table, family, n_vertices, |vertex| vertex as u32, malformed, &mut assembly)?;
-    assembly.orient_prisms(&positions);
-    beside.extend(assembly.passed_over());
+    let (table, n_vertices, mut mesh_builder) = (Table { types, corners }, positions.len(), MeshBuilder::default());
+    cells::assemble(path, table, family, n_vertices, |vertex| vertex as u32, malformed, &mut mesh_builder)?;
+    mesh_builder.orient_prisms(&positions);
+    beside.extend(mesh_builder.passed_over());
     let name = |tag: i32| {
         let named = names.iter().find(|(number, _)| *number == tag);
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
-    let (mesh, others) = assembly.finish(path, positions, name)?;
+    let (mesh, others) = mesh_builder.finish(path, positions, name)?;
     let coordinates = Box::new(slots);
-    let document = Document::of_file(NAME, extension, bytes, coordinates, beside);
+    let document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
     Ok(Parsed { mesh, others, document })
 }
 
@@ -297,18 +297,18 @@ fn skip_metadata(scanner: &mut Scanner) {
 }
 
 /// Writes a binary file of version 3.0, which every reader of VTK files understands.
-pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result<()> {
-    let names = list_names(content.cells.families);
+pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+    let names = list_names(new_file.cells.families);
     let title = if names.len() <= TITLE { names.as_str() } else { "a mesh by idmesh" };
     write!(out, "# vtk DataFile Version 3.0\n{title}\nBINARY\nDATASET UNSTRUCTURED_GRID\n")?;
-    writeln!(out, "POINTS {} double", content.vertices.len())?;
-    for value in content.vertices.iter().flat_map(|vertex| vertex.to_array()) {
+    writeln!(out, "POINTS {} double", new_file.vertices.len())?;
+    for value in new_file.vertices.iter().flat_map(|vertex| vertex.to_array()) {
         out.write_all(&value.to_be_bytes())?;
     }
-    let n_cells = content.n_elements();
-    let size: usize = content.elements().map(|(_, corners)| 1 + corners.len()).sum();
+    let n_cells = new_file.n_elements();
+    let size: usize = new_file.elements().map(|(_, corners)| 1 + corners.len()).sum();
     write!(out, "\nCELLS {n_cells} {size}\n")?;
-    for (_, corners) in content.elements() {
+    for (_, corners) in new_file.elements() {
         out.write_all(&(corners.len() as u32).to_be_bytes())?;
         for &vertex in corners {
             let vertex =
@@ -317,19 +317,19 @@ pub(in crate::formats) fn create(out: &mut Out, content: &Content) -> io::Result
         }
     }
     write!(out, "\nCELL_TYPES {n_cells}\n")?;
-    for (shape, _) in content.elements() {
+    for (shape, _) in new_file.elements() {
         out.write_all(&u32::from(vtk_number(shape)).to_be_bytes())?;
     }
     write!(out, "\nCELL_DATA {n_cells}\nSCALARS family int 1\nLOOKUP_TABLE default\n")?;
-    for family in families_of_cells(content) {
+    for family in families_of_cells(new_file) {
         out.write_all(&family.to_be_bytes())?;
     }
     out.write_all(b"\n")
 }
 
 /// What a legacy VTK file may not hold: many or long names.
-pub(in crate::formats) fn limits(content: &Content) -> Vec<String> {
-    let names = list_names(content.cells.families);
+pub(in crate::formats) fn limits(new_file: &NewFile) -> Vec<String> {
+    let names = list_names(new_file.cells.families);
     if names.len() <= TITLE {
         Vec::new()
     } else {

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::{legacy, vtu};
-use crate::formats::error::{Place, ReadError};
+use crate::formats::error::{Location, ReadError};
 
 /// Points and the lines between them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,7 +26,7 @@ pub fn read_polylines(path: &Path, bytes: &[u8]) -> Result<Polylines, ReadError>
     let legacy = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vtk"));
     let (points, mut corners) = if legacy { legacy::read_lines(path, bytes)? } else { vtu::read_lines(path, bytes)? };
     let malformed = |expected: String, found: i64| ReadError::Malformed {
-        place: Place::File(path.into()),
+        place: Location::File(path.into()),
         expected,
         found: found.to_string(),
     };

@@ -1,41 +1,41 @@
 //! What VTK's numbers of cell types stand for, and the arrays that hold families.
 
-use crate::formats::assembly::{Kind, Shape};
+use crate::formats::mesh_builder::{CellKind, Kind};
 
 /// Cell arrays that are taken for the families, the first that there is: idmesh's own and those of meshio and ParaView.
 pub(super) const FAMILY_ARRAYS: &[&str] = &["family", "gmsh:physical", "medit:ref", "ugrid:ref", "CellEntityIds"];
 
 /// VTK's number for a type of cell. SU2 uses the same.
-pub(in crate::formats) fn vtk_number(shape: Shape) -> u8 {
+pub(in crate::formats) fn vtk_number(shape: CellKind) -> u8 {
     match shape {
-        Shape::Triangle => 5,
-        Shape::Quadrilateral => 9,
-        Shape::Tet => 10,
-        Shape::Hexahedron => 12,
-        Shape::Prism => 13,
-        Shape::Pyramid => 14,
+        CellKind::Triangle => 5,
+        CellKind::Quadrilateral => 9,
+        CellKind::Tet => 10,
+        CellKind::Hexahedron => 12,
+        CellKind::Prism => 13,
+        CellKind::Pyramid => 14,
     }
 }
 
 /// The cells that a number of VTK stands for, and how many vertices they have where that is fixed; nothing if there is
 /// no such number.
 pub(in crate::formats) fn vtk_kind(number: u64) -> Option<(Kind, Option<usize>)> {
-    let mesh = |shape: Shape| (Kind::Mesh(shape), Some(shape.n_vertices()));
+    let mesh = |shape: CellKind| (Kind::Mesh(shape), Some(shape.n_vertices()));
     Some(match number {
         1 => (Kind::PassOver("points"), Some(1)),
         2 => (Kind::PassOver("points"), None),
         3 => (Kind::PassOver("lines"), Some(2)),
         4 => (Kind::PassOver("lines"), None),
-        5 => mesh(Shape::Triangle),
+        5 => mesh(CellKind::Triangle),
         6 => (Kind::Refuse("triangle strips"), None),
         7 => (Kind::Refuse("polygons"), None),
         8 => (Kind::Refuse("pixels"), Some(4)),
-        9 => mesh(Shape::Quadrilateral),
-        10 => mesh(Shape::Tet),
+        9 => mesh(CellKind::Quadrilateral),
+        10 => mesh(CellKind::Tet),
         11 => (Kind::Refuse("voxels"), Some(8)),
-        12 => mesh(Shape::Hexahedron),
-        13 => mesh(Shape::Prism),
-        14 => mesh(Shape::Pyramid),
+        12 => mesh(CellKind::Hexahedron),
+        13 => mesh(CellKind::Prism),
+        14 => mesh(CellKind::Pyramid),
         15 | 16 => (Kind::Refuse("pentagonal and hexagonal prisms"), None),
         42 => (Kind::Refuse("polyhedra"), None),
         21..=81 => (Kind::Refuse("cells of higher order"), None),

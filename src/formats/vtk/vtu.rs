@@ -20,9 +20,9 @@ use super::header::{Array, Header, Piece, Values, read_header};
 use super::payload::Payload;
 use super::points::{self, Pieces, Stored};
 use super::types::FAMILY_ARRAYS;
-use crate::formats::assembly::{Assembly, MOST_VERTICES, check_finite_at, surface};
-use crate::formats::document::Document;
-use crate::formats::error::{Place, ReadError};
+use crate::formats::document::SourceFile;
+use crate::formats::error::{Location, ReadError};
+use crate::formats::mesh_builder::{MOST_VERTICES, MeshBuilder, check_finite_at, surface};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::{Width, find_byte, next_token, parse_double, shown};
 use crate::formats::table::Parsed;
@@ -34,11 +34,11 @@ pub(in crate::formats) const NAME: &str = "VTU";
 pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let header = read_header(path, &bytes, "UnstructuredGrid")?;
     let offsets = header.offsets();
-    let mut assembly = Assembly::default();
+    let mut mesh_builder = MeshBuilder::default();
     let (positions, coordinates) = if let [piece] = &header.pieces[..] {
         let file = File { path, bytes: &bytes, header: &header, piece };
         let (positions, stored) = file.read_points(file.array("Points", None)?)?;
-        file.read_cells(positions.len(), |vertex| vertex as u32, &mut assembly)?;
+        file.read_cells(positions.len(), |vertex| vertex as u32, &mut mesh_builder)?;
         points::together(vec![stored], offsets).map(|coordinates| (positions, coordinates))
     } else {
         let mut pieces = Pieces::default();
@@ -51,7 +51,7 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
                 return Err(ReadError::TooMany { path: path.into(), what: "vertices", count, limit: MOST_VERTICES });
             }
             let vertices = pieces.add(positions, stored);
-            file.read_cells(vertices.len(), |point| vertices[point], &mut assembly)?;
+            file.read_cells(vertices.len(), |point| vertices[point], &mut mesh_builder)?;
         }
         pieces.finish(offsets)
     }
@@ -60,8 +60,8 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
         found: "a file of pieces that are encoded differently or overlap".into(),
         hint: "merge the pieces (in ParaView: Merge Blocks)",
     })?;
-    assembly.orient_prisms(&positions);
-    let mut beside = assembly.passed_over();
+    mesh_builder.orient_prisms(&positions);
+    let mut beside = mesh_builder.passed_over();
     for array in header.pieces.iter().flat_map(|piece| &piece.arrays) {
         let words = format!("the array '{}'", array.name);
         if array.section.ends_with("Data") && !FAMILY_ARRAYS.contains(&&*array.name) && !beside.contains(&words) {
@@ -72,8 +72,8 @@ pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<
         let named = header.names.iter().find(|(number, _)| *number == tag);
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
-    let (mesh, others) = assembly.finish(path, positions, name)?;
-    Ok(Parsed { mesh, others, document: Document::of_file(NAME, extension, bytes, coordinates, beside) })
+    let (mesh, others) = mesh_builder.finish(path, positions, name)?;
+    Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
 /// The points of a poly data file, and those of its lines.
@@ -100,7 +100,7 @@ struct File<'a, 'h> {
 impl<'a, 'h> File<'a, 'h> {
     fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         let lines = self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
-        let place = Place::Line(self.path.into(), lines + 1);
+        let place = Location::Line(self.path.into(), lines + 1);
         ReadError::Malformed { place, expected: expected.into(), found: found.into() }
     }
 
@@ -164,7 +164,7 @@ impl<'a, 'h> File<'a, 'h> {
         &self,
         n_points: usize,
         numbered: impl Fn(usize) -> u32,
-        assembly: &mut Assembly,
+        mesh_builder: &mut MeshBuilder,
     ) -> Result<(), ReadError> {
         let types = self.integers(self.array("Cells", Some("types"))?)?;
         let corners = self.corners("Cells")?;
@@ -176,7 +176,7 @@ impl<'a, 'h> File<'a, 'h> {
             let expected = format!("{} cell types, as the piece declares", self.piece.n_cells);
             return Err(malformed(expected, types.len().to_string()));
         }
-        cells::assemble(self.path, Table { types, corners }, families, n_points, numbered, malformed, assembly)
+        cells::assemble(self.path, Table { types, corners }, families, n_points, numbered, malformed, mesh_builder)
     }
 
     /// The vertices of the cells or lines of a section.
@@ -243,7 +243,7 @@ impl<'a, 'h> File<'a, 'h> {
             return Err(self.malformed(array.tag, expected, format!("{} coordinates", values.len())));
         }
         let place =
-            || Place::Line(self.path.into(), 1 + self.bytes[..array.tag].iter().filter(|&&b| b == b'\n').count());
+            || Location::Line(self.path.into(), 1 + self.bytes[..array.tag].iter().filter(|&&b| b == b'\n').count());
         let (triples, _) = values.as_chunks::<3>();
         for (vertex, &position) in triples.iter().enumerate() {
             check_finite_at(position, vertex as u64, place)?;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use crate::formats::error::{Place, ReadError};
+use crate::formats::error::{Location, ReadError};
 use crate::formats::scanner::{find_byte, shown};
 
 /// A tag: `<Name key="value">`, `</Name>` or `<Name/>`; or a comment.
@@ -36,8 +36,8 @@ impl<'a> Tags<'a> {
     }
 
     /// `at` in the words of a message.
-    pub fn place(&self, at: usize) -> Place {
-        Place::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
+    pub fn place(&self, at: usize) -> Location {
+        Location::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
     }
 
     pub fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {

@@ -112,18 +112,18 @@ impl Hierarchy {
     }
 
     /// What is worth keeping once a device has the rest.
-    pub fn joined(self) -> Joined {
+    pub fn joined(self) -> AggregateMaps {
         let coarser = self.levels.into_iter().filter_map(|level| level.coarser);
-        Joined { aggregates: coarser.map(|coarser| coarser.aggregates).collect() }
+        AggregateMaps { aggregates: coarser.map(|coarser| coarser.aggregates).collect() }
     }
 }
 
 /// Which vertices of each level are one on the next, finest level first.
-pub struct Joined {
+pub struct AggregateMaps {
     aggregates: Vec<Aggregates>,
 }
 
-impl Joined {
+impl AggregateMaps {
     /// The constraints of all levels one after another, from those of the finest one.
     pub fn constraints(&self, finest: &[Constraint]) -> Vec<Constraint> {
         let mut all = finest.to_vec();

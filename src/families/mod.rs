@@ -5,16 +5,18 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 use thiserror::Error;
 
-use super::{
-    partners::Partners,
-    shape::{self, Kept, Shape},
-};
+mod partners;
+pub mod shape;
+
+pub use partners::{Partners, even};
+
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{FamilyId, TetMesh, csr::Csr, half_edge::Surface},
     profile::ProfileError,
     projection::continuation::ContinuationError,
 };
+use shape::{FamilyShape, ShapeAtVertex};
 
 /// What the conservative springs of a wingtip pull back to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,9 +45,9 @@ pub enum Role {
         /// Where the springs pull to.
         start: TipStart,
     },
-    /// Slides on its original surface.
+    /// SurfaceFreedom on its original surface.
     Carenage,
-    /// Slides in its plane.
+    /// SurfaceFreedom in its plane.
     Plane {
         /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (the largest
         /// distance of a vertex from their centre): each keeps its own distance from it. Without it the family must be flat
@@ -63,7 +65,7 @@ pub enum Role {
 /// Which stage places a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the names are those of the roles")]
-pub enum Owner {
+pub enum PlacedBy {
     Fixed,
     Prescribed,
     Wing,
@@ -74,7 +76,7 @@ pub enum Owner {
     Volume,
 }
 
-impl Owner {
+impl PlacedBy {
     /// The name of the role whose vertices the stage places.
     pub fn name(self) -> &'static str {
         match self {
@@ -95,15 +97,15 @@ impl Role {
     pub const PLANE: Self = Self::Plane { flat: None, partner: None };
 
     /// The stage that places vertices of a family with this role.
-    pub fn owner(self) -> Owner {
+    pub fn placed_by(self) -> PlacedBy {
         match self {
-            Self::Wing => Owner::Wing,
-            Self::TrailingEdge => Owner::TrailingEdge,
-            Self::Wingtip { .. } => Owner::Wingtip,
-            Self::Carenage => Owner::Carenage,
-            Self::Plane { .. } => Owner::Plane,
-            Self::Fixed => Owner::Fixed,
-            Self::Prescribed => Owner::Prescribed,
+            Self::Wing => PlacedBy::Wing,
+            Self::TrailingEdge => PlacedBy::TrailingEdge,
+            Self::Wingtip { .. } => PlacedBy::Wingtip,
+            Self::Carenage => PlacedBy::Carenage,
+            Self::Plane { .. } => PlacedBy::Plane,
+            Self::Fixed => PlacedBy::Fixed,
+            Self::Prescribed => PlacedBy::Prescribed,
         }
     }
 }
@@ -220,10 +222,10 @@ fn advice(least: f64) -> String {
 pub struct Families {
     /// Role of each family `[n_families]`.
     pub roles: Vec<Role>,
-    /// Shape of each carenage and plane family `[n_families]`.
-    pub shapes: Vec<Option<Shape>>,
+    /// FamilyShape of each carenage and plane family `[n_families]`.
+    pub shapes: Vec<Option<FamilyShape>>,
     /// Which stage places each vertex `[n_vertices]`.
-    pub owner: Vec<Owner>,
+    pub placed_by: Vec<PlacedBy>,
     /// The carenage and plane families each vertex touches `[n_vertices]` rows.
     touches: Csr,
     /// How far each vertex of a plane family that is not quite flat lies off it, along the normal, by family.
@@ -238,14 +240,14 @@ impl Families {
     /// # Errors
     /// A plane family is not flat, a hole cannot be closed, or planes that shall be partners do not match.
     pub fn new(mesh: &TetMesh, surface: &Surface, roles: Vec<Role>) -> Result<Self, SetupError> {
-        let mut owner = vec![Owner::Volume; mesh.vertices.len()];
+        let mut placed_by = vec![PlacedBy::Volume; mesh.vertices.len()];
         let mut touching = Vec::new();
         let mut shapes = Vec::with_capacity(roles.len());
         for (index, role) in roles.iter().enumerate() {
             let family = FamilyId(index as u16);
             let vertices = surface.vertices_of(family);
             for &vertex in vertices {
-                owner[vertex as usize] = owner[vertex as usize].min(role.owner());
+                placed_by[vertex as usize] = placed_by[vertex as usize].min(role.placed_by());
             }
             shapes.push(match role {
                 Role::Plane { flat, .. } => Some(shape::fit_plane(mesh, surface, family, *flat)?),
@@ -257,22 +259,22 @@ impl Families {
             }
         }
         let touches = Csr::from_pairs(mesh.vertices.len(), touching.iter().copied());
-        let partners = Partners::new(mesh, surface, &roles, &mut shapes, &owner)?;
+        let partners = Partners::new(mesh, surface, &roles, &mut shapes, &placed_by)?;
         let mut offsets = BTreeMap::new();
         for (index, (role, shape)) in roles.iter().zip(&shapes).enumerate() {
-            if let (Role::Plane { flat: Some(_), .. }, Some(Shape::Plane(point, normal))) = (role, shape) {
+            if let (Role::Plane { flat: Some(_), .. }, Some(FamilyShape::Plane(point, normal))) = (role, shape) {
                 let family = FamilyId(index as u16);
                 let offset = |&vertex: &u32| (vertex, normal.dot(mesh.vertices[vertex as usize] - *point));
                 offsets.insert(family, surface.vertices_of(family).iter().map(offset).collect());
             }
         }
-        Ok(Self { roles, shapes, owner, touches, offsets, partners })
+        Ok(Self { roles, shapes, placed_by, touches, offsets, partners })
     }
 
     /// The families with a role that this stage places, in order.
-    pub fn placed_by(&self, owner: Owner) -> impl Iterator<Item = FamilyId> + '_ {
+    pub fn families_of(&self, placed_by: PlacedBy) -> impl Iterator<Item = FamilyId> + '_ {
         (0..self.roles.len())
-            .filter(move |&index| self.roles[index].owner() == owner)
+            .filter(move |&index| self.roles[index].placed_by() == placed_by)
             .map(|index| FamilyId(index as u16))
     }
 
@@ -284,25 +286,25 @@ impl Families {
     }
 
     /// The shapes a vertex must stay on: of the carenages and planes it touches.
-    pub fn shapes_at(&self, vertex: u32) -> impl Iterator<Item = Kept<'_>> + '_ {
+    pub fn shapes_at(&self, vertex: u32) -> impl Iterator<Item = ShapeAtVertex<'_>> + '_ {
         self.touches.row(vertex as usize).iter().filter_map(move |&family| self.kept(FamilyId(family as u16), vertex))
     }
 
     /// The first family that places a vertex.
     pub fn holder(&self, surface: &Surface, vertex: u32) -> Option<FamilyId> {
-        let owner = self.owner[vertex as usize];
-        self.placed_by(owner).find(|&family| surface.vertices_of(family).binary_search(&vertex).is_ok())
+        let placed_by = self.placed_by[vertex as usize];
+        self.families_of(placed_by).find(|&family| surface.vertices_of(family).binary_search(&vertex).is_ok())
     }
 
     /// Whether a vertex must stay on the surface of a carenage.
     pub fn touches_surface(&self, vertex: u32) -> bool {
-        self.shapes_at(vertex).any(|kept| matches!(kept.shape, Shape::Surface(_)))
+        self.shapes_at(vertex).any(|kept| matches!(kept.shape, FamilyShape::Surface(_)))
     }
 
     /// The shape of a carenage or plane family as one of its vertices keeps to it.
-    pub fn kept(&self, family: FamilyId, vertex: u32) -> Option<Kept<'_>> {
+    pub fn kept(&self, family: FamilyId, vertex: u32) -> Option<ShapeAtVertex<'_>> {
         let offset = self.offsets.get(&family).and_then(|of| of.get(&vertex)).copied().unwrap_or(0.0);
-        Some(Kept { shape: self.shapes[family.index()].as_ref()?, offset })
+        Some(ShapeAtVertex { shape: self.shapes[family.index()].as_ref()?, offset })
     }
 
     /// What the plane families a vertex touches leave it to do.
@@ -310,8 +312,8 @@ impl Families {
         let normals: Vec<DVec3> = self
             .shapes_at(vertex)
             .filter_map(|kept| match kept.shape {
-                Shape::Plane(_, normal) => Some(*normal),
-                Shape::Surface(_) => None,
+                FamilyShape::Plane(_, normal) => Some(*normal),
+                FamilyShape::Surface(_) => None,
             })
             .collect();
         let Some((&first, rest)) = normals.split_first() else { return Constraint::Free };
@@ -336,7 +338,7 @@ impl Families {
 
     /// The place on all shapes a vertex must stay on, reached along a direction where one shape allows it.
     pub fn settle_along(&self, vertex: u32, at: DVec3, direction: Option<DVec3>) -> DVec3 {
-        let shapes: Vec<Kept> = self.shapes_at(vertex).collect();
+        let shapes: Vec<ShapeAtVertex> = self.shapes_at(vertex).collect();
         match (&shapes[..], direction) {
             ([], _) => at,
             ([shape], Some(direction)) => shape.along(at, direction),

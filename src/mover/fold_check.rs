@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use crate::{
+    families::{Families, PlacedBy},
     mesh::{FamilyId, TetMesh, half_edge::Surface},
-    quality::faults::Creases,
-    stages::{Families, Owner},
+    quality::faults::EdgeAngles,
 };
 
 /// What has been found wrong with the surfaces of one update.
-pub(super) struct Judge<'a> {
+pub(super) struct FoldCheck<'a> {
     mesh: &'a TetMesh,
     surface: &'a Surface,
-    creases: &'a Creases,
+    edge_angles: &'a EdgeAngles,
     families: &'a Families,
     /// Where the surface's vertices were when it was last looked at, in its order.
     last: Vec<DVec3>,
@@ -24,18 +24,23 @@ pub(super) struct Judge<'a> {
     pub(super) folds: Vec<(&'static str, usize)>,
 }
 
-impl<'a> Judge<'a> {
-    /// Nothing is wrong with the undeformed surfaces, `creases` theirs.
-    pub(super) fn new(mesh: &'a TetMesh, surface: &'a Surface, creases: &'a Creases, families: &'a Families) -> Self {
+impl<'a> FoldCheck<'a> {
+    /// Nothing is wrong with the undeformed surfaces, `edge_angles` theirs.
+    pub(super) fn new(
+        mesh: &'a TetMesh,
+        surface: &'a Surface,
+        edge_angles: &'a EdgeAngles,
+        families: &'a Families,
+    ) -> Self {
         let last = surface.vertices().iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
-        Self { mesh, surface, creases, families, last, folded: BTreeMap::new(), folds: Vec::new() }
+        Self { mesh, surface, edge_angles, families, last, folded: BTreeMap::new(), folds: Vec::new() }
     }
 
     /// Looks at the surfaces after a stage.
     ///
     /// - `placed`: the families it and those before it place, by the last of their owners
     /// - `here` `[n_vertices]`: where the stage puts the vertices
-    pub(super) fn judge(&mut self, stage: &'static str, placed: Owner, here: &[DVec3]) {
+    pub(super) fn fold_check(&mut self, stage: &'static str, placed: PlacedBy, here: &[DVec3]) {
         let surface = self.surface;
         let mut moves = false;
         for (last, &vertex) in self.last.iter_mut().zip(surface.vertices()) {
@@ -44,11 +49,11 @@ impl<'a> Judge<'a> {
         }
         if moves {
             self.folded.clear();
-            for triangle in self.creases.folded(&self.mesh.vertices, here, &surface.triangles, &surface.opposite) {
+            for triangle in self.edge_angles.folded(&self.mesh.vertices, here, &surface.triangles, &surface.opposite) {
                 *self.folded.entry(surface.family[triangle as usize]).or_default() += 1;
             }
         }
-        let is_placed = |family: &FamilyId| self.families.roles[family.index()].owner() <= placed;
+        let is_placed = |family: &FamilyId| self.families.roles[family.index()].placed_by() <= placed;
         let count: usize = self.folded.iter().filter(|(family, _)| is_placed(family)).map(|(_, count)| count).sum();
         if count > 0 {
             self.folds.push((stage, count));

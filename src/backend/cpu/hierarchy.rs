@@ -9,10 +9,10 @@ use std::mem;
 use glam::DVec3;
 
 use super::chunks::{in_chunks, in_chunks_with};
-use super::cpu_levels::{self, Level, cycle, cycle_from_zero};
-use super::packed::Packed;
-use super::vectors::Vectors;
-use super::{BackendError, Constraint, DeviceNetwork, LevelData, Measure, Sweep};
+use super::levels::{self, Level, cycle, cycle_from_zero};
+use crate::backend::packed::Packed;
+use crate::backend::vectors::Vectors;
+use crate::backend::{BackendError, Constraint, DeviceNetwork, LevelData, Measure, Sweep};
 use crate::kernels::constraint::project;
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::row::residual;
@@ -30,7 +30,7 @@ pub(super) struct SingleHierarchy {
 
 impl SingleHierarchy {
     pub(super) fn new(levels: &[LevelData]) -> Self {
-        let levels = cpu_levels::levels(levels);
+        let levels = levels::levels(levels);
         let n_vertices = levels[0].e.len();
         let zero = || Vectors::zero(n_vertices);
         Self { levels, start: zero(), previous: zero(), largest: vec![0.0; n_vertices.div_ceil(BLOCK)] }
@@ -39,7 +39,7 @@ impl SingleHierarchy {
 
 impl DeviceNetwork for SingleHierarchy {
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
-        cpu_levels::constrain(&mut self.levels, constraint);
+        levels::constrain(&mut self.levels, constraint);
         Ok(())
     }
 
@@ -96,7 +96,7 @@ impl DoubleHierarchy {
         let n_vertices = finest.n_vertices();
         let zero = || Vectors::zero(n_vertices);
         Self {
-            levels: cpu_levels::levels(levels),
+            levels: levels::levels(levels),
             e: zero(),
             previous: zero(),
             is_zero: true,
@@ -145,7 +145,7 @@ impl DoubleHierarchy {
 impl DeviceNetwork for DoubleHierarchy {
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
         self.finest.constrain(&constraint[..self.e.len()]);
-        cpu_levels::constrain(&mut self.levels, constraint);
+        levels::constrain(&mut self.levels, constraint);
         Ok(())
     }
 

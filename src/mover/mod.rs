@@ -4,10 +4,10 @@
 //! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
 //! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
 //!
-//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
+//! VolumeResult, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
 
+mod fold_check;
 mod held_back;
-mod judge;
 pub mod prescribed;
 mod reports;
 mod warnings;
@@ -17,29 +17,28 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use glam::DVec3;
 use thiserror::Error;
 
+use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
-use judge::Judge;
 pub use warnings::Warning;
 
 use crate::{
     backend::{Backend, BackendError, MemoryError, check_memory},
+    families::{Families, PlacedBy, Role, SetupError},
+    mesh::Displacement,
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
     profile::{Closeness, Missed, Profile, ProfileError},
     projection::crossing::Crossings,
-    quality::{self, Statistics, faults::Creases},
-    relaxation::{Accuracy, Method},
+    quality::{self, Statistics, faults::EdgeAngles},
+    relaxation::{Method, Stopping},
     report::{FamilyReport, Path, ProfileReport, Solver, Stage, StageName},
-    smoothing::{Smoothed, Target},
+    smoothing::{QualityTarget, Smoothed},
     springs::Springs,
+    stage::SetUp,
     stages::{
-        Families, Motion, Owner, Role, SetUp, SetupError, Start, WingProfiles,
-        carenage::Carenages,
-        interior::{Inside, InsideError, Interior, displaced},
-        lattice::Lattice,
-        planes::Planes,
-        trailing_edge::TrailingEdges,
-        wing::Wings,
-        wingtip::Wingtips,
+        WingProfiles, carenage::Carenages, planes::Planes, trailing_edge::TrailingEdges, wing::Wings, wingtip::Wingtips,
+    },
+    volume::{
+        EdgeGraph, Start, {VolumeError, VolumeResult, VolumeStage, displaced},
     },
 };
 
@@ -55,9 +54,9 @@ pub struct Settings {
     /// How networks are relaxed.
     pub method: Method,
     /// How far networks are relaxed.
-    pub accuracy: Accuracy,
+    pub stopping: Stopping,
     /// What local optimisation aims at; none is done without.
-    pub quality: Option<Target>,
+    pub quality: Option<QualityTarget>,
     /// Most steps of an update, the jump that is tried first and those given up included; 1 is the jump alone.
     pub max_steps: usize,
 }
@@ -77,7 +76,7 @@ pub struct Outcome {
     /// The moved vertices `[n_vertices]`.
     pub vertices: Vec<DVec3>,
     /// Their displacement from the original mesh `[n_vertices]`.
-    pub displacement: Motion,
+    pub displacement: Displacement,
     /// Quality at the four stages of the paper's Table 1.
     pub stages: Vec<Stage>,
     /// Beta of each tet of the original mesh `[n_tets]`.
@@ -103,7 +102,7 @@ pub struct Outcome {
     /// Stages after which a triangle of a family placed so far was folded, with their number.
     pub folds: Vec<(&'static str, usize)>,
     /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the largest distance.
-    pub strayed: BTreeMap<String, f64>,
+    pub off_surface: BTreeMap<String, f64>,
     /// Periodic planes whose partners are apart by more than rounding, by name, with the largest distance.
     pub parted: BTreeMap<String, f64>,
     /// Vertices that the design moves and fixed or prescribed families hold.
@@ -118,7 +117,7 @@ pub struct Outcome {
     pub missed: BTreeMap<String, Missed>,
     /// Triangles of the mesh that the moved surface passes through, and did not before, ascending. Where there are any, the
     /// mesh overlaps itself even if no tet is inverted.
-    pub pierced: Vec<u32>,
+    pub self_intersecting: Vec<u32>,
     /// What a user should know of, although the mesh is valid.
     pub warnings: Vec<Warning>,
 }
@@ -129,8 +128,8 @@ impl Outcome {
     /// back by more than its shortest edge.
     pub fn is_valid(&self) -> bool {
         self.inverted == 0
-            && self.pierced.is_empty()
-            && self.strayed.is_empty()
+            && self.self_intersecting.is_empty()
+            && self.off_surface.is_empty()
             && self.missed.is_empty()
             && self.parted.is_empty()
             && self.held_back.iter().all(|held| held.beyond.is_none())
@@ -193,17 +192,17 @@ pub enum MoveError {
     },
     /// There is no memory to lead the inside to the design in steps.
     #[error(transparent)]
-    Inside(InsideError),
+    VolumeResult(VolumeError),
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
 }
 
-impl From<InsideError> for MoveError {
-    fn from(error: InsideError) -> Self {
+impl From<VolumeError> for MoveError {
+    fn from(error: VolumeError) -> Self {
         match error {
-            InsideError::Backend(error) => error.into(),
-            error => Self::Inside(error),
+            VolumeError::Backend(error) => error.into(),
+            error => Self::VolumeResult(error),
         }
     }
 }
@@ -217,10 +216,10 @@ pub struct Mover {
     /// The mesh in that order, as everything below.
     ordered: TetMesh,
     surface: Surface,
-    creases: Creases,
+    edge_angles: EdgeAngles,
     crossings: Crossings,
     families: Families,
-    accuracy: Accuracy,
+    stopping: Stopping,
     method: Method,
     backend: Arc<dyn Backend>,
     original_beta: Vec<f64>,
@@ -231,7 +230,7 @@ pub struct Mover {
     wingtips: Wingtips,
     carenages: Carenages,
     planes: Planes,
-    interior: Interior,
+    interior: VolumeStage,
 }
 
 /// Greatest share of the chord by which a wing's vertices may miss their new profiles.
@@ -258,10 +257,10 @@ impl Mover {
         mesh::check(&mesh)?;
         let order = Order::breadth_first(&mesh);
         let ordered = order.of(&mesh);
-        let (topology, lattice) = rayon::join(|| Topology::new(&ordered), || Lattice::new(&ordered));
+        let (topology, edge_graph) = rayon::join(|| Topology::new(&ordered), || EdgeGraph::new(&ordered));
         // Errors name what stands in the mesh that was given.
         let Topology { surface, .. } = topology.or_else(|error| Topology::new(&mesh).and(Err(error)))?;
-        let Settings { roles, wings, springs, method, accuracy, quality, max_steps } = settings;
+        let Settings { roles, wings, springs, method, stopping, quality, max_steps } = settings;
         observer("families");
         let families = Families::new(&ordered, &surface, roles)?;
         let set_up = SetUp {
@@ -270,7 +269,7 @@ impl Mover {
             families: &families,
             backend: backend.as_ref(),
             method,
-            accuracy,
+            stopping,
         };
         observer("profiles");
         let wing_families = wings.iter().map(|wing| (wing.name.clone(), wing.families.clone())).collect();
@@ -280,16 +279,17 @@ impl Mover {
         let lowest = Statistics::new(&original_beta).min;
         let shaped = wings.beside_sections();
         let of_surfaces = || {
-            let creases = Creases::new(&ordered.vertices, &surface.triangles, &surface.opposite);
+            let edge_angles = EdgeAngles::new(&ordered.vertices, &surface.triangles, &surface.opposite);
             let crossings = Crossings::new(&ordered.vertices, &surface.triangles);
             let trailing_edges = TrailingEdges::new(&set_up)?;
             let wingtips = Wingtips::new(&set_up)?;
             let carenages = Carenages::new(&set_up)?;
-            Ok::<_, SetupError>((creases, crossings, trailing_edges, wingtips, carenages, Planes::new(&set_up)?))
+            Ok::<_, SetupError>((edge_angles, crossings, trailing_edges, wingtips, carenages, Planes::new(&set_up)?))
         };
-        let (of_surfaces, interior) =
-            rayon::join(of_surfaces, || Interior::new(&set_up, lattice, springs, quality, lowest, max_steps, &shaped));
-        let (creases, crossings, trailing_edges, wingtips, carenages, planes) = of_surfaces?;
+        let (of_surfaces, interior) = rayon::join(of_surfaces, || {
+            VolumeStage::new(&set_up, edge_graph, springs, quality, lowest, max_steps, &shaped)
+        });
+        let (edge_angles, crossings, trailing_edges, wingtips, carenages, planes) = of_surfaces?;
         let interior = interior?;
         let family_vertices = |family| {
             let mut vertices: Vec<u32> =
@@ -303,10 +303,10 @@ impl Mover {
             order,
             ordered,
             surface,
-            creases,
+            edge_angles,
             crossings,
             families,
-            accuracy,
+            stopping,
             method,
             backend,
             original_beta,
@@ -358,7 +358,7 @@ impl Mover {
         &mut self,
         design: &Design,
         observer: &dyn Fn(&str),
-        amend: &mut dyn FnMut(&str, &mut Motion),
+        amend: &mut dyn FnMut(&str, &mut Displacement),
     ) -> Result<Outcome, MoveError> {
         self.run(design, observer, Some(amend))
     }
@@ -369,59 +369,59 @@ impl Mover {
         observer: &dyn Fn(&str),
         mut amend: Option<&mut Amend>,
     ) -> Result<Outcome, MoveError> {
-        let Self { ordered: mesh, order, surface, creases, families, accuracy, .. } = self;
+        let Self { ordered: mesh, order, surface, edge_angles, families, stopping, .. } = self;
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
-        let mut judge = Judge::new(mesh, surface, creases, families);
-        let mut end = |stage: &'static str, last: Owner, motion: &mut Motion| {
-            if last < Owner::Volume {
-                families.partners.even(families, motion);
+        let mut fold_check = FoldCheck::new(mesh, surface, edge_angles, families);
+        let mut end = |stage: &'static str, last: PlacedBy, displacement: &mut Displacement| {
+            if last < PlacedBy::Volume {
+                families.partners.even(families, displacement);
             }
             if let Some(amend) = &mut amend {
-                let mut given = order.of_vertices(motion);
+                let mut given = order.of_vertices(displacement);
                 amend(stage, &mut given);
-                *motion = order.to_vertices(&given);
+                *displacement = order.to_vertices(&given);
             }
-            let here = displaced(&mesh.vertices, motion);
-            judge.judge(stage, last, &here);
+            let here = displaced(&mesh.vertices, displacement);
+            fold_check.fold_check(stage, last, &here);
             here
         };
         watch.record(StageName::Original, &self.original_beta);
 
         observer("wing");
-        let mut motion: Motion = vec![DVec3::ZERO; mesh.vertices.len()];
+        let mut displacement: Displacement = vec![DVec3::ZERO; mesh.vertices.len()];
         let mut wanted = Vec::new();
-        prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut motion, &mut wanted)?;
+        prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut displacement, &mut wanted)?;
         let of_wings = self
             .wings
-            .interpolate(families, &design.profiles, &mut motion, &mut wanted)
+            .interpolate(families, &design.profiles, &mut displacement, &mut wanted)
             .map_err(|(family, error)| MoveError::Profiles { family, error })?;
-        let deformed = displaced(&mesh.vertices, &motion);
+        let deformed = displaced(&mesh.vertices, &displacement);
         let deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
 
-        let junction = self.wings.join(mesh, families, &of_wings, &mut motion, accuracy)?;
-        end("wing", Owner::Wing, &mut motion);
+        let junction = self.wings.join(mesh, families, &of_wings, &mut displacement, stopping)?;
+        end("wing", PlacedBy::Wing, &mut displacement);
         observer("trailing edge");
-        let trailing_edge = self.trailing_edges.run(mesh, families, &mut motion, accuracy)?;
-        end("trailing edge", Owner::TrailingEdge, &mut motion);
+        let trailing_edge = self.trailing_edges.run(mesh, families, &mut displacement, stopping)?;
+        end("trailing edge", PlacedBy::TrailingEdge, &mut displacement);
         observer("wingtip");
-        let wingtip = self.wingtips.run(mesh, families, &mut motion, accuracy)?;
-        end("wingtip", Owner::Wingtip, &mut motion);
+        let wingtip = self.wingtips.run(mesh, families, &mut displacement, stopping)?;
+        end("wingtip", PlacedBy::Wingtip, &mut displacement);
         observer("carenage");
-        let carenage = self.carenages.run(mesh, families, &mut motion, accuracy)?;
-        end("carenage", Owner::Carenage, &mut motion);
+        let carenage = self.carenages.run(mesh, families, &mut displacement, stopping)?;
+        end("carenage", PlacedBy::Carenage, &mut displacement);
         observer("planes");
-        let planes = self.planes.run(&mut motion, accuracy)?;
-        let corrected = end("planes", Owner::Plane, &mut motion);
+        let planes = self.planes.run(&mut displacement, stopping)?;
+        let corrected = end("planes", PlacedBy::Plane, &mut displacement);
         let corrected_beta = quality::betas_after(deformed_beta, &deformed, &corrected, &mesh.tets);
         watch.record(StageName::Corrected, &corrected_beta);
 
         observer("volume");
         let set_up =
-            SetUp { mesh, surface, families, backend: self.backend.as_ref(), method: self.method, accuracy: *accuracy };
-        let Inside { vertices, beta, convergence: volume, path, smoothed } =
-            self.interior.run(&set_up, &mut self.crossings, &mut motion, accuracy, observer)?;
-        let amended = end("volume", Owner::Volume, &mut motion);
+            SetUp { mesh, surface, families, backend: self.backend.as_ref(), method: self.method, stopping: *stopping };
+        let VolumeResult { vertices, beta, convergence: volume, path, smoothed } =
+            self.interior.run(&set_up, &mut self.crossings, &mut displacement, stopping, observer)?;
+        let amended = end("volume", PlacedBy::Volume, &mut displacement);
         let beta = quality::betas_after(beta, &vertices, &amended, &mesh.tets);
         let vertices = amended;
         let inverted = watch.record(StageName::Final, &beta).inverted;
@@ -436,16 +436,16 @@ impl Mover {
         ];
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
-        let Judge { folds, folded, .. } = judge;
+        let FoldCheck { folds, folded, .. } = fold_check;
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
-        let pierced = self.crossings.pierced_anew(&self.ordered.vertices, &vertices);
+        let self_intersecting = self.crossings.newly_self_intersecting(&self.ordered.vertices, &vertices);
         // Where the vertices are in the end: those that are held have been there since the wing's stage.
-        let held_back = self.held_back(&wanted, &motion);
-        let families = self.family_reports(&vertices, &folded, &pierced, &held_back);
+        let held_back = self.held_back(&wanted, &displacement);
+        let families = self.family_reports(&vertices, &folded, &self_intersecting, &held_back);
         let missed = self.wings.missed(&of_wings, &vertices);
         Ok(Outcome {
-            strayed: self.strayed(&families),
+            off_surface: self.off_surface(&families),
             parted: self.parted(&families),
             warnings: self.warnings(&vertices, &held_back, design, &missed),
             held_back,
@@ -462,17 +462,17 @@ impl Mover {
             inverted,
             folds,
             folded,
-            pierced: self.surface.in_mesh(&pierced),
+            self_intersecting: self.surface.in_mesh(&self_intersecting),
             path,
             smoothed,
-            displacement: self.order.of_vertices(&motion),
+            displacement: self.order.of_vertices(&displacement),
             vertices: self.order.of_vertices(&vertices),
         })
     }
 }
 
 /// A say in the displacement after a stage, of which it gets the name.
-type Amend<'a> = dyn FnMut(&str, &mut Motion) + 'a;
+type Amend<'a> = dyn FnMut(&str, &mut Displacement) + 'a;
 
 struct StageWatch {
     last: Instant,

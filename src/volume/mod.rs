@@ -1,7 +1,7 @@
 //! Everything inside, once the surfaces have moved: springs, a path of steps where one jump is too far, local optimisation.
 //!
 //! One jump from the undeformed mesh is tried first, and is enough for what designs usually ask. Where it inverts tets in a few
-//! places, they are repaired there. Where they cannot be, the surfaces are led to their places in steps (see [`super::route`]). A step
+//! places, they are repaired there. Where they cannot be, the surfaces are led to their places in steps (see [`route`]). A step
 //! starts from the mesh the one before left: the springs' stiffness and rest edges are those of that mesh. A step that inverts a
 //! tet beyond repair is made half as long, with the same springs; after one that goes well the next is twice as long. On the
 //! way only the inside is optimised, and only when tets get bad; in the end the whole mesh is. All steps follow from the design
@@ -18,22 +18,30 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use thiserror::Error;
 
-use super::{
-    Motion, SetUp, Start,
-    lattice::Lattice,
-    route::{Bodies, Route},
-    sliding::Slides,
-    volume::Volume,
-};
+pub mod edges;
+pub mod rotation;
+pub mod route;
+pub mod sliding;
+pub mod springs;
+pub mod start;
+
+pub use edges::EdgeGraph;
+pub use start::Start;
+
+use route::{Bodies, Route};
+use sliding::SurfaceFreedom;
+use springs::VolumeNetwork;
+
 use crate::{
     backend::{BackendError, Constraint, MemoryError, check_memory},
-    mesh::TetMesh,
+    mesh::{Displacement, TetMesh},
     projection::crossing::Crossings,
     quality::{self, Statistics, faults},
-    relaxation::{Accuracy, Convergence, Method},
+    relaxation::{Convergence, Method, Stopping},
     report::Path,
-    smoothing::{Goal, Smoothed, Smoother, Target, moved},
+    smoothing::{Goal, QualityTarget, Smoothed, Smoother, moved},
     springs::Springs,
+    stage::SetUp,
 };
 
 /// With the original shapes as target, the share of the original mesh's smallest beta that is good enough. Springs alone
@@ -68,14 +76,14 @@ const LOCAL: f64 = 1e-3;
 /// Most sweeps of a repair on the way.
 const REPAIR_SWEEPS: usize = 100;
 
-/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the lattice and the networks
+/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the edge_graph and the networks
 /// of a step; 345 to 363 in meshes of 0.1 to 6.5 million tets.
 const PATH_BYTES: u64 = 380;
 
 /// The inside of a mesh, set up once per mesh.
-pub struct Interior {
+pub struct VolumeStage {
     /// None after a path of steps, whose networks had its place in the memory; the next design sets it up anew.
-    volume: Option<Volume>,
+    volume: Option<VolumeNetwork>,
     constraint: Vec<Constraint>,
     method: Method,
     start: Start,
@@ -95,7 +103,7 @@ struct Stepping {
 
 struct Smoothing {
     smoother: Smoother,
-    slides: Slides,
+    freedom_of_surfaces: SurfaceFreedom,
     /// The smallest beta to reach.
     goal: f64,
     /// The smallest beta that is left alone.
@@ -104,7 +112,7 @@ struct Smoothing {
 
 /// Why the inside could not be moved.
 #[derive(Debug, Error)]
-pub enum InsideError {
+pub enum VolumeError {
     /// One jump inverts tets, and there is no memory for a path of steps.
     #[error("{n_tets} tets, moved in steps as one jump inverts some: {error}")]
     Memory {
@@ -120,7 +128,7 @@ pub enum InsideError {
 
 /// How the inside was moved.
 #[derive(Clone, Debug)]
-pub struct Inside {
+pub struct VolumeResult {
     /// The moved vertices `[n_vertices]`.
     pub vertices: Vec<DVec3>,
     /// Beta of each tet `[n_tets]`.
@@ -134,14 +142,14 @@ pub struct Inside {
 }
 
 /// A mesh on the way.
-struct State {
+struct MovedMesh {
     vertices: Vec<DVec3>,
     beta: Vec<f64>,
     worst: f64,
     inverted: usize,
 }
 
-impl State {
+impl MovedMesh {
     fn new(vertices: Vec<DVec3>, tets: &[[u32; 4]]) -> Self {
         let beta = quality::betas(&vertices, tets);
         Self::of(vertices, beta)
@@ -160,28 +168,28 @@ impl State {
 
 impl Smoothing {
     /// Optimises a mesh whose surfaces are in their places, on which vertices may slide.
-    fn run(&mut self, set_up: &SetUp, state: &State) -> Result<(State, Smoothed), BackendError> {
-        let Self { smoother, slides, goal, .. } = self;
-        let sliding = slides.on(set_up.mesh, set_up.surface, set_up.families, &state.vertices);
+    fn run(&mut self, set_up: &SetUp, state: &MovedMesh) -> Result<(MovedMesh, Smoothed), BackendError> {
+        let Self { smoother, freedom_of_surfaces, goal, .. } = self;
+        let sliding = freedom_of_surfaces.on(set_up.mesh, set_up.surface, set_up.families, &state.vertices);
         let goal = Goal { beta: *goal, max_sweeps: MOST_SWEEPS };
         let (mut vertices, mut beta) = (state.vertices.clone(), state.beta.clone());
         let smoothed = smoother.run(&mut vertices, &mut beta, &goal, Some(&sliding))?;
-        Ok((State::of(vertices, beta), smoothed))
+        Ok((MovedMesh::of(vertices, beta), smoothed))
     }
 
     /// Repairs the inside of a mesh on the way, up to this beta.
-    fn repair(&mut self, state: State, enough: f64) -> Result<State, BackendError> {
-        let State { mut vertices, mut beta, .. } = state;
+    fn repair(&mut self, state: MovedMesh, enough: f64) -> Result<MovedMesh, BackendError> {
+        let MovedMesh { mut vertices, mut beta, .. } = state;
         let goal = Goal { beta: enough, max_sweeps: REPAIR_SWEEPS };
         self.smoother.run(&mut vertices, &mut beta, &goal, None)?;
-        Ok(State::of(vertices, beta))
+        Ok(MovedMesh::of(vertices, beta))
     }
 }
 
-impl Interior {
+impl VolumeStage {
     /// Sets springs and optimisation up.
     ///
-    /// - `lattice`: the mesh's
+    /// - `edge_graph`: the mesh's
     /// - `lowest`: the undeformed mesh's smallest beta
     /// - `max_steps`: how many steps an update may try, the jump among them
     ///
@@ -189,31 +197,32 @@ impl Interior {
     /// The backend failed or the mesh does not fit.
     pub fn new(
         set_up: &SetUp,
-        lattice: Lattice,
+        edge_graph: EdgeGraph,
         springs: &'static Springs,
-        quality: Option<Target>,
+        quality: Option<QualityTarget>,
         lowest: f64,
         max_steps: usize,
         shaped: &[u32],
     ) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, .. } = *set_up;
-        let volume = Volume::last(set_up, lattice, springs)?;
+        let volume = VolumeNetwork::last(set_up, edge_graph, springs)?;
         let constraint = volume.constraint().to_vec();
         let smoothing = match quality {
             None => None,
             Some(target) => {
-                let slides = Slides::new(mesh, surface, families, shaped);
+                let freedom_of_surfaces = SurfaceFreedom::new(mesh, surface, families, shaped);
                 // Alone, one of two partners would leave the other.
                 let may = |(vertex, may): (u32, &Constraint)| {
                     if families.partners.is_tied(vertex) { Constraint::Held } else { *may }
                 };
                 let may: Vec<Constraint> = (0..).zip(&constraint).map(may).collect();
-                let smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, &may, &slides.vertices(), target);
+                let smoother =
+                    Smoother::new(backend, &mesh.tets, &mesh.vertices, &may, &freedom_of_surfaces.vertices(), target);
                 let (enough, goal) = match target {
-                    Target::Original => (ENOUGH * lowest, lowest),
-                    Target::Improve => (IMPROVED * lowest, IMPROVED * lowest),
+                    QualityTarget::Original => (ENOUGH * lowest, lowest),
+                    QualityTarget::Improve => (IMPROVED * lowest, IMPROVED * lowest),
                 };
-                Some(Smoothing { smoother, slides, goal, enough })
+                Some(Smoothing { smoother, freedom_of_surfaces, goal, enough })
             }
         };
         let stepping = Stepping { springs, lowest, max_steps };
@@ -237,7 +246,7 @@ impl Interior {
     /// Moves the inside after the surfaces.
     ///
     /// - `crossings`: of the surfaces
-    /// - `motion` `[n_vertices]`: the displacement of the surfaces; becomes that of all vertices
+    /// - `displacement` `[n_vertices]`: the displacement of the surfaces; becomes that of all vertices
     ///
     /// # Errors
     /// The backend failed, or there is no memory for a path of steps that the design needs.
@@ -245,25 +254,26 @@ impl Interior {
         &mut self,
         set_up: &SetUp,
         crossings: &mut Crossings,
-        motion: &mut Motion,
-        accuracy: &Accuracy,
+        displacement: &mut Displacement,
+        stopping: &Stopping,
         observer: &dyn Fn(&str),
-    ) -> Result<Inside, InsideError> {
+    ) -> Result<VolumeResult, VolumeError> {
         let mesh = set_up.mesh;
-        let surfaces = motion.clone();
+        let surfaces = displacement.clone();
         let volume = match &mut self.volume {
             Some(volume) => volume,
             none => {
-                let mut volume = Volume::last(set_up, Lattice::new(mesh), self.stepping.springs)?;
+                let mut volume = VolumeNetwork::last(set_up, EdgeGraph::new(mesh), self.stepping.springs)?;
                 volume.start_from(self.start);
                 none.insert(volume)
             }
         };
-        let mut convergence = volume.run(&mesh.vertices, motion, accuracy)?;
-        let mut state = State::new(displaced(&mesh.vertices, motion), &mesh.tets);
+        let mut convergence = volume.run(&mesh.vertices, displacement, stopping)?;
+        let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
         // No volume fits surfaces that pass through each other.
-        let mut stuck = state.inverted > 0 && !crossings.pierced_anew(&mesh.vertices, &state.vertices).is_empty();
+        let mut stuck =
+            state.inverted > 0 && !crossings.newly_self_intersecting(&mesh.vertices, &state.vertices).is_empty();
         // A relaxation that diverged left no place to go to.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
         let mut smoothed = None;
@@ -277,7 +287,7 @@ impl Interior {
             if !repaired.as_ref().is_some_and(|(state, _)| self.stepping.is_good(state)) {
                 let route = self.bodies.route(mesh, set_up.families, &surfaces);
                 let (stepping, volume) = (self.stepping, self.volume.take());
-                let followed = stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, accuracy, observer)?;
+                let followed = stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, stopping, observer)?;
                 convergence = convergence.and(followed.convergence);
                 path = followed.path;
                 stuck = path.reached < 1.0;
@@ -298,7 +308,7 @@ impl Interior {
             let (better, by) = smoothing.run(set_up, &state)?;
             (state, smoothed) = (better, Some(by));
         }
-        for ((displacement, from), to) in motion.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
+        for ((displacement, from), to) in displacement.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
             // What the springs or the surfaces gave keeps its bits.
             if moved(*from, *displacement) != *to {
                 *displacement = *to - *from;
@@ -307,11 +317,11 @@ impl Interior {
         if state.inverted == 0 {
             path.reached = 1.0;
         }
-        Ok(Inside { vertices: state.vertices, beta: state.beta, convergence, path, smoothed })
+        Ok(VolumeResult { vertices: state.vertices, beta: state.beta, convergence, path, smoothed })
     }
 
     /// Whether a tet is inverted by its surface vertices alone: no path would help it.
-    fn surfaces_invert(&self, state: &State, mesh: &TetMesh) -> bool {
+    fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh) -> bool {
         let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
         mesh.tets.iter().zip(&state.beta).any(|(tet, &beta)| faults::is_inverted(beta) && tet.iter().all(held))
     }
@@ -322,18 +332,18 @@ impl Stepping {
     /// repaired where they are.
     fn repair_last(
         &self,
-        state: &State,
+        state: &MovedMesh,
         smoothing: Option<&mut Smoothing>,
         set_up: &SetUp,
         observer: &dyn Fn(&str),
-    ) -> Result<Option<(State, Smoothed)>, BackendError> {
+    ) -> Result<Option<(MovedMesh, Smoothed)>, BackendError> {
         let Some(smoothing) = smoothing.filter(|_| state.inverted > 0 && state.is_local()) else { return Ok(None) };
         observer("smoothing");
         smoothing.run(set_up, state).map(Some)
     }
 
     /// Whether what was repaired may stay as it is.
-    fn is_good(&self, repaired: &State) -> bool {
+    fn is_good(&self, repaired: &MovedMesh) -> bool {
         repaired.worst >= ENOUGH * self.lowest
     }
 
@@ -343,15 +353,15 @@ impl Stepping {
     fn follow(
         &self,
         route: &Route,
-        volume: Option<Volume>,
+        volume: Option<VolumeNetwork>,
         mut smoothing: Option<&mut Smoothing>,
         set_up: &SetUp,
-        accuracy: &Accuracy,
+        stopping: &Stopping,
         observer: &dyn Fn(&str),
-    ) -> Result<Followed, InsideError> {
-        let mut networks = Networks::new(volume);
+    ) -> Result<Followed, VolumeError> {
+        let mut networks = NetworksAtShape::new(volume);
         let mut mesh = set_up.mesh.clone();
-        let mut state = State::new(mesh.vertices.clone(), &mesh.tets);
+        let mut state = MovedMesh::new(mesh.vertices.clone(), &mesh.tets);
         let mut surfaces = route.at(0.0);
         let mut path = Path { steps: 0, given_up: 1, reached: 0.0 };
         let mut convergence = Convergence::nothing_to_do();
@@ -363,17 +373,17 @@ impl Stepping {
             let progress = if path.reached + 1.1 * step >= 1.0 { 1.0 } else { path.reached + step };
             let next = route.at(progress);
             mesh.vertices.copy_from_slice(&state.vertices);
-            let mut motion: Motion = next.iter().zip(&surfaces).map(|(next, now)| *next - *now).collect();
+            let mut displacement: Displacement = next.iter().zip(&surfaces).map(|(next, now)| *next - *now).collect();
             let volume = networks.at(&SetUp { mesh: &mesh, ..*set_up }, self.springs)?;
-            convergence = convergence.and(volume.run(&mesh.vertices, &mut motion, accuracy)?);
-            let mut vertices = displaced(&mesh.vertices, &motion);
+            convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?);
+            let mut vertices = displaced(&mesh.vertices, &displacement);
             for (vertex, constraint) in volume.constraint().iter().enumerate() {
                 // Steps do not add up to the last bit.
                 if *constraint == Constraint::Held {
                     vertices[vertex] = moved(set_up.mesh.vertices[vertex], next[vertex]);
                 }
             }
-            let mut tried = State::new(vertices, &mesh.tets);
+            let mut tried = MovedMesh::new(vertices, &mesh.tets);
             if progress == 1.0 {
                 let repaired = self.repair_last(&tried, smoothing.as_deref_mut(), set_up, observer)?;
                 if let Some((good, by)) = repaired.filter(|(state, _)| self.is_good(state)) {
@@ -402,35 +412,35 @@ impl Stepping {
 }
 
 /// The networks at one shape of the mesh: a large mesh's have room but once.
-struct Networks {
-    volume: Option<Volume>,
-    lattice: Option<Lattice>,
+struct NetworksAtShape {
+    volume: Option<VolumeNetwork>,
+    edge_graph: Option<EdgeGraph>,
 }
 
-impl Networks {
+impl NetworksAtShape {
     /// Those of the undeformed mesh, wherever they started from last.
-    fn new(mut volume: Option<Volume>) -> Self {
+    fn new(mut volume: Option<VolumeNetwork>) -> Self {
         if let Some(volume) = &mut volume {
             volume.start_from(Start::default());
         }
-        Self { volume, lattice: None }
+        Self { volume, edge_graph: None }
     }
 
     /// Those that are there, or else new ones at the shape of `set_up`'s mesh.
-    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut Volume, InsideError> {
+    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut VolumeNetwork, VolumeError> {
         let volume = match self.volume.take() {
             Some(volume) => volume,
             None => {
-                let lattice = match self.lattice.take() {
-                    Some(lattice) => lattice,
+                let edge_graph = match self.edge_graph.take() {
+                    Some(edge_graph) => edge_graph,
                     None => {
                         let n_tets = set_up.mesh.tets.len();
                         check_memory(PATH_BYTES * n_tets as u64)
-                            .map_err(|error| InsideError::Memory { n_tets, error })?;
-                        Lattice::new(set_up.mesh)
+                            .map_err(|error| VolumeError::Memory { n_tets, error })?;
+                        EdgeGraph::new(set_up.mesh)
                     }
                 };
-                Volume::new(set_up, self.lattice.insert(lattice), springs)?
+                VolumeNetwork::new(set_up, self.edge_graph.insert(edge_graph), springs)?
             }
         };
         Ok(self.volume.insert(volume))
@@ -438,7 +448,7 @@ impl Networks {
 }
 
 struct Followed {
-    state: State,
+    state: MovedMesh,
     convergence: Convergence,
     path: Path,
     /// What was repaired in the end, if it had to be.
@@ -446,6 +456,6 @@ struct Followed {
 }
 
 /// The vertices where a motion puts them; see [`moved`].
-pub fn displaced(vertices: &[DVec3], motion: &[DVec3]) -> Vec<DVec3> {
-    vertices.iter().zip(motion).map(|(at, by)| moved(*at, *by)).collect()
+pub fn displaced(vertices: &[DVec3], displacement: &[DVec3]) -> Vec<DVec3> {
+    vertices.iter().zip(displacement).map(|(at, by)| moved(*at, *by)).collect()
 }

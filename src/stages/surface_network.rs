@@ -5,17 +5,17 @@ use glam::DVec3;
 use crate::{
     backend::{Backend, BackendError, Constraint},
     mesh::edges::VertexGraph,
-    relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
+    relaxation::{Convergence, Method, Network, Relaxer, Stopping},
 };
 
 /// Longitudinal springs `1 / l` along the edges of a curve or a family.
-pub struct Patch {
+pub struct SurfaceNetwork {
     /// Vertices of the mesh behind the network's `[n]`, ascending.
     pub vertices: Vec<u32>,
     relaxer: Relaxer,
 }
 
-impl Patch {
+impl SurfaceNetwork {
     /// A network along these edges (pairs of mesh vertices); `constraint` says what a vertex may do.
     ///
     /// # Errors
@@ -72,9 +72,9 @@ impl Patch {
     ///
     /// # Errors
     /// The backend failed.
-    pub fn relax(&mut self, displacement: &mut [DVec3], accuracy: &Accuracy) -> Result<Convergence, BackendError> {
+    pub fn relax(&mut self, displacement: &mut [DVec3], stopping: &Stopping) -> Result<Convergence, BackendError> {
         let mut local: Vec<DVec3> = self.vertices.iter().map(|&vertex| displacement[vertex as usize]).collect();
-        let convergence = self.relaxer.relax(&mut local, None, accuracy)?;
+        let convergence = self.relaxer.relax(&mut local, None, stopping)?;
         for ((&vertex, moved), constraint) in self.vertices.iter().zip(local).zip(&self.relaxer.network().constraint) {
             if *constraint != Constraint::Held {
                 displacement[vertex as usize] = moved;

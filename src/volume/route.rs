@@ -12,8 +12,12 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
 
-use super::{Families, Motion, Owner, SetUp, best_motion::BestMotion};
+use crate::families::Families;
+use crate::families::PlacedBy;
+use crate::geometry::fitted_motion::FittedMotion;
+use crate::mesh::Displacement;
 use crate::mesh::{FamilyId, TetMesh};
+use crate::stage::SetUp;
 
 /// A rotation by less than this, in radians, is followed as a translation: its axis is too far away to be found, and
 /// the two ways differ by less than 1e-6 of the distance.
@@ -31,14 +35,15 @@ impl Bodies {
     /// Finds the moved families that hang together.
     pub fn new(set_up: &SetUp) -> Self {
         let SetUp { surface, families, .. } = *set_up;
-        let is_body =
-            |owner: Owner| matches!(owner, Owner::Prescribed | Owner::Wing | Owner::TrailingEdge | Owner::Wingtip);
+        let is_body = |placed_by: PlacedBy| {
+            matches!(placed_by, PlacedBy::Prescribed | PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Wingtip)
+        };
         let mut bodies: Vec<Vec<u32>> = Vec::new();
         for index in 0..families.roles.len() {
-            if !is_body(families.roles[index].owner()) {
+            if !is_body(families.roles[index].placed_by()) {
                 continue;
             }
-            let own = |vertex: &u32| is_body(families.owner[*vertex as usize]);
+            let own = |vertex: &u32| is_body(families.placed_by[*vertex as usize]);
             let mut body: Vec<u32> = surface.vertices_of(FamilyId(index as u16)).iter().copied().filter(own).collect();
             // Those it shares a vertex with become one with it.
             bodies.retain_mut(|other| {
@@ -52,25 +57,25 @@ impl Bodies {
             });
             bodies.push(body);
         }
-        let others = (0..families.owner.len() as u32)
-            .filter(|&vertex| matches!(families.owner[vertex as usize], Owner::Carenage | Owner::Plane))
+        let others = (0..families.placed_by.len() as u32)
+            .filter(|&vertex| matches!(families.placed_by[vertex as usize], PlacedBy::Carenage | PlacedBy::Plane))
             .collect();
         Self { bodies, others }
     }
 
-    /// The way of the surfaces to where `motion` `[n_vertices]` takes them.
-    pub fn route<'a>(&'a self, mesh: &'a TetMesh, families: &'a Families, motion: &'a Motion) -> Route<'a> {
+    /// The way of the surfaces to where `displacement` `[n_vertices]` takes them.
+    pub fn route<'a>(&'a self, mesh: &'a TetMesh, families: &'a Families, displacement: &'a Displacement) -> Route<'a> {
         let screws = self.bodies.iter().map(|body| {
             let pairs: Vec<(DVec3, DVec3, f64)> = body
                 .iter()
                 .map(|&vertex| {
                     let from = mesh.vertices[vertex as usize];
-                    (from, from + motion[vertex as usize], 1.0)
+                    (from, from + displacement[vertex as usize], 1.0)
                 })
                 .collect();
-            Screw::new(&BestMotion::rigid(&pairs))
+            Screw::new(&FittedMotion::rigid(&pairs))
         });
-        Route { screws: screws.collect(), bodies: self, mesh, families, motion }
+        Route { screws: screws.collect(), bodies: self, mesh, families, displacement }
     }
 }
 
@@ -80,7 +85,7 @@ pub struct Route<'a> {
     bodies: &'a Bodies,
     mesh: &'a TetMesh,
     families: &'a Families,
-    motion: &'a Motion,
+    displacement: &'a Displacement,
 }
 
 impl Route<'_> {
@@ -92,10 +97,10 @@ impl Route<'_> {
     /// Displacement of every surface vertex from its original place at `progress` in `0..=1` of the way; zero inside.
     ///
     /// At 1 it is the design's to the bit.
-    pub fn at(&self, progress: f64) -> Motion {
-        let mut now = vec![DVec3::ZERO; self.motion.len()];
+    pub fn at(&self, progress: f64) -> Displacement {
+        let mut now = vec![DVec3::ZERO; self.displacement.len()];
         let mut place = |vertex: u32, displacement: DVec3| {
-            let (from, whole) = (self.mesh.vertices[vertex as usize], self.motion[vertex as usize]);
+            let (from, whole) = (self.mesh.vertices[vertex as usize], self.displacement[vertex as usize]);
             now[vertex as usize] = if progress >= 1.0 || whole == DVec3::ZERO {
                 whole
             } else {
@@ -105,12 +110,12 @@ impl Route<'_> {
         for (body, screw) in self.bodies.bodies.iter().zip(&self.screws) {
             for &vertex in body {
                 let from = self.mesh.vertices[vertex as usize];
-                let beyond = screw.back(from + self.motion[vertex as usize]) - from;
+                let beyond = screw.back(from + self.displacement[vertex as usize]) - from;
                 place(vertex, screw.at(progress, from + progress * beyond) - from);
             }
         }
         for &vertex in &self.bodies.others {
-            place(vertex, progress * self.motion[vertex as usize]);
+            place(vertex, progress * self.displacement[vertex as usize]);
         }
         now
     }
@@ -127,10 +132,10 @@ struct Screw {
 }
 
 impl Screw {
-    fn new(motion: &BestMotion) -> Self {
-        let (axis, angle) = motion.rotation().to_axis_angle();
+    fn new(displacement: &FittedMotion) -> Self {
+        let (axis, angle) = displacement.rotation().to_axis_angle();
         let (axis, angle) = if angle > PI { (-axis, 2.0 * PI - angle) } else { (axis, angle) };
-        let (from, to) = motion.centres();
+        let (from, to) = displacement.centres();
         let shift = to - from;
         if angle < LEAST_TURN {
             return Self { axis, angle: 0.0, hinge: from, travel: shift };
@@ -166,7 +171,7 @@ mod tests {
         let points = [[0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [0.0, 2.0, 0.3], [0.5, 0.5, 1.0]].map(DVec3::from);
         for angle in [0.5 * PI, 0.999 * PI, -0.3, 1e-3] {
             let pairs: Vec<_> = points.iter().map(|&p| (p, turn(p, angle) + 0.4 * DVec3::Y, 1.0)).collect();
-            let screw = Screw::new(&BestMotion::rigid(&pairs));
+            let screw = Screw::new(&FittedMotion::rigid(&pairs));
             for p in points {
                 assert!(screw.at(0.5, p).distance(turn(p, 0.5 * angle) + 0.2 * DVec3::Y) < 1e-9, "{angle}");
                 assert!(screw.at(1.0, p).distance(turn(p, angle) + 0.4 * DVec3::Y) < 1e-9, "{angle}");
@@ -179,7 +184,7 @@ mod tests {
     fn a_translation_is_followed_straight() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let pairs: Vec<_> = points.iter().map(|&p| (p, p + DVec3::new(3.0, -1.0, 2.0), 1.0)).collect();
-        let screw = Screw::new(&BestMotion::rigid(&pairs));
+        let screw = Screw::new(&FittedMotion::rigid(&pairs));
         assert!(screw.at(0.5, DVec3::X).distance(DVec3::new(2.5, -0.5, 1.0)) < 1e-12);
     }
 }

@@ -5,7 +5,7 @@ use std::slice::ChunksExact;
 
 use glam::DVec3;
 
-use super::assembly::Shape;
+use super::mesh_builder::CellKind;
 use crate::mesh::{FamilyId, OtherCells, TetMesh};
 
 /// Cells of a mesh: all of them, or the few worth looking at.
@@ -40,7 +40,7 @@ pub struct Fields<'a> {
 
 /// A mesh as a new file gets it.
 #[derive(Clone, Copy)]
-pub(super) struct Content<'a> {
+pub(super) struct NewFile<'a> {
     pub vertices: &'a [DVec3],
     pub cells: Cells<'a>,
     pub others: &'a OtherCells,
@@ -49,51 +49,51 @@ pub(super) struct Content<'a> {
     pub extension: &'static str,
 }
 
-impl<'a> Content<'a> {
+impl<'a> NewFile<'a> {
     /// The vertices of each cell or face of a shape.
-    pub fn of(&self, shape: Shape) -> ChunksExact<'a, u32> {
+    pub fn of(&self, shape: CellKind) -> ChunksExact<'a, u32> {
         self.vertices_of(shape).chunks_exact(shape.n_vertices())
     }
 
     /// The same, one after another.
-    pub fn vertices_of(&self, shape: Shape) -> &'a [u32] {
-        let Content { cells, others, .. } = *self;
+    pub fn vertices_of(&self, shape: CellKind) -> &'a [u32] {
+        let NewFile { cells, others, .. } = *self;
         match shape {
-            Shape::Triangle => cells.triangles.as_flattened(),
-            Shape::Quadrilateral => others.quadrilaterals.as_flattened(),
-            Shape::Tet => cells.tets.as_flattened(),
-            Shape::Pyramid => others.pyramids.as_flattened(),
-            Shape::Prism => others.prisms.as_flattened(),
-            Shape::Hexahedron => others.hexahedra.as_flattened(),
+            CellKind::Triangle => cells.triangles.as_flattened(),
+            CellKind::Quadrilateral => others.quadrilaterals.as_flattened(),
+            CellKind::Tet => cells.tets.as_flattened(),
+            CellKind::Pyramid => others.pyramids.as_flattened(),
+            CellKind::Prism => others.prisms.as_flattened(),
+            CellKind::Hexahedron => others.hexahedra.as_flattened(),
         }
     }
 
     /// The family of each face of a shape; none for cells.
-    pub fn families_of(&self, shape: Shape) -> &'a [FamilyId] {
+    pub fn families_of(&self, shape: CellKind) -> &'a [FamilyId] {
         match shape {
-            Shape::Triangle => self.cells.triangle_family,
-            Shape::Quadrilateral => &self.others.quadrilateral_family,
+            CellKind::Triangle => self.cells.triangle_family,
+            CellKind::Quadrilateral => &self.others.quadrilateral_family,
             _ => &[],
         }
     }
 
     /// The cells that fill the volume: tets, pyramids, prisms, hexahedra, each in their order.
-    pub fn volume_cells(&self) -> impl Iterator<Item = (Shape, &'a [u32])> + use<'a> {
-        let content = *self;
-        Shape::CELLS.into_iter().flat_map(move |shape| content.of(shape).map(move |cell| (shape, cell)))
+    pub fn volume_cells(&self) -> impl Iterator<Item = (CellKind, &'a [u32])> + use<'a> {
+        let new_file = *self;
+        CellKind::CELLS.into_iter().flat_map(move |shape| new_file.of(shape).map(move |cell| (shape, cell)))
     }
 
     /// The boundary faces with their families: triangles, quadrilaterals, each in their order.
-    pub fn faces(&self) -> impl Iterator<Item = (Shape, &'a [u32], FamilyId)> + use<'a> {
-        let content = *self;
-        Shape::FACES.into_iter().flat_map(move |shape| {
-            let faces = content.of(shape).zip(content.families_of(shape));
+    pub fn faces(&self) -> impl Iterator<Item = (CellKind, &'a [u32], FamilyId)> + use<'a> {
+        let new_file = *self;
+        CellKind::FACES.into_iter().flat_map(move |shape| {
+            let faces = new_file.of(shape).zip(new_file.families_of(shape));
             faces.map(move |(face, &family)| (shape, face, family))
         })
     }
 
     /// The boundary faces of each family `[n_families]`: its triangles, then its quadrilaterals.
-    pub fn faces_by_family(&self) -> Vec<Vec<(Shape, &'a [u32])>> {
+    pub fn faces_by_family(&self) -> Vec<Vec<(CellKind, &'a [u32])>> {
         let mut faces = vec![Vec::new(); self.cells.families.len()];
         self.faces().for_each(|(shape, face, family)| faces[family.index()].push((shape, face)));
         faces
@@ -101,11 +101,11 @@ impl<'a> Content<'a> {
 
     /// How many cells and faces there are.
     pub fn n_elements(&self) -> usize {
-        Shape::CELLS.into_iter().chain(Shape::FACES).map(|shape| self.of(shape).len()).sum()
+        CellKind::CELLS.into_iter().chain(CellKind::FACES).map(|shape| self.of(shape).len()).sum()
     }
 
     /// Cells, then faces.
-    pub fn elements(&self) -> impl Iterator<Item = (Shape, &'a [u32])> + use<'a> {
+    pub fn elements(&self) -> impl Iterator<Item = (CellKind, &'a [u32])> + use<'a> {
         self.volume_cells().chain(self.faces().map(|(shape, face, _)| (shape, face)))
     }
 }

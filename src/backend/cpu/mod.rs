@@ -6,18 +6,22 @@ use std::mem;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::chunks::{CHUNK, in_chunks, in_chunks_with};
-use super::cpu_hierarchy::{DoubleHierarchy, SingleHierarchy};
-use super::packed::{Packed, PackedEdges};
-use super::smoother::CpuSmoother;
-use super::vectors::Vectors;
-use super::{
+mod chunks;
+mod hierarchy;
+mod levels;
+
+use crate::backend::packed::{Packed, PackedEdges};
+use crate::backend::smoother::CpuSmoother;
+use crate::backend::vectors::Vectors;
+use crate::backend::{
     Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
     NetworkData, Sweep,
 };
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
 use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};
+use chunks::{CHUNK, in_chunks, in_chunks_with};
+use hierarchy::{DoubleHierarchy, SingleHierarchy};
 
 /// Tets evaluated at a time for the stiffness of edges: enough for many threads, and little memory.
 const TETS: usize = 32 * CHUNK;

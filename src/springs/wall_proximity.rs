@@ -17,7 +17,7 @@ use crate::projection::TriangleTree;
 /// - `points` `[n_points]`, in any unit
 /// - `edges` `[n_edges]`, pairs of points
 /// - `walls`: triangles of points
-pub fn nearness(points: &[DVec3], edges: &[[u32; 2]], walls: &[[u32; 3]]) -> Vec<f64> {
+pub fn wall_proximity(points: &[DVec3], edges: &[[u32; 2]], walls: &[[u32; 3]]) -> Vec<f64> {
     let at = |point: u32| points[point as usize];
     let mut lengths: Vec<f64> =
         walls.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).map(|[a, b]| at(a).distance(at(b))).collect();

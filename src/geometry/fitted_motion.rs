@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
 /// A linear map about a centre and a translation.
 #[derive(Clone, Copy, Debug)]
-pub struct BestMotion {
+pub struct FittedMotion {
     from: DVec3,
     to: DVec3,
     linear: Matrix3<f64>,
@@ -18,7 +18,7 @@ const FLAT: f64 = 0.1;
 /// Determinant, at the size of a rotation, from which on Newton's iteration for the nearest rotation is quick and safe.
 const UPRIGHT: f64 = 1e-3;
 
-impl BestMotion {
+impl FittedMotion {
     /// No motion.
     pub fn identity() -> Self {
         Self { from: DVec3::ZERO, to: DVec3::ZERO, linear: Matrix3::identity() }
@@ -146,10 +146,10 @@ fn column(v: DVec3) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    fn check(fit: fn(&[(DVec3, DVec3, f64)]) -> BestMotion, points: &[DVec3], moved: impl Fn(DVec3) -> DVec3) {
-        let motion = fit(&points.iter().map(|&p| (p, moved(p), 1.0)).collect::<Vec<_>>());
+    fn check(fit: fn(&[(DVec3, DVec3, f64)]) -> FittedMotion, points: &[DVec3], moved: impl Fn(DVec3) -> DVec3) {
+        let displacement = fit(&points.iter().map(|&p| (p, moved(p), 1.0)).collect::<Vec<_>>());
         for &p in points {
-            assert!((p + motion.displacement(p) - moved(p)).length() < 1e-12, "{p}");
+            assert!((p + displacement.displacement(p) - moved(p)).length() < 1e-12, "{p}");
         }
     }
 
@@ -161,14 +161,14 @@ mod tests {
     fn a_rigid_motion_is_found_again() {
         let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
         let moved = |p: DVec3| turn * p + DVec3::new(3.0, -1.0, 0.25);
-        check(BestMotion::rigid, &cloud(), moved);
-        check(BestMotion::affine, &cloud(), moved);
+        check(FittedMotion::rigid, &cloud(), moved);
+        check(FittedMotion::affine, &cloud(), moved);
     }
 
     #[test]
     fn an_affine_motion_is_found_again() {
         let moved = |p: DVec3| DVec3::new(1.1 * p.x + 0.2 * p.z, 0.9 * p.y, p.z - 0.3 * p.x + 7.0);
-        check(BestMotion::affine, &cloud(), moved);
+        check(FittedMotion::affine, &cloud(), moved);
     }
 
     /// Off its plane a flat set moves rigidly: a stretch in the plane does not change its thickness.
@@ -176,10 +176,10 @@ mod tests {
     fn a_flat_set_stretches_in_its_plane_only() {
         let flat: Vec<DVec3> = (0..12).map(|i| DVec3::new((i % 4) as f64, 2.0, (i / 4) as f64)).collect();
         let stretch = |p: DVec3| DVec3::new(1.5 * p.x, p.y, 0.8 * p.z);
-        check(BestMotion::affine, &flat, stretch);
-        let motion = BestMotion::affine(&flat.iter().map(|&p| (p, stretch(p), 1.0)).collect::<Vec<_>>());
+        check(FittedMotion::affine, &flat, stretch);
+        let displacement = FittedMotion::affine(&flat.iter().map(|&p| (p, stretch(p), 1.0)).collect::<Vec<_>>());
         let above = DVec3::new(1.0, 2.5, 1.0);
-        assert!((above + motion.displacement(above) - stretch(above)).length() < 1e-12);
+        assert!((above + displacement.displacement(above) - stretch(above)).length() < 1e-12);
     }
 
     /// Axes that are stretched symmetrically and turned give the turn, also where they are pressed flat and, less than they are
@@ -191,7 +191,7 @@ mod tests {
             for across in [1.1, 1e-2, 1e-6, 0.0, -0.2] {
                 let stretch = DMat3::from_cols(DVec3::new(1.4, 0.1, 0.0), DVec3::new(0.1, 0.7, 0.0), DVec3::Z * across);
                 let arms = DVec3::AXES.map(|axis| (axis, turn * (stretch * axis)));
-                let found = BestMotion::rotation_of(arms.into_iter());
+                let found = FittedMotion::rotation_of(arms.into_iter());
                 let error = (found * turn.inverse()).xyz().length();
                 assert!(error < 1e-14, "{angle} {across}: {found} instead of {turn}, {error:e}");
             }
@@ -212,19 +212,20 @@ mod tests {
             .chain([pair(DVec3::ONE * 9.0, 0.0)])
             .collect();
         let repeated: Vec<_> = heavy.iter().chain(&points).map(|&p| pair(p, 1.0)).collect();
-        for fit in [BestMotion::rigid, BestMotion::affine] {
+        for fit in [FittedMotion::rigid, FittedMotion::affine] {
             let (one, other) = (fit(&weighted), fit(&repeated));
             for &p in &points {
                 assert!(one.displacement(p).distance(other.displacement(p)) < 1e-12, "{p}");
             }
         }
         let even: Vec<_> = points.iter().map(|&p| pair(p, 1.0)).collect();
-        let off = BestMotion::rigid(&even).displacement(DVec3::X) - BestMotion::rigid(&weighted).displacement(DVec3::X);
+        let off =
+            FittedMotion::rigid(&even).displacement(DVec3::X) - FittedMotion::rigid(&weighted).displacement(DVec3::X);
         assert!(off.length() > 1e-3, "the weights make no difference");
     }
 
     #[test]
     fn one_point_is_translated() {
-        check(BestMotion::affine, &[DVec3::X], |p| p + DVec3::Z);
+        check(FittedMotion::affine, &[DVec3::X], |p| p + DVec3::Z);
     }
 }

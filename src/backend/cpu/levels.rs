@@ -3,9 +3,9 @@
 use std::mem;
 
 use super::chunks::in_chunks;
-use super::packed::Packed;
-use super::vectors::Vectors;
-use super::{Constraint, LevelData, Sweep, Transfer};
+use crate::backend::packed::Packed;
+use crate::backend::vectors::Vectors;
+use crate::backend::{Constraint, LevelData, Sweep, Transfer};
 use crate::kernels::constraint::project;
 use crate::kernels::transfer::Weights;
 use crate::kernels::{defect, relax_sweep, transfer};

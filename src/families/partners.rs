@@ -11,7 +11,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 
-use super::{Families, Motion, Owner, Role, SetupError, shape::Shape};
+use super::{Families, PlacedBy, Role, SetupError, shape::FamilyShape};
+use crate::mesh::Displacement;
 use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
 
 /// Vertices are partners where the shift takes one to the other within this fraction of the larger family's size.
@@ -62,7 +63,7 @@ impl Partners {
     /// Finds the partner of every vertex of periodic planes.
     ///
     /// - `shapes` `[n_families]`: that of the second of two partners gets the normal of the first
-    /// - `owner` `[n_vertices]`
+    /// - `placed_by` `[n_vertices]`
     ///
     /// # Errors
     /// Families that shall be partners do not match, vertex for vertex, or what else their vertices touch differs.
@@ -70,8 +71,8 @@ impl Partners {
         mesh: &TetMesh,
         surface: &Surface,
         roles: &[Role],
-        shapes: &mut [Option<Shape>],
-        owner: &[Owner],
+        shapes: &mut [Option<FamilyShape>],
+        placed_by: &[PlacedBy],
     ) -> Result<Self, SetupError> {
         let finder = Finder { mesh, surface };
         let mut partner_of: BTreeMap<FamilyId, FamilyId> = BTreeMap::new();
@@ -91,8 +92,8 @@ impl Partners {
                 }
             }
         }
-        let normal = |shapes: &[Option<Shape>], family: FamilyId| match shapes[family.index()] {
-            Some(Shape::Plane(_, normal)) => normal,
+        let normal = |shapes: &[Option<FamilyShape>], family: FamilyId| match shapes[family.index()] {
+            Some(FamilyShape::Plane(_, normal)) => normal,
             _ => DVec3::ZERO,
         };
         let mut pairs = Vec::new();
@@ -104,17 +105,17 @@ impl Partners {
                 return Err(finder.error(families, why.to_owned()));
             }
             let vertices = finder.matched(families).map_err(|lonely| finder.lonely(families, &lonely))?;
-            if let Some(Shape::Plane(_, second)) = &mut shapes[other.index()] {
+            if let Some(FamilyShape::Plane(_, second)) = &mut shapes[other.index()] {
                 *second = first;
             }
             pairs.push(Pair { families, vertices });
         }
         let (sets, tied) = sets(mesh.vertices.len(), &pairs);
         for set in &sets {
-            let differs = |vertex: &&u32| owner[**vertex as usize] != owner[set[0] as usize];
+            let differs = |vertex: &&u32| placed_by[**vertex as usize] != placed_by[set[0] as usize];
             if let Some(&vertex) = set.iter().find(differs) {
                 let [a, b] = [set[0], vertex].map(|vertex| mesh.vertices[vertex as usize]);
-                let [by_a, by_b] = [set[0], vertex].map(|vertex| owner[vertex as usize].name());
+                let [by_a, by_b] = [set[0], vertex].map(|vertex| placed_by[vertex as usize].name());
                 let of = |pair: &&Pair| pair.vertices.iter().flatten().any(|&other| other == vertex);
                 let families = pairs.iter().find(of).map_or([FamilyId(0); 2], |pair| pair.families);
                 let why =
@@ -148,40 +149,40 @@ impl Partners {
     }
 
     /// The sets of vertices that move alike and slide in planes alone.
-    pub(super) fn sliding(&self, owner: &[Owner]) -> Vec<Vec<u32>> {
-        self.sets.iter().filter(|set| owner[set[0] as usize] == Owner::Plane).cloned().collect()
+    pub(crate) fn sliding(&self, placed_by: &[PlacedBy]) -> Vec<Vec<u32>> {
+        self.sets.iter().filter(|set| placed_by[set[0] as usize] == PlacedBy::Plane).cloned().collect()
     }
 
     /// Gives partners the mean of their displacements, but for those that do not move or whose user says how.
-    pub fn even(&self, families: &Families, motion: &mut Motion) {
+    pub fn even(&self, families: &Families, displacement: &mut Displacement) {
         for set in &self.sets {
-            if (Owner::Wing..=Owner::Plane).contains(&families.owner[set[0] as usize]) {
+            if (PlacedBy::Wing..=PlacedBy::Plane).contains(&families.placed_by[set[0] as usize]) {
                 let on_surface = |vertex: &u32| families.touches_surface(*vertex);
-                even(set, motion, set.iter().any(on_surface));
+                even(set, displacement, set.iter().any(on_surface));
             }
         }
     }
 
-    /// Changes `slide` `[n_vertices]`, which comes on top of `motion`, so that partners among some vertices end alike.
+    /// Changes `slide` `[n_vertices]`, which comes on top of `displacement`, so that partners among some vertices end alike.
     ///
     /// - `own`: the vertices whose slide is known, ascending
-    pub(super) fn even_slide(&self, own: &[u32], motion: &Motion, slide: &mut Motion) {
+    pub fn even_slide(&self, own: &[u32], displacement: &Displacement, slide: &mut Displacement) {
         for set in self.sets.iter().filter(|set| set.iter().all(|vertex| own.binary_search(vertex).is_ok())) {
-            let ends = set.iter().map(|&vertex| motion[vertex as usize] + slide[vertex as usize]);
+            let ends = set.iter().map(|&vertex| displacement[vertex as usize] + slide[vertex as usize]);
             let mean = ends.sum::<DVec3>() / set.len() as f64;
-            set.iter().for_each(|&vertex| slide[vertex as usize] = mean - motion[vertex as usize]);
+            set.iter().for_each(|&vertex| slide[vertex as usize] = mean - displacement[vertex as usize]);
         }
     }
 }
 
 /// Gives some vertices the mean of their displacements, or the first's: the mean of two places on a curved surface lies off it.
-pub(super) fn even(set: &[u32], motion: &mut Motion, by_first: bool) {
-    let first = motion[set[0] as usize];
-    if set.iter().all(|&vertex| motion[vertex as usize] == first) {
+pub fn even(set: &[u32], displacement: &mut Displacement, by_first: bool) {
+    let first = displacement[set[0] as usize];
+    if set.iter().all(|&vertex| displacement[vertex as usize] == first) {
         return;
     }
-    let mean = set.iter().map(|&vertex| motion[vertex as usize]).sum::<DVec3>() / set.len() as f64;
-    set.iter().for_each(|&vertex| motion[vertex as usize] = if by_first { first } else { mean });
+    let mean = set.iter().map(|&vertex| displacement[vertex as usize]).sum::<DVec3>() / set.len() as f64;
+    set.iter().for_each(|&vertex| displacement[vertex as usize] = if by_first { first } else { mean });
 }
 
 /// The vertices that are partners, directly or through others, and which they are.
@@ -298,10 +299,10 @@ mod tests {
 
     #[test]
     fn partners_get_the_mean_or_the_first() {
-        let mut motion = vec![DVec3::X, DVec3::Y, DVec3::Z];
-        even(&[0, 2], &mut motion, false);
-        assert_eq!(motion, [(DVec3::X + DVec3::Z) / 2.0, DVec3::Y, (DVec3::X + DVec3::Z) / 2.0]);
-        even(&[1, 2], &mut motion, true);
-        assert_eq!(motion[1..], [DVec3::Y; 2]);
+        let mut displacement = vec![DVec3::X, DVec3::Y, DVec3::Z];
+        even(&[0, 2], &mut displacement, false);
+        assert_eq!(displacement, [(DVec3::X + DVec3::Z) / 2.0, DVec3::Y, (DVec3::X + DVec3::Z) / 2.0]);
+        even(&[1, 2], &mut displacement, true);
+        assert_eq!(displacement[1..], [DVec3::Y; 2]);
     }
 }

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::{Owner, Role, SetupError, families::MOST_FLAT};
+use super::{MOST_FLAT, PlacedBy, Role, SetupError};
 use crate::{
     mesh::{FamilyId, TetMesh, half_edge::Surface},
-    projection::{Target, continuation},
+    projection::{TargetSurface, continuation},
 };
 
 /// A plane family is flat to this fraction of its size, if its user says nothing else.
@@ -13,45 +13,45 @@ const FLAT: f64 = 1e-6;
 
 /// The surface a carenage slides on, or the plane a plane family lies in.
 #[derive(Clone, Debug)]
-pub enum Shape {
+pub enum FamilyShape {
     /// The original triangles, continued across the wings' roots.
-    Surface(Target),
+    Surface(TargetSurface),
     /// A plane through a point with a unit normal.
     Plane(DVec3, DVec3),
 }
 
 /// A shape as one vertex keeps to it.
 #[derive(Clone, Copy)]
-pub struct Kept<'a> {
-    pub(super) shape: &'a Shape,
+pub struct ShapeAtVertex<'a> {
+    pub(super) shape: &'a FamilyShape,
     /// How far the vertex stays off a plane, along its normal.
     pub(super) offset: f64,
 }
 
-impl Kept<'_> {
+impl ShapeAtVertex<'_> {
     /// The vertex's place nearest to `at`.
     pub fn closest(&self, at: DVec3) -> DVec3 {
         match self.shape {
-            Shape::Surface(target) => target.closest(at).point,
-            Shape::Plane(point, normal) => at - *normal * (normal.dot(at - *point) - self.offset),
+            FamilyShape::Surface(target) => target.closest(at).point,
+            FamilyShape::Plane(point, normal) => at - *normal * (normal.dot(at - *point) - self.offset),
         }
     }
 
     /// Unit normal of the shape near `at`.
     pub fn normal(&self, at: DVec3) -> DVec3 {
         match self.shape {
-            Shape::Surface(target) => target.normal(&target.closest(at)),
-            Shape::Plane(_, normal) => *normal,
+            FamilyShape::Surface(target) => target.normal(&target.closest(at)),
+            FamilyShape::Plane(_, normal) => *normal,
         }
     }
 
     /// Where the line through `from` along a unit direction meets the vertex's places; the closest one if it hardly does.
     pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
         match self.shape {
-            Shape::Surface(target) => target.along(from, direction),
-            Shape::Plane(point, normal) => {
+            FamilyShape::Surface(target) => target.along(from, direction),
+            FamilyShape::Plane(point, normal) => {
                 let slope = normal.dot(direction);
-                // As in `Target::along`: a line that nearly runs in the plane meets it too far away.
+                // As in `TargetSurface::along`: a line that nearly runs in the plane meets it too far away.
                 if slope.abs() < 0.2 {
                     self.closest(from)
                 } else {
@@ -73,7 +73,7 @@ pub(super) fn fit_plane(
     surface: &Surface,
     family: FamilyId,
     flat: Option<f64>,
-) -> Result<Shape, SetupError> {
+) -> Result<FamilyShape, SetupError> {
     let vertices = surface.vertices_of(family);
     let at = |vertex: u32| mesh.vertices[vertex as usize];
     let centre = vertices.iter().map(|&vertex| at(vertex)).sum::<DVec3>() / vertices.len().max(1) as f64;
@@ -103,7 +103,7 @@ pub(super) fn fit_plane(
         let family = mesh.families[family.index()].clone();
         return Err(SetupError::NotPlane { family, distance, allowed, least: rounded_up(distance / size) });
     }
-    Ok(Shape::Plane(centre, normal))
+    Ok(FamilyShape::Plane(centre, normal))
 }
 
 /// The least number of two digits that is not below `x > 0`.
@@ -121,15 +121,15 @@ pub(super) fn continued(
     surface: &Surface,
     roles: &[Role],
     family: FamilyId,
-) -> Result<Shape, SetupError> {
+) -> Result<FamilyShape, SetupError> {
     let mut triangles: Vec<[u32; 3]> = surface.corners_of(family).collect();
     let own = triangles.clone();
     let mut points = mesh.vertices.clone();
     for rim in surface.boundary_loops(family) {
         let under_a_wing = rim.iter().all(|&half_edge| {
             matches!(
-                roles[surface.family_behind(half_edge).index()].owner(),
-                Owner::Wing | Owner::TrailingEdge | Owner::Wingtip | Owner::Prescribed
+                roles[surface.family_behind(half_edge).index()].placed_by(),
+                PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Wingtip | PlacedBy::Prescribed
             )
         });
         if under_a_wing {
@@ -141,7 +141,7 @@ pub(super) fn continued(
             triangles.extend(patch.triangles.into_iter().map(|t| t.map(|v| if v < old { v } else { v - old + new })));
         }
     }
-    Ok(Shape::Surface(Target::new(&points, triangles)))
+    Ok(FamilyShape::Surface(TargetSurface::new(&points, triangles)))
 }
 
 #[cfg(test)]

@@ -9,7 +9,9 @@
 
 use glam::DVec3;
 
-use super::{Families, Owner, shape::Kept};
+use crate::families::Families;
+use crate::families::PlacedBy;
+use crate::families::shape::ShapeAtVertex;
 use crate::{
     backend::{Ball, Constraint},
     mesh::{
@@ -19,7 +21,7 @@ use crate::{
     },
     projection::walk::{Curves, Parts},
     quality::{corners, faults},
-    smoothing::Slide,
+    smoothing::SurfaceMotion,
 };
 
 /// Cosine of the least angle, 20 degrees, by which a sharp edge turns the surface, or a corner its curve. The edges that
@@ -39,14 +41,14 @@ const TRUE_TO_SHAPE: f64 = 0.002;
 enum Freedom {
     /// Nothing beyond its constraint.
     Held,
-    /// Slide on the smooth part of its family that has this triangle.
+    /// SurfaceMotion on the smooth part of its family that has this triangle.
     Surface(u32),
-    /// Slide along the curve between these two vertices.
+    /// SurfaceMotion along the curve between these two vertices.
     Curve([u32; 2]),
 }
 
 /// What the vertices of a mesh's surface may do. Set up once per mesh.
-pub struct Slides {
+pub struct SurfaceFreedom {
     /// Triangles around each vertex `[n_vertices]` rows.
     around: Csr,
     /// The smooth part each triangle belongs to `[n_triangles]`.
@@ -54,7 +56,7 @@ pub struct Slides {
     freedom: Vec<Freedom>,
 }
 
-impl Slides {
+impl SurfaceFreedom {
     /// Finds curves and corners on the undeformed mesh.
     ///
     /// - `shaped`: vertices that stay, because the sections of wings are judged by them
@@ -81,8 +83,8 @@ impl Slides {
                 return Freedom::Held;
             }
             let slides = matches!(
-                families.owner[vertex as usize],
-                Owner::Wing | Owner::TrailingEdge | Owner::Wingtip | Owner::Carenage
+                families.placed_by[vertex as usize],
+                PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Wingtip | PlacedBy::Carenage
             ) && !families.partners.is_tied(vertex);
             match curves.row(vertex as usize) {
                 [] if slides && is_one_fan(surface, &around, vertex) => {
@@ -110,14 +112,14 @@ impl Slides {
         surface: &'a Surface,
         families: &'a Families,
         at: &'a [DVec3],
-    ) -> Sliding<'a> {
+    ) -> SlidingSurface<'a> {
         let parts = Parts { points: at, triangles: &surface.triangles, around: &self.around, part: &self.part };
-        Sliding { freedom: &self.freedom, original: &mesh.vertices, surface, families, parts }
+        SlidingSurface { freedom: &self.freedom, original: &mesh.vertices, surface, families, parts }
     }
 }
 
 /// Moved surfaces for vertices to slide on.
-pub struct Sliding<'a> {
+pub struct SlidingSurface<'a> {
     freedom: &'a [Freedom],
     /// The undeformed vertices `[n_vertices]`.
     original: &'a [DVec3],
@@ -127,7 +129,7 @@ pub struct Sliding<'a> {
     parts: Parts<'a>,
 }
 
-impl Sliding<'_> {
+impl SlidingSurface<'_> {
     fn curves(&self) -> Curves<'_, impl Fn(u32) -> Option<[u32; 2]>> {
         let beside = |vertex: u32| match self.freedom[vertex as usize] {
             Freedom::Curve(beside) => Some(beside),
@@ -137,14 +139,14 @@ impl Sliding<'_> {
     }
 
     /// The original surface of a vertex inside a carenage.
-    fn original_surface(&self, vertex: u32) -> Option<Kept<'_>> {
+    fn original_surface(&self, vertex: u32) -> Option<ShapeAtVertex<'_>> {
         self.families.shapes_at(vertex).next()
     }
 
     /// How far a vertex may slide: less where its triangles turn more. Carenages and planes keep their shape without a
     /// limit.
     fn true_to_shape(&self, vertex: u32) -> f64 {
-        if self.families.owner[vertex as usize] == Owner::Carenage {
+        if self.families.placed_by[vertex as usize] == PlacedBy::Carenage {
             return f64::INFINITY;
         }
         let point = |vertex: u32| self.parts.points[vertex as usize];
@@ -168,7 +170,7 @@ impl Sliding<'_> {
     }
 }
 
-impl Slide for Sliding<'_> {
+impl SurfaceMotion for SlidingSurface<'_> {
     fn tangent(&self, vertex: u32, at: DVec3) -> Constraint {
         match self.freedom[vertex as usize] {
             Freedom::Held => Constraint::Held,

@@ -5,13 +5,13 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::error::{Place, ReadError};
+use super::error::{Location, ReadError};
 use crate::mesh::{FamilyId, OtherCells, TetMesh};
 use crate::quality;
 
 /// A kind of cell or face that a mesh is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(super) enum CellKind {
     Triangle,
     Quadrilateral,
     Tet,
@@ -20,39 +20,39 @@ pub(super) enum Shape {
     Hexahedron,
 }
 
-impl Shape {
+impl CellKind {
     /// Those that fill the volume, in the order in which files hold them where they do not say another.
-    pub const CELLS: [Shape; 4] = [Shape::Tet, Shape::Pyramid, Shape::Prism, Shape::Hexahedron];
+    pub const CELLS: [CellKind; 4] = [CellKind::Tet, CellKind::Pyramid, CellKind::Prism, CellKind::Hexahedron];
 
     /// Those that bound it.
-    pub const FACES: [Shape; 2] = [Shape::Triangle, Shape::Quadrilateral];
+    pub const FACES: [CellKind; 2] = [CellKind::Triangle, CellKind::Quadrilateral];
 
     /// How many vertices it has.
     pub const fn n_vertices(self) -> usize {
         match self {
-            Shape::Triangle => 3,
-            Shape::Quadrilateral | Shape::Tet => 4,
-            Shape::Pyramid => 5,
-            Shape::Prism => 6,
-            Shape::Hexahedron => 8,
+            CellKind::Triangle => 3,
+            CellKind::Quadrilateral | CellKind::Tet => 4,
+            CellKind::Pyramid => 5,
+            CellKind::Prism => 6,
+            CellKind::Hexahedron => 8,
         }
     }
 
     /// What messages call one of them.
     pub const fn name(self) -> &'static str {
         match self {
-            Shape::Triangle => "triangle",
-            Shape::Quadrilateral => "quadrilateral",
-            Shape::Tet => "tet",
-            Shape::Pyramid => "pyramid",
-            Shape::Prism => "prism",
-            Shape::Hexahedron => "hexahedron",
+            CellKind::Triangle => "triangle",
+            CellKind::Quadrilateral => "quadrilateral",
+            CellKind::Tet => "tet",
+            CellKind::Pyramid => "pyramid",
+            CellKind::Prism => "prism",
+            CellKind::Hexahedron => "hexahedron",
         }
     }
 
     /// Whether it bounds the volume rather than filling it.
     pub const fn is_face(self) -> bool {
-        matches!(self, Shape::Triangle | Shape::Quadrilateral)
+        matches!(self, CellKind::Triangle | CellKind::Quadrilateral)
     }
 }
 
@@ -60,7 +60,7 @@ impl Shape {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A part of the mesh.
-    Mesh(Shape),
+    Mesh(CellKind),
     /// Points and lines of that name: not part of the mesh.
     PassOver(&'static str),
     /// Counted under that name, so that the message can say what there is.
@@ -72,12 +72,12 @@ pub(super) const MOST_VERTICES: usize = u32::MAX as usize;
 
 /// Cells and faces while they are read.
 #[derive(Debug, Default)]
-pub(super) struct Assembly {
+pub(super) struct MeshBuilder {
     pub tets: Vec<[u32; 4]>,
     pub triangles: Vec<[u32; 3]>,
     /// What the file has instead of a family for each triangle `[n_triangles]`: a marker, a group, a reference.
     pub triangle_tags: Vec<i32>,
-    /// Pyramids, prisms, hexahedra and quadrilaterals; families come with [`Assembly::finish`].
+    /// Pyramids, prisms, hexahedra and quadrilaterals; families come with [`MeshBuilder::finish`].
     pub others: OtherCells,
     /// The same as for triangles `[n_quadrilaterals]`.
     pub quadrilateral_tags: Vec<i32>,
@@ -85,41 +85,41 @@ pub(super) struct Assembly {
     passed_over: BTreeMap<&'static str, usize>,
 }
 
-impl Assembly {
+impl MeshBuilder {
     /// Makes room for `count` elements, a count that was checked against the size of the file.
-    pub fn reserve(&mut self, shape: Shape, count: usize) {
+    pub fn reserve(&mut self, shape: CellKind, count: usize) {
         match shape {
-            Shape::Triangle => {
+            CellKind::Triangle => {
                 self.triangles.reserve(count);
                 self.triangle_tags.reserve(count);
             }
-            Shape::Quadrilateral => {
+            CellKind::Quadrilateral => {
                 self.others.quadrilaterals.reserve(count);
                 self.quadrilateral_tags.reserve(count);
             }
-            Shape::Tet => self.tets.reserve(count),
-            Shape::Pyramid => self.others.pyramids.reserve(count),
-            Shape::Prism => self.others.prisms.reserve(count),
-            Shape::Hexahedron => self.others.hexahedra.reserve(count),
+            CellKind::Tet => self.tets.reserve(count),
+            CellKind::Pyramid => self.others.pyramids.reserve(count),
+            CellKind::Prism => self.others.prisms.reserve(count),
+            CellKind::Hexahedron => self.others.hexahedra.reserve(count),
         }
     }
 
     /// Adds a cell or face with the vertices that `corner` gives one after another; `tag` counts for faces.
     #[inline]
-    pub fn push<E>(&mut self, shape: Shape, tag: i32, corner: impl FnMut() -> Result<u32, E>) -> Result<(), E> {
+    pub fn push<E>(&mut self, shape: CellKind, tag: i32, corner: impl FnMut() -> Result<u32, E>) -> Result<(), E> {
         match shape {
-            Shape::Triangle => {
+            CellKind::Triangle => {
                 self.triangles.push(corners(corner)?);
                 self.triangle_tags.push(tag);
             }
-            Shape::Quadrilateral => {
+            CellKind::Quadrilateral => {
                 self.others.quadrilaterals.push(corners(corner)?);
                 self.quadrilateral_tags.push(tag);
             }
-            Shape::Tet => self.tets.push(corners(corner)?),
-            Shape::Pyramid => self.others.pyramids.push(corners(corner)?),
-            Shape::Prism => self.others.prisms.push(corners(corner)?),
-            Shape::Hexahedron => self.others.hexahedra.push(corners(corner)?),
+            CellKind::Tet => self.tets.push(corners(corner)?),
+            CellKind::Pyramid => self.others.pyramids.push(corners(corner)?),
+            CellKind::Prism => self.others.prisms.push(corners(corner)?),
+            CellKind::Hexahedron => self.others.hexahedra.push(corners(corner)?),
         }
         Ok(())
     }
@@ -192,7 +192,7 @@ impl Assembly {
         of_faces.map(|(tag, _)| tag).filter(|&tag| seen.insert(tag)).collect()
     }
 
-    /// As [`Assembly::finish`], with the families in the order of `used`, which holds every tag.
+    /// As [`MeshBuilder::finish`], with the families in the order of `used`, which holds every tag.
     pub fn finish_in_order(
         self,
         path: &Path,
@@ -250,7 +250,11 @@ fn corners<const N: usize, E>(mut corner: impl FnMut() -> Result<u32, E>) -> Res
 
 /// Fails if a coordinate of the vertex of that tag is NaN or infinite.
 #[inline]
-pub(super) fn check_finite_at(position: [f64; 3], vertex: u64, place: impl FnOnce() -> Place) -> Result<(), ReadError> {
+pub(super) fn check_finite_at(
+    position: [f64; 3],
+    vertex: u64,
+    place: impl FnOnce() -> Location,
+) -> Result<(), ReadError> {
     match position.into_iter().find(|value| !value.is_finite()) {
         Some(value) => Err(ReadError::NotFinite { place: place(), vertex, value }),
         None => Ok(()),

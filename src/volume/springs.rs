@@ -6,21 +6,22 @@
 //! then get the mean of where that takes them, and the inside relaxes once more with them held.
 
 use super::{
-    Motion, Owner, SetUp, Start,
-    lattice::{EdgeSprings, Lattice},
-    partners::even,
+    Start,
+    edges::{EdgeGraph, EdgeSprings},
     rotation::{Rotation, rest_force},
     start::Equilibrium,
 };
 use crate::{
     backend::{BackendError, Constraint},
-    mesh::edges::VertexGraph,
-    relaxation::{Accuracy, Convergence, Method, Network, Relaxer},
+    families::{PlacedBy, even},
+    mesh::{Displacement, edges::VertexGraph},
+    relaxation::{Convergence, Method, Network, Relaxer, Stopping},
     springs::Springs,
+    stage::SetUp,
 };
 
 /// The network of all tets.
-pub struct Volume {
+pub struct VolumeNetwork {
     relaxer: Relaxer,
     /// Where there are periodic planes.
     tied: Option<Tied>,
@@ -35,21 +36,21 @@ struct Tied {
     sets: Vec<Vec<u32>>,
 }
 
-impl Volume {
+impl VolumeNetwork {
     /// Evaluates the springs at the vertices of `set_up`'s mesh and sets the networks up.
     ///
     /// # Errors
     /// The backend failed or the mesh does not fit.
-    pub fn new(set_up: &SetUp, lattice: &Lattice, springs: &Springs) -> Result<Self, BackendError> {
-        Self::of(set_up, &lattice.graph, EdgeSprings::new(set_up, &lattice.tets, springs)?)
+    pub fn new(set_up: &SetUp, edge_graph: &EdgeGraph, springs: &Springs) -> Result<Self, BackendError> {
+        Self::of(set_up, &edge_graph.graph, EdgeSprings::new(set_up, &edge_graph.tets, springs)?)
     }
 
-    /// [`Self::new`] with the last use of a lattice, most of which is gone before the networks come.
+    /// [`Self::new`] with the last use of a edge_graph, most of which is gone before the networks come.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn last(set_up: &SetUp, lattice: Lattice, springs: &Springs) -> Result<Self, BackendError> {
-        let Lattice { tets, graph } = lattice;
+    pub fn last(set_up: &SetUp, edge_graph: EdgeGraph, springs: &Springs) -> Result<Self, BackendError> {
+        let EdgeGraph { tets, graph } = edge_graph;
         let of_edges = EdgeSprings::new(set_up, &tets, springs)?;
         drop(tets);
         Self::of(set_up, &graph, of_edges)
@@ -57,16 +58,16 @@ impl Volume {
 
     fn of(set_up: &SetUp, graph: &VertexGraph, springs: EdgeSprings) -> Result<Self, BackendError> {
         let SetUp { mesh, families, backend, method, .. } = *set_up;
-        let EdgeSprings { length, stiffness, turning } = springs;
+        let EdgeSprings { length, stiffness, rotation_stiffness } = springs;
         let constraint: Vec<Constraint> = (0..mesh.vertices.len() as u32)
-            .map(|vertex| match families.owner[vertex as usize] {
-                Owner::Volume => Constraint::Free,
-                Owner::Plane => families.plane_constraint(vertex),
+            .map(|vertex| match families.placed_by[vertex as usize] {
+                PlacedBy::Volume => Constraint::Free,
+                PlacedBy::Plane => families.plane_constraint(vertex),
                 _ => Constraint::Held,
             })
             .collect();
         let anchor = vec![0.0; mesh.vertices.len()];
-        let sets = families.partners.sliding(&families.owner);
+        let sets = families.partners.sliding(&families.placed_by);
         let tied = (!sets.is_empty()).then(|| {
             let mut constraint = constraint.clone();
             sets.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
@@ -75,7 +76,7 @@ impl Volume {
         });
         // The two networks know nothing of each other.
         let (rotation, relaxer) = rayon::join(
-            || turning.map(|stiffness| Rotation::new(set_up, graph, &stiffness)).transpose(),
+            || rotation_stiffness.map(|stiffness| Rotation::new(set_up, graph, &stiffness)).transpose(),
             || Relaxer::new(Network::new(graph, &stiffness, &length, constraint, anchor), backend, method),
         );
         Ok(Self { relaxer: relaxer?, tied: tied.transpose()?, last: Equilibrium::default(), rotation: rotation? })
@@ -106,29 +107,29 @@ impl Volume {
     pub fn run(
         &mut self,
         vertices: &[glam::DVec3],
-        motion: &mut Motion,
-        accuracy: &Accuracy,
+        displacement: &mut Displacement,
+        stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
-        if motion.iter().all(|displacement| *displacement == glam::DVec3::ZERO) {
+        if displacement.iter().all(|displacement| *displacement == glam::DVec3::ZERO) {
             return Ok(Convergence::nothing_to_do());
         }
-        self.last.recall(&self.relaxer.network().constraint, motion);
+        self.last.recall(&self.relaxer.network().constraint, displacement);
         let (force, spread) = match &mut self.rotation {
             None => (None, Convergence::nothing_to_do()),
             Some(rotation) => {
-                let (turned, spread) = rotation.spread(vertices, motion, accuracy)?;
-                (Some(rest_force(self.relaxer.network(), vertices, &turned)), spread)
+                let (rotation_minus_identity, spread) = rotation.spread(vertices, displacement, stopping)?;
+                (Some(rest_force(self.relaxer.network(), vertices, &rotation_minus_identity)), spread)
             }
         };
-        let mut convergence = self.relaxer.relax(motion, force.as_deref(), accuracy)?;
+        let mut convergence = self.relaxer.relax(displacement, force.as_deref(), stopping)?;
         if self.rotation.is_some() {
             convergence = convergence.and(spread);
         }
         if let Some(Tied { relaxer, sets }) = &mut self.tied {
-            sets.iter().for_each(|set| even(set, motion, false));
-            convergence = convergence.and(relaxer.relax(motion, force.as_deref(), accuracy)?);
+            sets.iter().for_each(|set| even(set, displacement, false));
+            convergence = convergence.and(relaxer.relax(displacement, force.as_deref(), stopping)?);
         }
-        self.last.keep(&convergence, motion);
+        self.last.keep(&convergence, displacement);
         Ok(convergence)
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::backend::{Ball, Constraint};
 
 /// Surfaces and curves for vertices to slide on, which are otherwise held.
-pub trait Slide: Sync {
+pub trait SurfaceMotion: Sync {
     /// What a vertex on its surface or curve may do there, to first order.
     fn tangent(&self, vertex: u32, at: DVec3) -> Constraint;
 

@@ -116,7 +116,7 @@ fn is_below(first: u32, end: u32, at: vec3<f32>, bound: f32) -> bool {
 }
 
 @compute @workgroup_size(64)
-fn climb_vertices(
+fn raise_worst_beta(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,

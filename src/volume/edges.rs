@@ -5,14 +5,14 @@ use std::cell::LazyCell;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::SetUp;
+use crate::stage::SetUp;
 use crate::{
     backend::{Backend, BackendError, CpuBackend, EdgeStiffness, Precision},
     mesh::{
         TetMesh,
         edges::{TetEdges, VertexGraph},
     },
-    springs::{Springs, Stiffness, nearness},
+    springs::{Springs, Stiffness, wall_proximity},
 };
 
 /// Edges in a task.
@@ -23,12 +23,12 @@ const EDGES: usize = 4096;
 const SINGLE: f64 = 1e-5;
 
 /// Where the springs of a mesh go; the same for all its deformed shapes.
-pub struct Lattice {
+pub struct EdgeGraph {
     pub(super) tets: TetEdges,
     pub(super) graph: VertexGraph,
 }
 
-impl Lattice {
+impl EdgeGraph {
     /// The edges of the tets.
     pub fn new(mesh: &TetMesh) -> Self {
         let tets = TetEdges::new(mesh.vertices.len(), &mesh.tets);
@@ -44,7 +44,7 @@ pub(super) struct EdgeSprings {
     /// Stiffness between displacements `[n_edges]`.
     pub(super) stiffness: Vec<f64>,
     /// Stiffness between rotations `[n_edges]`, where the springs know them.
-    pub(super) turning: Option<Vec<f64>>,
+    pub(super) rotation_stiffness: Option<Vec<f64>>,
 }
 
 impl EdgeSprings {
@@ -53,17 +53,17 @@ impl EdgeSprings {
     /// # Errors
     /// The backend failed or the mesh does not fit.
     pub(super) fn new(set_up: &SetUp, tets: &TetEdges, springs: &Springs) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, accuracy, .. } = *set_up;
+        let SetUp { mesh, surface, families, backend, stopping, .. } = *set_up;
         let TetEdges { edges, edge_tets, tet_edges } = tets;
         let edge_vector: Vec<DVec3> =
             edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
         let near = LazyCell::new(|| {
             let walls: Vec<[u32; 3]> = families.moved().flat_map(|family| surface.corners_of(family)).collect();
-            nearness(&mesh.vertices, edges, &walls)
+            wall_proximity(&mesh.vertices, edges, &walls)
         });
         let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
         let reference = CpuBackend::new(Precision::F64);
-        let springs_on: &dyn Backend = if accuracy.tolerance < SINGLE { &reference } else { backend };
+        let springs_on: &dyn Backend = if stopping.tolerance < SINGLE { &reference } else { backend };
         // One sum over the tets serves all springs.
         let sum = match springs.are_torsional() {
             true => springs_on.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges })?,
@@ -81,7 +81,7 @@ impl EdgeSprings {
             }
             stiffness
         };
-        let turning = springs.rotation.map(stiffness);
-        Ok(Self { stiffness: stiffness(springs.stiffness), turning, length })
+        let rotation_stiffness = springs.rotation.map(stiffness);
+        Ok(Self { stiffness: stiffness(springs.stiffness), rotation_stiffness, length })
     }
 }

@@ -1,4 +1,4 @@
-//! One step of the climb on beta at some vertices; twin of `kernels/climb_vertices.wgsl`.
+//! One step of the climb on beta at some vertices; twin of `kernels/raise_worst_beta.wgsl`.
 //!
 //! A vertex moves downhill on `E = sum over its tets of max(0, 1 - beta / goal)^4`, all others fixed. Tets above the goal
 //! do not count, and are not pushed below it for the sake of others; the power lets the worst count most. Climbing on
@@ -33,7 +33,7 @@ pub const PASSES: u32 = 1 + HALVINGS;
 
 /// What is minimised.
 #[derive(Clone, Copy, Debug)]
-pub struct Objective<T> {
+pub struct WorstBetaObjective<T> {
     /// Six times the beta below which tets count.
     pub six_goal: T,
     /// A vertex stays where its step would lower `E` by less than this fraction.
@@ -52,7 +52,7 @@ pub struct Objective<T> {
 pub fn run<T: Real>(
     first: usize,
     star: &Star<T>,
-    objective: &Objective<T>,
+    objective: &WorstBetaObjective<T>,
     correction: &[[T; 4]],
     moved: &mut [[T; 4]],
 ) {
@@ -67,7 +67,13 @@ pub fn run<T: Real>(
     }
 }
 
-fn step<T: Real>(vertex: usize, star: &Star<T>, corners: &[Corner<T>], objective: &Objective<T>, at: [T; 3]) -> [T; 3] {
+fn step<T: Real>(
+    vertex: usize,
+    star: &Star<T>,
+    corners: &[Corner<T>],
+    objective: &WorstBetaObjective<T>,
+    at: [T; 3],
+) -> [T; 3] {
     let local = derivatives(corners, objective, at);
     let direction = project(&star.constraint[vertex], local.uphill);
     let length = dot(direction, direction).sqrt();
@@ -100,7 +106,7 @@ pub struct Local<T> {
 }
 
 /// Whether `E` at `at` is below a bound. Its terms are not negative: the sum ends where it reaches the bound.
-fn is_below<T: Real>(corners: &[Corner<T>], objective: &Objective<T>, at: [T; 3], bound: T) -> bool {
+fn is_below<T: Real>(corners: &[Corner<T>], objective: &WorstBetaObjective<T>, at: [T; 3], bound: T) -> bool {
     let mut total = T::ZERO;
     for corner in corners {
         let short = corner.edges(at).shortfall(objective.six_goal);
@@ -116,7 +122,7 @@ fn is_below<T: Real>(corners: &[Corner<T>], objective: &Objective<T>, at: [T; 3]
 }
 
 /// `E` around a vertex at `at`, from its tets, and its gradient.
-pub fn derivatives<T: Real>(corners: &[Corner<T>], objective: &Objective<T>, at: [T; 3]) -> Local<T> {
+pub fn derivatives<T: Real>(corners: &[Corner<T>], objective: &WorstBetaObjective<T>, at: [T; 3]) -> Local<T> {
     let mut local = Local { energy: T::ZERO, uphill: [T::ZERO; 3], shortest: T::ZERO };
     for (place, corner) in corners.iter().enumerate() {
         let edges = corner.edges(at);

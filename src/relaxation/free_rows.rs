@@ -8,14 +8,14 @@ use crate::mesh::csr::Csr;
 
 /// The vertices of a network that may move and have springs, as a network of their own: what a device sweeps. Springs to the
 /// others, whose corrections are zero, become anchors: the equilibrium of corrections stays what it was.
-pub struct Moving {
+pub struct FreeRows {
     /// The network.
     pub network: Network,
     /// For each of its vertices the one of the whole network.
     pub vertices: Vec<u32>,
 }
 
-impl Moving {
+impl FreeRows {
     /// The part of `whole` that moves.
     pub fn new(whole: &Network) -> Self {
         let vertices: Vec<u32> = (0..whole.len() as u32).filter(|&row| whole.moves(row as usize)).collect();

@@ -12,12 +12,16 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::{Motion, Owner, SetUp, Start, best_motion::BestMotion, start::Equilibrium};
+use super::{Start, start::Equilibrium};
+use crate::families::PlacedBy;
+use crate::geometry::fitted_motion::FittedMotion;
+use crate::mesh::Displacement;
+use crate::stage::SetUp;
 use crate::{
     backend::{BackendError, Constraint},
     mesh::{csr::Csr, edges::VertexGraph, edges::triangle_edges},
     quality::corners,
-    relaxation::{Accuracy, Convergence, Network, Relaxer},
+    relaxation::{Convergence, Network, Relaxer, Stopping},
 };
 
 /// Weight of the normal in a surface vertex's fit, against one for each edge: a ring of edges alone hardly feels a
@@ -59,10 +63,10 @@ impl Rotation {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let n = mesh.vertices.len();
         let constraint = (0..n as u32)
-            .map(|vertex| match families.owner[vertex as usize] {
-                Owner::Volume => Constraint::Free,
+            .map(|vertex| match families.placed_by[vertex as usize] {
+                PlacedBy::Volume => Constraint::Free,
                 // A rotation about the normal keeps a plane; no rotation keeps two.
-                Owner::Plane => match families.plane_constraint(vertex) {
+                PlacedBy::Plane => match families.plane_constraint(vertex) {
                     Constraint::InPlane(normal) => Constraint::OnLine(normal),
                     _ => Constraint::Held,
                 },
@@ -79,7 +83,7 @@ impl Rotation {
             .moved()
             .map(|family| {
                 let own = |vertex: &u32| {
-                    families.owner[*vertex as usize] == families.roles[family.index()].owner()
+                    families.placed_by[*vertex as usize] == families.roles[family.index()].placed_by()
                         && !std::mem::replace(&mut taken[*vertex as usize], true)
                 };
                 let vertices = surface.vertices_of(family).to_vec();
@@ -90,31 +94,31 @@ impl Rotation {
         Ok(Self { relaxer, last: Equilibrium::default(), ring, bodies, triangles: surface.triangles.clone() })
     }
 
-    /// See [`super::volume::Volume::start_from`].
+    /// See [`super::volume::VolumeNetwork::start_from`].
     pub(super) fn start_from(&mut self, start: Start) {
         self.last.start_from(start);
     }
 
-    /// The rotation of every vertex `[n_vertices]`, less the identity, for surfaces moved by `motion`.
+    /// The rotation of every vertex `[n_vertices]`, less the identity, for surfaces moved by `displacement`.
     ///
     /// # Errors
     /// The backend failed.
     pub fn spread(
         &mut self,
         vertices: &[DVec3],
-        motion: &Motion,
-        accuracy: &Accuracy,
+        displacement: &Displacement,
+        stopping: &Stopping,
     ) -> Result<(Vec<DMat3>, Convergence), BackendError> {
         let mut vectors = vec![DVec3::ZERO; vertices.len()];
-        let moved: Vec<DVec3> = vertices.iter().zip(motion).map(|(at, by)| *at + *by).collect();
+        let moved: Vec<DVec3> = vertices.iter().zip(displacement).map(|(at, by)| *at + *by).collect();
         let normals = [vertices, &moved].map(|points| self.normals(points));
         for Body { vertices: all, placed } in &self.bodies {
-            if all.iter().all(|&vertex| motion[vertex as usize] == DVec3::ZERO) {
+            if all.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
             let pairs: Vec<(DVec3, DVec3, f64)> =
                 all.iter().map(|&v| (vertices[v as usize], moved[v as usize], 1.0)).collect();
-            let body_rotation = BestMotion::rigid(&pairs).rotation();
+            let body_rotation = FittedMotion::rigid(&pairs).rotation();
             let body = rotation_vector(body_rotation);
             let prior = DVec3::AXES.map(|axis| (axis * BODY.sqrt(), body_rotation * axis * BODY.sqrt()));
             let found: Vec<DVec3> = placed
@@ -128,23 +132,23 @@ impl Rotation {
                     });
                     let normal = (normals[0][at] * NORMAL.sqrt(), normals[1][at] * NORMAL.sqrt());
                     let arms = arms.chain(prior).chain([normal]);
-                    nearest_turn(rotation_vector(BestMotion::rotation_of(arms)), body)
+                    nearest_turn(rotation_vector(FittedMotion::rotation_of(arms)), body)
                 })
                 .collect();
             placed.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
         }
-        let accuracy = Accuracy { tolerance: ANGLE * accuracy.tolerance, ..*accuracy };
+        let stopping = Stopping { tolerance: ANGLE * stopping.tolerance, ..*stopping };
         self.last.recall(&self.relaxer.network().constraint, &mut vectors);
-        let convergence = self.relaxer.relax(&mut vectors, None, &accuracy)?;
+        let convergence = self.relaxer.relax(&mut vectors, None, &stopping)?;
         self.last.keep(&convergence, &vectors);
-        let turned = |vector: &DVec3| {
+        let rotation_minus_identity = |vector: &DVec3| {
             if *vector == DVec3::ZERO {
                 DMat3::ZERO
             } else {
                 DMat3::from_quat(DQuat::from_scaled_axis(*vector)) - DMat3::IDENTITY
             }
         };
-        Ok((vectors.par_iter().map(turned).collect(), convergence))
+        Ok((vectors.par_iter().map(rotation_minus_identity).collect(), convergence))
     }
 
     fn normals(&self, points: &[DVec3]) -> Vec<DVec3> {
@@ -162,8 +166,8 @@ impl Rotation {
 /// The pull of springs whose rest edges turn with their ends `[n_vertices]`: `sum_j k_ij ((R_i + R_j) / 2 - 1) (X_i - X_j)`.
 ///
 /// - `network`: the springs
-/// - `turned` `[n_vertices]`: rotations less the identity
-pub fn rest_force(network: &Network, positions: &[DVec3], turned: &[DMat3]) -> Vec<DVec3> {
+/// - `rotation_minus_identity` `[n_vertices]`: rotations less the identity
+pub fn rest_force(network: &Network, positions: &[DVec3], rotation_minus_identity: &[DMat3]) -> Vec<DVec3> {
     (0..network.len())
         .into_par_iter()
         .map(|row| {
@@ -172,7 +176,9 @@ pub fn rest_force(network: &Network, positions: &[DVec3], turned: &[DMat3]) -> V
             }
             network.graph.range(row).zip(network.graph.row(row)).fold(DVec3::ZERO, |sum, (entry, &neighbour)| {
                 let rest = positions[row] - positions[neighbour as usize];
-                sum + network.stiffness[entry] * 0.5 * ((turned[row] + turned[neighbour as usize]) * rest)
+                sum + network.stiffness[entry]
+                    * 0.5
+                    * ((rotation_minus_identity[row] + rotation_minus_identity[neighbour as usize]) * rest)
             })
         })
         .collect()
