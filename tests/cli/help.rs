@@ -83,6 +83,12 @@ fn bash_completes_subcommands_options_values_and_files() {
         eprintln!("SKIPPED: bash is older than 4");
         return;
     }
+    for subcommand in subcommands(&fixture) {
+        let offered = offered(&fixture, &["idmesh", &subcommand, "--"]);
+        for option in options(&fixture, &subcommand) {
+            assert!(offered.contains(&format!("--{option}")), "{subcommand}: --{option} is not in {offered:?}");
+        }
+    }
     assert_eq!(offered(&fixture, &["idmesh", "ba"]), ["batch"]);
     assert_eq!(offered(&fixture, &["idmesh", "run", "--ba"]), ["--backend"]);
     assert_eq!(offered(&fixture, &["idmesh", "run", "--backend", ""]), ["auto", "gpu", "cpu"]);
