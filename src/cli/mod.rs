@@ -7,6 +7,7 @@
 mod adapters;
 mod batch;
 mod compare;
+mod completions;
 mod console;
 mod convert;
 mod cut;
@@ -16,6 +17,7 @@ mod failure;
 mod inverted;
 mod job;
 mod lines;
+mod man;
 mod outputs;
 mod quality;
 mod refine;
@@ -25,7 +27,7 @@ mod varied;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{ArgAction, Parser, Subcommand, ValueEnum};
+use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::backend::Selection;
 use console::Console;
@@ -37,9 +39,9 @@ Exit codes:
   2  wrong usage
   3  bad input, nothing was written
   4  not converged
-  5  inverted tets remain, the surface passes through itself, or the wing
-     misses its new profiles: the mesh is
-     written as NAME.invalid.EXT, the tets in question as NAME.inverted.vtu
+  5  inverted tets remain, the surface passes through itself, or the
+     wing misses its new profiles: the mesh is written as
+     NAME.invalid.EXT, the tets in question as NAME.inverted.vtu
   6  no usable GPU";
 
 /// Moves an aircraft's tetrahedral CFD mesh when its wing profiles change, without remeshing.
@@ -74,6 +76,10 @@ enum Command {
     Refine(refine::Arguments),
     /// List the GPUs and say which one would be taken.
     Adapters(adapters::Arguments),
+    /// Print a script by which a shell completes the command line.
+    Completions(completions::Arguments),
+    /// Print the manual page, or write those of all subcommands.
+    Man(man::Arguments),
 }
 
 /// Where to compute.
@@ -116,6 +122,11 @@ fn json_target(text: &str) -> Result<JsonTarget, std::convert::Infallible> {
     Ok(PathBuf::from(text).into())
 }
 
+/// The whole command line, from which completions and manual pages are made.
+fn command_line() -> clap::Command {
+    Arguments::command()
+}
+
 /// Parses the command line, runs the command and reports its failure.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -129,6 +140,8 @@ pub fn main() -> ExitCode {
         Command::Convert(arguments) => convert::run(&arguments, &console),
         Command::Refine(arguments) => refine::run(&arguments, &console),
         Command::Adapters(arguments) => adapters::run(&arguments, &console),
+        Command::Completions(arguments) => completions::run(&arguments, &console),
+        Command::Man(arguments) => man::run(&arguments, &console),
     };
     console.finish();
     match result {

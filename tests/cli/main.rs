@@ -5,6 +5,7 @@ mod commands;
 mod fixture;
 mod formats;
 mod gpu;
+mod help;
 #[cfg(target_os = "linux")]
 mod memory;
 mod refine;

@@ -1,0 +1,121 @@
+//! The project as a whole: what a published package holds, and papers beside the code that name what is there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use idmesh::formats::FORMATS;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text(name: &str) -> String {
+    fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The value of a line `key = "value"` or `key: value`.
+fn value(text: &str, key: &str) -> String {
+    let line = text.lines().find_map(|line| line.strip_prefix(key)).unwrap_or_else(|| panic!("no `{key}`"));
+    line.trim_matches(|letter: char| " =:\"".contains(letter)).to_owned()
+}
+
+/// The files of a package that exist here; Cargo makes the others.
+fn packaged() -> Vec<String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["package", "--list", "--allow-dirty", "--offline", "--locked"])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let list = String::from_utf8(output.stdout).unwrap().replace('\\', "/");
+    list.lines().filter(|name| root().join(name).is_file()).map(str::to_owned).collect()
+}
+
+fn is_mesh(name: &str) -> bool {
+    let name = name.strip_suffix(".gz").unwrap_or(name);
+    let extensions = FORMATS.iter().flat_map(|format| format.extensions);
+    name.contains("polyMesh/") || extensions.chain(&["cgns"]).any(|extension| name.ends_with(&format!(".{extension}")))
+}
+
+#[test]
+fn a_package_holds_the_program_and_no_mesh() {
+    let packaged = packaged();
+    let meshes: Vec<_> = packaged.iter().filter(|name| is_mesh(name)).collect();
+    assert!(meshes.is_empty(), "meshes in the package: {meshes:?}");
+    for folder in ["tests/", "benches/", "fuzz/", ".ci/", ".github/"] {
+        assert!(!packaged.iter().any(|name| name.starts_with(folder)), "{folder} is in the package");
+    }
+
+    for name in
+        ["Cargo.lock", "README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE", "src/main.rs", "src/lib.rs"]
+    {
+        assert!(packaged.iter().any(|other| other == name), "{name} is not in the package");
+    }
+    let mut shaders = fs::read_dir(root().join("kernels")).unwrap();
+    assert!(shaders.all(|entry| {
+        let name = format!("kernels/{}", entry.unwrap().file_name().into_string().unwrap());
+        packaged.contains(&name)
+    }));
+
+    // 1.4 MiB of text are 0.4 MiB packed.
+    let bytes: u64 = packaged.iter().map(|name| fs::metadata(root().join(name)).unwrap().len()).sum();
+    assert!(bytes < 3 << 20, "{bytes} bytes in the package");
+}
+
+#[test]
+fn meshes_are_known_by_their_names() {
+    let meshes = ["tests/data/round.msh.gz", "examples/a/b.lb8.ugrid", "a.cgns", "case/constant/polyMesh/points"];
+    assert!(meshes.into_iter().all(is_mesh));
+    assert!(!["README.md", "src/mesh/mod.rs", "src/formats/vtu.rs"].into_iter().any(is_mesh));
+}
+
+#[test]
+fn the_citation_is_of_this_version_and_licence() {
+    let citation = text("CITATION.cff");
+    assert_eq!(value(&citation, "version"), env!("CARGO_PKG_VERSION"));
+    for licence in env!("CARGO_PKG_LICENSE").split(" OR ") {
+        assert!(citation.contains(&format!("\n  - {licence}\n")), "{licence}");
+    }
+}
+
+/// The words between backticks.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+#[test]
+fn contributing_names_files_and_tests_that_exist() {
+    let contributing = text("CONTRIBUTING.md");
+    // Blocks of code have fences of three backticks, which would put the count out of step.
+    let prose: String = contributing.split("```").step_by(2).collect();
+    let mut code = String::new();
+    for folder in ["src", "tests", "benches"] {
+        rust(&root().join(folder), &mut code);
+    }
+    let (mut files, mut tests) = (0, 0);
+    for word in quoted(&prose).filter(|word| !word.contains([' ', '*'])) {
+        let top = word.split('/').next().unwrap();
+        if word.contains('/') && ["src", "tests", "benches", "fuzz", ".ci", ".github", "kernels", "docs"].contains(&top)
+        {
+            assert!(root().join(word).exists(), "CONTRIBUTING.md names {word}, which is not there");
+            files += 1;
+        } else if word.matches('_').count() >= 2 && word.chars().all(|letter| letter.is_lowercase() || letter == '_') {
+            assert!(code.contains(&format!("fn {word}()")), "CONTRIBUTING.md names {word}, which is no test");
+            tests += 1;
+        }
+    }
+    assert!(files > 10 && tests > 5, "{files} files and {tests} tests found in CONTRIBUTING.md");
+}
+
+fn rust(folder: &Path, code: &mut String) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            rust(&path, code);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            *code += &fs::read_to_string(path).unwrap();
+        }
+    }
+}
