@@ -26,12 +26,13 @@
 //!
 //! use idmesh::{
 //!     backend::{self, Selection},
+//!     families::{Role, TipStart},
 //!     formats::{self, Fields},
 //!     mover::{Design, Mover, Settings},
 //!     profile::csv,
 //!     relaxation::{Stopping, Method},
 //!     springs::Springs,
-//!     families::{Role, TipStart}, stages::WingProfiles,
+//!     stages::WingProfiles,
 //! };
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

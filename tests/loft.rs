@@ -184,7 +184,7 @@ fn a_profile_that_crosses_itself_is_refused() {
     assert!(matches!(refused, Err(ProfileError::CrossesItself { profile: 1, .. })), "{refused:?}");
 }
 
-/// The span_direction of an untwisted wing moved by nothing is the straight line of equal chord fraction.
+/// The span-wise direction of an untwisted wing moved by nothing is the straight line of equal chord fraction.
 #[test]
 fn generators_follow_the_moved_loft() {
     let surface = BLUNT.surface();

@@ -194,7 +194,7 @@ fn random(key: [usize; 3]) -> f64 {
     (state >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// A step of the span_direction splitmix64.
+/// A step of the generator splitmix64.
 fn mixed(state: u64) -> u64 {
     let state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let state = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

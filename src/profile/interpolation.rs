@@ -6,7 +6,7 @@
 //!
 //! - `P_kj`, `D_kj`: knot j of old profile k and its displacement, see [`super::matching`].
 //! - `trend`: position, twist, chord and thickness, linear along the span, see `trend`. It makes an affine change of all
-//!   profiles exact to rounding at every vertex, also off the interpolation and beyond the outermost planes.
+//!   profiles exact to rounding at every vertex, also between the profiles and beyond the outermost planes.
 //! - `eta`, `w_k`: span coordinate of X and the planes' weights (linear for two planes, blended parabolas for more),
 //!   exactly one plane's on that plane. What is quadratic along the span is exact between the outermost planes; beyond them
 //!   the remainder is held.

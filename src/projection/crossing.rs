@@ -31,7 +31,7 @@ impl Crossings {
         Self { tree, boxes: vec![[DVec3::ZERO; 2]; triangles.len()], triangles }
     }
 
-    /// The triangles that are self_intersecting with the vertices here, ascending.
+    /// The triangles that intersect others with the vertices here, ascending.
     ///
     /// - `vertices` `[n_vertices]`, finite
     pub fn self_intersecting(&mut self, vertices: &[DVec3]) -> Vec<u32> {
@@ -54,7 +54,7 @@ impl Crossings {
         found
     }
 
-    /// The triangles that are self_intersecting after a motion and were not before, ascending; none where a vertex is no place, of
+    /// The triangles that intersect others after a motion and were not before, ascending; none where a vertex is no place, of
     /// which nothing can be said.
     ///
     /// - `original` `[n_vertices]`, finite; `moved` `[n_vertices]`

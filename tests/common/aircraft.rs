@@ -72,7 +72,7 @@ impl Aircraft {
     }
 }
 
-/// The usual roles, default springs and stopping.
+/// The usual roles, default springs and tolerance.
 pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
     let role = |name: &String| match name.as_str() {
         "wing" => Role::Wing,
