@@ -309,7 +309,7 @@ fn an_order_is_a_way_there_and_back() {
     assert!(around.chunks(1024).all(|block| block.is_sorted()), "vertices with as many tets stand together");
 
     let gap = |mesh: &TetMesh| mesh.tets.iter().map(|tet| tet.iter().max().unwrap() - tet.iter().min().unwrap()).max();
-    // Two shells of the edge_graph around any vertex have less than half of the vertices of three sides each; and then vertices
+    // Two shells of the lattice around any vertex have less than half of the vertices of three sides each; and then vertices
     // are sorted within a thousand.
     assert!(gap(&ordered).unwrap() <= 2 * 3 * 25 * 25 + 1024, "{:?}", gap(&ordered));
     assert!(gap(&mesh).unwrap() > 15_000, "{:?}", gap(&mesh));

@@ -85,7 +85,7 @@ fn check(springs: &'static Springs) {
     assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
     assert_eq!(outcome.inverted, 0, "{name}");
     assert!(outcome.folded.is_empty(), "{name}: {:?}", outcome.folded);
-    assert!(outcome.is_valid(), "{name}: {} self_intersecting", outcome.self_intersecting.len());
+    assert!(outcome.is_valid(), "{name}: {} self-intersecting", outcome.self_intersecting.len());
     // The wing alone does not do: its motion is larger than the cells around it.
     assert!(outcome.stages[1].inverted > 1000, "{name}");
 }

@@ -138,7 +138,7 @@ fn inverted_tets_are_gathered_and_placed() {
     }
 }
 
-/// VolumeResult the block no vertex of a tet is on the surface: the nearest triangle is searched for.
+/// Inside the block no vertex of a tet is on the surface: the nearest triangle is searched for.
 #[test]
 fn the_nearest_triangle_is_found_from_within() {
     let mesh = carve([9, 9, 9], &["low", "rest"], |_| false, |t| if on(t, 2, 0.0) { "low" } else { "rest" }, |at| at);

@@ -27,7 +27,7 @@ fn check(aircraft: Aircraft, mover: &mut Mover, set: &str) -> Outcome {
     assert_eq!(faults(mesh, &outcome.vertices), [], "{set}");
     assert_eq!(outcome.inverted, 0, "{set}");
     assert!(outcome.folded.is_empty(), "{set}: {:?}", outcome.folded);
-    assert!(outcome.is_valid(), "{set}: {} self_intersecting", outcome.self_intersecting.len());
+    assert!(outcome.is_valid(), "{set}: {} self-intersecting", outcome.self_intersecting.len());
 
     let [original, .., last] = &outcome.stages[..] else { panic!("{set}: no stages") };
     let ratio = last.beta_mean / original.beta_mean;

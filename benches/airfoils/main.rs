@@ -222,7 +222,7 @@ fn why(outcome: &Outcome) -> String {
         faults.push(format!("{} inverted tets", outcome.inverted));
     }
     if !outcome.self_intersecting.is_empty() {
-        faults.push(format!("{} triangles self_intersecting", outcome.self_intersecting.len()));
+        faults.push(format!("{} triangles self-intersecting", outcome.self_intersecting.len()));
     }
     for missed in outcome.missed.values() {
         let at = outcome.vertices[missed.vertex];
@@ -233,7 +233,7 @@ fn why(outcome: &Outcome) -> String {
         ));
     }
     for (family, distance) in outcome.off_surface.iter().chain(&outcome.parted) {
-        faults.push(format!("{family} off_surface or parted by {distance:e}"));
+        faults.push(format!("{family} is off its surface or parted by {distance:e}"));
     }
     let held = outcome.held_back.iter().filter(|held| held.beyond.is_some());
     faults.extend(held.map(|held| format!("{held:?}")));

@@ -60,7 +60,7 @@ impl Edges {
         }
     }
 
-    /// The default springs, but for their wall_proximity to walls.
+    /// The default springs, but for their power of the proximity to walls.
     ///
     /// # Errors
     /// The backend failed.

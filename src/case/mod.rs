@@ -92,7 +92,7 @@ pub enum Role {
     },
     /// Elastic shape: slides on its original surface.
     Carenage,
-    /// SurfaceFreedom in its own plane.
+    /// Slides in its own plane.
     Plane {
         /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size; each keeps its own
         /// distance. Without it the family must be flat.

@@ -45,9 +45,9 @@ pub enum Role {
         /// Where the springs pull to.
         start: TipStart,
     },
-    /// SurfaceFreedom on its original surface.
+    /// Slides on its original surface.
     Carenage,
-    /// SurfaceFreedom in its plane.
+    /// Slides in its plane.
     Plane {
         /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (the largest
         /// distance of a vertex from their centre): each keeps its own distance from it. Without it the family must be flat
@@ -222,7 +222,7 @@ fn advice(least: f64) -> String {
 pub struct Families {
     /// Role of each family `[n_families]`.
     pub roles: Vec<Role>,
-    /// FamilyShape of each carenage and plane family `[n_families]`.
+    /// Shape of each carenage and plane family `[n_families]`.
     pub shapes: Vec<Option<FamilyShape>>,
     /// Which stage places each vertex `[n_vertices]`.
     pub placed_by: Vec<PlacedBy>,

@@ -1,4 +1,4 @@
-//! One step of the climb on beta at some vertices; twin of `kernels/raise_worst_beta.wgsl`.
+//! One step that raises the worst beta at some vertices; twin of `kernels/raise_worst_beta.wgsl`.
 //!
 //! A vertex moves downhill on `E = sum over its tets of max(0, 1 - beta / goal)^4`, all others fixed. Tets above the goal
 //! do not count, and are not pushed below it for the sake of others; the power lets the worst count most. Climbing on

@@ -4,7 +4,7 @@
 //! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
 //! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
 //!
-//! VolumeResult, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
+//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
 
 mod fold_check;
 mod held_back;

@@ -5,7 +5,7 @@
 //! interpolant `r^4 ln r` with quadratic terms) through the loop and the surface around it, over the loop's own plane: it
 //! leaves the rim with the surface's tangents and curvature, and follows a paraboloid exactly. The biharmonic (thin
 //! plate) spline flattens out instead: across a cylinder it lost 3 % of the sagitta. The spline is sampled on a triangular
-//! edge_graph and triangulated, so that one search serves the surface and its continuation.
+//! lattice and triangulated, so that one search serves the surface and its continuation.
 
 use glam::{DVec2, DVec3};
 use nalgebra::{DMatrix, DVector};
@@ -240,7 +240,7 @@ fn triangulate(polygon: &[DVec2]) -> Option<(Vec<DVec2>, Vec<[usize; 3]>)> {
         cdt.add_constraint(from, to);
     }
     let mut points = Vec::new();
-    // A triangular edge_graph: no four of its points lie on an empty circle, so rounding cannot change the triangulation.
+    // A triangular lattice: no four of its points lie on an empty circle, so rounding cannot change the triangulation.
     let rows = (1.0 / (spacing * 0.75f64.sqrt())).ceil() as i64;
     let columns = (1.0 / spacing).ceil() as i64 + 1;
     for row in -rows..=rows {

@@ -11,7 +11,7 @@ const BEYOND: f64 = 1e-6;
 
 /// A surface that is watched for passing through itself.
 ///
-/// A triangle is *self_intersecting* when an edge of another one passes through it. Triangles with a vertex in common with the edge
+/// A triangle is *self-intersecting* when an edge of another one passes through it. Triangles with a vertex in common with the edge
 /// are left out: neighbours touch.
 pub struct Crossings {
     tree: TriangleTree,

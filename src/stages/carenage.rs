@@ -51,7 +51,7 @@ impl Carenages {
         Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })
     }
 
-    /// SurfaceFreedom the carenages after the junctions.
+    /// Slides the carenages after the junctions.
     ///
     /// # Errors
     /// The backend failed.

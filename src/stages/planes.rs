@@ -37,7 +37,7 @@ impl Planes {
         Ok(Self { network: Some(SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method)?) })
     }
 
-    /// SurfaceFreedom the plane families after what borders them.
+    /// Slides the plane families after what borders them.
     ///
     /// # Errors
     /// The backend failed.

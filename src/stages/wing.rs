@@ -211,7 +211,7 @@ impl Wings {
             .collect()
     }
 
-    /// SurfaceFreedom the junctions back onto their surfaces; `displacements` as [`Self::interpolate`] returned them.
+    /// Slides the junctions back onto their surfaces; `displacements` as [`Self::interpolate`] returned them.
     ///
     /// # Errors
     /// The backend failed.

@@ -76,7 +76,7 @@ const LOCAL: f64 = 1e-3;
 /// Most sweeps of a repair on the way.
 const REPAIR_SWEEPS: usize = 100;
 
-/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the edge_graph and the networks
+/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the edges of the tets and the networks
 /// of a step; 345 to 363 in meshes of 0.1 to 6.5 million tets.
 const PATH_BYTES: u64 = 380;
 
@@ -189,7 +189,7 @@ impl Smoothing {
 impl VolumeStage {
     /// Sets springs and optimisation up.
     ///
-    /// - `edge_graph`: the mesh's
+    /// - `edge_graph`: the edges of the mesh's tets
     /// - `lowest`: the undeformed mesh's smallest beta
     /// - `max_steps`: how many steps an update may try, the jump among them
     ///

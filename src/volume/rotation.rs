@@ -94,7 +94,7 @@ impl Rotation {
         Ok(Self { relaxer, last: Equilibrium::default(), ring, bodies, triangles: surface.triangles.clone() })
     }
 
-    /// See [`super::volume::VolumeNetwork::start_from`].
+    /// See [`super::springs::VolumeNetwork::start_from`].
     pub(super) fn start_from(&mut self, start: Start) {
         self.last.start_from(start);
     }

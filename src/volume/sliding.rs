@@ -41,9 +41,9 @@ const TRUE_TO_SHAPE: f64 = 0.002;
 enum Freedom {
     /// Nothing beyond its constraint.
     Held,
-    /// SurfaceMotion on the smooth part of its family that has this triangle.
+    /// Slide on the smooth part of its family that has this triangle.
     Surface(u32),
-    /// SurfaceMotion along the curve between these two vertices.
+    /// Slide along the curve between these two vertices.
     Curve([u32; 2]),
 }
 

@@ -45,7 +45,7 @@ impl VolumeNetwork {
         Self::of(set_up, &edge_graph.graph, EdgeSprings::new(set_up, &edge_graph.tets, springs)?)
     }
 
-    /// [`Self::new`] with the last use of a edge_graph, most of which is gone before the networks come.
+    /// [`Self::new`] with the last use of the edges, most of which is gone before the networks come.
     ///
     /// # Errors
     /// As [`Self::new`].
