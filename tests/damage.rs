@@ -25,8 +25,9 @@ fn most_memory() -> Option<usize> {
     Some(line.split_whitespace().next()?.parse::<usize>().ok()? * 1024)
 }
 
-/// Runs a test of this file again, alone in a process in which all threads take memory from one place. Otherwise glibc sets
-/// 64 MiB of addresses aside for a thread, whenever it first asks for memory, which would be taken for a reader's.
+/// Runs a test of this file again, alone in a process in which all threads take memory from one
+/// place. Otherwise glibc sets 64 MiB of addresses aside whenever a thread first asks for memory,
+/// and the test would count them as a reader's.
 fn alone_in_a_process(test: &str) {
     let output = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", test, "--nocapture"])

@@ -1,4 +1,4 @@
-//! The project as a whole: what a published package holds, and papers beside the code that name what is there.
+//! The project as a whole: what a published package holds, and documents that name what exists.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! What the command line says of itself: completions and manual pages know every subcommand and option that `--help` shows.
+//! What the command line says of itself: completions and manual pages know every subcommand and
+//! option that `--help` shows.
 
 use std::fs;
 use std::path::Path;
