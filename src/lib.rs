@@ -96,7 +96,7 @@ pub mod springs;
 pub mod stages;
 mod text;
 
-/// Compiles the code in the README.
+/// Compiles the code in the book.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/src/library.md")]
+struct Book;
