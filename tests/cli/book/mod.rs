@@ -77,15 +77,18 @@ impl Page {
     }
 
     /// The pieces of code between words, with the numbers of their lines.
-    fn spans(&self) -> Vec<(usize, &str)> {
-        self.prose()
-            .into_iter()
-            .flat_map(|(number, line)| line.split('`').skip(1).step_by(2).map(move |span| (number, span)))
-            .collect()
+    fn spans<'p>(&'p self) -> Vec<(usize, &'p str)> {
+        let prose = self.prose();
+        for (number, line) in &prose {
+            assert!(line.matches('`').count() % 2 == 0, "{}:{number}: code goes on in the next line", self.name());
+        }
+        let spans =
+            |(number, line): (usize, &'p str)| line.split('`').skip(1).step_by(2).map(move |span| (number, span));
+        prose.into_iter().flat_map(spans).collect()
     }
 }
 
-/// A folder as the text has it: the example where the repository has it and beside the user, and the user's own designs.
+/// A folder as the text has it: the example in its place and beside the user, and the user's own designs.
 fn workplace() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let example = folder.path().join("examples/wing-body");
