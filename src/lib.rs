@@ -101,7 +101,7 @@ pub mod stages;
 mod text;
 pub mod volume;
 
-/// Compiles the code in the README.
+/// Compiles the code in the book.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/src/library.md")]
+struct Book;

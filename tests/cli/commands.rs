@@ -1,11 +1,8 @@
 //! The other commands.
 
-use std::fs;
-use std::path::Path;
 use std::process::Stdio;
 
 use crate::fixture::*;
-use crate::gpu::gpu_tests_are_off;
 use crate::wing_box::*;
 
 #[test]
@@ -98,38 +95,4 @@ fn meshes_are_compared_vertex_by_vertex() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("nothing to compare"), "{}", stderr(&output));
     fixture.refuses_command(&["compare", "box.msh", "nothing.msh"], 3, &["nothing.msh"]);
-}
-
-/// In a folder with the examples, one after the other as they stand there.
-#[test]
-fn the_commands_of_the_readme_run() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let readme = fs::read_to_string(root.join("README.md")).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let example = folder.path().join("examples/wing-body");
-    fs::create_dir_all(&example).unwrap();
-    for entry in fs::read_dir(root.join("examples/wing-body")).unwrap().map(Result::unwrap) {
-        if entry.file_type().unwrap().is_file() {
-            fs::copy(entry.path(), example.join(entry.file_name())).unwrap();
-        }
-    }
-    // The user's own designs.
-    fs::create_dir(folder.path().join("designs")).unwrap();
-    fs::copy(example.join("new.csv"), folder.path().join("designs/a.csv")).unwrap();
-    let blocks = readme.split("```").skip(1).step_by(2).filter_map(|block| block.strip_prefix("sh\n"));
-    let commands: Vec<Vec<&str>> = blocks
-        .flat_map(str::lines)
-        .filter_map(|line| Some(line.strip_prefix("idmesh ")?.split(' ').collect()))
-        .collect();
-    assert!(commands.len() > 8, "{commands:?}");
-    for command in commands {
-        let on_gpu = command[0] == "compare" && command[1].ends_with(".toml");
-        if on_gpu && gpu_tests_are_off() {
-            continue;
-        }
-        let output = crate::fixture::command(folder.path(), &command).output().unwrap();
-        // The moved mesh is not the mesh it was moved from.
-        let expected = i32::from(command[0] == "compare" && !on_gpu);
-        assert_eq!(output.status.code(), Some(expected), "{command:?}: {}", stderr(&output));
-    }
 }

@@ -1,6 +1,7 @@
 //! The command line: what works, what bad input is told, which exit code it gets, and that it leaves no file behind.
 
 mod batch;
+mod book;
 mod commands;
 mod fixture;
 mod formats;
