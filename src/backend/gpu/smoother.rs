@@ -41,8 +41,8 @@ impl Room {
         };
         let buffers: Vec<_> = sizes.iter().map(buffer).collect();
         let named: Vec<_> = buffers.iter().map(|(name, buffer)| (*name, buffer)).collect();
-        let smooth_vertices = device.bind(&device.smooth_vertices, &named);
-        let climb_vertices = device.bind(&device.climb_vertices, &named);
+        let smooth_vertices = device.bind(&device.pipelines.smooth_vertices, &named);
+        let climb_vertices = device.bind(&device.pipelines.climb_vertices, &named);
         let size = buffers.iter().find(|(name, _)| *name == "correction").map_or(0, |(_, buffer)| buffer.size());
         let staging = device.buffer("staging", size, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
         Self { buffers, staging, smooth_vertices, climb_vertices }
@@ -144,12 +144,24 @@ impl DeviceSmoother for GpuSmoother {
                             delta_squared,
                             tolerance,
                         };
-                        self.dispatch((&device.smooth_vertices, &room.smooth_vertices), params, patch, count, &room);
+                        self.dispatch(
+                            (&device.pipelines.smooth_vertices, &room.smooth_vertices),
+                            params,
+                            patch,
+                            count,
+                            &room,
+                        );
                     }
                     Objective::Beta { goal, gain } => {
                         let (six_goal, gain) = ((6.0 * goal) as f32, gain as f32);
                         let params = |first, n_vertices| climb_vertices::Params { first, n_vertices, six_goal, gain };
-                        self.dispatch((&device.climb_vertices, &room.climb_vertices), params, patch, count, &room);
+                        self.dispatch(
+                            (&device.pipelines.climb_vertices, &room.climb_vertices),
+                            params,
+                            patch,
+                            count,
+                            &room,
+                        );
                     }
                 }
                 let found = device.read(device.encoder(), room.buffer("correction"), &room.staging, correction.len());
