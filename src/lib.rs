@@ -83,6 +83,8 @@ pub mod case;
 #[doc(hidden)]
 pub mod cli;
 pub mod formats;
+#[doc(hidden)]
+pub mod geometry;
 pub mod kernels;
 pub mod mesh;
 pub mod mover;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// The layers, lowest first. A module may import from lower layers and from its own, but never in a circle.
 const LAYERS: &[&[&str]] = &[
-    &["mesh", "kernels", "quality", "text"],
+    &["geometry", "mesh", "kernels", "quality", "text"],
     &["formats", "projection", "springs", "profile", "backend"],
     &["relaxation", "smoothing", "report"],
     &["stages"],

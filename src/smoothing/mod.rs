@@ -29,7 +29,8 @@ pub use slide::Slide;
 pub use target::{Target, inverse_targets};
 
 use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, Objective, Patch};
-use crate::quality::{self, corners};
+use crate::geometry::corners;
+use crate::quality;
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
 

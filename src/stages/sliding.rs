@@ -12,13 +12,14 @@ use glam::DVec3;
 use super::{Families, Owner, shape::Kept};
 use crate::{
     backend::{Ball, Constraint},
+    geometry::{corners, unit_normal},
     mesh::{
         TetMesh,
         csr::Csr,
         half_edge::{Surface, next},
     },
     projection::walk::{Curves, Parts},
-    quality::{corners, faults},
+    quality::faults,
     smoothing::Slide,
 };
 
@@ -211,8 +212,7 @@ impl Slide for Sliding<'_> {
 }
 
 fn normal(mesh: &TetMesh, triangle: [u32; 3]) -> DVec3 {
-    let [a, b, c] = corners(&mesh.vertices, triangle);
-    (b - a).cross(c - a).normalize_or_zero()
+    unit_normal(corners(&mesh.vertices, triangle))
 }
 
 /// Whether a curve goes on through its middle vertex without a sharp turn.
