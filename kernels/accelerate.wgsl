@@ -1,6 +1,5 @@
 // The end of a multigrid cycle: e_new = start + P (relaxation (e - start) + momentum (start - previous)), and per workgroup of
-// 256 vertices the largest squared change, in shortest edges. One invocation per vertex. Needs
-// constraint.wgsl before it.
+// 256 vertices the largest squared change, in shortest edges. One invocation per vertex.
 
 struct Params {
     n_vertices: u32,
@@ -26,13 +25,10 @@ const BLOCK = 256u;
 var<workgroup> largest: array<u32, BLOCK>;
 
 @compute @workgroup_size(BLOCK)
-fn accelerate(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let block = group.y * groups.x + group.x;
-    let row = block * BLOCK + lane;
+fn accelerate(here: Invocation) {
+    let lane = here.lane;
+    let row = place(here.group, here.groups, lane, BLOCK);
+    let block = row / BLOCK;
     var change = 0.0;
     if (row < params.n_vertices) {
         let origin = start[row].xyz;

@@ -1,5 +1,5 @@
 // How far a network still has to go: per workgroup of 256 rows the sum of |P r|^2 and the largest squared change
-// since the snapshot, in shortest edges. One invocation per row. Needs row.wgsl before it.
+// since the snapshot, in shortest edges. One invocation per row.
 
 struct Params {
     first_row: u32,
@@ -21,13 +21,10 @@ var<workgroup> sums: array<f32, BLOCK>;
 var<workgroup> largest: array<u32, BLOCK>;
 
 @compute @workgroup_size(BLOCK)
-fn convergence(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let block = group.y * groups.x + group.x;
-    let local = block * BLOCK + lane;
+fn convergence(here: Invocation) {
+    let lane = here.lane;
+    let local = place(here.group, here.groups, lane, BLOCK);
+    let block = local / BLOCK;
     var sum = 0.0;
     var change = 0.0;
     if (local < params.n_rows) {

@@ -1,4 +1,4 @@
-// What a correction leaves of the load: P r. One invocation per row. Needs constraint.wgsl and row.wgsl before it.
+// What a correction leaves of the load: P r. One invocation per row.
 
 struct Params {
     first_row: u32,
@@ -9,13 +9,9 @@ struct Params {
 // P r [n_vertices]; w = 0.
 @group(0) @binding(6) var<storage, read_write> rest: array<vec4<f32>>;
 
-@compute @workgroup_size(64)
-fn defect(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let local = (group.y * groups.x + group.x) * 64u + lane;
+@compute @workgroup_size(GROUP)
+fn defect(here: Invocation) {
+    let local = place(here.group, here.groups, here.lane, GROUP);
     if (local >= params.n_rows) {
         return;
     }

@@ -45,14 +45,6 @@ const STAR = array<array<u32, 3>, 4>(
     array<u32, 3>(2u, 4u, 5u),
 );
 
-fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
 // Twice the area vector (up to sign) of the triangle with these three edges. From its two shorter edges: the angle
 // between them is the triangle's largest, so a needle loses nothing to cancellation.
 fn area_vector(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
@@ -124,13 +116,9 @@ fn inverse_sin_squared(entry: u32) -> f32 {
     return LARGEST;
 }
 
-@compute @workgroup_size(64)
-fn edge_stiffness(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let edge = (group.y * groups.x + group.x) * 64u + lane;
+@compute @workgroup_size(GROUP)
+fn edge_stiffness(here: Invocation) {
+    let edge = place(here.group, here.groups, here.lane, GROUP);
     if (edge >= params.n_edges) {
         return;
     }

@@ -1,6 +1,6 @@
 // One step of the climb on beta: a vertex moves downhill on E = sum over its tets of max(0, 1 - beta / goal)^4, all
 // others fixed. One invocation per vertex of a colour; vertices of one dispatch share no tet, so `correction` is updated
-// in place. Needs constraint.wgsl and star.wgsl before it.
+// in place.
 //
 // `base` holds each tet's edge vectors from its first vertex.
 
@@ -115,17 +115,13 @@ fn is_below(first: u32, end: u32, at: vec3<f32>, bound: f32) -> bool {
     return true;
 }
 
-@compute @workgroup_size(64)
-fn raise_worst_beta(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = (group.y * groups.x + group.x) * 64u + lane;
-    if (place >= params.n_vertices) {
+@compute @workgroup_size(GROUP)
+fn raise_worst_beta(here: Invocation) {
+    let index = place(here.group, here.groups, here.lane, GROUP);
+    if (index >= params.n_vertices) {
         return;
     }
-    let vertex = params.first + place;
+    let vertex = params.first + index;
     let first = row_start[vertex];
     let end = row_start[vertex + 1u];
     let at = correction[vertex].xyz;

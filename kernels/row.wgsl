@@ -1,5 +1,4 @@
-// What the kernels that walk the rows of a spring network share: its bindings and the residual of a row. Stands before
-// relax_sweep.wgsl, convergence.wgsl and defect.wgsl.
+// What the kernels that walk the rows of a spring network share: its bindings and the residual of a row.
 
 struct Entry {
     // The neighbour.

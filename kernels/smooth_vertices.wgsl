@@ -1,7 +1,6 @@
 // One step of the local quality optimisation: a vertex moves by a Newton step to lower E = sum over its tets of
 // (27 q w^size)^power, q = f^3 / (27 h^2), w = (h + 1 / h) / 2, all others fixed. One invocation per vertex of a colour;
-// vertices of one dispatch share no tet, so `correction` is updated in place. Needs constraint.wgsl and star.wgsl before
-// it.
+// vertices of one dispatch share no tet, so `correction` is updated in place.
 //
 // Of a tet with edge vectors A (columns) and target W: S = A W^-1, f = |S|_F^2, sigma = det S,
 // r = sqrt(sigma^2 + 4 delta^2), h = (sigma + r) / 2. `base` holds S.
@@ -260,17 +259,13 @@ fn newton(vertex: u32, local: Local) -> vec3<f32> {
     return vec3<f32>(0.0);
 }
 
-@compute @workgroup_size(64)
-fn smooth_vertices(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = (group.y * groups.x + group.x) * 64u + lane;
-    if (place >= params.n_vertices) {
+@compute @workgroup_size(GROUP)
+fn smooth_vertices(here: Invocation) {
+    let index = place(here.group, here.groups, here.lane, GROUP);
+    if (index >= params.n_vertices) {
         return;
     }
-    let vertex = params.first + place;
+    let vertex = params.first + index;
     let first = row_start[vertex];
     let end = row_start[vertex + 1u];
     let at = correction[vertex].xyz;

@@ -1,5 +1,4 @@
-// What the kernels that move vertices within the tets around them share: its bindings, and vectors. Stands before
-// smooth_vertices.wgsl and raise_worst_beta.wgsl. Needs constraint.wgsl before it.
+// What the kernels that move vertices within the tets around them share: bindings, and how far a vertex may go.
 
 // Where each moving vertex's tets start in `vertex_tets` [n_moving + 1].
 @group(0) @binding(1) var<storage, read> row_start: array<u32>;
@@ -16,14 +15,6 @@
 @group(0) @binding(8) var<storage, read> reach: array<vec4<f32>>;
 
 const HALVINGS = 8u;
-
-fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
 
 // The place nearest to `at` within the vertex's reach.
 fn within(vertex: u32, at: vec3<f32>) -> vec3<f32> {

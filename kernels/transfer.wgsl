@@ -1,5 +1,5 @@
 // From one level of a hierarchy to the next, either way: gathered_i = keep gathered_i + P_i sum_j w_ij source_j.
-// One invocation per row. Needs constraint.wgsl before it, with the constraints of the level that gathers.
+// One invocation per row. The constraints are of the level that gathers.
 
 struct Params {
     first_row: u32,
@@ -23,13 +23,9 @@ struct Weight {
 // [n_targets]; w stays.
 @group(0) @binding(5) var<storage, read_write> gathered: array<vec4<f32>>;
 
-@compute @workgroup_size(64)
-fn transfer(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let local = (group.y * groups.x + group.x) * 64u + lane;
+@compute @workgroup_size(GROUP)
+fn transfer(here: Invocation) {
+    let local = place(here.group, here.groups, here.lane, GROUP);
     if (local >= params.n_rows) {
         return;
     }

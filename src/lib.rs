@@ -85,6 +85,7 @@ pub mod case;
 pub mod cli;
 pub mod families;
 pub mod formats;
+#[doc(hidden)]
 pub mod geometry;
 pub mod kernels;
 pub mod mesh;

@@ -87,7 +87,7 @@ fn run() -> Result<(), Failure> {
         print_runs(body.kinds(), &runs);
         fs::create_dir_all(&charts)?;
         let svg = charts.join(format!("robustness-{name}.svg"));
-        fs::write(&svg, chart::chart(body.kinds(), &runs, original.min)?)?;
+        fs::write(&svg, chart::chart(body.kinds(), &runs, original.min))?;
         eprintln!("chart: {}", svg.display());
     }
     Ok(())

@@ -8,6 +8,7 @@ use idmesh::{
     case::Case,
     families::Role,
     formats,
+    geometry::{NOWHERE, bounds},
     mesh::{FamilyId, TetMesh},
     mover::{Design, Mover, Settings},
     profile::{Profile, cut, stations},
@@ -66,7 +67,7 @@ impl Sections {
         let planes = stations::evenly(&mesh.vertices, &triangles, SECTIONS)?;
         let numbered: Vec<_> = (0..).zip(planes).collect();
         let old = cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)?;
-        let (low, high) = bounds(&old[0].points);
+        let [low, high] = bounds(old[0].points.iter().copied()).unwrap_or(NOWHERE);
         let along = || triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize].y);
         let (root, tip) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
         let Case { springs, solver, .. } = case;
@@ -74,7 +75,7 @@ impl Sections {
     }
 
     fn moved(&self, section: &Profile, kind: usize, amount: f64) -> Profile {
-        let (low, high) = bounds(&section.points);
+        let [low, high] = bounds(section.points.iter().copied()).unwrap_or(NOWHERE);
         let quarter = DVec3::new(low.x + (high.x - low.x) / 4.0, 0.0, (low.z + high.z) / 2.0);
         let outward = (section.points[0].y - self.root) / (self.tip - self.root);
         let place = |at: DVec3| match KINDS[kind].name {
@@ -123,8 +124,4 @@ impl Body for Sections {
         let new = self.old.iter().map(|section| self.moved(section, kind, amount)).collect();
         Design { profiles: BTreeMap::from([("wing".to_owned(), new)]), ..Design::default() }
     }
-}
-
-fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
-    points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &at| (low.min(at), high.max(at)))
 }

@@ -9,6 +9,7 @@ use super::failure::{Exit, Failure};
 use super::job::Job;
 use super::outputs;
 use crate::formats::{Cells, Fields, write_vtu};
+use crate::geometry::triangle_normal;
 use crate::mesh::TetMesh;
 use crate::mover::{Beyond, MISSED, Mover, Outcome};
 use crate::projection::crossing::crosses;
@@ -126,7 +127,6 @@ fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let of =
         |vertices: &[DVec3], triangle: u32| mesh.triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
     let middle = |[a, b, c]: [DVec3; 3]| (a + b + c) / 3.0;
-    let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
     let place = |triangle: u32| {
         let [x, y, z] = middle(of(moved, triangle)).to_array().map(short);
         let family = &mesh.families[mesh.triangle_family[triangle as usize].index()];
@@ -136,7 +136,7 @@ fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let Some(other) = (0..mesh.triangles.len() as u32).find(crossing) else { return place(first) };
     let [one, two] = [first, other].map(|triangle| of(&mesh.vertices, triangle));
     // Triangles of one edge look nearly the same or nearly opposite ways: the surface is thin there.
-    let angle = normal(one).angle_between(normal(two)).to_degrees();
+    let angle = triangle_normal(one).angle_between(triangle_normal(two)).to_degrees();
     format!(
         "{} with {}, which were {} apart before, their planes at {:.0} degrees",
         place(first),

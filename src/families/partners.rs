@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 
 use super::{Families, PlacedBy, Role, SetupError, shape::FamilyShape};
+use crate::geometry::{NOWHERE, bounds};
 use crate::mesh::Displacement;
 use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
 
@@ -231,15 +232,13 @@ impl Finder<'_> {
         self.mesh.vertices[vertex as usize]
     }
 
-    fn bounds(&self, family: FamilyId) -> (DVec3, DVec3) {
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let vertices = self.surface.vertices_of(family).iter().map(|&vertex| self.at(vertex));
-        vertices.fold(start, |(low, high), at| (low.min(at), high.max(at)))
+    fn bounds(&self, family: FamilyId) -> [DVec3; 2] {
+        bounds(self.surface.vertices_of(family).iter().map(|&vertex| self.at(vertex))).unwrap_or(NOWHERE)
     }
 
     /// The partners, or the vertices that have none.
     fn matched(&self, families: [FamilyId; 2]) -> Result<Vec<[u32; 2]>, Vec<u32>> {
-        let [(low, high), (other_low, other_high)] = families.map(|family| self.bounds(family));
+        let [[low, high], [other_low, other_high]] = families.map(|family| self.bounds(family));
         let shift = 0.5 * ((other_low - low) + (other_high - high));
         let corners = families.into_iter().flat_map(|family| self.surface.corners_of(family));
         let edges = corners.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);

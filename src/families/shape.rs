@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::{MOST_FLAT, PlacedBy, Role, SetupError};
 use crate::{
+    geometry::triangle_normal,
     mesh::{FamilyId, TetMesh, half_edge::Surface},
     projection::{TargetSurface, continuation},
 };
@@ -77,13 +78,7 @@ pub(super) fn fit_plane(
     let vertices = surface.vertices_of(family);
     let at = |vertex: u32| mesh.vertices[vertex as usize];
     let centre = vertices.iter().map(|&vertex| at(vertex)).sum::<DVec3>() / vertices.len().max(1) as f64;
-    let area: DVec3 = surface
-        .corners_of(family)
-        .map(|corners| {
-            let [a, b, c] = corners.map(at);
-            (b - a).cross(c - a)
-        })
-        .sum();
+    let area: DVec3 = surface.corners_of(family).map(|corners| triangle_normal(corners.map(at))).sum();
     let mut normal = area.normalize_or(DVec3::Y);
     // Rounding must not tilt a coordinate plane: then "in the plane" can hold to the last bit.
     if let Some(axis) = DVec3::AXES.into_iter().find(|axis| axis.dot(normal).abs() > 1.0 - 1e-12) {

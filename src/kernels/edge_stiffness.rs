@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
+use super::vector::{cross, dot};
 use crate::mesh::edges::EDGE;
 
 /// Parameters of one dispatch.
@@ -97,16 +98,6 @@ fn of_edges<T: Real>(mut vectors: [[T; 3]; 6]) -> [T; 6] {
 #[inline(always)]
 fn xyz<T: Real>(v: &[T; 4]) -> [T; 3] {
     [v[0], v[1], v[2]]
-}
-
-#[inline(always)]
-fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Twice the area vector (up to sign) of the triangle of three of the vectors. From its two shorter edges: the angle

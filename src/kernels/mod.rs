@@ -12,6 +12,7 @@ pub mod constraint;
 pub mod convergence;
 pub mod defect;
 pub mod edge_stiffness;
+pub mod place;
 pub mod raise_worst_beta;
 mod real;
 pub mod relax_sweep;
@@ -19,6 +20,7 @@ pub mod row;
 pub mod smooth_vertices;
 pub mod star;
 pub mod transfer;
+mod vector;
 
 pub use real::Real;
 
@@ -33,82 +35,62 @@ pub struct Kernel {
     pub source: &'static str,
 }
 
-/// Every kernel, one file each.
-pub const KERNELS: [Kernel; 8] =
-    [EDGE_STIFFNESS, RELAX_SWEEP, CONVERGENCE, DEFECT, TRANSFER, ACCELERATE, SMOOTH_VERTICES, CLIMB_VERTICES];
+/// The text of a file of `kernels/`.
+macro_rules! wgsl {
+    ($stem:ident) => {
+        include_str!(concat!("../../kernels/", stringify!($stem), ".wgsl"))
+    };
+}
+
+/// The table: a row names a kernel's file, entry point and twin, and the parts that stand before it in the shader. A row whose
+/// file or twin is missing does not compile.
+macro_rules! kernels {
+    ($($name:ident: $($part:ident),*;)*) => {
+        $(
+            // Names the twin, so that the compiler misses it.
+            #[allow(unused_imports)]
+            use $name::run as _;
+        )*
+
+        /// Every kernel, one file each.
+        pub const KERNELS: [Kernel; [$(stringify!($name)),*].len()] = [$(Kernel {
+            name: stringify!($name),
+            parts: &[$(stringify!($part)),*],
+            source: concat!($(wgsl!($part),)* wgsl!($name)),
+        }),*];
+
+        /// Something of each kernel, such as what a device makes of it.
+        #[derive(Clone, Copy, Debug)]
+        pub struct OfKernels<P> {
+            $(
+                #[allow(missing_docs)]
+                pub $name: P,
+            )*
+        }
+
+        impl<P> OfKernels<P> {
+            /// Makes it of one kernel after another.
+            ///
+            /// # Errors
+            /// The first that `make` gives.
+            pub fn new<E>(mut make: impl FnMut(&Kernel) -> Result<P, E>) -> Result<Self, E> {
+                let [$($name),*] = &KERNELS;
+                Ok(Self { $($name: make($name)?),* })
+            }
+        }
+    };
+}
+
+kernels! {
+    edge_stiffness: place, vector;
+    relax_sweep: place, constraint, row;
+    convergence: place, constraint, row;
+    defect: place, constraint, row;
+    transfer: place, constraint;
+    accelerate: place, constraint;
+    smooth_vertices: place, constraint, vector, star;
+    raise_worst_beta: place, constraint, vector, star;
+}
 
 /// Stems of the files several kernels share.
-pub const PARTS: [&str; 3] = ["constraint", "row", "star"];
-
-/// See [`edge_stiffness`].
-pub const EDGE_STIFFNESS: Kernel =
-    Kernel { name: "edge_stiffness", parts: &[], source: include_str!("../../kernels/edge_stiffness.wgsl") };
-
-/// See [`relax_sweep`].
-pub const RELAX_SWEEP: Kernel = Kernel {
-    name: "relax_sweep",
-    parts: &["constraint", "row"],
-    source: concat!(
-        include_str!("../../kernels/constraint.wgsl"),
-        include_str!("../../kernels/row.wgsl"),
-        include_str!("../../kernels/relax_sweep.wgsl")
-    ),
-};
-
-/// See [`convergence`].
-pub const CONVERGENCE: Kernel = Kernel {
-    name: "convergence",
-    parts: &["constraint", "row"],
-    source: concat!(
-        include_str!("../../kernels/constraint.wgsl"),
-        include_str!("../../kernels/row.wgsl"),
-        include_str!("../../kernels/convergence.wgsl")
-    ),
-};
-
-/// See [`defect`].
-pub const DEFECT: Kernel = Kernel {
-    name: "defect",
-    parts: &["constraint", "row"],
-    source: concat!(
-        include_str!("../../kernels/constraint.wgsl"),
-        include_str!("../../kernels/row.wgsl"),
-        include_str!("../../kernels/defect.wgsl")
-    ),
-};
-
-/// See [`transfer`].
-pub const TRANSFER: Kernel = Kernel {
-    name: "transfer",
-    parts: &["constraint"],
-    source: concat!(include_str!("../../kernels/constraint.wgsl"), include_str!("../../kernels/transfer.wgsl")),
-};
-
-/// See [`accelerate`].
-pub const ACCELERATE: Kernel = Kernel {
-    name: "accelerate",
-    parts: &["constraint"],
-    source: concat!(include_str!("../../kernels/constraint.wgsl"), include_str!("../../kernels/accelerate.wgsl")),
-};
-
-/// See [`smooth_vertices`].
-pub const SMOOTH_VERTICES: Kernel = Kernel {
-    name: "smooth_vertices",
-    parts: &["constraint", "star"],
-    source: concat!(
-        include_str!("../../kernels/constraint.wgsl"),
-        include_str!("../../kernels/star.wgsl"),
-        include_str!("../../kernels/smooth_vertices.wgsl")
-    ),
-};
-
-/// See [`raise_worst_beta`].
-pub const CLIMB_VERTICES: Kernel = Kernel {
-    name: "raise_worst_beta",
-    parts: &["constraint", "star"],
-    source: concat!(
-        include_str!("../../kernels/constraint.wgsl"),
-        include_str!("../../kernels/star.wgsl"),
-        include_str!("../../kernels/raise_worst_beta.wgsl")
-    ),
-};
+pub const PARTS: [&str; 5] = ["place", "constraint", "vector", "row", "star"];

@@ -12,7 +12,8 @@ use bytemuck::{Pod, Zeroable};
 
 use super::Real;
 use super::constraint::project;
-use super::star::{HALVINGS, Star, cross, difference, dot, scaled, sum};
+use super::star::{HALVINGS, Star};
+use super::vector::{cross, difference, dot, scaled, sum};
 
 /// Parameters of one dispatch.
 #[repr(C)]

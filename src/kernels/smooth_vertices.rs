@@ -14,7 +14,8 @@ use bytemuck::{Pod, Zeroable};
 
 use super::Real;
 use super::constraint::{kind, project};
-use super::star::{HALVINGS, Star, cross, difference, dot, each, scaled, sum};
+use super::star::{HALVINGS, Star};
+use super::vector::{cross, difference, dot, each, scaled, sum};
 
 /// Parameters of one dispatch.
 #[repr(C)]

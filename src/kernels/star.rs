@@ -1,6 +1,7 @@
 //! What the kernels that move vertices within the tets around them share; twin of `kernels/star.wgsl`.
 
 use super::Real;
+use super::vector::{difference, dot, scaled, sum};
 
 /// Steps tried before a vertex stays, each half the one before.
 pub(super) const HALVINGS: u32 = 8;
@@ -40,35 +41,4 @@ impl<'a, T: Real> Star<'a, T> {
         let squared = dot(away, away);
         if squared > far * far { sum([x, y, z], scaled(away, far / squared.sqrt())) } else { at }
     }
-}
-
-#[inline(always)]
-pub(super) fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-pub(super) fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-#[inline(always)]
-pub(super) fn scaled<T: Real>(v: [T; 3], factor: T) -> [T; 3] {
-    [v[0] * factor, v[1] * factor, v[2] * factor]
-}
-
-#[inline(always)]
-pub(super) fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-pub(super) fn difference<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// Something of each axis. Unlike `map` of an array it is inlined in every build.
-#[inline(always)]
-pub(super) fn each<R>(of_axis: impl Fn(usize) -> R) -> [R; 3] {
-    [of_axis(0), of_axis(1), of_axis(2)]
 }

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::{FamilyId, MeshError, TetMesh, csr::Csr, half_face, lowest_of};
+use crate::geometry::{self, triangle_normal};
 
 /// A run of boundary edges of a family with the same family on the other side.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -159,8 +160,7 @@ impl Surface {
         let own = self.vertices_of(family);
         let mut normals = vec![DVec3::ZERO; own.len()];
         for corners in self.corners_of(family) {
-            let [a, b, c] = crate::quality::corners(vertices, corners);
-            let area = (b - a).cross(c - a);
+            let area = triangle_normal(geometry::corners(vertices, corners));
             for vertex in corners {
                 normals[own.binary_search(&vertex).expect("a family's triangles have its vertices")] += area;
             }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use super::{TetMesh, half_edge::Surface, half_face::HalfFaces};
-use crate::quality;
+use crate::{geometry, quality};
 
 /// What is wrong with a mesh. Vertices, tets and triangles are numbered from 0 in the order of the file.
 #[derive(Debug, Error)]
@@ -77,7 +77,7 @@ pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
     }
     check_indices("tet", &mesh.tets, mesh.vertices.len())?;
     check_indices("triangle", &mesh.triangles, mesh.vertices.len())?;
-    let corners = |tet: usize| quality::corners(&mesh.vertices, mesh.tets[tet]);
+    let corners = |tet: usize| geometry::corners(&mesh.vertices, mesh.tets[tet]);
     let inverted: Vec<usize> = (0..mesh.tets.len()).filter(|&tet| quality::volume(corners(tet)) <= 0.0).collect();
     if let Some(&first) = inverted.first() {
         return Err(MeshError::Inverted {

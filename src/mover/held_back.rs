@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Mover;
-use crate::{mesh::Displacement, mesh::FamilyId, stage::Wanted};
+use crate::{geometry, mesh::Displacement, mesh::FamilyId, stage::Wanted};
 
 /// A vertex that is held back by less than this fraction of its family's size is where it should be.
 const BACK: f64 = 1e-9;
@@ -83,9 +83,7 @@ impl Mover {
     /// The diagonal of a family's bounding box.
     pub(super) fn size_of(&self, family: FamilyId) -> f64 {
         let at = |vertex: &u32| self.ordered.vertices[*vertex as usize];
-        let vertices = self.surface.vertices_of(family);
-        let (low, high) = (vertices.iter().map(at).reduce(DVec3::min), vertices.iter().map(at).reduce(DVec3::max));
-        low.zip(high).map_or(0.0, |(low, high)| low.distance(high))
+        geometry::diagonal(self.surface.vertices_of(family).iter().map(at))
     }
 
     /// The shortest edge of a family's triangles at each of its vertices.

@@ -17,7 +17,8 @@ use glam::DVec3;
 use super::Plane;
 use super::curve::{Measured, ProfileCurve, arc_length};
 use super::cut::{FlatSection, flat_section};
-use super::distance::{distance, nearest_on_segment};
+use super::distance::distance;
+use crate::geometry::nearest_on_segment;
 
 /// Turns of directions and sections. The third changes a point by less than 1e-5 of the chord on wings of 25 points a chord.
 const TURNS: usize = 4;

@@ -9,10 +9,11 @@
 use glam::DVec3;
 
 use super::cut::{short_end, twice_area};
-use super::distance::{distance, nearest_on_segment};
+use super::distance::distance;
 use super::edges::trailing_edge;
 use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
+use crate::geometry::nearest_on_segment;
 
 /// A point this close to a kept neighbour, as share of the spacing round it, is no knot. From 0.1 on
 /// the nose of a section of 26 points is lost and matched 1 % of the chord wrong; below 0.02 nothing changes any more.

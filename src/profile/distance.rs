@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::geometry::nearest_on_segment;
+
 /// Greatest distance of `points` from the polyline through `curve`, in the unit of the mesh; NaN if `curve` is empty and
 /// `points` is not.
 ///
@@ -20,12 +22,4 @@ pub fn distance(point: DVec3, curve: &[DVec3]) -> f64 {
             curve.windows(2).map(squared).fold(f64::INFINITY, f64::min).sqrt()
         }
     }
-}
-
-/// The point of the segment from `a` to `b` nearest to `point`, and where it stands between them, 0 to 1.
-pub(super) fn nearest_on_segment(point: DVec3, a: DVec3, b: DVec3) -> (DVec3, f64) {
-    let along = b - a;
-    let square = along.length_squared();
-    let t = if square > 0.0 { ((point - a).dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (a + along * t, t)
 }

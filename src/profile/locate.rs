@@ -6,9 +6,9 @@
 
 use glam::DVec3;
 
-use super::distance::nearest_on_segment;
 use super::matching::OldSection;
 use super::span::SpanWeights;
+use crate::geometry::nearest_on_segment;
 
 /// Steps of the virtual section on each side. A step is 0.4 % of a side; only the parameter depends on it, not the shape
 /// that the vertex is moved to.

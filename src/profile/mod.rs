@@ -93,7 +93,5 @@ const LARGEST: f64 = 1e100;
 
 /// Diagonal of the points' bounding box.
 fn extent(points: &[DVec3]) -> f64 {
-    let Some(&first) = points.first() else { return 0.0 };
-    let (low, high) = points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
-    low.distance(high)
+    crate::geometry::diagonal(points.iter().copied())
 }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::cut::{check, cut};
 use super::{Plane, ProfileError, extent};
+use crate::geometry;
 
 /// The outermost planes stand this share of the span away from the wing's ends, or the first of these at which there is a full
 /// section: at the root the wing may be cut obliquely by the fuselage, at the tip it may be rounded.
@@ -18,7 +19,7 @@ const FULL: f64 = 0.97;
 /// # Errors
 /// [`ProfileError::Triangle`].
 pub fn span_axis(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<DVec3, ProfileError> {
-    let (low, high) = bounds(vertices, triangles)?;
+    let [low, high] = bounds(vertices, triangles)?;
     Ok(if high.z - low.z > high.y - low.y { DVec3::Z } else { DVec3::Y })
 }
 
@@ -32,7 +33,7 @@ pub fn evenly(vertices: &[DVec3], triangles: &[[u32; 3]], count: usize) -> Resul
         return Err(ProfileError::NoProfiles);
     }
     let normal = span_axis(vertices, triangles)?;
-    let (low, high) = bounds(vertices, triangles)?;
+    let [low, high] = bounds(vertices, triangles)?;
     let plane = |share: f64| Plane { point: normal * normal.dot(low.lerp(high, share)), normal };
     if count == 1 {
         return Ok(vec![plane(0.5)]);
@@ -71,9 +72,7 @@ pub fn parse(text: &str) -> Result<Plane, ProfileError> {
 }
 
 /// Bounding box of the vertices the triangles use; empty at the origin without triangles.
-fn bounds(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<(DVec3, DVec3), ProfileError> {
+fn bounds(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<[DVec3; 2], ProfileError> {
     check(vertices, triangles)?;
-    let mut used = triangles.iter().flatten().map(|&v| vertices[v as usize]);
-    let first = used.next().unwrap_or_default();
-    Ok(used.fold((first, first), |(low, high), p| (low.min(p), high.max(p))))
+    Ok(geometry::bounds(triangles.iter().flatten().map(|&v| vertices[v as usize])).unwrap_or_default())
 }

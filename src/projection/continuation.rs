@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use thiserror::Error;
 
-use crate::quality::corners;
+use crate::geometry::{corners, nearest_on_segment, triangle_normal, unit_normal};
 
 /// Why a hole could not be closed.
 #[derive(Debug, Error)]
@@ -86,10 +86,7 @@ impl Chart {
         let outward: DVec3 = triangles
             .iter()
             .filter(|triangle| triangle.iter().any(|vertex| on_rim.contains(vertex)))
-            .map(|triangle| {
-                let [a, b, c] = corners(points, *triangle);
-                (b - a).cross(c - a)
-            })
+            .map(|triangle| triangle_normal(corners(points, *triangle)))
             .sum();
         let normal = area.normalize_or(DVec3::Z) * if area.dot(outward) < 0.0 { -1.0 } else { 1.0 };
         // Axes from the rim's own shape, so that the continuation turns and scales with the mesh.
@@ -140,8 +137,7 @@ fn samples(
     let reach = narrow.max(3.0 * longest).min(1.0);
     let mut around = std::collections::BTreeSet::new();
     for triangle in triangles {
-        let [a, b, c] = corners(points, *triangle);
-        let facing = (b - a).cross(c - a).normalize_or_zero().dot(chart.axes[2]);
+        let facing = unit_normal(corners(points, *triangle)).dot(chart.axes[2]);
         if facing > 0.3 {
             around.extend(triangle);
         }
@@ -281,9 +277,8 @@ fn distance_to_polygon(point: DVec2, polygon: &[DVec2]) -> f64 {
     let n = polygon.len();
     (0..n)
         .map(|at| {
-            let (a, b) = (polygon[at], polygon[(at + 1) % n]);
-            let along = ((point - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            point.distance(a + along * (b - a))
+            let [point, a, b] = [point, polygon[at], polygon[(at + 1) % n]].map(|at| at.extend(0.0));
+            point.distance(nearest_on_segment(point, a, b).0)
         })
         .fold(f64::INFINITY, f64::min)
 }

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::tree::{Leaf, TriangleTree, apart, bounds};
+use super::tree::{Leaf, TriangleTree};
+use crate::geometry::{NOWHERE, apart, bounds, triangle_normal};
 
 /// An end of an edge is beyond a triangle's plane when it is further from it than this fraction of the edge. Rounding in
 /// flat surfaces far from the origin stays below; what passes through by less than this goes unseen.
@@ -40,7 +41,7 @@ impl Crossings {
         }
         self.tree.follow(vertices, &self.triangles);
         for (around, corners) in self.boxes.iter_mut().zip(self.tree.corners()) {
-            *around = bounds(corners);
+            *around = bounds(*corners).unwrap_or(NOWHERE);
         }
         let of_pair = |pair: [u32; 2]| {
             let mut found = Vec::new();
@@ -127,9 +128,9 @@ struct Heights {
 }
 
 impl Heights {
-    fn new(corners: &[DVec3; 3], &[a, b, c]: &[DVec3; 3]) -> Self {
-        let normal = (b - a).cross(c - a);
-        Self { above: corners.map(|corner| normal.dot(corner - a)), normal }
+    fn new(corners: &[DVec3; 3], other: &[DVec3; 3]) -> Self {
+        let normal = triangle_normal(*other);
+        Self { above: corners.map(|corner| normal.dot(corner - other[0])), normal }
     }
 
     /// Whether all corners but those left out are above the plane, or all below.

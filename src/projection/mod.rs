@@ -12,7 +12,7 @@ pub use tree::TriangleTree;
 
 use glam::DVec3;
 
-use crate::quality;
+use crate::geometry::{corners, vertex_normals};
 
 /// The point of a surface nearest to a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,13 +39,7 @@ pub struct TargetSurface {
 impl TargetSurface {
     /// The surface of these triangles.
     pub fn new(points: &[DVec3], triangles: Vec<[u32; 3]>) -> Self {
-        let mut normals = vec![DVec3::ZERO; points.len()];
-        for triangle in &triangles {
-            let [a, b, c] = quality::corners(points, *triangle);
-            let area = (b - a).cross(c - a);
-            triangle.iter().for_each(|&vertex| normals[vertex as usize] += area);
-        }
-        normals.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
+        let normals = vertex_normals(points, &triangles);
         Self { tree: TriangleTree::new(points, &triangles), normals, triangles }
     }
 
@@ -56,7 +50,7 @@ impl TargetSurface {
 
     /// Unit normal of the surface at a point on it, continuous across its edges.
     pub fn normal(&self, on: &Closest) -> DVec3 {
-        let corners = quality::corners(&self.normals, self.triangles[on.triangle as usize]);
+        let corners = corners(&self.normals, self.triangles[on.triangle as usize]);
         (corners[0] * on.barycentric[0] + corners[1] * on.barycentric[1] + corners[2] * on.barycentric[2])
             .normalize_or_zero()
     }

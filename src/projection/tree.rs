@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::Closest;
-use crate::quality;
+use crate::geometry::{NOWHERE, apart, bounds, closest_on_triangle, corners, unit_normal};
 
 const LEAF: usize = 4;
 
@@ -40,7 +40,7 @@ pub(super) struct Leaf {
 impl TriangleTree {
     /// Builds the tree; `O(n log n)`.
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&triangle| quality::corners(points, triangle)).collect();
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&triangle| corners(points, triangle)).collect();
         let centres: Vec<DVec3> = corners.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
         let mut index: Vec<u32> = (0..triangles.len() as u32).collect();
         let mut nodes = Vec::with_capacity(triangles.len());
@@ -106,8 +106,8 @@ impl TriangleTree {
     ///
     /// - `triangles` `[n_triangles]`: in the order of the tree
     pub(super) fn follow(&mut self, points: &[DVec3], triangles: &[[u32; 3]]) {
-        for (corners, triangle) in self.corners.iter_mut().zip(triangles) {
-            *corners = quality::corners(points, *triangle);
+        for (own, triangle) in self.corners.iter_mut().zip(triangles) {
+            *own = corners(points, *triangle);
         }
         for at in (0..self.nodes.len()).rev() {
             let Node { start, count, .. } = self.nodes[at];
@@ -115,7 +115,8 @@ impl TriangleTree {
                 let (first, second) = (self.nodes[at + 1], self.nodes[start as usize]);
                 [first.low.min(second.low), first.high.max(second.high)]
             } else {
-                bounds(self.corners[start as usize..(start + count) as usize].as_flattened())
+                let of_leaf = self.corners[start as usize..(start + count) as usize].as_flattened();
+                bounds(of_leaf.iter().copied()).unwrap_or(NOWHERE)
             };
             self.nodes[at] = Node { low, high, start, count };
         }
@@ -181,29 +182,20 @@ impl TriangleTree {
 
     /// Unit normal of one triangle.
     pub fn facet_normal(&self, triangle: u32) -> DVec3 {
-        let [a, b, c] = self.corners[self.place[triangle as usize] as usize];
-        (b - a).cross(c - a).normalize_or_zero()
+        unit_normal(self.corners[self.place[triangle as usize] as usize])
     }
 }
 
 /// Builds the node of `index`, whose first element is number `offset` of the whole.
 fn split(corners: &[[DVec3; 3]], centres: &[DVec3], index: &mut [u32], offset: usize, nodes: &mut Vec<Node>) {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (mut centre_low, mut centre_high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for &triangle in index.iter() {
-        for corner in corners[triangle as usize] {
-            low = low.min(corner);
-            high = high.max(corner);
-        }
-        centre_low = centre_low.min(centres[triangle as usize]);
-        centre_high = centre_high.max(centres[triangle as usize]);
-    }
+    let [low, high] = bounds(index.iter().flat_map(|&triangle| corners[triangle as usize])).unwrap_or(NOWHERE);
     let this = nodes.len();
     nodes.push(Node { low, high, start: offset as u32, count: index.len() as u32 });
     if index.len() <= LEAF {
         return;
     }
-    let axis = (centre_high - centre_low).max_position();
+    let [first, last] = bounds(index.iter().map(|&triangle| centres[triangle as usize])).unwrap_or(NOWHERE);
+    let axis = (last - first).max_position();
     let middle = index.len() / 2;
     index.select_nth_unstable_by(middle, |&a, &b| {
         centres[a as usize][axis].total_cmp(&centres[b as usize][axis]).then(a.cmp(&b))
@@ -215,55 +207,6 @@ fn split(corners: &[[DVec3; 3]], centres: &[DVec3], index: &mut [u32], offset: u
     split(corners, centres, second, offset + middle, nodes);
 }
 
-/// The box around some points, by its lowest and highest corner.
-pub(super) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
-    points.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &at| [low.min(at), high.max(at)])
-}
-
-/// Whether two boxes have no point in common.
-pub(super) fn apart(a: [DVec3; 2], b: [DVec3; 2]) -> bool {
-    let along = |axis: usize| a[0][axis] > b[1][axis] || a[1][axis] < b[0][axis];
-    along(0) || along(1) || along(2)
-}
-
 fn box_distance(node: &Node, at: DVec3) -> f64 {
     (at.clamp(node.low, node.high) - at).length_squared()
-}
-
-/// Closest point of a triangle and its barycentric coordinates. The regions of the plane are told apart by the signs of
-/// edge products (Ericson, Real-Time Collision Detection, section 5.1.5); degenerate triangles fall to their edges.
-pub(super) fn closest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> (DVec3, [f64; 3]) {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return (a, [1.0, 0.0, 0.0]);
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return (b, [0.0, 1.0, 0.0]);
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return (c, [0.0, 0.0, 1.0]);
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let t = d1 / (d1 - d3);
-        return (a + t * ab, [1.0 - t, t, 0.0]);
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let t = d2 / (d2 - d6);
-        return (a + t * ac, [1.0 - t, 0.0, t]);
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return (b + t * (c - b), [0.0, 1.0 - t, t]);
-    }
-    let scale = 1.0 / (va + vb + vc);
-    let (v, w) = (vb * scale, vc * scale);
-    (a + v * ab + w * ac, [1.0 - v - w, v, w])
 }

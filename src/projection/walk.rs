@@ -4,8 +4,9 @@
 
 use glam::DVec3;
 
-use super::{Closest, tree::closest_on_triangle};
-use crate::{mesh::csr::Csr, quality};
+use super::Closest;
+use crate::geometry::{self, closest_on_triangle, nearest_on_segment, triangle_normal, unit_normal};
+use crate::mesh::csr::Csr;
 
 /// A surface in parts that a walk does not leave.
 #[derive(Clone, Copy, Debug)]
@@ -42,10 +43,7 @@ impl Parts<'_> {
     /// Unit normal of the part at a point on it, continuous across its edges.
     pub fn normal(&self, on: &Closest) -> DVec3 {
         let of_point = |point: u32| {
-            let area = self.of_part(point, on.triangle).map(|triangle| {
-                let [a, b, c] = self.corners(triangle);
-                (b - a).cross(c - a)
-            });
+            let area = self.of_part(point, on.triangle).map(|triangle| triangle_normal(self.corners(triangle)));
             area.sum::<DVec3>().normalize_or_zero()
         };
         let [a, b, c] = self.triangles[on.triangle as usize].map(of_point);
@@ -55,8 +53,7 @@ impl Parts<'_> {
 
     /// Unit normal of one triangle.
     pub fn facet_normal(&self, triangle: u32) -> DVec3 {
-        let [a, b, c] = self.corners(triangle);
-        (b - a).cross(c - a).normalize_or_zero()
+        unit_normal(self.corners(triangle))
     }
 
     /// The triangles around a point that are of the same part as this one.
@@ -66,7 +63,7 @@ impl Parts<'_> {
     }
 
     fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        quality::corners(self.points, self.triangles[triangle as usize])
+        geometry::corners(self.points, self.triangles[triangle as usize])
     }
 
     fn on(&self, triangle: u32, at: DVec3) -> Closest {
@@ -134,9 +131,9 @@ impl<F: Fn(u32) -> Option<[u32; 2]>> Curves<'_, F> {
 
     fn on(&self, segment: [u32; 2], at: DVec3) -> OnCurve {
         let [a, b] = segment.map(|end| self.point(end));
-        let along = b - a;
-        let fraction = ((at - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-        let point = if fraction == 1.0 { b } else { a + along * fraction };
+        let (point, fraction) = nearest_on_segment(at, a, b);
+        // To the bit where it is an end.
+        let point = if fraction == 1.0 { b } else { point };
         OnCurve { point, segment, fraction }
     }
 }

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::corners;
+use crate::geometry::{corners, triangle_normal};
 
 /// Whether a tet of this beta is inverted; one that is no number counts.
 pub fn is_inverted(beta: f64) -> bool {
@@ -244,6 +244,5 @@ fn edge_angle(vertices: &[DVec3], normals: &[DVec3], triangles: &[[u32; 3]], hal
 
 /// Normal of a triangle, as long as twice its area.
 fn normal(vertices: &[DVec3], triangle: [u32; 3]) -> DVec3 {
-    let [a, b, c] = corners(vertices, triangle);
-    (b - a).cross(c - a)
+    triangle_normal(corners(vertices, triangle))
 }

@@ -5,23 +5,12 @@ pub mod faults;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The places of some vertices, such as the corners of a tet or a triangle.
-///
-/// - `at` `[n_vertices]`
-#[inline]
-pub fn corners<const N: usize>(at: &[DVec3], vertices: [u32; N]) -> [DVec3; N] {
-    // In hot loops `vertices.map(..)` stays a call.
-    let mut corners = [DVec3::ZERO; N];
-    for (corner, vertex) in corners.iter_mut().zip(vertices) {
-        *corner = at[vertex as usize];
-    }
-    corners
-}
+use crate::geometry::{corners, triangle_normal};
 
 /// Signed volume of a tet, positive when the fourth vertex lies on the side of the first three's right-hand normal.
 pub fn volume(tet: [DVec3; 4]) -> f64 {
     let [a, b, c, d] = tet;
-    (b - a).cross(c - a).dot(d - a) / 6.0
+    triangle_normal([a, b, c]).dot(d - a) / 6.0
 }
 
 /// `V / l_max^3` of a tet, signed (paper eq. 1): 0.11785 for the regular tet, zero or negative when inverted.

@@ -1,8 +1,8 @@
-//! The distribution of beta as a picture (the paper's Fig. 9), written as SVG by hand: one chart needs no plotting
-//! library, and the same numbers give the same bytes.
+//! The distribution of beta as a picture (the paper's Fig. 9).
 
-use std::fmt::Write;
+use std::fmt::Display;
 
+use super::svg::{Attributes, COLOURS, Pixels, Svg};
 use crate::quality::Statistics;
 
 /// One distribution of a [`histogram_svg`].
@@ -26,9 +26,6 @@ const BIN: f64 = 0.0025;
 /// Bins right of zero.
 const POSITIVE_BINS: i64 = 48;
 
-/// Colours that stay apart for colour-blind readers and in print (Okabe and Ito).
-const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
-
 /// A chart of how many tets have which beta, one outline per series.
 pub fn histogram_svg(title: &str, series: &[Series]) -> String {
     let first_bin = series.iter().flat_map(|series| series.beta).filter(|beta| beta.is_finite()).map(|&beta| bin(beta));
@@ -42,16 +39,15 @@ pub fn histogram_svg(title: &str, series: &[Series]) -> String {
     let x = |bin: i64| LEFT + (bin - first_bin) as f64 / n_bins as f64 * (WIDTH - LEFT - RIGHT);
     let y = |count: usize| HEIGHT - BOTTOM - count as f64 / top as f64 * (HEIGHT - TOP - BOTTOM);
 
-    let mut svg = String::new();
-    // Writing to a string cannot fail.
-    let _ = header(&mut svg, title);
-    let _ = axes(&mut svg, (first_bin, POSITIVE_BINS), (tick, top), &x, &y);
+    let mut svg = Svg::new(WIDTH, HEIGHT, title);
+    let middle = (LEFT + WIDTH - RIGHT) / 2.0;
+    svg.label(&[("x", &middle), ("y", &28), ("font-size", &16), ("text-anchor", &"middle")], title);
+    axes(&mut svg, (first_bin, POSITIVE_BINS), (tick, top), &x, &y);
     for (index, counts) in counts.iter().enumerate() {
-        let _ = outline(&mut svg, COLOURS[index % COLOURS.len()], counts, first_bin, &x, &y);
+        outline(&mut svg, COLOURS[index % COLOURS.len()], counts, first_bin, &x, &y);
     }
-    let _ = legend(&mut svg, series);
-    svg.push_str("</svg>\n");
-    svg
+    legend(&mut svg, series);
+    svg.finish()
 }
 
 fn bin(beta: f64) -> i64 {
@@ -78,104 +74,89 @@ fn tick_size(largest: usize) -> usize {
     }
 }
 
-fn header(svg: &mut String, title: &str) -> std::fmt::Result {
-    writeln!(
-        svg,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} \
-         {HEIGHT}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\">"
-    )?;
-    writeln!(svg, "<title>{}</title>", escape(title))?;
-    writeln!(svg, "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>")?;
-    writeln!(
-        svg,
-        "<text x=\"{}\" y=\"28\" font-size=\"16\" text-anchor=\"middle\">{}</text>",
-        (LEFT + WIDTH - RIGHT) / 2.0,
-        escape(title)
-    )
-}
-
 fn axes(
-    svg: &mut String,
+    svg: &mut Svg,
     (first_bin, last_bin): (i64, i64),
     (tick, top): (usize, usize),
     x: &impl Fn(i64) -> f64,
     y: &impl Fn(usize) -> f64,
-) -> std::fmt::Result {
+) {
     let (left, right, bottom) = (x(first_bin), x(last_bin), y(0));
     for count in (0..=top).step_by(tick) {
         let y = y(count);
-        writeln!(svg, "<line x1=\"{left:.1}\" y1=\"{y:.1}\" x2=\"{right:.1}\" y2=\"{y:.1}\" stroke=\"#ddd\"/>")?;
-        writeln!(svg, "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{count}</text>", left - 8.0, y + 4.5)?;
+        line(svg, [left, y], [right, y], &[("stroke", &"#ddd")]);
+        label(svg, [left - 8.0, y + 4.5], "end", count);
     }
     // A label every eight bins is every 0.02.
     for bin in (first_bin..=last_bin).filter(|bin| bin.rem_euclid(8) == 0) {
         let x = x(bin);
-        writeln!(
-            svg,
-            "<line x1=\"{x:.1}\" y1=\"{bottom:.1}\" x2=\"{x:.1}\" y2=\"{:.1}\" stroke=\"#222\"/>",
-            bottom + 5.0
-        )?;
-        let label = format!("{:.2}", bin as f64 * BIN);
-        writeln!(svg, "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>", bottom + 20.0)?;
+        line(svg, [x, bottom], [x, bottom + 5.0], &[("stroke", &"#222")]);
+        label(svg, [x, bottom + 20.0], "middle", format_args!("{:.2}", bin as f64 * BIN));
     }
-    writeln!(svg, "<line x1=\"{left:.1}\" y1=\"{bottom:.1}\" x2=\"{right:.1}\" y2=\"{bottom:.1}\" stroke=\"#222\"/>")?;
+    line(svg, [left, bottom], [right, bottom], &[("stroke", &"#222")]);
     if first_bin < 0 {
         // Left of this line tets are inverted.
         let zero = x(0);
-        writeln!(
-            svg,
-            "<line x1=\"{zero:.1}\" y1=\"{:.1}\" x2=\"{zero:.1}\" y2=\"{bottom:.1}\" stroke=\"#222\" \
-             stroke-dasharray=\"4 3\"/>",
-            y(top)
-        )?;
-        writeln!(svg, "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">inverted</text>", zero - 6.0, y(top) + 12.0)?;
+        line(svg, [zero, y(top)], [zero, bottom], &[("stroke", &"#222"), ("stroke-dasharray", &"4 3")]);
+        label(svg, [zero - 6.0, y(top) + 12.0], "end", "inverted");
     }
-    writeln!(
-        svg,
-        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">beta = V / l_max\u{b3}</text>",
-        (left + right) / 2.0,
-        HEIGHT - 20.0
-    )?;
+    label(svg, [(left + right) / 2.0, HEIGHT - 20.0], "middle", "beta = V / l_max\u{b3}");
     let middle = (y(0) + y(top)) / 2.0;
-    writeln!(
-        svg,
-        "<text x=\"22\" y=\"{middle:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 22 {middle:.1})\">tets per \
-         {BIN}</text>"
-    )
+    let upright = format_args!("rotate(-90 22 {})", Pixels(middle));
+    svg.label(
+        &[("x", &22), ("y", &Pixels(middle)), ("text-anchor", &"middle"), ("transform", &upright)],
+        format_args!("tets per {BIN}"),
+    );
 }
 
 fn outline(
-    svg: &mut String,
+    svg: &mut Svg,
     colour: &str,
     counts: &[usize],
     first_bin: i64,
     x: &impl Fn(i64) -> f64,
     y: &impl Fn(usize) -> f64,
-) -> std::fmt::Result {
-    write!(svg, "<path d=\"M{:.1} {:.1}", x(first_bin), y(0))?;
+) {
+    let mut path = format!("M{} {}", Pixels(x(first_bin)), Pixels(y(0)));
     for (index, &count) in counts.iter().enumerate() {
-        write!(svg, " V{:.1} H{:.1}", y(count), x(first_bin + index as i64 + 1))?;
+        path += &format!(" V{} H{}", Pixels(y(count)), Pixels(x(first_bin + index as i64 + 1)));
     }
-    writeln!(svg, " V{:.1}\" fill=\"{colour}\" fill-opacity=\"0.15\" stroke=\"{colour}\" stroke-width=\"1.6\"/>", y(0))
+    path += &format!(" V{}", Pixels(y(0)));
+    svg.element(
+        "path",
+        &[("d", &path), ("fill", &colour), ("fill-opacity", &0.15), ("stroke", &colour), ("stroke-width", &1.6)],
+    );
 }
 
-fn legend(svg: &mut String, series: &[Series]) -> std::fmt::Result {
+fn legend(svg: &mut Svg, series: &[Series]) {
     for (index, series) in series.iter().enumerate() {
         let (x, y) = (WIDTH - RIGHT - 250.0, TOP + 18.0 + 20.0 * index as f64);
         let colour = COLOURS[index % COLOURS.len()];
-        writeln!(
-            svg,
-            "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"14\" height=\"12\" fill=\"{colour}\" fill-opacity=\"0.15\" \
-             stroke=\"{colour}\" stroke-width=\"1.6\"/>",
-            y - 11.0
-        )?;
+        svg.element(
+            "rect",
+            &[
+                ("x", &Pixels(x)),
+                ("y", &Pixels(y - 11.0)),
+                ("width", &14),
+                ("height", &12),
+                ("fill", &colour),
+                ("fill-opacity", &0.15),
+                ("stroke", &colour),
+                ("stroke-width", &1.6),
+            ],
+        );
         let mean = Statistics::new(series.beta).mean;
-        let text = format!("{} ({} tets, mean {mean:.5})", series.name, series.beta.len());
-        writeln!(svg, "<text x=\"{:.1}\" y=\"{y:.1}\">{}</text>", x + 22.0, escape(&text))?;
+        let text = format_args!("{} ({} tets, mean {mean:.5})", series.name, series.beta.len());
+        svg.label(&[("x", &Pixels(x + 22.0)), ("y", &Pixels(y))], text);
     }
-    Ok(())
 }
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+fn line(svg: &mut Svg, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], style: &Attributes) {
+    let ends: [(&str, &dyn Display); 4] =
+        [("x1", &Pixels(x1)), ("y1", &Pixels(y1)), ("x2", &Pixels(x2)), ("y2", &Pixels(y2))];
+    svg.element("line", &[&ends, style].concat());
+}
+
+fn label(svg: &mut Svg, [x, y]: [f64; 2], anchor: &str, text: impl Display) {
+    svg.label(&[("x", &Pixels(x)), ("y", &Pixels(y)), ("text-anchor", &anchor)], text);
 }

@@ -4,6 +4,8 @@
 //! idmesh's interface. Numbers that are not finite become `null` there.
 
 mod histogram;
+#[doc(hidden)]
+pub mod svg;
 mod table;
 
 use std::collections::BTreeMap;

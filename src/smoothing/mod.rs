@@ -29,7 +29,8 @@ pub use surface_motion::SurfaceMotion;
 pub use target::{QualityTarget, inverse_targets};
 
 use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, SmoothingObjective, SmoothingPatch};
-use crate::quality::{self, corners};
+use crate::geometry::corners;
+use crate::quality;
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
 

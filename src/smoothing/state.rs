@@ -3,7 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::quality::{self, corners, faults::is_inverted};
+use crate::geometry::corners;
+use crate::quality::{self, faults::is_inverted};
 
 /// Quality of a mesh in f64.
 #[derive(Clone, Debug)]

@@ -23,6 +23,7 @@ use crate::stage::SetUp;
 use crate::stage::Wanted;
 use crate::{
     backend::{BackendError, Constraint},
+    geometry::vertex_normals,
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
     profile::{
         Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, WingSurface,
@@ -310,7 +311,7 @@ impl Wing {
         let corners = wing.families.iter().flat_map(|&family| surface.corners_of(family));
         let mut triangles: Vec<[u32; 3]> = corners.map(|corners| corners.map(place)).collect();
         let mut positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
-        let mut normals = normals(&positions, &triangles);
+        let mut normals = vertex_normals(&positions, &triangles);
         let mirror = wing.mirror.map(|plane| Mirror::new(plane, &wing.old, &positions)).transpose().map_err(about)?;
         let mut mirrored = Vec::new();
         if let Some(mirror) = &mirror {
@@ -344,16 +345,6 @@ impl Wing {
         let family = vertices.iter().map(family).collect();
         Ok(Self { name: wing.name.clone(), vertices, family, taken, interpolation, mirror, junction, strip })
     }
-}
-
-/// Unit outward normals of oriented triangles at the vertices, weighted by area; zero where they cancel.
-fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
-    let mut normals = vec![DVec3::ZERO; positions.len()];
-    for corners in triangles {
-        let [a, b, c] = corners.map(|corner| positions[corner as usize]);
-        corners.iter().for_each(|&corner| normals[corner as usize] += (b - a).cross(c - a));
-    }
-    normals.into_iter().map(DVec3::normalize_or_zero).collect()
 }
 
 /// The network that spreads the junctions' slides over the wing beside them.

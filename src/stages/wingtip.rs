@@ -29,6 +29,7 @@ use crate::mesh::Displacement;
 use crate::stage::SetUp;
 use crate::{
     backend::{BackendError, Constraint},
+    geometry::triangle_normal,
     mesh::{
         FamilyId, TetMesh,
         edges::triangle_edges,
@@ -196,13 +197,7 @@ fn boundary_lengths(mesh: &TetMesh, surface: &Surface, tip: &[FamilyId]) -> BTre
 /// Twice a family's area over the length of its boundary: the width of a strip.
 fn mean_width(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> f64 {
     let at = |vertex: u32| mesh.vertices[vertex as usize];
-    let area: f64 = surface
-        .corners_of(family)
-        .map(|corners| {
-            let [a, b, c] = corners.map(at);
-            0.5 * (b - a).cross(c - a).length()
-        })
-        .sum();
+    let area: f64 = surface.corners_of(family).map(|corners| 0.5 * triangle_normal(corners.map(at)).length()).sum();
     let perimeter: f64 = surface
         .boundary_loops(family)
         .iter()

@@ -19,8 +19,8 @@ use crate::mesh::Displacement;
 use crate::stage::SetUp;
 use crate::{
     backend::{BackendError, Constraint},
+    geometry::vertex_normals,
     mesh::{csr::Csr, edges::VertexGraph, edges::triangle_edges},
-    quality::corners,
     relaxation::{Convergence, Network, Relaxer, Stopping},
 };
 
@@ -152,14 +152,7 @@ impl Rotation {
     }
 
     fn normals(&self, points: &[DVec3]) -> Vec<DVec3> {
-        let mut normals = vec![DVec3::ZERO; points.len()];
-        for triangle in &self.triangles {
-            let [a, b, c] = corners(points, *triangle);
-            let area = (b - a).cross(c - a);
-            triangle.iter().for_each(|&vertex| normals[vertex as usize] += area);
-        }
-        normals.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
-        normals
+        vertex_normals(points, &self.triangles)
     }
 }
 

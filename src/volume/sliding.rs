@@ -14,13 +14,14 @@ use crate::families::PlacedBy;
 use crate::families::shape::ShapeAtVertex;
 use crate::{
     backend::{Ball, Constraint},
+    geometry::{corners, unit_normal},
     mesh::{
         TetMesh,
         csr::Csr,
         half_edge::{Surface, next},
     },
     projection::walk::{Curves, Parts},
-    quality::{corners, faults},
+    quality::faults,
     smoothing::SurfaceMotion,
 };
 
@@ -213,8 +214,7 @@ impl SurfaceMotion for SlidingSurface<'_> {
 }
 
 fn normal(mesh: &TetMesh, triangle: [u32; 3]) -> DVec3 {
-    let [a, b, c] = corners(&mesh.vertices, triangle);
-    (b - a).cross(c - a).normalize_or_zero()
+    unit_normal(corners(&mesh.vertices, triangle))
 }
 
 /// Whether a curve goes on through its middle vertex without a sharp turn.

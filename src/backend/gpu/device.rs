@@ -14,7 +14,7 @@ use wgpu::{
 use super::adapter::{max_binding, required_limits};
 use super::pipeline::Pipeline;
 use super::{BackendError, Bounds};
-use crate::kernels::KERNELS;
+use crate::kernels::{OfKernels, place};
 
 /// Most neighbours or tets a loop of one invocation runs over. Mesa's software adapter ends an invocation silently after
 /// 65 535 iterations of all its loops together; the reduction of a workgroup takes a few of them.
@@ -37,14 +37,7 @@ pub(super) struct Device {
     pub(super) max_chunk: u64,
     /// Most workgroups in one dimension of a dispatch.
     max_workgroups: u32,
-    pub(super) edge_stiffness: Pipeline,
-    pub(super) relax_sweep: Pipeline,
-    pub(super) convergence: Pipeline,
-    pub(super) defect: Pipeline,
-    pub(super) transfer: Pipeline,
-    pub(super) accelerate: Pipeline,
-    pub(super) smooth_vertices: Pipeline,
-    pub(super) raise_worst_beta: Pipeline,
+    pub(super) pipelines: OfKernels<Pipeline>,
 }
 
 impl Device {
@@ -70,23 +63,14 @@ impl Device {
 
         let limits = device.limits();
         let max_array = max_binding(&limits);
-        let (pipelines, error) = catching(&device, || KERNELS.map(|kernel| Pipeline::new(&device, &kernel)));
+        let (pipelines, error) = catching(&device, || OfKernels::new(|kernel| Pipeline::new(&device, kernel)));
         if let Some(message) = error {
             return Err(fail(message));
         }
-        let [edge_stiffness, relax_sweep, convergence, defect, transfer, accelerate, smooth_vertices, raise_worst_beta] =
-            pipelines;
         Ok(Self {
             max_chunk: bounds.matrix_bytes.unwrap_or(max_array).min(max_array),
             max_workgroups: bounds.workgroups.unwrap_or(u32::MAX).min(limits.max_compute_workgroups_per_dimension),
-            edge_stiffness: edge_stiffness.map_err(fail)?,
-            relax_sweep: relax_sweep.map_err(fail)?,
-            convergence: convergence.map_err(fail)?,
-            defect: defect.map_err(fail)?,
-            transfer: transfer.map_err(fail)?,
-            accelerate: accelerate.map_err(fail)?,
-            smooth_vertices: smooth_vertices.map_err(fail)?,
-            raise_worst_beta: raise_worst_beta.map_err(fail)?,
+            pipelines: pipelines.map_err(fail)?,
             device,
             queue,
             failure,
@@ -168,11 +152,9 @@ impl Device {
         self.queue.submit([encoder.finish()]);
     }
 
-    /// Number of workgroups in x and y that cover this many invocations. The last row in y may be longer than needed.
+    /// Number of workgroups in x and y that cover this many invocations of a kernel.
     pub(super) fn workgroups(&self, n_invocations: usize, pipeline: &Pipeline) -> (u32, u32) {
-        let groups = (n_invocations as u32).div_ceil(pipeline.workgroup_size);
-        let x = groups.min(self.max_workgroups);
-        (x, groups.div_ceil(x.max(1)))
+        place::workgroups(n_invocations as u32, pipeline.workgroup_size, self.max_workgroups)
     }
 
     /// Submits, waits, and returns what then stands at the start of `source`, by way of `staging`.

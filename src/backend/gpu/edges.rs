@@ -71,12 +71,12 @@ fn compute(device: &Device, chunk: &Chunk) -> Result<Vec<f32>, BackendError> {
             ("edge_vector", &device.filled("edge_vector", chunk.edge_vector)),
             ("stiffness", &result),
         ];
-        let group = device.bind(&device.edge_stiffness, &buffers);
+        let group = device.bind(&device.pipelines.edge_stiffness, &buffers);
         let mut encoder = device.encoder();
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        pass.set_pipeline(&device.edge_stiffness.pipeline);
+        pass.set_pipeline(&device.pipelines.edge_stiffness.pipeline);
         pass.set_bind_group(0, &group, &[0]);
-        let (x, y) = device.workgroups(chunk.n_edges, &device.edge_stiffness);
+        let (x, y) = device.workgroups(chunk.n_edges, &device.pipelines.edge_stiffness);
         pass.dispatch_workgroups(x, y, 1);
         drop(pass);
         device.read(encoder, &result, &staging, chunk.n_edges)

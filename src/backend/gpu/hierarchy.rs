@@ -88,7 +88,7 @@ impl GpuHierarchy {
         let end_params = uniform(&device, BATCH);
         let inverse_length = device.filled("inverse_length", finest.packed.inverse_length());
         let end = device.bind(
-            &device.accelerate,
+            &device.pipelines.accelerate,
             &[
                 ("params", &end_params),
                 ("start", &start),
@@ -121,9 +121,9 @@ impl GpuHierarchy {
             encoder.copy_buffer_to_buffer(&finest.e[0], 0, &self.start, 0, bytes);
             self.record_cycle(0, encoder);
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-            pass.set_pipeline(&self.device.accelerate.pipeline);
+            pass.set_pipeline(&self.device.pipelines.accelerate.pipeline);
             pass.set_bind_group(0, &self.end, &[(cycle * SLOT) as u32]);
-            let (x, y) = self.device.workgroups(n_vertices, &self.device.accelerate);
+            let (x, y) = self.device.workgroups(n_vertices, &self.device.pipelines.accelerate);
             pass.dispatch_workgroups(x, y, 1);
             drop(pass);
             if finest.ends_in != 0 {
@@ -323,9 +323,9 @@ impl Chunks {
 impl Kernel {
     fn pipeline(self, device: &Device) -> &Pipeline {
         match self {
-            Self::RelaxSweep => &device.relax_sweep,
-            Self::Defect => &device.defect,
-            Self::Transfer => &device.transfer,
+            Self::RelaxSweep => &device.pipelines.relax_sweep,
+            Self::Defect => &device.pipelines.defect,
+            Self::Transfer => &device.pipelines.transfer,
         }
     }
 }

@@ -98,8 +98,8 @@ impl GpuNetwork {
             Chunk {
                 first_row: range.start,
                 n_rows: range.len(),
-                relax_sweep: [0, 1].map(|current| bind(&device.relax_sweep, &sweep_params, current)),
-                convergence: [0, 1].map(|current| bind(&device.convergence, &measure_params, current)),
+                relax_sweep: [0, 1].map(|current| bind(&device.pipelines.relax_sweep, &sweep_params, current)),
+                convergence: [0, 1].map(|current| bind(&device.pipelines.convergence, &measure_params, current)),
             }
         };
         let chunks = plan.iter().map(chunk).collect();
@@ -121,12 +121,12 @@ impl GpuNetwork {
         });
         self.device.write(&self.sweep_params, &slots(params));
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        pass.set_pipeline(&self.device.relax_sweep.pipeline);
+        pass.set_pipeline(&self.device.pipelines.relax_sweep.pipeline);
         let mut slot = 0;
         for _ in sweeps {
             for chunk in &self.chunks {
                 pass.set_bind_group(0, &chunk.relax_sweep[self.current], &[slot]);
-                let (x, y) = self.device.workgroups(chunk.n_rows, &self.device.relax_sweep);
+                let (x, y) = self.device.workgroups(chunk.n_rows, &self.device.pipelines.relax_sweep);
                 pass.dispatch_workgroups(x, y, 1);
                 slot += SLOT as u32;
             }
@@ -137,10 +137,10 @@ impl GpuNetwork {
     /// Records the measure, and the copy of the correction it will be compared with next time.
     fn record_measure(&self, encoder: &mut CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        pass.set_pipeline(&self.device.convergence.pipeline);
+        pass.set_pipeline(&self.device.pipelines.convergence.pipeline);
         for (place, chunk) in self.chunks.iter().enumerate() {
             pass.set_bind_group(0, &chunk.convergence[self.current], &[(place * SLOT) as u32]);
-            let (x, y) = self.device.workgroups(chunk.n_rows, &self.device.convergence);
+            let (x, y) = self.device.workgroups(chunk.n_rows, &self.device.pipelines.convergence);
             pass.dispatch_workgroups(x, y, 1);
         }
         drop(pass);

@@ -41,8 +41,8 @@ impl Room {
         };
         let buffers: Vec<_> = sizes.iter().map(buffer).collect();
         let named: Vec<_> = buffers.iter().map(|(name, buffer)| (*name, buffer)).collect();
-        let smooth_vertices = device.bind(&device.smooth_vertices, &named);
-        let raise_worst_beta = device.bind(&device.raise_worst_beta, &named);
+        let smooth_vertices = device.bind(&device.pipelines.smooth_vertices, &named);
+        let raise_worst_beta = device.bind(&device.pipelines.raise_worst_beta, &named);
         let size = buffers.iter().find(|(name, _)| *name == "correction").map_or(0, |(_, buffer)| buffer.size());
         let staging = device.buffer("staging", size, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
         Self { buffers, staging, smooth_vertices, raise_worst_beta }
@@ -149,12 +149,24 @@ impl DeviceSmoother for GpuSmoother {
                             delta_squared,
                             tolerance,
                         };
-                        self.dispatch((&device.smooth_vertices, &room.smooth_vertices), params, patch, count, &room);
+                        self.dispatch(
+                            (&device.pipelines.smooth_vertices, &room.smooth_vertices),
+                            params,
+                            patch,
+                            count,
+                            &room,
+                        );
                     }
                     SmoothingObjective::Beta { goal, gain } => {
                         let (six_goal, gain) = ((6.0 * goal) as f32, gain as f32);
                         let params = |first, n_vertices| raise_worst_beta::Params { first, n_vertices, six_goal, gain };
-                        self.dispatch((&device.raise_worst_beta, &room.raise_worst_beta), params, patch, count, &room);
+                        self.dispatch(
+                            (&device.pipelines.raise_worst_beta, &room.raise_worst_beta),
+                            params,
+                            patch,
+                            count,
+                            &room,
+                        );
                     }
                 }
                 let found = device.read(device.encoder(), room.buffer("correction"), &room.staging, correction.len());

@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::formats::mesh_builder::CellKind;
 use crate::formats::new_file::{NewFile, clean_names, renamed};
 use crate::formats::out::Out;
+use crate::geometry;
 
 /// Gmsh's number for a type of element.
 fn number(shape: CellKind) -> i32 {
@@ -122,9 +123,8 @@ fn entity(out: &mut Out, tag: i32, bounds: [DVec3; 2], group: i32, boundary: &[i
 }
 
 /// The box of some points; at the origin if there are none.
-fn bounds(mut points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
-    let first = points.next().unwrap_or_default();
-    points.fold([first, first], |[low, high], point| [low.min(point), high.max(point)])
+fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    geometry::bounds(points).unwrap_or_default()
 }
 
 fn ints(out: &mut Out, values: &[i32]) -> io::Result<()> {

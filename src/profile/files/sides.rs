@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::fail;
+use crate::geometry::nearest_on_segment;
 use crate::profile::ProfileError;
 use crate::profile::edges::trailing_edge;
 
@@ -104,10 +105,8 @@ pub(super) fn check_place(path: &Path, line: usize, curve: &[DVec2]) -> Result<(
     let chord = (0.5 * (first + last)).distance(nose);
     // The curve leads through the origin, but no point has to be there. With camber the nose is a little below or above.
     let to_origin = curve.windows(2).map(|pair| {
-        let along = pair[1] - pair[0];
-        let share =
-            if along == DVec2::ZERO { 0.0 } else { (-pair[0].dot(along) / along.length_squared()).clamp(0.0, 1.0) };
-        (pair[0] + share * along).length()
+        let [from, to] = [pair[0], pair[1]].map(|end| end.extend(0.0));
+        nearest_on_segment(DVec3::ZERO, from, to).0.length()
     });
     let off = to_origin.fold(f64::INFINITY, f64::min).max(nose.x.abs());
     if off <= OFF * chord && (chord - 1.0).abs() <= OFF {
