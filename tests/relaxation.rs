@@ -140,6 +140,30 @@ fn relaxation_agrees_with_a_direct_solution_and_knows_its_error() {
     }
 }
 
+/// Where the relaxation stops, the closed form is no farther than the relaxation says: a chain of equal springs stretches
+/// evenly. Long chains relax slowly, so an estimate taken from the last change alone falls short.
+/// Fails if the estimate is a tenth of itself.
+#[test]
+fn what_is_left_is_no_more_than_is_said() {
+    for length in [20, 60, 150] {
+        let network = chain(&vec![1.0; length], &vec![0.0; length + 1], &[0, length]);
+        let pull = DVec3::new(1.0, -2.0, 0.5);
+        let mut start = vec![DVec3::ZERO; length + 1];
+        start[length] = pull;
+        for method in [Method::Jacobi, Method::Chebyshev, Method::Multigrid] {
+            for tolerance in [3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-6] {
+                let stopping = Stopping { tolerance, ..TIGHT };
+                let (moved, convergence) = relax(&network, &start, method, Precision::F64, stopping);
+                assert!(convergence.converged, "{length} {method:?} {convergence:?}");
+                // Every edge has length 1, so displacements are fractions of the shortest edge.
+                let even = |i: usize| pull * (i as f64 / length as f64);
+                let left = (0..=length).map(|i| moved[i].distance(even(i))).fold(0.0, f64::max);
+                assert!(left <= convergence.error, "{length} {method:?}: {left:e} is left, {convergence:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_spectrum_encloses_the_eigenvalues() {
     let (_, network) = brick_network(5, hold_boundary);
