@@ -145,6 +145,47 @@ fn a_stopped_batch_is_taken_up_again() {
     assert_eq!(names(&lines(&fixture.read("part.jsonl"))), ["a", "b", "c", "d"]);
 }
 
+/// A design that failed is no good one the second time either: one that did not converge has its mesh and is left out, one
+/// whose mesh is invalid or that cannot be read is done again, and each keeps one line.
+/// Fails if `--resume` takes every design that has its line and its outputs for a good one.
+#[test]
+fn a_failed_design_stays_failed_when_a_batch_is_taken_up_again() {
+    let resume = ["--out", "moved", "--json", "all.jsonl", "--resume"];
+    let exits = |fixture: &Fixture| -> Vec<(String, Option<u64>)> {
+        let lines = lines(&fixture.read("all.jsonl"));
+        lines.iter().map(|line| (line["design"].as_str().unwrap().to_owned(), line["exit"].as_u64())).collect()
+    };
+    let fixture = designs(&[("a", 0.06), ("b", 0.05)]);
+    let case = CASE.replace("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
+    fixture.write("case.toml", &case.replace("1e-4", "1e-9\nmethod = \"jacobi\"\nmax_sweeps = 2"));
+    assert_eq!(batch(&fixture, &resume[..4]).status.code(), Some(1));
+    assert_eq!(exits(&fixture), [("a".to_owned(), Some(4)), ("b".to_owned(), Some(4))]);
+    assert!(fixture.path("moved/a.msh").is_file() && fixture.path("moved/b.msh").is_file());
+    let output = batch(&fixture, &resume);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    for words in ["2 of 2 designs are done already", "error: 2 of 2 designs failed"] {
+        assert!(stderr(&output).contains(words), "\"{words}\" is not in: {}", stderr(&output));
+    }
+    assert_eq!(exits(&fixture), [("a".to_owned(), Some(4)), ("b".to_owned(), Some(4))]);
+
+    let fixture = designs(&[("a", 0.06)]);
+    fixture.write("designs/b.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
+    fixture.write("designs/c.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    let failed = [("a".to_owned(), None), ("b".to_owned(), Some(5)), ("c".to_owned(), Some(3))];
+    for arguments in [&resume[..4], &resume] {
+        let output = batch(&fixture, arguments);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains("error: 2 of 3 designs failed"), "{}", stderr(&output));
+        assert_eq!(exits(&fixture), failed);
+    }
+    // Mended, they are done, and their old lines are gone.
+    fixture.write("designs/b.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.2, 0.05)]));
+    fixture.write("designs/c.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.2, 0.04)]));
+    assert_good(&batch(&fixture, &resume));
+    assert_eq!(exits(&fixture), ["a", "b", "c"].map(|name| (name.to_owned(), None)));
+    assert!(fixture.path("moved/b.msh").is_file() && fixture.path("moved/c.msh").is_file());
+}
+
 #[test]
 fn shards_share_the_designs() {
     let fixture = designs(&[("a", 0.06), ("b", 0.05), ("c", 0.04)]);
