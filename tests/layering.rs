@@ -107,34 +107,49 @@ fn raw_string(text: &str) -> Option<usize> {
     Some(2 + hashes + body.find(&end)? + end.len())
 }
 
-/// The top modules that some code names after `crate::`, grouped imports included.
-fn imports(code: &str) -> BTreeSet<String> {
+/// The top modules that the code of a file names after `crate::`, or after as many `super::` as lead there; grouped imports
+/// included.
+///
+/// - `name`: the file's path under `src`
+fn imports(name: &str, code: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for (at, _) in code.match_indices("crate::") {
-        let after = &code[at + "crate::".len()..];
-        let Some(group) = after.strip_prefix('{') else {
-            found.insert(identifier(after));
-            continue;
-        };
-        // Names at the first level of braces begin after `{` or `,`.
-        let (mut depth, mut expecting) = (1, true);
-        for (at, letter) in group.char_indices() {
-            match letter {
-                '{' => depth += 1,
-                '}' => depth -= 1,
-                ',' if depth == 1 => expecting = true,
-                _ if depth == 1 && expecting && !letter.is_whitespace() => {
-                    found.insert(identifier(&group[at..]));
-                    expecting = false;
-                }
-                _ => {}
-            }
-            if depth == 0 {
-                break;
-            }
+        first_names(&code[at + "crate::".len()..], &mut found);
+    }
+    // A file `a/b.rs` is the module a::b, and `a/mod.rs` is a: from the one two steps lead up to the crate, from the other one.
+    let depth = name.trim_end_matches(".rs").split('/').filter(|part| *part != "mod").count();
+    let up = "super::".repeat(depth);
+    for (at, _) in code.match_indices(&up) {
+        if !code[..at].ends_with("super::") {
+            first_names(&code[at + up.len()..], &mut found);
         }
     }
     found
+}
+
+/// The first names of a path or of a group of paths.
+fn first_names(after: &str, found: &mut BTreeSet<String>) {
+    let Some(group) = after.strip_prefix('{') else {
+        found.insert(identifier(after));
+        return;
+    };
+    // Names at the first level of braces begin after `{` or `,`.
+    let (mut depth, mut expecting) = (1, true);
+    for (at, letter) in group.char_indices() {
+        match letter {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 1 => expecting = true,
+            _ if depth == 1 && expecting && !letter.is_whitespace() => {
+                found.insert(identifier(&group[at..]));
+                expecting = false;
+            }
+            _ => {}
+        }
+        if depth == 0 {
+            break;
+        }
+    }
 }
 
 fn identifier(text: &str) -> String {
@@ -160,7 +175,7 @@ fn imports_point_downward() {
     let mut wrong = Vec::new();
     for (name, module, code) in sources() {
         let Some(own) = layer(&module) else { continue };
-        for import in imports(&code) {
+        for import in imports(&name, &code) {
             if layer(&import).is_some_and(|other| other > own) {
                 wrong.push(format!("src/{name}: `{module}` imports `{import}`, which is above it"));
             }
@@ -172,8 +187,8 @@ fn imports_point_downward() {
 #[test]
 fn imports_make_no_circle() {
     let mut graph: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for (_, module, code) in sources().into_iter().filter(|(_, module, _)| layer(module).is_some()) {
-        let known = imports(&code).into_iter().filter(|import| layer(import).is_some() && *import != module);
+    for (name, module, code) in sources().into_iter().filter(|(_, module, _)| layer(module).is_some()) {
+        let known = imports(&name, &code).into_iter().filter(|import| layer(import).is_some() && *import != module);
         graph.entry(module.clone()).or_default().extend(known);
     }
     // Take away modules that import nothing any more; what is left goes round.
@@ -218,6 +233,20 @@ fn nothing_below_the_command_line_prints() {
     }
 }
 
+/// The reader of imports does not look for a way up within a group, so there is none.
+#[test]
+fn no_group_goes_up() {
+    for (name, _, code) in sources() {
+        assert!(!goes_up_in_a_group(&code), "src/{name}: `super` within the braces of a path");
+    }
+    assert!(goes_up_in_a_group("use super::{betas, super::report};"));
+    assert!(!goes_up_in_a_group("use super::{betas}; mod a { use super::b; }"));
+}
+
+fn goes_up_in_a_group(code: &str) -> bool {
+    code.split("::{").skip(1).any(|group| group.split('}').next().is_some_and(|group| group.contains("super")))
+}
+
 /// The reader above must see what it looks for, and only that.
 #[test]
 fn the_code_reader_sees_imports() {
@@ -233,6 +262,11 @@ fn the_code_reader_sees_imports() {
         #[cfg(test)]
         mod tests { use crate::mover::Mover; }
     "##;
-    let found: Vec<_> = imports(&code(text)).into_iter().collect();
+    let found: Vec<_> = imports("profile/files/csv.rs", &code(text)).into_iter().collect();
     assert_eq!(found, ["mesh", "quality", "report", "springs", "stages"]);
+    // Up through `super`, by a re-export too.
+    let named = |name: &str, text: &str| imports(name, text).into_iter().collect::<Vec<_>>();
+    assert_eq!(named("quality/mod.rs", "pub use super::report::Stage;"), ["report"]);
+    assert_eq!(named("quality/faults.rs", "use super::super::{report::Stage, cli};"), ["cli", "report"]);
+    assert_eq!(named("quality/faults.rs", "use super::betas;"), [] as [&str; 0]);
 }

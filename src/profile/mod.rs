@@ -23,6 +23,7 @@
 //! [`ProfileInterpolation::displacements`] once per design, [`ProfileInterpolation::missed`] and [`distance::max_distance`] to check the result.
 
 mod accuracy;
+mod along;
 mod carry;
 mod checks;
 pub mod csv;
