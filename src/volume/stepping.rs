@@ -1,0 +1,172 @@
+//! The path of steps: surfaces led along their route, a fresh volume network at each step.
+
+use std::f64::consts::PI;
+
+use super::{
+    EdgeGraph, Start, VolumeError, displaced,
+    optimisation::{ENOUGH, MovedMesh, Smoothing},
+    route::Route,
+    springs::VolumeNetwork,
+};
+use crate::{
+    backend::{BackendError, Constraint, check_memory},
+    mesh::Displacement,
+    relaxation::{Convergence, Stopping},
+    report::Path,
+    smoothing::{Smoothed, moved},
+    springs::Springs,
+    stage::SetUp,
+};
+
+/// The first step on a path turns no body by more than this, in radians; steps get longer when they go well.
+const FIRST_TURN: f64 = PI / 6.0;
+
+/// On the way tets are repaired when the worst beta falls below the first of these shares of the original mesh's, up to the
+/// second. With 0.5 and 0.75 a wing's half turn takes twice as long and leaves a lower mean; with 0.2 and 0.3 its last steps
+/// start from tets so bad that they take many more of them.
+const REPAIR: (f64, f64) = (0.3, 0.5);
+
+/// Steps shorter than this share of the way are not tried: a tet that stands in the way of one stands in the way of all.
+const SHORTEST: f64 = 1.0 / 256.0;
+
+/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the edges of the tets and the networks
+/// of a step; 345 to 363 in meshes of 0.1 to 6.5 million tets.
+const PATH_BYTES: u64 = 380;
+
+/// What a path goes by.
+#[derive(Clone, Copy)]
+pub(super) struct Stepping {
+    pub(super) springs: &'static Springs,
+    /// Smallest beta of the undeformed mesh.
+    pub(super) lowest: f64,
+    pub(super) max_steps: usize,
+}
+
+impl Stepping {
+    /// A mesh at the end of the way, optimised, if it has faults in a few places alone: it needs no shorter steps if they can be
+    /// repaired where they are.
+    pub(super) fn repair_last(
+        &self,
+        state: &MovedMesh,
+        smoothing: Option<&mut Smoothing>,
+        set_up: &SetUp,
+        observer: &dyn Fn(&str),
+    ) -> Result<Option<(MovedMesh, Smoothed)>, BackendError> {
+        let Some(smoothing) = smoothing.filter(|_| state.inverted > 0 && state.is_local()) else { return Ok(None) };
+        observer("smoothing");
+        smoothing.run(set_up, state).map(Some)
+    }
+
+    /// Whether what was repaired may stay as it is.
+    pub(super) fn is_good(&self, repaired: &MovedMesh) -> bool {
+        repaired.worst >= ENOUGH * self.lowest
+    }
+
+    /// Leads the surfaces along their route, in steps that invert no tet.
+    ///
+    /// - `volume`: of the undeformed mesh, for the steps that start there; gone afterwards
+    pub(super) fn follow(
+        &self,
+        route: &Route,
+        volume: Option<VolumeNetwork>,
+        mut smoothing: Option<&mut Smoothing>,
+        set_up: &SetUp,
+        stopping: &Stopping,
+        observer: &dyn Fn(&str),
+    ) -> Result<Followed, VolumeError> {
+        let mut networks = NetworksAtShape::new(volume);
+        let mut mesh = set_up.mesh.clone();
+        let mut state = MovedMesh::new(mesh.vertices.clone(), &mesh.tets);
+        let mut surfaces = route.at(0.0);
+        let mut path = Path { steps: 0, given_up: 1, reached: 0.0 };
+        let mut convergence = Convergence::nothing_to_do();
+        let mut smoothed = None;
+        let mut step = f64::min(0.5, FIRST_TURN / route.largest_turn());
+        while path.reached < 1.0 && step >= SHORTEST && path.steps + path.given_up < self.max_steps {
+            observer(&format!("step to {:.0} %", 100.0 * (path.reached + step).min(1.0)));
+            // Not a sliver at the end.
+            let progress = if path.reached + 1.1 * step >= 1.0 { 1.0 } else { path.reached + step };
+            let next = route.at(progress);
+            mesh.vertices.copy_from_slice(&state.vertices);
+            let mut displacement: Displacement = next.iter().zip(&surfaces).map(|(next, now)| *next - *now).collect();
+            let volume = networks.at(&SetUp { mesh: &mesh, ..*set_up }, self.springs)?;
+            convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?);
+            let mut vertices = displaced(&mesh.vertices, &displacement);
+            for (vertex, constraint) in volume.constraint().iter().enumerate() {
+                // Steps do not add up to the last bit.
+                if *constraint == Constraint::Held {
+                    vertices[vertex] = moved(set_up.mesh.vertices[vertex], next[vertex]);
+                }
+            }
+            let mut tried = MovedMesh::new(vertices, &mesh.tets);
+            if progress == 1.0 {
+                let repaired = self.repair_last(&tried, smoothing.as_deref_mut(), set_up, observer)?;
+                if let Some((good, by)) = repaired.filter(|(state, _)| self.is_good(state)) {
+                    (tried, smoothed) = (good, Some(by));
+                }
+            } else if let Some(smoothing) = &mut smoothing
+                && tried.worst < REPAIR.0 * self.lowest
+                && tried.is_local()
+            {
+                tried = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
+            }
+            if tried.inverted > 0 {
+                path.given_up += 1;
+                step *= 0.5;
+                continue;
+            }
+            networks.volume = None;
+            state = tried;
+            surfaces = next;
+            path.steps += 1;
+            path.reached = progress;
+            step *= 2.0;
+        }
+        Ok(Followed { state, convergence, path, smoothed })
+    }
+}
+
+/// The networks at one shape of the mesh: a large mesh's have room but once.
+struct NetworksAtShape {
+    volume: Option<VolumeNetwork>,
+    edge_graph: Option<EdgeGraph>,
+}
+
+impl NetworksAtShape {
+    /// Those of the undeformed mesh, wherever they started from last.
+    fn new(mut volume: Option<VolumeNetwork>) -> Self {
+        if let Some(volume) = &mut volume {
+            volume.start_from(Start::default());
+        }
+        Self { volume, edge_graph: None }
+    }
+
+    /// Those that are there, or else new ones at the shape of `set_up`'s mesh.
+    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut VolumeNetwork, VolumeError> {
+        let volume = match self.volume.take() {
+            Some(volume) => volume,
+            None => {
+                let edge_graph = match self.edge_graph.take() {
+                    Some(edge_graph) => edge_graph,
+                    None => {
+                        let n_tets = set_up.mesh.tets.len();
+                        check_memory(PATH_BYTES * n_tets as u64)
+                            .map_err(|error| VolumeError::Memory { n_tets, error })?;
+                        EdgeGraph::new(set_up.mesh)
+                    }
+                };
+                VolumeNetwork::new(set_up, self.edge_graph.insert(edge_graph), springs)?
+            }
+        };
+        Ok(self.volume.insert(volume))
+    }
+}
+
+/// A design reached in steps.
+pub(super) struct Followed {
+    pub(super) state: MovedMesh,
+    pub(super) convergence: Convergence,
+    pub(super) path: Path,
+    /// What was repaired in the end, if it had to be.
+    pub(super) smoothed: Option<Smoothed>,
+}
