@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use idmesh::case::{Case, CaseError, Position, Role};
+use idmesh::case::{Case, CaseError, Position};
+use idmesh::families::Role;
 use idmesh::families::TipStart;
 use idmesh::profile::files::SpanAxis;
 use idmesh::relaxation::Method;
@@ -88,7 +89,8 @@ fn good_case_is_read_whole() {
     assert_eq!(role("carenage"), Role::Carenage);
     assert_eq!(role("symmetry"), Role::Plane { flat: None, partner: None });
     assert_eq!(role("farfield"), Role::Fixed);
-    assert_eq!(role("flap"), Role::Prescribed { displacement: here.join("flap.csv") });
+    assert_eq!(role("flap"), Role::Prescribed);
+    assert_eq!(case.families["flap"].displacement, Some(here.join("flap.csv")));
     assert_eq!(case.springs.name, "murayama");
     assert_eq!(
         (case.solver.method, case.solver.stopping.tolerance, case.solver.stopping.max_sweeps),
@@ -299,6 +301,19 @@ fn planes_may_be_not_quite_flat() {
     }
     let fit = "`flat` does not fit role \"fixed\", expected only in a family whose role is \"plane\"";
     assert_mistake("role = \"fixed\"", "role = \"fixed\"\nflat = 1e-3", 21, 1, fit);
+}
+
+/// English and French names of a role are one role, under which errors name it.
+#[test]
+fn a_fuselage_is_a_carenage() {
+    for name in ["carenage", "fuselage", "fairing"] {
+        let text = GOOD.replace("role = \"fixed\"", &format!("role = \"{name}\""));
+        let case = parse(&text).unwrap();
+        assert_eq!(case.families["farfield"].role, Role::Carenage, "{name}");
+        let fit = "`flat` does not fit role \"carenage\", expected only in a family whose role is \"plane\"";
+        let flat = format!("role = \"{name}\"\nflat = 1e-3");
+        assert_mistake("role = \"fixed\"", &flat, 21, 1, fit);
+    }
 }
 
 /// `symmetry` stands on line 17; two more planes follow at the end.

@@ -19,8 +19,8 @@ use idmesh::volume::sliding::SurfaceFreedom;
 
 const PLANE: Role = Role::PLANE;
 
-fn partner_of(mesh: &TetMesh, name: &str) -> Role {
-    Role::Plane { flat: None, partner: mesh.family(name) }
+fn partner_of(name: &str) -> Role {
+    Role::Plane { flat: None, partner: Some(name.to_owned()) }
 }
 
 /// Vertices of the family and those `shift` from them, found by their coordinates.
@@ -55,12 +55,12 @@ fn periodic_planes_stay_periodic() {
         [([0.1, 0.2], None), ([0.3, 0.5], Some(QualityTarget::Improve)), ([1.0, 1.2], Some(QualityTarget::Original))]
     {
         let mesh = block(8.0, |at| at);
-        let [symmetry, floor] = ["side", "ceiling"].map(|name| partner_of(&mesh, name));
+        let [symmetry, floor] = ["side", "ceiling"].map(partner_of);
         // One of the two tables names the other.
         let role = |name: &str| match name {
             "wing" => Role::Wing,
-            "symmetry" => symmetry,
-            "floor" => floor,
+            "symmetry" => symmetry.clone(),
+            "floor" => floor.clone(),
             "side" | "ceiling" => PLANE,
             _ => Role::Fixed,
         };
@@ -97,10 +97,10 @@ fn periodic_planes_stay_periodic() {
 #[test]
 fn a_wing_between_periodic_planes_has_no_dent() {
     let mesh = block(8.0, |at| at);
-    let symmetry = partner_of(&mesh, "side");
+    let symmetry = partner_of("side");
     let role = |name: &str| match name {
         "wing" => Role::Wing,
-        "symmetry" => symmetry,
+        "symmetry" => symmetry.clone(),
         "side" => PLANE,
         _ => Role::Fixed,
     };
@@ -143,10 +143,10 @@ fn a_mesh_of_one_layer_stays_periodic() {
     let turn = DQuat::from_rotation_y(0.3);
     let new = mapped(&old, |at| middle + turn * (at - middle));
     for quality in [None, Some(QualityTarget::Improve)] {
-        let symmetry = partner_of(&mesh, "side");
+        let symmetry = partner_of("side");
         let role = |name: &str| match name {
             "wing" => Role::Wing,
-            "symmetry" => symmetry,
+            "symmetry" => symmetry.clone(),
             "side" => PLANE,
             _ => Role::Fixed,
         };
@@ -188,10 +188,10 @@ fn planes_that_part_unsaid_are_warned_of() {
 #[test]
 fn parted_partners_are_refused() {
     let mesh = block(8.0, |at| at);
-    let symmetry = partner_of(&mesh, "side");
+    let symmetry = partner_of("side");
     let role = |name: &str| match name {
         "wing" => Role::Wing,
-        "symmetry" => symmetry,
+        "symmetry" => symmetry.clone(),
         "side" => PLANE,
         _ => Role::Fixed,
     };
@@ -214,10 +214,10 @@ fn parted_partners_are_refused() {
 #[test]
 fn prescribed_partners_must_move_alike() {
     let mesh = block(8.0, |at| at);
-    let symmetry = partner_of(&mesh, "side");
+    let symmetry = partner_of("side");
     let role = |name: &str| match name {
         "wing" => Role::Prescribed,
-        "symmetry" => symmetry,
+        "symmetry" => symmetry.clone(),
         "side" => PLANE,
         _ => Role::Fixed,
     };
@@ -237,9 +237,9 @@ fn prescribed_partners_must_move_alike() {
 
 #[test]
 fn planes_that_are_no_partners_are_refused() {
-    let refused = |mesh: TetMesh, role: &dyn Fn(&TetMesh, &str) -> Role| {
+    let refused = |mesh: TetMesh, role: &dyn Fn(&str) -> Role| {
         let settings = Settings {
-            roles: mesh.families.iter().map(|name| role(&mesh, name)).collect(),
+            roles: mesh.families.iter().map(|name| role(name)).collect(),
             wings: vec![WingProfiles::new("wing", mesh.family("wing").unwrap(), sections(&[0.3, 1.55]))],
             ..settings(&SMALL.mesh(), Vec::new())
         };
@@ -247,8 +247,8 @@ fn planes_that_are_no_partners_are_refused() {
     };
     let basic = |name: &str| if name == "wing" { Role::Wing } else { Role::Fixed };
     // The wing ends inside the box: two vertices of the far side are in no plane at the near one.
-    let shorter = refused(block(5.0, |at| at), &|mesh, name| match name {
-        "symmetry" => partner_of(mesh, "side"),
+    let shorter = refused(block(5.0, |at| at), &|name| match name {
+        "symmetry" => partner_of("side"),
         "side" => PLANE,
         name => basic(name),
     });
@@ -256,23 +256,28 @@ fn planes_that_are_no_partners_are_refused() {
         shorter.contains("`symmetry` and `side` shall be partners: 2 of their 284 vertices have no partner"),
         "{shorter}"
     );
-    let across = refused(block(8.0, |at| at), &|mesh, name| match name {
-        "symmetry" => partner_of(mesh, "floor"),
+    let across = refused(block(8.0, |at| at), &|name| match name {
+        "symmetry" => partner_of("floor"),
         "floor" => PLANE,
         name => basic(name),
     });
     assert!(across.contains("they are not parallel"), "{across}");
-    let role = refused(block(8.0, |at| at), &|mesh, name| match name {
-        "symmetry" => partner_of(mesh, "side"),
+    let role = refused(block(8.0, |at| at), &|name| match name {
+        "symmetry" => partner_of("side"),
         name => basic(name),
     });
     assert!(role.contains("the partner has another role"), "{role}");
-    let two = refused(block(8.0, |at| at), &|mesh, name| match name {
-        "symmetry" | "floor" => partner_of(mesh, "side"),
+    let two = refused(block(8.0, |at| at), &|name| match name {
+        "symmetry" | "floor" => partner_of("side"),
         "side" => PLANE,
         name => basic(name),
     });
     assert!(two.contains("one of them has another partner already"), "{two}");
+    let nobody = refused(block(8.0, |at| at), &|name| match name {
+        "symmetry" => partner_of("sid*"),
+        name => basic(name),
+    });
+    assert!(nobody.contains("`symmetry` and `sid*` shall be partners: the mesh has no such family"), "{nobody}");
     // One end of the wing is held.
     let mut mesh = block(8.0, |at| at);
     let wing = mesh.family("wing").unwrap();
@@ -283,8 +288,8 @@ fn planes_that_are_no_partners_are_refused() {
             *family = stub;
         }
     }
-    let held = refused(mesh, &|mesh, name| match name {
-        "symmetry" => partner_of(mesh, "side"),
+    let held = refused(mesh, &|name| match name {
+        "symmetry" => partner_of("side"),
         "side" => PLANE,
         name => basic(name),
     });
@@ -299,7 +304,7 @@ fn partners_do_not_slide() {
     let sliding = |symmetry: Role| {
         let role = |name: &String| match name.as_str() {
             "wing" => Role::Wing,
-            "symmetry" => symmetry,
+            "symmetry" => symmetry.clone(),
             "side" => PLANE,
             _ => Role::Fixed,
         };
@@ -310,5 +315,5 @@ fn partners_do_not_slide() {
     };
     let (ends, all) = sliding(PLANE);
     assert!(ends > 0);
-    assert_eq!(sliding(partner_of(&mesh, "side")), (0, all - ends));
+    assert_eq!(sliding(partner_of("side")), (0, all - ends));
 }

@@ -105,11 +105,11 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
 /// A wing that ends in a family that does not let its root go: how far it is kept back is known in closed form.
 #[test]
 fn a_wing_that_is_held_back_is_told_of() {
-    let [held, free] = [Role::Fixed, Role::PLANE];
-    let moved = |symmetry: Role, wing: Role, by: f64, plane_by: f64| {
+    let [held, free] = [&Role::Fixed, &Role::PLANE];
+    let moved = |symmetry: &Role, wing: &Role, by: f64, plane_by: f64| {
         let role = |name: &str| match name {
-            "wing" => wing,
-            "symmetry" => symmetry,
+            "wing" => wing.clone(),
+            "symmetry" => symmetry.clone(),
             _ => Role::Fixed,
         };
         let mut mover = set_up(block(5.0, |at| at), sections(&[0.3, 1.05]), role, None);
@@ -120,7 +120,7 @@ fn a_wing_that_is_held_back_is_told_of() {
         }
         mover.update(&design, &|_| {}).unwrap()
     };
-    for wing in [Role::Wing, Role::Prescribed] {
+    for wing in &[Role::Wing, Role::Prescribed] {
         let outcome = moved(held, wing, 0.05, 0.0);
         assert!(outcome.is_valid());
         let [HeldBack { by, family, vertices, max_distance, at, beyond: None }] = &outcome.held_back[..] else {
@@ -143,7 +143,7 @@ fn a_wing_that_is_held_back_is_told_of() {
     }
     // What the symmetry plane's user has it do counts.
     let of_wing = |by: f64, plane_by: f64| {
-        let outcome = moved(Role::Prescribed, Role::Wing, by, plane_by);
+        let outcome = moved(&Role::Prescribed, &Role::Wing, by, plane_by);
         outcome
             .held_back
             .into_iter()

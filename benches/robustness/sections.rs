@@ -56,7 +56,7 @@ impl Sections {
         let case = Case::read(path)?;
         let mesh = formats::read(&case.mesh)?.mesh;
         let case = case.for_families(&mesh.families)?;
-        let roles: Vec<Role> = mesh.families.iter().map(|name| case.families[name].role.on(&mesh)).collect();
+        let roles: Vec<Role> = mesh.families.iter().map(|name| case.families[name].role.clone()).collect();
         let mut wings = (0..roles.len()).filter(|&family| roles[family] == Role::Wing);
         let (Some(wing), None) = (wings.next(), wings.next()) else {
             return Err(format!("{}: expected one family with the role wing", path.display()).into());

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 
 use super::nearest::nearest;
 use super::paths::{is_pattern, matches};
-use super::{Case, CaseError, FamilySettings, Position, ProfileSource, Role};
+use super::{Case, CaseError, FamilySettings, Position, ProfileSource};
+use crate::families::Role;
 
 /// Why profiles cannot be given for a family.
 pub(super) fn no_wing(family: &str, role: &Role) -> String {

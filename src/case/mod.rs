@@ -18,8 +18,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::families::TipStart;
-use crate::mesh::TetMesh;
+use crate::families::Role;
 use crate::profile::{Plane, files::Placement};
 use crate::relaxation::{Method, Stopping};
 use crate::smoothing::QualityTarget;
@@ -72,73 +71,11 @@ pub struct ProfileSource {
 pub struct FamilySettings {
     /// What the family does.
     pub role: Role,
+    /// The CSV file with rows `x,y,z,dx,dy,dz` by which a family with the role [`Role::Prescribed`] moves, see
+    /// [`displacement`].
+    pub displacement: Option<PathBuf>,
     /// Where its table begins.
     pub position: Position,
-}
-
-/// What a family does when the wing's profiles change.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Role {
-    /// Moved by its profiles.
-    Wing,
-    /// The strip behind a blunt wing: follows its boundary.
-    TrailingEdge,
-    /// The cap of a wing: springs, and conservative springs that keep its shape.
-    Wingtip {
-        /// Conservative springs' coefficient, `0` (rigid) to `1` (freely deformable).
-        coefficient: f64,
-        /// The place the conservative springs pull back to.
-        start: TipStart,
-    },
-    /// Elastic shape: slides on its original surface.
-    Carenage,
-    /// Slides in its own plane.
-    Plane {
-        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size; each keeps its own
-        /// distance. Without it the family must be flat.
-        flat: Option<f64>,
-        /// The plane family that is this one, shifted: matching vertices move alike.
-        partner: Option<String>,
-    },
-    /// Does not move.
-    Fixed,
-    /// Moves as a file says, see [`displacement`].
-    Prescribed {
-        /// CSV file with rows `x,y,z,dx,dy,dz`.
-        displacement: PathBuf,
-    },
-}
-
-impl Role {
-    /// The role's name in a case file.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Role::Wing => "wing",
-            Role::TrailingEdge => "trailing-edge",
-            Role::Wingtip { .. } => "wingtip",
-            Role::Carenage => "carenage",
-            Role::Plane { .. } => "plane",
-            Role::Fixed => "fixed",
-            Role::Prescribed { .. } => "prescribed",
-        }
-    }
-}
-
-impl Role {
-    /// The role in a mesh that has the families it names.
-    pub fn on(&self, mesh: &TetMesh) -> crate::families::Role {
-        match *self {
-            Role::Wing => crate::families::Role::Wing,
-            Role::TrailingEdge => crate::families::Role::TrailingEdge,
-            Role::Wingtip { coefficient, start } => crate::families::Role::Wingtip { coefficient, start },
-            Role::Carenage => crate::families::Role::Carenage,
-            Role::Plane { flat, ref partner } => {
-                crate::families::Role::Plane { flat, partner: partner.as_ref().and_then(|name| mesh.family(name)) }
-            }
-            Role::Fixed => crate::families::Role::Fixed,
-            Role::Prescribed { .. } => crate::families::Role::Prescribed,
-        }
-    }
 }
 
 /// The `[solver]` table.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::families::{MOST_FLAT, TipStart};
+use crate::families::{MOST_FLAT, ROLES, Role, RoleOptions, RoleRow, TipStart};
 use crate::profile::files::{Placement, SpanAxis};
 use crate::profile::{Plane, stations};
 use crate::relaxation::Method;
@@ -16,7 +16,7 @@ use crate::volume::MAX_STEPS;
 use super::document::{CaseDocument, TomlTable, Value};
 use super::nearest::{did_you_mean, quoted_list};
 use super::paths::{is_pattern, matches};
-use super::{Case, CaseError, FamilySettings, Output, ProfileSource, Role, SolverSettings, paths};
+use super::{Case, CaseError, FamilySettings, Output, ProfileSource, SolverSettings, paths};
 
 /// Reads the whole document.
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
@@ -41,10 +41,18 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
 fn families(top: &TomlTable, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
     let mut families = BTreeMap::new();
     let Some(table) = top.get("family") else { return Ok(families) };
-    let sections = table.sections(&["role", "coefficient", "start", "flat", "partner", "displacement"])?;
+    let known: Vec<_> = std::iter::once(&"role").chain(ROLES.iter().flat_map(|row| row.keys)).copied().collect();
+    let sections = table.sections(&known)?;
     for (name, section) in &sections {
-        let role = role(section, folder)?;
-        families.insert((*name).to_owned(), FamilySettings { role, position: section.position() });
+        let role = role(section)?;
+        let displacement = match role {
+            Role::Prescribed => {
+                let value = section.require("displacement", "a CSV file with rows x,y,z,dx,dy,dz")?;
+                Some(paths::file(&value, folder)?)
+            }
+            _ => None,
+        };
+        families.insert((*name).to_owned(), FamilySettings { role, displacement, position: section.position() });
     }
     for (name, section) in &sections {
         if let Some(value) = section.get("partner") {
@@ -68,7 +76,7 @@ fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySe
     if partner == name {
         return Err(value.error(format!("`{name}` is given as its own partner, {expected}")));
     }
-    if !matches!(settings.role, Role::Plane { .. }) {
+    if !settings.role.is_plane() {
         let role = settings.role.name();
         return Err(value.error(format!("`partner` is \"{partner}\", whose role is \"{role}\", {expected}")));
     }
@@ -87,51 +95,36 @@ fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySe
     Ok(())
 }
 
-fn role(section: &TomlTable, folder: &Path) -> Result<Role, CaseError> {
-    let names = ["wing", "trailing-edge", "wingtip", "carenage", "plane", "fixed", "prescribed"];
-    let name = section.require("role", &format!("one of {}", quoted_list(&names)))?.one_of(&names)?;
-
-    let owners = [
-        ("coefficient", "wingtip"),
-        ("start", "wingtip"),
-        ("flat", "plane"),
-        ("partner", "plane"),
-        ("displacement", "prescribed"),
-    ];
-    for (key, owner) in owners {
-        if let Some(value) = section.get(key).filter(|_| name != owner) {
-            return Err(value.key_error(format!(
-                "`{key}` does not fit role \"{name}\", expected only in a family whose role is \"{owner}\""
-            )));
+fn role(section: &TomlTable) -> Result<Role, CaseError> {
+    let names: Vec<_> = ROLES.iter().map(|row| row.name).collect();
+    let value = section.require("role", &format!("one of {}", quoted_list(&names)))?;
+    let name = match value.text() {
+        Ok(alias) if RoleRow::named(alias).is_some() => alias,
+        _ => value.one_of(&names)?,
+    };
+    let row = RoleRow::named(name).expect("it is one of the names");
+    for owner in ROLES.iter().filter(|owner| owner.name != row.name) {
+        for key in owner.keys {
+            if let Some(value) = section.get(key) {
+                return Err(value.key_error(format!(
+                    "`{key}` does not fit role \"{}\", expected only in a family whose role is \"{}\"",
+                    row.name, owner.name
+                )));
+            }
         }
     }
-    Ok(match name {
-        "wing" => Role::Wing,
-        "trailing-edge" => Role::TrailingEdge,
-        "wingtip" => {
-            let coefficient = match section.get("coefficient") {
-                None => 0.5,
-                Some(value) => in_unit_interval(&value)?,
-            };
-            let start =
-                match section.get("start").map(|value| value.one_of(&["affine", "rigid", "original"])).transpose()? {
-                    None | Some("affine") => TipStart::Affine,
-                    Some("rigid") => TipStart::Rigid,
-                    Some(_) => TipStart::Original,
-                };
-            Role::Wingtip { coefficient, start }
-        }
-        "carenage" => Role::Carenage,
-        "plane" => Role::Plane {
-            flat: section.get("flat").map(|value| flat(&value)).transpose()?,
-            partner: section.get("partner").map(|value| value.text().map(str::to_owned)).transpose()?,
-        },
-        "fixed" => Role::Fixed,
-        _ => {
-            let value = section.require("displacement", "a CSV file with rows x,y,z,dx,dy,dz")?;
-            Role::Prescribed { displacement: paths::file(&value, folder)? }
-        }
-    })
+    let start = match section.get("start").map(|value| value.one_of(&["affine", "rigid", "original"])).transpose()? {
+        None | Some("affine") => TipStart::Affine,
+        Some("rigid") => TipStart::Rigid,
+        Some(_) => TipStart::Original,
+    };
+    let options = RoleOptions {
+        coefficient: section.get("coefficient").map(|value| in_unit_interval(&value)).transpose()?,
+        start,
+        flat: section.get("flat").map(|value| flat(&value)).transpose()?,
+        partner: section.get("partner").map(|value| value.text().map(str::to_owned)).transpose()?,
+    };
+    Ok((row.make)(options))
 }
 
 fn in_unit_interval(value: &Value) -> Result<f64, CaseError> {

@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use super::console::Console;
 use super::failure::Failure;
-use crate::case::{Case, ProfileSource, Role, displacement};
+use crate::case::{Case, ProfileSource, displacement};
+use crate::families::Role;
 use crate::formats::{self, MeshFile};
 use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, Settings};
@@ -51,9 +52,9 @@ impl Job {
         let mut displacements = Vec::new();
         for (index, name) in mesh.families.iter().enumerate() {
             let family = FamilyId(index as u16);
-            let role = case.families.get(name).map_or(&Role::Fixed, |settings| &settings.role);
-            roles.push(role.on(mesh));
-            if let Role::Prescribed { displacement } = role {
+            let settings = case.families.get(name);
+            roles.push(settings.map_or(Role::Fixed, |settings| settings.role.clone()));
+            if let Some(displacement) = settings.and_then(|settings| settings.displacement.as_ref()) {
                 let matched = prescribed(mesh, family, displacement)?;
                 design.prescribed.insert(family, matched.rows.iter().map(|row| row.displacement).collect());
                 displacements.push(matched);
@@ -96,23 +97,19 @@ impl Job {
 }
 
 /// Makes partners of planes that the mesh file calls so.
-fn join_cyclic(file: &MeshFile, roles: &mut [crate::families::Role]) -> Result<(), Failure> {
+fn join_cyclic(file: &MeshFile, roles: &mut [Role]) -> Result<(), Failure> {
     let mesh = &file.mesh;
     for [one, other] in file.partners() {
         let (Some(family), Some(neighbour)) = (mesh.family(one), mesh.family(other)) else { continue };
-        let is_plane = |role: &crate::families::Role| matches!(role, crate::families::Role::Plane { .. });
-        match (roles[family.index()], is_plane(&roles[neighbour.index()])) {
-            (crate::families::Role::Plane { flat, partner: None }, true) => {
-                roles[family.index()] = crate::families::Role::Plane { flat, partner: Some(neighbour) };
-            }
-            (role, plane) if is_plane(&role) != plane => {
-                let message = format!(
-                    "the mesh calls `{one}` and `{other}` cyclic, each the neighbour of the other, but one has the role \
-                     plane and the other has not, expected it for both or none"
-                );
-                return Err(Failure::bad_input(message));
-            }
-            _ => {}
+        if roles[family.index()].is_plane() != roles[neighbour.index()].is_plane() {
+            let message = format!(
+                "the mesh calls `{one}` and `{other}` cyclic, each the neighbour of the other, but one has the role \
+                 plane and the other has not, expected it for both or none"
+            );
+            return Err(Failure::bad_input(message));
+        }
+        if let Role::Plane { partner: partner @ None, .. } = &mut roles[family.index()] {
+            *partner = Some(other.clone());
         }
     }
     Ok(())

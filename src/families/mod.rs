@@ -6,9 +6,11 @@ use glam::DVec3;
 use thiserror::Error;
 
 mod partners;
+mod roles;
 pub mod shape;
 
 pub use partners::{Partners, even};
+pub use roles::{PlacedBy, ROLES, Role, RoleOptions, RoleRow, TipStart};
 
 use crate::{
     backend::{BackendError, Constraint},
@@ -17,98 +19,6 @@ use crate::{
     projection::continuation::ContinuationError,
 };
 use shape::{FamilyShape, ShapeAtVertex};
-
-/// What the conservative springs of a wingtip pull back to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TipStart {
-    /// The start, carried along by the best affine motion of the tip's boundary: a wing that is bent up and gets a
-    /// longer tip chord takes its tip with it.
-    #[default]
-    Affine,
-    /// The start, carried along by the best rigid motion of the tip's boundary.
-    Rigid,
-    /// The start where it was: the paper's words.
-    Original,
-}
-
-/// What a family does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Role {
-    /// Moved by its profiles.
-    Wing,
-    /// Follows the wing, as a curve and then as a surface.
-    TrailingEdge,
-    /// Follows the wing, held back by conservative springs.
-    Wingtip {
-        /// 0 rigid ... 1 freely deformable.
-        coefficient: f64,
-        /// Where the springs pull to.
-        start: TipStart,
-    },
-    /// Slides on its original surface.
-    Carenage,
-    /// Slides in its plane.
-    Plane {
-        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (the largest
-        /// distance of a vertex from their centre): each keeps its own distance from it. Without it the family must be flat
-        /// to 1e-6.
-        flat: Option<f64>,
-        /// The plane family that is this one, shifted: matching vertices move alike. One of the two may name the other, or both.
-        partner: Option<FamilyId>,
-    },
-    /// Does not move.
-    Fixed,
-    /// Moved as its user says.
-    Prescribed,
-}
-
-/// Which stage places a vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[allow(missing_docs, reason = "the names are those of the roles")]
-pub enum PlacedBy {
-    Fixed,
-    Prescribed,
-    Wing,
-    TrailingEdge,
-    Wingtip,
-    Carenage,
-    Plane,
-    Volume,
-}
-
-impl PlacedBy {
-    /// The name of the role whose vertices the stage places.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Fixed => "fixed",
-            Self::Prescribed => "prescribed",
-            Self::Wing => "wing",
-            Self::TrailingEdge => "trailing-edge",
-            Self::Wingtip => "wingtip",
-            Self::Carenage => "carenage",
-            Self::Plane => "plane",
-            Self::Volume => "volume",
-        }
-    }
-}
-
-impl Role {
-    /// A flat plane family that slides by itself.
-    pub const PLANE: Self = Self::Plane { flat: None, partner: None };
-
-    /// The stage that places vertices of a family with this role.
-    pub fn placed_by(self) -> PlacedBy {
-        match self {
-            Self::Wing => PlacedBy::Wing,
-            Self::TrailingEdge => PlacedBy::TrailingEdge,
-            Self::Wingtip { .. } => PlacedBy::Wingtip,
-            Self::Carenage => PlacedBy::Carenage,
-            Self::Plane { .. } => PlacedBy::Plane,
-            Self::Fixed => PlacedBy::Fixed,
-            Self::Prescribed => PlacedBy::Prescribed,
-        }
-    }
-}
 
 /// Why a mesh and its roles do not go together.
 #[derive(Debug, Error)]
@@ -280,9 +190,7 @@ impl Families {
 
     /// The families that are moved by the design or follow what is; planes only slide along.
     pub fn moved(&self) -> impl Iterator<Item = FamilyId> + '_ {
-        (0..self.roles.len())
-            .filter(|&index| !matches!(self.roles[index], Role::Plane { .. } | Role::Fixed))
-            .map(|index| FamilyId(index as u16))
+        (0..self.roles.len()).filter(|&index| self.roles[index].placed_by().moves()).map(|index| FamilyId(index as u16))
     }
 
     /// The shapes a vertex must stay on: of the carenages and planes it touches.

@@ -78,13 +78,20 @@ impl Partners {
         let finder = Finder { mesh, surface };
         let mut partner_of: BTreeMap<FamilyId, FamilyId> = BTreeMap::new();
         for (index, role) in roles.iter().enumerate() {
-            let Role::Plane { partner: Some(partner), .. } = *role else { continue };
+            let Role::Plane { partner: Some(name), .. } = role else { continue };
             let family = FamilyId(index as u16);
+            let Some(partner) = mesh.family(name) else {
+                return Err(SetupError::Partners {
+                    family: mesh.families[index].clone(),
+                    partner: name.clone(),
+                    why: "the mesh has no such family".to_owned(),
+                });
+            };
             let why = |why: &str| finder.error([family, partner], why.to_owned());
             if partner == family {
                 return Err(why("a family is not its own partner"));
             }
-            if !matches!(roles.get(partner.index()), Some(Role::Plane { .. })) {
+            if !roles[partner.index()].is_plane() {
                 return Err(why("the partner has another role, expected \"plane\""));
             }
             for (one, other) in [(family, partner), (partner, family)] {
@@ -126,7 +133,7 @@ impl Partners {
         }
         let planes: Vec<FamilyId> = (0..roles.len() as u16)
             .map(FamilyId)
-            .filter(|family| matches!(roles[family.index()], Role::Plane { .. }) && !partner_of.contains_key(family))
+            .filter(|family| roles[family.index()].is_plane() && !partner_of.contains_key(family))
             .collect();
         let mut alike = Vec::new();
         for (place, &one) in planes.iter().enumerate() {

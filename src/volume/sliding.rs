@@ -83,10 +83,7 @@ impl SurfaceFreedom {
             if stays[vertex as usize] {
                 return Freedom::Held;
             }
-            let slides = matches!(
-                families.placed_by[vertex as usize],
-                PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Wingtip | PlacedBy::Carenage
-            ) && !families.partners.is_tied(vertex);
+            let slides = families.placed_by[vertex as usize].slides() && !families.partners.is_tied(vertex);
             match curves.row(vertex as usize) {
                 [] if slides && is_one_fan(surface, &around, vertex) => {
                     Freedom::Surface(around.row(vertex as usize)[0])
