@@ -5,13 +5,13 @@
 
 mod common;
 
-use std::{collections::BTreeMap, fs, process::ExitCode, sync::Arc, time::Instant};
+use std::{collections::BTreeMap, fs, process::ExitCode, time::Instant};
 
-use common::{Example, Failure, median, numbers, print_machine, print_table, row};
+use common::{Failure, example, median, numbers, print_machine, print_table, row};
 use glam::DVec3;
 use idmesh::{
     backend::{self, Selection},
-    mover::{Design, Mover},
+    mover::Design,
     profile::Profile,
     volume::Start,
 };
@@ -25,18 +25,17 @@ fn main() -> ExitCode {
 
 fn run() -> Result<(), Failure> {
     let [designs] = numbers(&[1000])?[..] else { return Err("expected one number, of designs".into()) };
-    let backend = Arc::from(backend::select(Selection::Cpu)?);
-    let Example { file, settings, design } = Example::read()?;
+    let case = example()?;
     print_machine(&[backend::select(Selection::Cpu)?.info()]);
-    let mut mover = Mover::new(file.mesh, settings, backend, &|_| {})?;
+    let mut mover = case.mover(backend::select(Selection::Cpu)?)?;
     let mut rows = vec![row(&["designs", "start", "update ms", "volume's cycles", "memory MB"])];
     for (name, start) in [("undeformed mesh", Start::Undeformed), ("last design", Start::LastDesign)] {
         mover.start_from(start);
         let (mut seconds, mut cycles) = (Vec::new(), Vec::new());
         for at in 1..=designs {
-            let design = varied(&design, at);
+            let design = varied(&case.design, at);
             let begin = Instant::now();
-            let outcome = mover.update(&design, &|_| {})?;
+            let outcome = mover.update(&design)?;
             seconds.push(begin.elapsed().as_secs_f64());
             cycles.push(outcome.solver.sweeps as f64);
             if outcome.inverted > 0 || !outcome.converged {

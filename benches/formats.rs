@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::Instant;
 
-use common::{Example, Failure, median, print_machine, print_table, row};
+use common::{Failure, example, median, print_machine, print_table, row};
 use glam::DVec3;
 use idmesh::formats::{self, FORMATS, Fields, MeshFile};
 
@@ -30,7 +30,7 @@ fn run() -> Result<(), Failure> {
     let mut paths = std::env::args().skip(1).filter(|argument| argument != "--bench").map(PathBuf::from);
     let source = match &paths.next() {
         Some(path) => formats::read_mixed(path)?,
-        None => Example::read()?.file,
+        None => example()?.file,
     };
     println!("{} vertices, {} tets\n", source.mesh.vertices.len(), source.mesh.tets.len());
     // A mesh without a file of its own, so that all are written new.

@@ -26,10 +26,8 @@ use idmesh::{
     families::Role,
     formats::{self, MeshFile},
     mesh::{self, TetMesh},
-    mover::{Design, Mover, Settings},
-    relaxation::{FreeRows, Method, Stopping},
-    springs::Springs,
-    volume::MAX_STEPS,
+    mover::{Design, Mover},
+    relaxation::FreeRows,
 };
 
 /// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] tets one.
@@ -156,41 +154,36 @@ struct Cost {
 
 impl Cost {
     fn of(mesh: &TetMesh, backend: &Arc<dyn Backend>) -> Result<Self, Failure> {
-        let wing = mesh.family("wing").ok_or("the mesh has no family `wing`")?;
         let role = |family: &String| match family.as_str() {
             "farfield" => Role::Fixed,
             "symmetry" => Role::PLANE,
             _ => Role::Prescribed,
         };
-        let settings = Settings {
-            roles: mesh.families.iter().map(role).collect(),
-            springs: <&Springs>::default(),
-            method: Method::default(),
-            stopping: Stopping::default(),
-            quality: Some(idmesh::smoothing::QualityTarget::Original),
-            max_steps: MAX_STEPS,
-            wings: Vec::new(),
-        };
+        let mut builder = Mover::builder(mesh.clone());
+        for family in &mesh.families {
+            builder = builder.role(family, role(family));
+        }
         forget_peak_memory();
         let start = Instant::now();
-        let mut mover = Mover::new(mesh.clone(), settings, Arc::clone(backend), &|_| {})?;
+        let mut mover = builder.build(Arc::clone(backend))?;
         let set_up = start.elapsed().as_secs_f64();
-        let pivot = mesh.vertices[mover.family_vertices(wing)[0] as usize];
+        let wing = mover.family_vertices("wing").ok_or("the mesh has no family `wing`")?;
+        let pivot = mesh.vertices[wing[0] as usize];
         let turn = DQuat::from_rotation_y(10f64.to_radians());
         let mut design = Design::default();
         for name in mesh.families.iter().filter(|family| role(family) == Role::Prescribed) {
-            let family = mesh.family(name).expect("it is one of the mesh's");
             let moves = |&vertex: &u32| {
                 turn * (mesh.vertices[vertex as usize] - pivot) - (mesh.vertices[vertex as usize] - pivot)
             };
-            design.prescribed.insert(family, mover.family_vertices(family).iter().map(moves).collect());
+            let vertices = mover.family_vertices(name).into_iter().flatten();
+            design.prescribed.insert(name.clone(), vertices.map(moves).collect());
         }
         let mut times = Vec::new();
         let updates = if mesh.tets.len() > LARGE { 1 } else { UPDATES };
         let mut cycles = 0;
         for _ in 0..=updates {
             let start = Instant::now();
-            let outcome = mover.update(&design, &|_| {})?;
+            let outcome = mover.update(&design)?;
             times.push(start.elapsed().as_secs_f64());
             cycles = outcome.solver.sweeps;
             if outcome.inverted > 0 || !outcome.converged {

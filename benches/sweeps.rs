@@ -8,7 +8,7 @@ mod common;
 use std::{path::Path, process::ExitCode};
 
 use common::{
-    Example, Failure, brick,
+    Failure, brick, example,
     network::{Edges, copy_bandwidth, in_order, seconds, sweep_speed},
     print_machine, print_table, row,
 };
@@ -94,7 +94,7 @@ impl Mesh {
             return Self::of(format!("brick {n}"), &points, &tets, &on_boundary);
         }
         let (name, mesh): (String, TetMesh) = if argument.is_empty() {
-            ("wing-body".to_owned(), Example::read()?.file.mesh)
+            ("wing-body".to_owned(), example()?.file.mesh)
         } else {
             let path = Path::new(argument);
             (path.file_name().unwrap_or_default().to_string_lossy().into_owned(), formats::read(path)?.mesh)

@@ -91,9 +91,9 @@ fn good_case_is_read_whole() {
     assert_eq!(role("farfield"), Role::Fixed);
     assert_eq!(role("flap"), Role::Prescribed);
     assert_eq!(case.families["flap"].displacement, Some(here.join("flap.csv")));
-    assert_eq!(case.springs.name, "murayama");
+    assert_eq!(case.settings.springs.name, "murayama");
     assert_eq!(
-        (case.solver.method, case.solver.stopping.tolerance, case.solver.stopping.max_sweeps),
+        (case.settings.method, case.settings.stopping.tolerance, case.settings.stopping.max_sweeps),
         (Method::Chebyshev, 1e-6, 500)
     );
     assert_eq!(case.output.mesh, [here.join("out/moved.msh"), here.join("moved.vtu")]);
@@ -104,10 +104,10 @@ fn good_case_is_read_whole() {
 fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
     assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Affine });
-    assert_eq!(case.springs.name, "rotation-aware-wall");
-    assert_eq!(case.quality, Some(QualityTarget::Original));
+    assert_eq!(case.settings.springs.name, "rotation-aware-wall");
+    assert_eq!(case.settings.quality, Some(QualityTarget::Original));
     assert_eq!(
-        (case.solver.method, case.solver.stopping.tolerance, case.solver.stopping.max_sweeps),
+        (case.settings.method, case.settings.stopping.tolerance, case.settings.stopping.max_sweeps),
         (Method::Auto, 1e-4, 200_000)
     );
     assert_eq!(case.output.mesh, [Path::new("cases/moved.msh.gz")]);
@@ -244,7 +244,7 @@ fn numbers_out_of_range() {
 
 #[test]
 fn quality_has_three_targets() {
-    let target = |word: &str| parse(&GOOD.replace("\"off\"", word)).unwrap().quality;
+    let target = |word: &str| parse(&GOOD.replace("\"off\"", word)).unwrap().settings.quality;
     assert_eq!(target("\"off\""), None);
     assert_eq!(target("\"original\""), Some(QualityTarget::Original));
     assert_eq!(target("\"improve\""), Some(QualityTarget::Improve));
@@ -255,7 +255,7 @@ fn quality_has_three_targets() {
 #[test]
 fn every_method_has_a_name() {
     let method =
-        |name: &str| parse(&format!("mesh = \"wing.msh\"\n[solver]\nmethod = \"{name}\"")).unwrap().solver.method;
+        |name: &str| parse(&format!("mesh = \"wing.msh\"\n[solver]\nmethod = \"{name}\"")).unwrap().settings.method;
     for method_of_name in [Method::Auto, Method::Jacobi, Method::Chebyshev, Method::Multigrid] {
         assert_eq!(method(method_of_name.name()), method_of_name);
     }

@@ -54,20 +54,19 @@ fn rewritten(mesh: &TetMesh) -> (TetMesh, Vec<usize>) {
 fn numbering_does_not_matter() {
     for (aircraft, set) in [(SMALL, "big_2"), (SMALL, "planform_2"), (WING_BODY, "planform_2"), (ROUND, "big_2")] {
         let exact = |mesh: TetMesh| {
-            let mut settings = settings(&mesh, aircraft.profiles("old_2"));
             // The order decides after which sweep to stop; further on this makes no difference.
-            settings.stopping.tolerance = 1e-9;
-            mover(mesh, settings).unwrap()
+            let stopping = Stopping { tolerance: 1e-9, ..Stopping::default() };
+            builder(mesh, aircraft.profiles("old_2")).stopping(stopping).build(cpu()).unwrap()
         };
         let mut straight = exact(aircraft.mesh());
         let (mesh, order) = rewritten(straight.mesh());
         let mut rewritten = exact(mesh);
         let found = update(&mut rewritten, aircraft.profiles(set));
         // What comes out is in the order of what went in.
-        let betas = quality::betas(&found.vertices, &rewritten.mesh().tets);
+        let betas = quality::betas(found.vertices(), &rewritten.mesh().tets);
         assert!(betas.iter().zip(&found.beta).all(|(of_mesh, found)| (of_mesh - found).abs() < 1e-9), "{set}");
-        let expected = pick(&update(&mut straight, aircraft.profiles(set)).displacement, &order);
-        if let Err(mismatch) = compare(&expected, &found.displacement, 1e-6 * largest(&expected)) {
+        let expected = pick(&update(&mut straight, aircraft.profiles(set)).displacement(), &order);
+        if let Err(mismatch) = compare(&expected, found.displacement(), 1e-6 * largest(&expected)) {
             panic!("{set}: {mismatch:?}, largest {}", largest(&expected));
         }
         // The order is another one: vertex by vertex the two have nothing in common.
@@ -78,9 +77,8 @@ fn numbering_does_not_matter() {
 }
 
 fn relaxed(aircraft: Aircraft, method: Method, stopping: Stopping, set: &str) -> Outcome {
-    let mesh = aircraft.mesh();
-    let settings = idmesh::mover::Settings { method, stopping, ..settings(&mesh, aircraft.profiles("old_2")) };
-    update(&mut mover(mesh, settings).unwrap(), aircraft.profiles(set))
+    let builder = aircraft.builder(aircraft.profiles("old_2")).method(method).stopping(stopping);
+    update(&mut builder.build(cpu()).unwrap(), aircraft.profiles(set))
 }
 
 fn exact(aircraft: Aircraft, set: &str) -> Outcome {
@@ -118,7 +116,7 @@ fn check_accuracy(aircraft: Aircraft, set: &str, runs: &[(Method, f64)]) {
     for &(method, tolerance) in runs {
         let found = relaxed(aircraft, method, Stopping { tolerance, ..Stopping::default() }, set);
         assert!(found.converged, "{set} {method:?} {tolerance:e}: {:?}", found.unconverged);
-        compare_by(&exact.displacement, &found.displacement, |vertex| tolerance * allowed[vertex])
+        compare_by(exact.displacement(), found.displacement(), |vertex| tolerance * allowed[vertex])
             .unwrap_or_else(|mismatch| panic!("{set} {method:?} {tolerance:e}: {mismatch:?}"));
     }
 }
@@ -149,7 +147,7 @@ fn too_few_sweeps_are_reported() {
         assert!(outcome.unconverged.iter().any(|&(name, _)| name == stage), "{stage}: {:?}", outcome.unconverged);
     }
     assert!(outcome.unconverged.iter().all(|(_, error)| *error > 1e-4), "{:?}", outcome.unconverged);
-    assert!(outcome.vertices.iter().all(|at| at.is_finite()));
+    assert!(outcome.vertices().iter().all(|at| at.is_finite()));
 }
 
 /// The carenage stage once went by how far its vertices moved in the last round, also when that round ran out of sweeps.
@@ -160,7 +158,7 @@ fn a_carenage_out_of_sweeps_is_reported() {
     let exact = exact(WING_BODY, "big_2");
     let mesh = WING_BODY.mesh();
     let edges = shortest_edges(&mesh);
-    let off = |vertex: usize| outcome.displacement[vertex].distance(exact.displacement[vertex]) / edges[vertex];
+    let off = |vertex: usize| outcome.displacement()[vertex].distance(exact.displacement()[vertex]) / edges[vertex];
     if vertices_of(&mesh, "carenage").into_iter().any(|vertex| off(vertex) > 0.5) {
         let named = outcome.unconverged.iter().any(|&(stage, _)| stage == "carenage");
         assert!(named, "the carenage is not named: {:?}", outcome.unconverged);

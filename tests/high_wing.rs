@@ -54,7 +54,7 @@ struct Change {
 
 fn check(outcome: &Outcome, mesh: &TetMesh, name: &str) {
     assert!(outcome.converged && outcome.is_valid(), "{name}: {} inverted, {:?}", outcome.inverted, outcome.missed);
-    assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
+    assert!(inverted(mesh, outcome.vertices()).is_empty(), "{name}");
     assert!(outcome.folded.is_empty() && outcome.self_intersecting.is_empty(), "{name}: {:?}", outcome.folded);
     assert!(outcome.families["carenage"].max_distance_to_original_surface.unwrap() <= 1e-9 * size(mesh), "{name}");
     assert!(outcome.families["symmetry"].max_distance_to_plane.unwrap() <= 1e-12 * size(mesh), "{name}");
@@ -65,7 +65,7 @@ fn check(outcome: &Outcome, mesh: &TetMesh, name: &str) {
     // The root went along with the wing: it is the junction that ends on the fuselage.
     let fuselage: BTreeSet<usize> = vertices_of(mesh, "carenage").into_iter().collect();
     let junction = vertices_of(mesh, "wing").into_iter().filter(|vertex| fuselage.contains(vertex));
-    assert!(junction.map(|vertex| outcome.displacement[vertex].length()).fold(0.0, f64::max) > 1e-3, "{name}");
+    assert!(junction.map(|vertex| outcome.displacement()[vertex].length()).fold(0.0, f64::max) > 1e-3, "{name}");
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn a_high_wing_slides_on_the_steep_side_of_its_fuselage() {
         ("turned", [Change { degrees: 5.0, rise: 0.015, ..none }, Change { degrees: 7.5, rise: 0.05, ..none }]),
         ("lowered", [Change { rise: -0.075, ..none }, Change { rise: -0.25, ..none }]),
     ];
-    let mut mover = mover(mesh.clone(), settings(&mesh, old.clone())).unwrap();
+    let mut mover = builder(mesh.clone(), old.clone()).build(cpu()).unwrap();
     for (name, design) in designs {
         let outcome = update(&mut mover, changed(&old, design));
         check(&outcome, &mesh, name);
@@ -95,11 +95,11 @@ fn a_fold_beside_the_root_is_undone() {
     let old = old_profiles(&mesh);
     let raised = [0.075, 0.25].map(|rise| Change { degrees: 0.0, thickness: 1.0, rise });
     let new = changed(&old, raised);
-    let mut alone = mover(mesh.clone(), settings(&mesh, old.clone())).unwrap();
+    let mut alone = builder(mesh.clone(), old.clone()).build(cpu()).unwrap();
     let outcome = update(&mut alone, new.clone());
     assert!(!outcome.is_valid() && outcome.folded.contains_key("carenage"), "{:?}", outcome.folded);
-    let repaired = idmesh::mover::Settings { quality: Some(QualityTarget::Original), ..settings(&mesh, old) };
-    let outcome = update(&mut mover(mesh.clone(), repaired).unwrap(), new);
+    let repairs = builder(mesh.clone(), old).quality(Some(QualityTarget::Original));
+    let outcome = update(&mut repairs.build(cpu()).unwrap(), new);
     check(&outcome, &mesh, "raised");
     assert!(outcome.stages[3].beta_min > 0.75 * outcome.stages[0].beta_min);
 }

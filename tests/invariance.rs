@@ -8,7 +8,7 @@ use common::faults::{bits_changed, size};
 use common::{Mismatch, compare};
 use glam::{DQuat, DVec3};
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Mover, Outcome};
+use idmesh::mover::{Design, Mover, Outcome};
 use idmesh::profile::{Plane, Profile, cut};
 
 fn changed(old: &[DVec3], new: &[DVec3]) -> usize {
@@ -31,7 +31,7 @@ fn cut_like(mesh: &TetMesh, profiles: &[Profile]) -> Vec<Profile> {
 #[track_caller]
 fn assert_unmoved(mover: &mut Mover, new: Vec<Profile>) {
     let outcome = update(mover, new);
-    assert_eq!(changed(&mover.mesh().vertices, &outcome.vertices), 0);
+    assert_eq!(changed(&mover.mesh().vertices, outcome.vertices()), 0);
     assert_eq!(outcome.beta, outcome.original_beta);
     assert!(outcome.converged);
 }
@@ -50,8 +50,7 @@ fn profiles_cut_from_the_mesh_change_no_bit() {
     for aircraft in [SMALL, WING_BODY, ROUND] {
         let mesh = aircraft.mesh();
         let old = cut_like(&mesh, &aircraft.profiles("old_2"));
-        let settings = settings(&mesh, old.clone());
-        assert_unmoved(&mut mover(mesh, settings).unwrap(), old);
+        assert_unmoved(&mut builder(mesh, old.clone()).build(cpu()).unwrap(), old);
     }
 }
 
@@ -61,10 +60,10 @@ fn old_profiles_from_a_file_against_cut_ones_move_by_rounding() {
     for aircraft in [SMALL, WING_BODY, ROUND] {
         let mesh = aircraft.mesh();
         let new = aircraft.profiles("old_2");
-        let settings = settings(&mesh, cut_like(&mesh, &new));
-        let mut mover = mover(mesh, settings).unwrap();
+        let old = cut_like(&mesh, &new);
+        let mut mover = builder(mesh, old).build(cpu()).unwrap();
         let outcome = update(&mut mover, new);
-        let moved = largest(&outcome.displacement);
+        let moved = largest(outcome.displacement());
         assert!(moved <= 1e-9 * size(mover.mesh()), "{moved:e}");
     }
 }
@@ -101,11 +100,10 @@ impl Stance {
 fn displacement_standing(aircraft: Aircraft, stance: &Stance, set: &str) -> Vec<DVec3> {
     let mut mesh = aircraft.mesh();
     mesh.vertices = stance.points(&mesh.vertices);
-    let settings = settings(&mesh, stance.profiles(aircraft.profiles("old_2")));
-    let mut mover = mover(mesh, settings).unwrap();
+    let mut mover = builder(mesh, stance.profiles(aircraft.profiles("old_2"))).build(cpu()).unwrap();
     let outcome = update(&mut mover, stance.profiles(aircraft.profiles(set)));
     assert!(outcome.converged && outcome.inverted == 0);
-    outcome.displacement.iter().map(|&d| stance.turn.inverse() * d / stance.scale).collect()
+    outcome.displacement().iter().map(|&d| stance.turn.inverse() * d / stance.scale).collect()
 }
 
 /// Rounding only: 1e-6 of the largest displacement, in every vertex.
@@ -115,10 +113,10 @@ fn compare_motion(expected: &[DVec3], found: &[DVec3]) -> Result<(), Mismatch> {
 
 #[track_caller]
 fn assert_moves_along(aircraft: Aircraft, stance: &Stance, set: &str) {
-    let expected = update(&mut aircraft.mover(2), aircraft.profiles(set)).displacement;
+    let expected = update(&mut aircraft.mover(2), aircraft.profiles(set));
     let found = displacement_standing(aircraft, stance, set);
-    if let Err(mismatch) = compare_motion(&expected, &found) {
-        panic!("{set}: not the same motion, largest {}: {mismatch:?}", largest(&expected));
+    if let Err(mismatch) = compare_motion(expected.displacement(), &found) {
+        panic!("{set}: not the same motion, largest {}: {mismatch:?}", largest(expected.displacement()));
     }
 }
 
@@ -150,7 +148,7 @@ fn motion_turns_with_an_aircraft_on_its_back() {
 
 #[test]
 fn equivariance_rejects_one_wrong_vertex_and_a_wrong_unit() {
-    let expected = update(&mut SMALL.mover(2), SMALL.profiles("big_2")).displacement;
+    let expected = update(&mut SMALL.mover(2), SMALL.profiles("big_2")).displacement().to_vec();
     let mut wrong = expected.clone();
     wrong[700].y += 2e-6 * largest(&expected);
     assert_eq!(compare_motion(&expected, &wrong).unwrap_err().worst_vertex, 700);
@@ -163,8 +161,8 @@ fn equivariance_rejects_one_wrong_vertex_and_a_wrong_unit() {
 // ---- how often, on how many threads, after what ----
 
 fn assert_same(first: &Outcome, second: &Outcome) {
-    assert_eq!(changed(&first.vertices, &second.vertices), 0);
-    assert_eq!(changed(&first.displacement, &second.displacement), 0);
+    assert_eq!(changed(first.vertices(), second.vertices()), 0);
+    assert_eq!(changed(first.displacement(), second.displacement()), 0);
     assert_eq!(first.solver, second.solver);
     assert_eq!(first.beta, second.beta);
 }
@@ -175,7 +173,7 @@ fn a_result_depends_on_the_design_alone() {
         let mut mover = aircraft.mover(2);
         let first = update(&mut mover, aircraft.profiles("big_2"));
         let other = update(&mut mover, aircraft.profiles("planform_2"));
-        assert!(changed(&first.vertices, &other.vertices) > 1000);
+        assert!(changed(first.vertices(), other.vertices()) > 1000);
         let again = update(&mut mover, aircraft.profiles("big_2"));
         assert_same(&first, &again);
         let fresh = update(&mut aircraft.mover(2), aircraft.profiles("big_2"));
@@ -190,9 +188,9 @@ fn a_refused_design_changes_no_later_result() {
     let first = update(&mut mover, SMALL.profiles("big_2"));
     let mut unpaired = SMALL.profiles("planform_2");
     unpaired.pop();
-    let refused = design(unpaired);
-    assert!(mover.update(&refused, &|_| {}).is_err());
-    assert!(mover.update(&Default::default(), &|_| {}).is_err());
+    let refused = Design::of_wing("wing", unpaired);
+    assert!(mover.update(&refused).is_err());
+    assert!(mover.update(&Default::default()).is_err());
     assert_same(&first, &update(&mut mover, SMALL.profiles("big_2")));
 }
 
@@ -213,15 +211,15 @@ fn threads_change_no_bit() {
 /// Numbers of profiles pair them; neither their order in the file nor the direction of their points matters.
 #[test]
 fn order_of_the_profiles_changes_the_result_by_rounding_only() {
-    let expected = update(&mut SMALL.mover(2), SMALL.profiles("big_2")).displacement;
+    let expected = update(&mut SMALL.mover(2), SMALL.profiles("big_2"));
     let mesh = SMALL.mesh();
     let mut old = SMALL.profiles("old_2");
     old.reverse();
     let mut new = SMALL.profiles("big_2");
     new.iter_mut().for_each(|profile| profile.points.reverse());
-    let settings = settings(&mesh, old);
-    let found = update(&mut mover(mesh, settings).unwrap(), new).displacement;
-    compare(&expected, &found, 1e-12 * largest(&expected)).unwrap();
+    let found = update(&mut builder(mesh, old).build(cpu()).unwrap(), new);
+    let expected = expected.displacement();
+    compare(expected, found.displacement(), 1e-12 * largest(expected)).unwrap();
 }
 
 // ---- bits that must survive ----
@@ -236,14 +234,13 @@ fn unused_vertices_and_minus_zero_survive() {
     for &vertex in &symmetry {
         mesh.vertices[vertex].y = -0.0;
     }
-    let settings = settings(&mesh, SMALL.profiles("old_2"));
-    let mut mover = mover(mesh, settings).unwrap();
+    let mut mover = builder(mesh, SMALL.profiles("old_2")).build(cpu()).unwrap();
     for design in [SMALL.profiles("planform_2"), SMALL.profiles("old_2")] {
         let outcome = update(&mut mover, design);
-        let at = outcome.vertices.last().unwrap();
+        let at = outcome.vertices().last().unwrap();
         assert_eq!(at.to_array().map(f64::to_bits), lost.to_array().map(f64::to_bits));
         for &vertex in &symmetry {
-            assert_eq!(outcome.vertices[vertex].y.to_bits(), (-0.0f64).to_bits());
+            assert_eq!(outcome.vertices()[vertex].y.to_bits(), (-0.0f64).to_bits());
         }
         assert_eq!(outcome.inverted, 0);
     }

@@ -9,18 +9,19 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&[&str]] = &[
     &["geometry", "mesh", "kernels", "quality", "text"],
     &["formats", "projection", "springs", "profile", "backend"],
-    &["relaxation", "smoothing", "report"],
+    &["relaxation", "smoothing"],
     &["families"],
     &["stage"],
     &["volume"],
     &["stages"],
     &["mover"],
-    &["case"],
+    &["case", "report"],
+    &["session"],
     &["cli"],
 ];
 
 /// Modules that may touch files; the rest work on memory, so that they can be used from other programs.
-const FILES: &[&str] = &["formats", "case", "report", "cli"];
+const FILES: &[&str] = &["formats", "case", "report", "session", "cli"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")

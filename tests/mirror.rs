@@ -2,15 +2,12 @@
 
 mod common;
 
-use std::collections::BTreeMap;
-
-use common::aircraft::{Aircraft, SMALL, WING_BODY, mover, settings, triangles_of};
+use common::aircraft::{Aircraft, Anyway, SMALL, WING_BODY, builder, cpu, triangles_of};
 use glam::DVec3;
 use idmesh::families::Role;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::Design;
 use idmesh::profile::{Plane, Profile};
-use idmesh::stages::WingProfiles;
 
 const LEFT: f64 = -1.0;
 
@@ -57,31 +54,24 @@ fn check(aircraft: Aircraft, set: &str) {
     let half = aircraft.mesh();
     let (mesh, twin) = whole(&half);
     let (old, new) = (aircraft.profiles("old_2"), aircraft.profiles(set));
-    let [right, left] = ["wing", "wing_left"].map(|name| mesh.family(name).unwrap());
     let y = Plane { point: DVec3::ZERO, normal: DVec3::Y };
     let of_left = |profiles: &[Profile]| -> Vec<Profile> {
         let points = |profile: &Profile| profile.points.iter().map(|&at| mirrored(at)).collect();
         profiles.iter().map(|profile| Profile { number: profile.number, points: points(profile) }).collect()
     };
-    let one =
-        WingProfiles { families: vec![right, left], mirror: Some(y), ..WingProfiles::new("wing", right, old.clone()) };
-    let two = vec![WingProfiles::new("wing", right, old.clone()), WingProfiles::new("left", left, of_left(&old))];
-    for wings in [vec![one], two] {
-        let mut roles = settings(&half, old.clone()).roles;
-        roles.push(Role::Wing);
-        let profiles: BTreeMap<String, _> = wings
-            .iter()
-            .map(|wing| (wing.name.clone(), if wing.name == "left" { of_left(&new) } else { new.clone() }))
-            .collect();
-        let settings = idmesh::mover::Settings { roles, wings, ..settings(&half, old.clone()) };
-        let mut mover = mover(mesh.clone(), settings).unwrap();
-        let outcome = mover.update(&Design { profiles, ..Design::default() }, &|_| {}).unwrap();
+    let base = || builder(mesh.clone(), Vec::new()).role("wing_left", Role::Wing);
+    let one = base().wing("wing", &["wing", "wing_left"], old.clone(), Some(y));
+    let two = base().old_profiles("wing", old.clone()).old_profiles("wing_left", of_left(&old));
+    let design = Design::of_wing("wing", new.clone());
+    for (builder, design) in [(one, design.clone()), (two, design.with_profiles("wing_left", of_left(&new)))] {
+        let mut mover = builder.build(cpu()).unwrap();
+        let outcome = mover.update(&design).unwrap();
         assert_eq!(outcome.inverted, 0, "{set}");
         assert!(outcome.missed.is_empty(), "{set}: {:?}", outcome.missed);
         let apart = triangles_of(&mesh, "wing")
             .into_iter()
             .flatten()
-            .map(|vertex| outcome.vertices[twin[vertex] as usize].distance(mirrored(outcome.vertices[vertex])));
+            .map(|vertex| outcome.vertices()[twin[vertex] as usize].distance(mirrored(outcome.vertices()[vertex])));
         let apart = apart.fold(0.0, f64::max);
         // The span is 8 or 4.
         assert!(apart < 4e-12, "{set}: {apart:e}");

@@ -4,7 +4,7 @@ mod common;
 #[path = "common/meshes.rs"]
 mod meshes;
 
-use common::aircraft::{WING_BODY, mover, settings, update};
+use common::aircraft::{Anyway, WING_BODY, cpu, update};
 use common::brick::noise;
 use common::compare_by;
 use glam::DVec3;
@@ -323,10 +323,9 @@ fn constraints_can_be_replaced() {
 #[test]
 fn whole_runs_agree_with_chebyshev() {
     let run = |method, tolerance| {
-        let mesh = WING_BODY.mesh();
         let stopping = Stopping { tolerance, ..Stopping::default() };
-        let settings = idmesh::mover::Settings { method, stopping, ..settings(&mesh, WING_BODY.profiles("old_2")) };
-        let outcome = update(&mut mover(mesh, settings).unwrap(), WING_BODY.profiles("big_2"));
+        let builder = WING_BODY.builder(WING_BODY.profiles("old_2")).method(method).stopping(stopping);
+        let outcome = update(&mut builder.build(cpu()).unwrap(), WING_BODY.profiles("big_2"));
         assert!(outcome.converged, "{method:?} {:?}", outcome.unconverged);
         outcome
     };
@@ -335,6 +334,6 @@ fn whole_runs_agree_with_chebyshev() {
     assert_eq!((exact.solver.method.as_str(), found.solver.method.as_str()), ("chebyshev", "multigrid"));
     // Two relaxations.
     assert!(found.solver.sweeps <= 24, "{:?}", found.solver);
-    let largest = exact.displacement.iter().map(|u| u.length()).fold(0.0, f64::max);
-    compare_by(&exact.displacement, &found.displacement, |_| 1e-6 * largest).unwrap();
+    let largest = exact.displacement().iter().map(|u| u.length()).fold(0.0, f64::max);
+    compare_by(exact.displacement(), found.displacement(), |_| 1e-6 * largest).unwrap();
 }

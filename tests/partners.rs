@@ -2,19 +2,16 @@
 
 mod common;
 
-use std::collections::BTreeMap;
-
-use common::aircraft::{SMALL, cpu, settings, vertices_of};
-use common::block::{CELL, block, design, mapped, sections, set_up};
+use common::aircraft::{Anyway, cpu, vertices_of};
+use common::block::{CELL, block, builder, design, mapped, sections, set_up};
 use common::carved::{carve, on};
 use common::faults::bits_changed;
 use glam::{DQuat, DVec3};
 use idmesh::families::{Families, Role};
 use idmesh::mesh::{FamilyId, TetMesh, Topology};
-use idmesh::mover::{Design, Mover, Settings, Warning};
+use idmesh::mover::{Design, Warning};
 use idmesh::profile::Profile;
 use idmesh::smoothing::QualityTarget;
-use idmesh::stages::WingProfiles;
 use idmesh::volume::sliding::SurfaceFreedom;
 
 const PLANE: Role = Role::PLANE;
@@ -66,7 +63,7 @@ fn periodic_planes_stay_periodic() {
         };
         let mut mover = set_up(mesh, sections(&[0.3, 1.55]), role, quality);
         let design = design(turned(angles));
-        let outcome = mover.update(&design, &|_| {}).unwrap();
+        let outcome = mover.update(&design).unwrap();
         let mesh = mover.mesh();
         by_steps |= outcome.path.steps > 1;
         assert!(
@@ -78,15 +75,15 @@ fn periodic_planes_stay_periodic() {
         let across_y = partners(mesh, "symmetry", "side", 2.0 * DVec3::Y);
         let across_z = partners(mesh, "floor", "ceiling", 2.5 * DVec3::Z);
         for (pairs, [a, b]) in [(&across_y, ["symmetry", "side"]), (&across_z, ["floor", "ceiling"])] {
-            let apart = farthest_apart(mesh, &outcome.vertices, pairs);
+            let apart = farthest_apart(mesh, outcome.vertices(), pairs);
             assert!(apart < 3e-12, "{angles:?}: {a} and {b} are {apart:e} apart");
             for name in [a, b] {
                 let told = outcome.families[name].max_distance_of_partners.unwrap();
                 assert!((told - apart).abs() < 1e-15, "{told:e} {apart:e}");
             }
         }
-        assert!(bits_changed(&mesh.vertices, &outcome.vertices, &vertices_of(mesh, "symmetry"), &[1]).is_empty());
-        let slid = |&[a, _]: &[usize; 2]| outcome.displacement[a].length();
+        assert!(bits_changed(&mesh.vertices, outcome.vertices(), &vertices_of(mesh, "symmetry"), &[1]).is_empty());
+        let slid = |&[a, _]: &[usize; 2]| outcome.displacement()[a].length();
         assert!(across_y.iter().map(slid).fold(0.0, f64::max) > 0.05);
         assert_eq!(outcome.smoothed.is_some(), quality.is_some(), "{angles:?}");
     }
@@ -108,11 +105,11 @@ fn a_wing_between_periodic_planes_has_no_dent() {
     // Raised in proportion to y, by 0.1 from end to end: the ends want 0 and 0.1.
     let raised = |at: DVec3| at + 0.05 * at.y * DVec3::Z;
     let design = design(mapped(&sections(&[0.5, 1.5]), raised));
-    let outcome = mover.update(&design, &|_| {}).unwrap();
+    let outcome = mover.update(&design).unwrap();
     let mesh = mover.mesh();
     for vertex in vertices_of(mesh, "wing") {
         let at = mesh.vertices[vertex];
-        let found = outcome.displacement[vertex].z;
+        let found = outcome.displacement()[vertex].z;
         if at.y == 0.0 || at.y == 2.0 {
             assert!((found - 0.05).abs() < 1e-12, "{at}: {found}");
         } else if (0.5..=1.5).contains(&at.y) {
@@ -152,11 +149,11 @@ fn a_mesh_of_one_layer_stays_periodic() {
         };
         let mut mover = set_up(mesh.clone(), old.clone(), role, quality);
         let design = design(new.clone());
-        let outcome = mover.update(&design, &|_| {}).unwrap();
+        let outcome = mover.update(&design).unwrap();
         assert!(outcome.is_valid() && outcome.converged, "{} {:?}", outcome.inverted, outcome.unconverged);
         let pairs = partners(&mesh, "symmetry", "side", CELL * DVec3::Y);
-        assert!(farthest_apart(&mesh, &outcome.vertices, &pairs) < 1e-14);
-        assert!(pairs.iter().any(|&[a, _]| outcome.displacement[a].length() > 0.05));
+        assert!(farthest_apart(&mesh, outcome.vertices(), &pairs) < 1e-14);
+        assert!(pairs.iter().any(|&[a, _]| outcome.displacement()[a].length() > 0.05));
     }
 }
 
@@ -172,7 +169,7 @@ fn planes_that_part_unsaid_are_warned_of() {
     let pairs = partners(mover.mesh(), "symmetry", "side", 2.0 * DVec3::Y);
     let mut moved = |new| {
         let design = design(new);
-        mover.update(&design, &|_| {}).unwrap()
+        mover.update(&design).unwrap()
     };
     let outcome = moved(turned([0.1, 0.2]));
     assert!(outcome.is_valid() && outcome.families["side"].max_distance_of_partners.is_none());
@@ -180,7 +177,7 @@ fn planes_that_part_unsaid_are_warned_of() {
     assert_eq!(families, &["symmetry", "side"]);
     let alike = moved(sections(&[0.3, 1.55]));
     assert!(alike.warnings.is_empty(), "{:?}", alike.warnings);
-    let apart = farthest_apart(mover.mesh(), &outcome.vertices, &pairs);
+    let apart = farthest_apart(mover.mesh(), outcome.vertices(), &pairs);
     assert!(apart > 0.01 && (apart - distance).abs() < 1e-15);
 }
 
@@ -204,7 +201,7 @@ fn parted_partners_are_refused() {
             motion[vertex.unwrap()].x += 1e-11;
         }
     };
-    let outcome = mover.update_amended(&design, &|_| {}, &mut amend).unwrap();
+    let outcome = mover.update_amended(&design, &mut amend).unwrap();
     assert!(!outcome.is_valid() && outcome.inverted == 0 && outcome.off_surface.is_empty());
     assert_eq!(outcome.parted.keys().collect::<Vec<_>>(), ["side", "symmetry"]);
     assert!((outcome.parted["side"] - 1e-11).abs() < 1e-13);
@@ -222,15 +219,14 @@ fn prescribed_partners_must_move_alike() {
         _ => Role::Fixed,
     };
     let mut mover = set_up(mesh, Vec::new(), role, None);
-    let wing = mover.mesh().family("wing").unwrap();
     for (slope, valid) in [(0.0, true), (1e-9, false)] {
-        let at = mover.family_vertices(wing).iter().map(|&vertex| mover.mesh().vertices[vertex as usize]);
+        let at = mover.family_vertices("wing").unwrap().iter().map(|&vertex| mover.mesh().vertices[vertex as usize]);
         let given: Vec<DVec3> = at.map(|at| (0.05 + slope * at.y) * DVec3::Z).collect();
-        let design = Design { prescribed: BTreeMap::from([(wing, given.clone())]), ..Design::default() };
-        let outcome = mover.update(&design, &|_| {}).unwrap();
+        let design = Design::of_prescribed("wing", given.clone());
+        let outcome = mover.update(&design).unwrap();
         assert_eq!(outcome.is_valid(), valid);
         assert_eq!(outcome.parted.contains_key("symmetry"), !valid);
-        let kept = mover.family_vertices(wing).iter().map(|&vertex| outcome.displacement[vertex as usize]);
+        let kept = mover.family_vertices("wing").unwrap().iter().map(|&vertex| outcome.displacement()[vertex as usize]);
         assert!(kept.eq(given));
     }
 }
@@ -238,12 +234,7 @@ fn prescribed_partners_must_move_alike() {
 #[test]
 fn planes_that_are_no_partners_are_refused() {
     let refused = |mesh: TetMesh, role: &dyn Fn(&str) -> Role| {
-        let settings = Settings {
-            roles: mesh.families.iter().map(|name| role(name)).collect(),
-            wings: vec![WingProfiles::new("wing", mesh.family("wing").unwrap(), sections(&[0.3, 1.55]))],
-            ..settings(&SMALL.mesh(), Vec::new())
-        };
-        Mover::new(mesh, settings, cpu(), &|_| {}).err().unwrap().to_string()
+        builder(mesh, sections(&[0.3, 1.55]), role).build(cpu()).err().unwrap().to_string()
     };
     let basic = |name: &str| if name == "wing" { Role::Wing } else { Role::Fixed };
     // The wing ends inside the box: two vertices of the far side are in no plane at the near one.

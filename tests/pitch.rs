@@ -2,11 +2,10 @@
 
 mod common;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::aircraft::{cpu, file, vertices_of};
+use common::aircraft::{Anyway, cpu, file, vertices_of};
 use common::faults::{bits_changed, inverted};
 use glam::DVec3;
 use idmesh::backend::{
@@ -15,7 +14,7 @@ use idmesh::backend::{
 use idmesh::families::Role;
 use idmesh::formats;
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, MoveError, Mover, Settings};
+use idmesh::mover::{Design, MoveError, Mover};
 use idmesh::relaxation::{Method, Stopping};
 use idmesh::smoothing::QualityTarget;
 use idmesh::springs::{SPRINGS, Springs};
@@ -42,47 +41,33 @@ fn set_up_on(
     quality: Option<QualityTarget>,
     max_steps: usize,
 ) -> Mover {
-    let mesh = mesh();
-    let role = |name: &String| match name.as_str() {
-        "wing" => Role::Prescribed,
-        "farfield" => Role::Fixed,
-        other => panic!("family `{other}`"),
-    };
-    let settings = Settings {
-        roles: mesh.families.iter().map(role).collect(),
-        wings: Vec::new(),
-        springs,
-        method: Method::Chebyshev,
-        stopping: Stopping::default(),
-        quality,
-        max_steps,
-    };
-    Mover::new(mesh, settings, backend, &|_| {}).unwrap()
+    let builder = Mover::builder(mesh()).role("wing", Role::Prescribed).role("farfield", Role::Fixed);
+    let builder = builder.springs(springs).method(Method::Chebyshev).quality(quality).max_steps(max_steps);
+    builder.build(backend).unwrap()
 }
 
 fn pitched(mover: &Mover, degrees: f64) -> Design {
-    let wing = mover.mesh().family("wing").unwrap();
-    let vertices = mover.family_vertices(wing);
+    let vertices = mover.family_vertices("wing").unwrap();
     let moved = vertices.iter().map(|&vertex| displacement(mover.mesh().vertices[vertex as usize], degrees)).collect();
-    Design { prescribed: BTreeMap::from([(wing, moved)]), ..Design::default() }
+    Design::of_prescribed("wing", moved)
 }
 
 fn check(springs: &'static Springs) {
     let mut mover = set_up(springs, None);
     let design = pitched(&mover, 10.0);
-    let outcome = mover.update(&design, &|_| {}).unwrap();
+    let outcome = mover.update(&design).unwrap();
     let (name, mesh) = (springs.name, mover.mesh());
     assert!(outcome.converged, "{name}: {:?}", outcome.unconverged);
     let wing = vertices_of(mesh, "wing");
     assert_eq!(wing.len(), 4207);
     for &vertex in &wing {
         let at = mesh.vertices[vertex];
-        assert_eq!(outcome.displacement[vertex], displacement(at, 10.0), "{name}");
-        assert!((outcome.vertices[vertex] - at - displacement(at, 10.0)).abs().max_element() <= 4.0 * f64::EPSILON);
+        assert_eq!(outcome.displacement()[vertex], displacement(at, 10.0), "{name}");
+        assert!((outcome.vertices()[vertex] - at - displacement(at, 10.0)).abs().max_element() <= 4.0 * f64::EPSILON);
     }
     let farfield = vertices_of(mesh, "farfield");
-    assert!(bits_changed(&mesh.vertices, &outcome.vertices, &farfield, &[0, 1, 2]).is_empty(), "{name}");
-    assert!(inverted(mesh, &outcome.vertices).is_empty(), "{name}");
+    assert!(bits_changed(&mesh.vertices, outcome.vertices(), &farfield, &[0, 1, 2]).is_empty(), "{name}");
+    assert!(inverted(mesh, outcome.vertices()).is_empty(), "{name}");
     assert_eq!(outcome.inverted, 0, "{name}");
     assert!(outcome.folded.is_empty(), "{name}: {:?}", outcome.folded);
     assert!(outcome.is_valid(), "{name}: {} self-intersecting", outcome.self_intersecting.len());
@@ -99,13 +84,13 @@ fn every_spring_pitches_the_wing_without_inverting_a_tet() {
 
 /// Worst and mean beta of the mesh pitched in one call, which inverts nothing and leaves what is prescribed as it is.
 fn pitched_quality(mover: &mut Mover, degrees: f64) -> (f64, f64) {
-    let outcome = mover.update(&pitched(mover, degrees), &|_| {}).unwrap();
+    let outcome = mover.update(&pitched(mover, degrees)).unwrap();
     assert!(outcome.converged, "{degrees}: {:?}", outcome.unconverged);
     assert_eq!(outcome.inverted, 0, "{degrees}");
     let mesh = mover.mesh();
-    assert!(inverted(mesh, &outcome.vertices).is_empty());
+    assert!(inverted(mesh, outcome.vertices()).is_empty());
     assert!(
-        vertices_of(mesh, "wing").iter().all(|&v| outcome.displacement[v] == displacement(mesh.vertices[v], degrees))
+        vertices_of(mesh, "wing").iter().all(|&v| outcome.displacement()[v] == displacement(mesh.vertices[v], degrees))
     );
     let last = outcome.stages[3];
     (last.beta_min, last.beta_mean)
@@ -127,34 +112,33 @@ fn large_rotations_keep_the_mesh_as_good_as_it_was() {
 #[test]
 fn half_a_turn_is_followed_in_steps() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
-    let outcome = mover.update(&pitched(&mover, 180.0), &|_| {}).unwrap();
+    let outcome = mover.update(&pitched(&mover, 180.0)).unwrap();
     assert_eq!(outcome.inverted, 0);
     assert!(outcome.is_valid() && outcome.folded.is_empty());
     assert!(outcome.path.steps > 1 && outcome.path.given_up > 0, "{:?}", outcome.path);
     assert_eq!(outcome.path.reached, 1.0);
     let mesh = mover.mesh();
     for vertex in vertices_of(mesh, "wing") {
-        assert_eq!(outcome.displacement[vertex], displacement(mesh.vertices[vertex], 180.0));
+        assert_eq!(outcome.displacement()[vertex], displacement(mesh.vertices[vertex], 180.0));
     }
     let farfield = vertices_of(mesh, "farfield");
-    assert!(bits_changed(&mesh.vertices, &outcome.vertices, &farfield, &[0, 1, 2]).is_empty());
-    let small = mover.update(&pitched(&mover, 10.0), &|_| {}).unwrap();
+    assert!(bits_changed(&mesh.vertices, outcome.vertices(), &farfield, &[0, 1, 2]).is_empty());
+    let small = mover.update(&pitched(&mover, 10.0)).unwrap();
     assert_eq!((small.path.steps, small.path.given_up, small.path.reached), (1, 0, 1.0));
     assert_eq!(small.smoothed, None);
-    let fresh =
-        set_up(Default::default(), Some(QualityTarget::Original)).update(&pitched(&mover, 10.0), &|_| {}).unwrap();
-    assert_eq!(small.vertices, fresh.vertices);
+    let fresh = set_up(Default::default(), Some(QualityTarget::Original)).update(&pitched(&mover, 10.0)).unwrap();
+    assert_eq!(small.vertices(), fresh.vertices());
 }
 
 /// Where the jump inverts a few tets in one place, they are repaired there: steps are for those that cannot be.
 #[test]
 fn a_few_faults_of_the_jump_are_repaired_without_steps() {
     let mut alone = set_up(Default::default(), None);
-    let stepped = alone.update(&pitched(&alone, 160.0), &|_| {}).unwrap();
+    let stepped = alone.update(&pitched(&alone, 160.0)).unwrap();
     assert_eq!(stepped.inverted, 0);
     assert!(stepped.path.steps > 1 && stepped.path.given_up > 0, "{:?}", stepped.path);
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
-    let repaired = mover.update(&pitched(&mover, 160.0), &|_| {}).unwrap();
+    let repaired = mover.update(&pitched(&mover, 160.0)).unwrap();
     assert!(
         repaired.is_valid() && repaired.folded.is_empty(),
         "{} {:?} {:?}",
@@ -202,7 +186,7 @@ fn springs_are_evaluated_once_at_a_shape() {
     let backend = Arc::new(Counting { cpu: cpu(), evaluated: AtomicUsize::new(0) });
     let mut mover = set_up_on(backend.clone(), Default::default(), None, MAX_STEPS);
     assert_eq!(backend.evaluated.swap(0, Ordering::Relaxed), 1);
-    let path = mover.update(&pitched(&mover, 180.0), &|_| {}).unwrap().path;
+    let path = mover.update(&pitched(&mover, 180.0)).unwrap().path;
     assert!(path.steps > 2 && path.given_up > 1, "{path:?}");
     assert_eq!(backend.evaluated.load(Ordering::Relaxed), path.steps - 1, "{path:?}");
 }
@@ -211,17 +195,17 @@ fn springs_are_evaluated_once_at_a_shape() {
 #[test]
 fn a_jump_is_repaired_but_once() {
     let mut mover = set_up_on(cpu(), Default::default(), Some(QualityTarget::Original), 2);
-    let wing = mover.mesh().family("wing").unwrap();
     let bent = |&vertex: &u32| DVec3::Z * 2.2 * (mover.mesh().vertices[vertex as usize].y / 2.0).powi(2);
-    let moved = mover.family_vertices(wing).iter().map(bent).collect();
-    let design = Design { prescribed: BTreeMap::from([(wing, moved)]), ..Design::default() };
-    let smoothings = AtomicUsize::new(0);
-    let hears = |stage: &str| _ = smoothings.fetch_add(usize::from(stage == "smoothing"), Ordering::Relaxed);
-    let outcome = mover.update(&design, &hears).unwrap();
+    let moved = mover.family_vertices("wing").unwrap().iter().map(bent).collect();
+    let design = Design::of_prescribed("wing", moved);
+    let smoothings = Arc::new(AtomicUsize::new(0));
+    let counter = smoothings.clone();
+    mover.on_progress(move |stage| _ = counter.fetch_add(usize::from(stage == "smoothing"), Ordering::Relaxed));
+    let outcome = mover.update(&design).unwrap();
     assert_eq!(outcome.path.steps + outcome.path.given_up, 2, "{:?}", outcome.path);
     assert!(outcome.is_valid() && outcome.smoothed.is_some_and(|smoothed| smoothed.moved > 0));
     assert!(outcome.stages[3].beta_min < 0.75 * outcome.stages[0].beta_min, "{}", outcome.stages[3].beta_min);
-    assert_eq!(smoothings.into_inner(), 1);
+    assert_eq!(smoothings.load(Ordering::Relaxed), 1);
 }
 
 /// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing can be done, and
@@ -229,11 +213,10 @@ fn a_jump_is_repaired_but_once() {
 #[test]
 fn a_wing_that_leaves_the_mesh_is_refused() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
-    let wing = mover.mesh().family("wing").unwrap();
     for by in [5.0, 8.0] {
-        let away = vec![DVec3::X * by; mover.family_vertices(wing).len()];
-        let design = Design { prescribed: BTreeMap::from([(wing, away)]), ..Design::default() };
-        let outcome = mover.update(&design, &|_| {}).unwrap();
+        let away = vec![DVec3::X * by; mover.family_vertices("wing").unwrap().len()];
+        let design = Design::of_prescribed("wing", away);
+        let outcome = mover.update(&design).unwrap();
         assert!(!outcome.is_valid() && outcome.inverted > 0, "{by}");
         assert_eq!(outcome.smoothed, None, "{by}");
         assert!(outcome.path.reached < 4.5 / by, "{by}: {:?}", outcome.path);
@@ -264,7 +247,7 @@ fn large_rotations_improve_on_the_original() {
 fn a_good_mesh_is_not_touched() {
     let vertices = [None, Some(QualityTarget::Original)].map(|quality| {
         let mut mover = set_up(Default::default(), quality);
-        mover.update(&pitched(&mover, 10.0), &|_| {}).unwrap().vertices
+        mover.update(&pitched(&mover, 10.0)).unwrap().vertices().to_vec()
     });
     assert_eq!(vertices[0], vertices[1]);
 }
@@ -273,24 +256,17 @@ fn a_good_mesh_is_not_touched() {
 #[test]
 fn every_spring_translates_the_mesh_with_its_boundary() {
     for springs in SPRINGS {
-        let mesh = mesh();
-        let roles = vec![Role::Prescribed; mesh.families.len()];
-        let settings = Settings {
-            roles,
-            wings: Vec::new(),
-            springs,
-            method: Method::Chebyshev,
-            stopping: Stopping { tolerance: 1e-8, ..Stopping::default() },
-            quality: None,
-            max_steps: MAX_STEPS,
-        };
-        let mut mover = Mover::new(mesh, settings, cpu(), &|_| {}).unwrap();
+        let mut builder = Mover::builder(mesh()).springs(springs).method(Method::Chebyshev).quality(None);
+        for family in ["wing", "farfield"] {
+            builder = builder.role(family, Role::Prescribed);
+        }
+        let stopping = Stopping { tolerance: 1e-8, ..Stopping::default() };
+        let mut mover = builder.stopping(stopping).build(cpu()).unwrap();
         let by = DVec3::new(0.3, -0.2, 0.1);
-        let families = ["wing", "farfield"].map(|name| mover.mesh().family(name).unwrap());
-        let all = families.map(|family| (family, vec![by; mover.family_vertices(family).len()]));
-        let design = Design { prescribed: BTreeMap::from(all), ..Design::default() };
-        let outcome = mover.update(&design, &|_| {}).unwrap();
-        let off = outcome.displacement.iter().map(|d| d.distance(by)).fold(0.0, f64::max);
+        let of = |family| vec![by; mover.family_vertices(family).unwrap().len()];
+        let design = Design::of_prescribed("wing", of("wing")).with_prescribed("farfield", of("farfield"));
+        let outcome = mover.update(&design).unwrap();
+        let off = outcome.displacement().iter().map(|d| d.distance(by)).fold(0.0, f64::max);
         assert!(off < 1e-8, "{}: {off:e}", springs.name);
     }
 }
@@ -301,7 +277,7 @@ fn prescribed_displacements_must_be_as_many_as_the_vertices() {
     let mut short = pitched(&mover, 10.0);
     short.prescribed.values_mut().for_each(|moved| moved.truncate(4206));
     for (design, count) in [(short, 4206), (Design::default(), 0)] {
-        match mover.update(&design, &|_| {}) {
+        match mover.update(&design) {
             Err(MoveError::Prescribed { family, expected: 4207, found }) => {
                 assert_eq!((&*family, found), ("wing", count))
             }

@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
+use idmesh::mover::{FamilyReport, ProfileReport, Solver, StageName, StageQuality};
 use idmesh::quality::Statistics;
-use idmesh::report::{
-    Backend, FamilyReport, FamilySize, Mesh, Path, ProfileReport, RunReport, Seconds, Series, Smoothing, Solver, Stage,
-    StageName, histogram_svg, stage_table,
-};
+use idmesh::report::{Backend, FamilySize, Mesh, RunReport, Seconds, Series, Smoothing, histogram_svg, stage_table};
+use idmesh::volume::Path;
 
-fn stages() -> Vec<Stage> {
+fn stages() -> Vec<StageQuality> {
     // The paper's Table 1.
-    let row = |name, beta_min, beta_max, beta_mean, inverted, seconds| Stage {
+    let row = |name, beta_min, beta_max, beta_mean, inverted, seconds| StageQuality {
         name,
         beta_min,
         beta_max,
@@ -115,7 +114,7 @@ Final       0.004392  0.107143  0.0361874         0   12.000
 /// A boundary layer's betas would all read 0.000007 with the paper's six decimals.
 #[test]
 fn table_keeps_digits_of_small_values() {
-    let stage = Stage { beta_min: 6.604e-6, ..stages()[0] };
+    let stage = StageQuality { beta_min: 6.604e-6, ..stages()[0] };
     assert!(stage_table(&[stage]).contains("6.604e-6"));
 }
 

@@ -12,7 +12,7 @@ use glam::DVec3;
 use idmesh::backend::{Ball, Constraint, CpuBackend, Precision};
 use idmesh::families::{Families, Role};
 use idmesh::mesh::{self, FamilyId, TetMesh, csr::Csr};
-use idmesh::mover::{Outcome, Settings};
+use idmesh::mover::Outcome;
 use idmesh::projection::TriangleTree;
 use idmesh::projection::walk::{Curves, Parts};
 use idmesh::quality;
@@ -306,7 +306,7 @@ fn the_number_of_threads_changes_no_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let outcome = moved(SMALL, "planform_2", Some(QualityTarget::Improve));
-            outcome.vertices.iter().copied().map(bits).collect::<Vec<_>>()
+            outcome.vertices().iter().copied().map(bits).collect::<Vec<_>>()
         })
     };
     assert_eq!(on(1), on(3));
@@ -315,9 +315,8 @@ fn the_number_of_threads_changes_no_bit() {
 // ---- whole aircraft ----
 
 fn moved(aircraft: Aircraft, design: &str, quality: Option<QualityTarget>) -> Outcome {
-    let mesh = aircraft.mesh();
-    let settings = Settings { quality, ..settings(&mesh, aircraft.profiles("old_2")) };
-    update(&mut mover(mesh, settings).unwrap(), aircraft.profiles(design))
+    let builder = aircraft.builder(aircraft.profiles("old_2")).quality(quality);
+    update(&mut builder.build(cpu()).unwrap(), aircraft.profiles(design))
 }
 
 /// The families at each vertex, found without the crate's topology.
@@ -373,7 +372,7 @@ fn surfaces_slide_within_themselves() {
     let surfaces: Vec<Vec<[usize; 3]>> = (0..mesh.families.len() as u16).map(surface).collect();
     let mut slid_on = HashMap::new();
     for (vertex, families) in families.iter().enumerate() {
-        let (is, was) = (slid.vertices[vertex], springs.vertices[vertex]);
+        let (is, was) = (slid.vertices()[vertex], springs.vertices()[vertex]);
         if families.contains(&symmetry) {
             assert_eq!(is.y.to_bits(), mesh.vertices[vertex].y.to_bits());
         }
@@ -387,11 +386,11 @@ fn surfaces_slide_within_themselves() {
         match between[..] {
             // Original surface: the report has it.
             [family] if family == carenage || family == symmetry => {}
-            [family] => assert!(distance_to(is, &surfaces[family as usize], &springs.vertices) < 1e-12),
+            [family] => assert!(distance_to(is, &surfaces[family as usize], springs.vertices()) < 1e-12),
             [a, b] => {
                 // The chord of two junction vertices lies off the carenage, and they end on it.
                 let tolerance = if between.contains(&carenage) { 1e-3 } else { 1e-12 };
-                let ends = curves[&[a, b]].iter().map(|edge| edge.map(|end| springs.vertices[end as usize]));
+                let ends = curves[&[a, b]].iter().map(|edge| edge.map(|end| springs.vertices()[end as usize]));
                 let distance = ends.map(|[a, b]| to_segment(is, a, b)).fold(f64::INFINITY, f64::min);
                 assert!(distance < tolerance, "{between:?} {distance:e}");
             }

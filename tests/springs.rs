@@ -2,17 +2,14 @@
 
 mod common;
 
-use std::collections::BTreeMap;
-
-use common::aircraft::cpu;
+use common::aircraft::{Anyway, cpu};
 use common::brick::{Brick, noise_vector};
 use common::carved::{carve, on};
 use glam::DVec3;
 use idmesh::families::Role;
-use idmesh::mover::{Design, Mover, Settings};
+use idmesh::mover::{Design, Mover};
 use idmesh::relaxation::{Method, Stopping};
 use idmesh::springs::{SPRINGS, Stiffness, wall_proximity};
-use idmesh::volume::MAX_STEPS;
 
 /// A triangle with sides 3, 4 and 5: h is 4. Points on it, 8 above and below its inside, and 5 from its corner.
 #[test]
@@ -54,20 +51,13 @@ fn a_moved_block_leaves_springs_in_equilibrium() {
     };
     for springs in SPRINGS {
         let mesh = carve(CELLS, &["block", "box"], |at| off_block(at) == 0.0, family, place);
-        let settings = Settings {
-            roles: vec![Role::Prescribed, Role::Fixed],
-            wings: Vec::new(),
-            springs,
-            method: Method::Chebyshev,
-            stopping: Stopping { tolerance: 1e-12, ..Stopping::default() },
-            quality: None,
-            max_steps: MAX_STEPS,
-        };
-        let mut mover = Mover::new(mesh, settings, cpu(), &|_| {}).unwrap();
-        let block = mover.mesh().family("block").unwrap();
-        let moved = vec![DVec3::new(0.1, -0.2, 0.3); mover.family_vertices(block).len()];
-        let design = Design { prescribed: BTreeMap::from([(block, moved)]), ..Design::default() };
-        let outcome = mover.update(&design, &|_| {}).unwrap();
+        let builder = Mover::builder(mesh).role("block", Role::Prescribed).role("box", Role::Fixed);
+        let stopping = Stopping { tolerance: 1e-12, ..Stopping::default() };
+        let builder = builder.springs(springs).method(Method::Chebyshev).stopping(stopping).quality(None);
+        let mut mover = builder.build(cpu()).unwrap();
+        let moved = vec![DVec3::new(0.1, -0.2, 0.3); mover.family_vertices("block").unwrap().len()];
+        let design = Design::of_prescribed("block", moved);
+        let outcome = mover.update(&design).unwrap();
         assert!(outcome.converged, "{}", springs.name);
 
         let mesh = mover.mesh();
@@ -79,7 +69,7 @@ fn a_moved_block_leaves_springs_in_equilibrium() {
             let [a, b] = edge.map(|end| end as usize);
             let distance = (off_block(mesh.vertices[a]) + off_block(mesh.vertices[b])) / 2.0;
             let stiffness = stiffness * (distance + 1.0).powf(-wall);
-            let pull = (outcome.displacement[b] - outcome.displacement[a]) * stiffness;
+            let pull = (outcome.displacement()[b] - outcome.displacement()[a]) * stiffness;
             force[a] += pull;
             force[b] -= pull;
             total[a] += stiffness;
@@ -89,7 +79,7 @@ fn a_moved_block_leaves_springs_in_equilibrium() {
         for (vertex, &at) in mesh.vertices.iter().enumerate().filter(|(_, at)| is_inside(**at)) {
             let off = force[vertex].length() / total[vertex];
             assert!(off < 1e-11, "{} at {at}: {off:e}", springs.name);
-            assert!(outcome.displacement[vertex].z > 0.01, "{} at {at}", springs.name);
+            assert!(outcome.displacement()[vertex].z > 0.01, "{} at {at}", springs.name);
             n_inside += 1;
         }
         assert_eq!(n_inside, 4 * 4 * 5 - 2 * 2 * 3, "{}", springs.name);

@@ -47,9 +47,9 @@ fn the_last_design_is_a_shorter_way_to_the_same_place() {
             let from_last = update(&mut looped, design.clone());
             let from_undeformed = update(&mut aircraft.mover(2), design);
             assert!(from_last.converged && from_undeformed.converged);
-            let near = compare_by(&from_undeformed.vertices, &from_last.vertices, |vertex| 1e-3 * edges[vertex]);
+            let near = compare_by(from_undeformed.vertices(), from_last.vertices(), |vertex| 1e-3 * edges[vertex]);
             near.unwrap_or_else(|mismatch| panic!("{share}: {mismatch:?}"));
-            let same = compare(&from_undeformed.vertices, &from_last.vertices, 0.0);
+            let same = compare(from_undeformed.vertices(), from_last.vertices(), 0.0);
             let (few, many) = (from_last.solver.sweeps, from_undeformed.solver.sweeps);
             match at {
                 // Nothing to start from yet.
@@ -68,15 +68,15 @@ fn the_last_design_is_forgotten_on_request() {
     mover.start_from(Start::LastDesign);
     update(&mut mover, SMALL.profiles("planform_2"));
     mover.start_from(Start::Undeformed);
-    let vertices = update(&mut mover, SMALL.profiles("big_2")).vertices;
-    compare(&update(&mut SMALL.mover(2), SMALL.profiles("big_2")).vertices, &vertices, 0.0).unwrap();
+    let last = update(&mut mover, SMALL.profiles("big_2"));
+    compare(update(&mut SMALL.mover(2), SMALL.profiles("big_2")).vertices(), last.vertices(), 0.0).unwrap();
 }
 
 /// A mover may be built on one thread and used on another.
 #[test]
 fn movers_are_send() {
     let mut mover = SMALL.mover(2);
-    let here = update(&mut mover, SMALL.profiles("big_2")).vertices;
-    let there = std::thread::spawn(move || update(&mut mover, SMALL.profiles("big_2")).vertices).join().unwrap();
-    compare(&here, &there, 0.0).unwrap();
+    let here = update(&mut mover, SMALL.profiles("big_2"));
+    let there = std::thread::spawn(move || update(&mut mover, SMALL.profiles("big_2"))).join().unwrap();
+    compare(here.vertices(), there.vertices(), 0.0).unwrap();
 }

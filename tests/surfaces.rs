@@ -2,40 +2,32 @@
 
 mod common;
 
-use std::collections::BTreeMap;
-
-use common::aircraft::{SMALL, mover, settings, vertices_of};
+use common::aircraft::{Anyway, SMALL, cpu, vertices_of};
 use common::block::{CELL, block, design, mapped, sections, set_up};
 use common::faults::{bits_changed, inverted};
 use glam::{DQuat, DVec3};
 use idmesh::families::Role;
-use idmesh::mesh::FamilyId;
 use idmesh::mover::{Design, HeldBack, MoveError, Mover, Warning};
 use idmesh::smoothing::QualityTarget;
 
 /// The wing and its tip, moved as these say.
 fn prescribed(wing: impl Fn(DVec3) -> DVec3, tip: impl Fn(DVec3) -> DVec3) -> (Mover, Design) {
-    let mesh = SMALL.mesh();
-    let mut settings = settings(&mesh, Vec::new());
-    let [wing_family, tip_family] = ["wing", "wingtip"].map(|name| mesh.family(name).unwrap());
-    settings.wings.clear();
-    settings.roles[wing_family.index()] = Role::Prescribed;
-    settings.roles[tip_family.index()] = Role::Prescribed;
-    let mover = mover(mesh, settings).unwrap();
-    let displacement = |family: FamilyId, by: &dyn Fn(DVec3) -> DVec3| -> Vec<DVec3> {
-        let vertices = mover.family_vertices(family).iter();
+    let builder = SMALL.builder(Vec::new()).role("wing", Role::Prescribed).role("wingtip", Role::Prescribed);
+    let mover = builder.build(cpu()).unwrap();
+    let displacement = |family: &str, by: &dyn Fn(DVec3) -> DVec3| -> Vec<DVec3> {
+        let vertices = mover.family_vertices(family).unwrap().iter();
         vertices.map(|&vertex| by(mover.mesh().vertices[vertex as usize])).collect()
     };
-    let prescribed =
-        BTreeMap::from([(wing_family, displacement(wing_family, &wing)), (tip_family, displacement(tip_family, &tip))]);
-    (mover, Design { prescribed, ..Design::default() })
+    let design = Design::of_prescribed("wing", displacement("wing", &wing));
+    let design = design.with_prescribed("wingtip", displacement("wingtip", &tip));
+    (mover, design)
 }
 
 #[test]
 fn prescribed_families_that_agree_are_moved() {
     let bend = |at: DVec3| 0.01 * at.y * at.y * DVec3::Z;
     let (mut mover, design) = prescribed(bend, |at| bend(at) * (1.0 + 5e-7));
-    mover.update(&design, &|_| {}).unwrap();
+    mover.update(&design).unwrap();
 }
 
 #[test]
@@ -44,7 +36,7 @@ fn prescribed_families_that_disagree_are_an_error() {
     let (mut mover, design) = prescribed(bend, |at| bend(at) + 1e-6 * DVec3::X);
     let shared: Vec<usize> = vertices_of(mover.mesh(), "wingtip");
     let wing = vertices_of(mover.mesh(), "wing");
-    match mover.update(&design, &|_| {}).unwrap_err() {
+    match mover.update(&design).unwrap_err() {
         MoveError::Disagree { family, other, vertex, position, difference } => {
             let both = [&*family, &*other];
             assert!(both == ["wing", "wingtip"] || both == ["wingtip", "wing"], "{both:?}");
@@ -82,14 +74,14 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
             |at: DVec3| DVec3::new(1.4, 0.0, 1.2) + DQuat::from_rotation_y(0.4) * (at - DVec3::new(1.4, 0.0, 1.25));
         let new = mapped(&sections(&[0.3, 1.55]), |at| turn * pitch(at));
         let design = design(new);
-        let outcome = mover.update(&design, &|_| {}).unwrap();
+        let outcome = mover.update(&design).unwrap();
         let mesh = mover.mesh();
-        assert!(outcome.is_valid() && inverted(mesh, &outcome.vertices).is_empty());
+        assert!(outcome.is_valid() && inverted(mesh, outcome.vertices()).is_empty());
         assert_eq!(outcome.smoothed.is_some_and(|done| done.moved > 100), quality.is_some());
         for (name, normal) in [("symmetry", turn * DVec3::Y), ("floor", turn * DVec3::Z)] {
             let vertices = vertices_of(mesh, name);
-            let off = |&vertex: &usize| normal.dot(outcome.displacement[vertex]).abs();
-            let slid = |&vertex: &usize| outcome.displacement[vertex].length();
+            let off = |&vertex: &usize| normal.dot(outcome.displacement()[vertex]).abs();
+            let slid = |&vertex: &usize| outcome.displacement()[vertex].length();
             // The plane is fitted to the noise: its normal is that of the box to 1e-5 only where no axis is near.
             let allowed = if turn == DQuat::IDENTITY { 1e-14 } else { 2e-5 };
             assert!(vertices.iter().map(off).fold(0.0, f64::max) < allowed, "{name}");
@@ -97,7 +89,7 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
             assert!(outcome.families[name].max_distance_to_plane.unwrap() < 1e-14, "{name}");
         }
         if turn == DQuat::IDENTITY {
-            assert!(bits_changed(&mesh.vertices, &outcome.vertices, &vertices_of(mesh, "floor"), &[2]).is_empty());
+            assert!(bits_changed(&mesh.vertices, outcome.vertices(), &vertices_of(mesh, "floor"), &[2]).is_empty());
         }
     }
 }
@@ -113,12 +105,16 @@ fn a_wing_that_is_held_back_is_told_of() {
             _ => Role::Fixed,
         };
         let mut mover = set_up(block(5.0, |at| at), sections(&[0.3, 1.05]), role, None);
-        let mut design = design(mapped(&sections(&[0.3, 1.05]), |at| at + by * DVec3::Z));
-        for (name, by) in [("wing", by), ("symmetry", plane_by)] {
-            let family = mover.mesh().family(name).unwrap();
-            design.prescribed.insert(family, vec![by * DVec3::Z; mover.family_vertices(family).len()]);
+        let mut design = Design::default();
+        for (name, role, by) in [("wing", wing, by), ("symmetry", symmetry, plane_by)] {
+            let vertices = mover.family_vertices(name).unwrap().len();
+            design = match role {
+                Role::Wing => design.with_profiles(name, mapped(&sections(&[0.3, 1.05]), |at| at + by * DVec3::Z)),
+                Role::Prescribed => design.with_prescribed(name, vec![by * DVec3::Z; vertices]),
+                _ => design,
+            };
         }
-        mover.update(&design, &|_| {}).unwrap()
+        mover.update(&design).unwrap()
     };
     for wing in &[Role::Wing, Role::Prescribed] {
         let outcome = moved(held, wing, 0.05, 0.0);

@@ -14,7 +14,7 @@ use common::{Mismatch, compare};
 use glam::DVec3;
 use idmesh::backend::gpu::Bounds;
 use idmesh::backend::{Backend, CpuBackend, Precision};
-use idmesh::mover::{Mover, Outcome, Settings};
+use idmesh::mover::{Mover, Outcome};
 use idmesh::relaxation::{Method, Stopping};
 
 /// What a vertex may differ by, as a share of the largest displacement. Both relax until each vertex is within 1e-4 of
@@ -23,14 +23,12 @@ const TOLERANCE: f64 = 1e-5;
 
 fn on_gpu(aircraft: Aircraft) -> Option<Mover> {
     let backend = Arc::new(gpu(Bounds::default())?);
-    let mesh = aircraft.mesh();
-    let settings = settings(&mesh, aircraft.profiles("old_2"));
-    Some(Mover::new(mesh, settings, backend, &|_| {}).unwrap())
+    Some(aircraft.builder(aircraft.profiles("old_2")).build(backend as Arc<dyn Backend>).unwrap())
 }
 
 fn compare_runs(cpu: &Outcome, gpu: &[DVec3]) -> Result<(), Mismatch> {
-    let largest = cpu.displacement.iter().map(|d| d.length()).fold(0.0, f64::max);
-    compare(&cpu.displacement, gpu, TOLERANCE * largest)
+    let largest = cpu.displacement().iter().map(|d| d.length()).fold(0.0, f64::max);
+    compare(cpu.displacement(), gpu, TOLERANCE * largest)
 }
 
 fn check(aircraft: Aircraft, sets: &[&str]) {
@@ -41,10 +39,10 @@ fn check(aircraft: Aircraft, sets: &[&str]) {
         let cpu = update(&mut on_cpu, aircraft.profiles(set));
         let gpu = update(&mut on_gpu, aircraft.profiles(set));
         assert!(gpu.converged, "{set}: {:?}", gpu.unconverged);
-        assert_eq!(faults(on_gpu.mesh(), &gpu.vertices), [], "{set}");
-        compare_runs(&cpu, &gpu.displacement).unwrap_or_else(|mismatch| panic!("{set}: {mismatch:?}"));
+        assert_eq!(faults(on_gpu.mesh(), gpu.vertices()), [], "{set}");
+        compare_runs(&cpu, gpu.displacement()).unwrap_or_else(|mismatch| panic!("{set}: {mismatch:?}"));
         // In f32 the two are never the same: no difference at all would mean that one was compared with itself.
-        assert!(compare(&cpu.displacement, &gpu.displacement, 0.0).is_err(), "{set}");
+        assert!(compare(cpu.displacement(), gpu.displacement(), 0.0).is_err(), "{set}");
     }
 }
 
@@ -65,17 +63,16 @@ fn a_fine_tolerance_is_reached_in_f32() {
     let backend: Arc<dyn Backend> = Arc::new(backend);
     for method in [Method::Multigrid, Method::Chebyshev] {
         let run = |backend: Arc<dyn Backend>| {
-            let mesh = SMALL.mesh();
             let stopping = Stopping { tolerance: 1e-12, ..Stopping::default() };
-            let settings = Settings { method, stopping, quality: None, ..settings(&mesh, SMALL.profiles("old_2")) };
-            let outcome = update(&mut Mover::new(mesh, settings, backend, &|_| {}).unwrap(), SMALL.profiles("small_2"));
+            let builder = SMALL.builder(SMALL.profiles("old_2")).method(method).stopping(stopping);
+            let outcome = update(&mut builder.build(backend).unwrap(), SMALL.profiles("small_2"));
             assert!(outcome.converged, "{method:?}: {:?}", outcome.unconverged);
             outcome
         };
         let cpu = run(Arc::new(CpuBackend::new(Precision::F64)));
         let gpu = run(Arc::clone(&backend));
-        let largest = cpu.displacement.iter().map(|d| d.length()).fold(0.0, f64::max);
-        compare(&cpu.displacement, &gpu.displacement, 1e-11 * largest).unwrap();
+        let largest = cpu.displacement().iter().map(|d| d.length()).fold(0.0, f64::max);
+        compare(cpu.displacement(), gpu.displacement(), 1e-11 * largest).unwrap();
         // No more than the three passes that f32 takes from 1 to 1e-12, each about as long as f64's way to a third of it.
         assert!(gpu.solver.sweeps <= 2 * cpu.solver.sweeps, "{method:?}: {:?} {:?}", gpu.solver, cpu.solver);
     }
@@ -87,9 +84,9 @@ fn gpu_repeats_itself_to_the_bit() {
     let first = update(&mut mover, SMALL.profiles("big_2"));
     update(&mut mover, SMALL.profiles("planform_2"));
     let again = update(&mut mover, SMALL.profiles("big_2"));
-    compare(&first.vertices, &again.vertices, 0.0).unwrap();
+    compare(first.vertices(), again.vertices(), 0.0).unwrap();
     let fresh = update(&mut on_gpu(SMALL).unwrap(), SMALL.profiles("big_2"));
-    compare(&first.vertices, &fresh.vertices, 0.0).unwrap();
+    compare(first.vertices(), fresh.vertices(), 0.0).unwrap();
     assert_eq!(first.solver, fresh.solver);
 }
 
@@ -97,21 +94,21 @@ fn gpu_repeats_itself_to_the_bit() {
 fn gpu_leaves_the_mesh_alone_where_nothing_changes() {
     let Some(mut mover) = on_gpu(SMALL) else { return };
     let outcome = update(&mut mover, SMALL.profiles("old_2"));
-    compare(&mover.mesh().vertices, &outcome.vertices, 0.0).unwrap();
+    compare(&mover.mesh().vertices, outcome.vertices(), 0.0).unwrap();
 }
 
 #[test]
 fn comparison_of_runs_rejects_one_wrong_vertex() {
     let cpu = update(&mut SMALL.mover(2), SMALL.profiles("big_2"));
-    let largest = cpu.displacement.iter().map(|d| d.length()).fold(0.0, f64::max);
-    compare_runs(&cpu, &cpu.displacement).unwrap();
+    let largest = cpu.displacement().iter().map(|d| d.length()).fold(0.0, f64::max);
+    compare_runs(&cpu, cpu.displacement()).unwrap();
     for (vertex, by) in [(17, 2.0 * TOLERANCE * largest), (1000, f64::NAN)] {
-        let mut wrong = cpu.displacement.clone();
+        let mut wrong = cpu.displacement().to_vec();
         wrong[vertex].z += by;
         assert_eq!(compare_runs(&cpu, &wrong).unwrap_err().worst_vertex, vertex);
     }
     // A dead kernel leaves zeros.
-    assert!(compare_runs(&cpu, &vec![DVec3::ZERO; cpu.displacement.len()]).is_err());
+    assert!(compare_runs(&cpu, &vec![DVec3::ZERO; cpu.displacement().len()]).is_err());
 }
 
 /// Movers of one device, each on a thread of its own, do not hear of each other.
@@ -120,10 +117,8 @@ fn movers_share_a_gpu_side_by_side() {
     let Some(backend) = gpu(Bounds::default()) else { return };
     let backend = Arc::new(backend);
     let run = &|sets: [&str; 2]| {
-        let mesh = SMALL.mesh();
-        let settings = settings(&mesh, SMALL.profiles("old_2"));
-        let mut mover = Mover::new(mesh, settings, backend.clone(), &|_| {}).unwrap();
-        sets.map(|set| update(&mut mover, SMALL.profiles(set)).vertices)
+        let mut mover = SMALL.builder(SMALL.profiles("old_2")).build(backend.clone() as Arc<dyn Backend>).unwrap();
+        sets.map(|set| update(&mut mover, SMALL.profiles(set)).vertices().to_vec())
     };
     let all = [["big_2", "planform_2"], ["planform_2", "small_2"], ["small_2", "big_2"]];
     let alone = all.map(run);

@@ -5,7 +5,7 @@ mod common;
 use common::aircraft::*;
 use common::faults::*;
 use glam::DVec3;
-use idmesh::mover::{Mover, Outcome, Settings};
+use idmesh::mover::{Mover, Outcome};
 use idmesh::profile::Profile;
 use idmesh::smoothing::QualityTarget;
 
@@ -24,7 +24,7 @@ fn check(aircraft: Aircraft, mover: &mut Mover, set: &str) -> Outcome {
     let outcome = update(mover, new.clone());
     let mesh = mover.mesh();
     assert!(outcome.converged, "{set}: {:?}", outcome.unconverged);
-    assert_eq!(faults(mesh, &outcome.vertices), [], "{set}");
+    assert_eq!(faults(mesh, outcome.vertices()), [], "{set}");
     assert_eq!(outcome.inverted, 0, "{set}");
     assert!(outcome.folded.is_empty(), "{set}: {:?}", outcome.folded);
     assert!(outcome.is_valid(), "{set}: {} self-intersecting", outcome.self_intersecting.len());
@@ -47,7 +47,7 @@ fn check(aircraft: Aircraft, mover: &mut Mover, set: &str) -> Outcome {
     assert!(off <= aircraft.section_tolerance, "{set}: a section of the wing is {off:e} chords off its profile");
     let wing = triangles_of(mesh, "wing");
     for profile in &new {
-        let distances = profile.points.iter().map(|&point| distance_to(point, &wing, &outcome.vertices));
+        let distances = profile.points.iter().map(|&point| distance_to(point, &wing, outcome.vertices()));
         let off = distances.max_by(f64::total_cmp).unwrap() / chord(profile);
         let number = profile.number;
         assert!(off <= aircraft.facet_tolerance, "{set}: profile {number} is {off:e} chords off the wing");
@@ -103,11 +103,10 @@ fn cut_profiles_serve_as_well_as_given_ones() {
     let planes: Vec<_> = new.iter().map(|p| (p.number, Plane::of_profile(p).unwrap())).collect();
     let wing: Vec<_> = triangles_of(&mesh, "wing").into_iter().map(|t| t.map(|vertex| vertex as u32)).collect();
     let old = cut::cut_at_planes(&mesh.vertices, &wing, &planes).unwrap();
-    let settings = settings(&mesh, old);
-    let cut = check(WING_BODY, &mut mover(mesh, settings).unwrap(), "big_2");
+    let cut = check(WING_BODY, &mut builder(mesh, old).build(cpu()).unwrap(), "big_2");
     let given = update(&mut WING_BODY.mover(2), new.clone());
     // The given ones are cut from facets, those cut here are what the vertices say: they differ by the facets' sag.
-    common::compare(&given.vertices, &cut.vertices, 2e-3 * chord(&new[0])).unwrap();
+    common::compare(given.vertices(), cut.vertices(), 2e-3 * chord(&new[0])).unwrap();
 }
 
 // ---- the checks themselves ----
@@ -171,9 +170,8 @@ fn distance_to_triangles_is_that_to_their_nearest_point() {
 fn local_optimisation_repairs_what_springs_leave() {
     let worst = |beta: &[f64]| beta.iter().copied().fold(f64::INFINITY, f64::min);
     let run = |quality| {
-        let mesh = ROUND.mesh();
-        let settings = Settings { quality, ..settings(&mesh, ROUND.profiles("old_2")) };
-        update(&mut mover(mesh, settings).unwrap(), ROUND.profiles("big_2"))
+        let builder = ROUND.builder(ROUND.profiles("old_2")).quality(quality);
+        update(&mut builder.build(cpu()).unwrap(), ROUND.profiles("big_2"))
     };
     let (springs, repaired, improved) =
         (run(None), run(Some(QualityTarget::Original)), run(Some(QualityTarget::Improve)));
@@ -184,7 +182,7 @@ fn local_optimisation_repairs_what_springs_leave() {
     let mesh = ROUND.mesh();
     for family in ["wing", "trailing_edge", "wingtip", "carenage", "farfield"] {
         for vertex in vertices_of(&mesh, family) {
-            assert_eq!(repaired.vertices[vertex], springs.vertices[vertex], "{family}");
+            assert_eq!(repaired.vertices()[vertex], springs.vertices()[vertex], "{family}");
         }
     }
 }

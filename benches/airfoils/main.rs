@@ -19,13 +19,8 @@ use idmesh::{
     backend::{self, Backend, Selection},
     families::Role,
     mesh::TetMesh,
-    mover::{Design, Mover, Outcome, Settings},
+    mover::{Design, Mover, Outcome},
     profile::{Plane, Profile, cut},
-    relaxation::{Method, Stopping},
-    smoothing::QualityTarget,
-    springs::Springs,
-    stages::WingProfiles,
-    volume::MAX_STEPS,
 };
 use rayon::prelude::*;
 
@@ -121,7 +116,7 @@ fn runs(mesh: &TetMesh, base: f64, backend: &Arc<dyn Backend>) -> Runs {
         for (which, (name, airfoil)) in airfoils.into_iter().enumerate() {
             let new = profiles(airfoil, planes);
             let design = Design { profiles: BTreeMap::from([("wing".to_owned(), new)]), ..Design::default() };
-            let outcome = match mover.update(&design, &|_| {}) {
+            let outcome = match mover.update(&design) {
                 Ok(outcome) => outcome,
                 Err(error) => {
                     runs.faults.push(format!("{}: {error}", at(name)));
@@ -133,7 +128,9 @@ fn runs(mesh: &TetMesh, base: f64, backend: &Arc<dyn Backend>) -> Runs {
             let lowest = |betas: &[f64]| betas.iter().copied().fold(f64::INFINITY, f64::min);
             runs.beta = runs.beta.min(lowest(&outcome.beta) / lowest(&outcome.original_beta));
             if which == 0 {
-                let moved = wing(mesh).into_iter().map(|vertex| outcome.displacement[vertex as usize].length());
+                let moved = wing(mesh)
+                    .into_iter()
+                    .map(|vertex| outcome.even_if_invalid().displacement()[vertex as usize].length());
                 runs.moved = runs.moved.max(moved.fold(0.0, f64::max));
             }
             let valid = outcome.converged && outcome.is_valid();
@@ -161,16 +158,11 @@ fn mover(mesh: &TetMesh, planes: [f64; 2], backend: &Arc<dyn Backend>) -> Result
         "farfield" => Role::Fixed,
         _ => Role::PLANE,
     };
-    let settings = Settings {
-        roles: mesh.families.iter().map(role).collect(),
-        wings: vec![WingProfiles::new("wing", grid::WING, old)],
-        springs: <&Springs>::default(),
-        method: Method::default(),
-        stopping: Stopping::default(),
-        quality: Some(QualityTarget::Original),
-        max_steps: MAX_STEPS,
-    };
-    Ok(Mover::new(mesh.clone(), settings, backend.clone(), &|_| {})?)
+    let mut builder = Mover::builder(mesh.clone()).old_profiles("wing", old);
+    for family in &mesh.families {
+        builder = builder.role(family, role(family));
+    }
+    Ok(builder.build(backend.clone())?)
 }
 
 /// An airfoil at two places of the span, numbered from 1; closed if it is sharp.
@@ -195,7 +187,7 @@ fn wing(mesh: &TetMesh) -> Vec<u32> {
 
 /// The wing's vertex that is farthest from an airfoil after a run.
 fn farthest(mesh: &TetMesh, outcome: &Outcome, curve: &Curve) -> (f64, u32) {
-    let off = |vertex: u32| (curve.distance(section(outcome.vertices[vertex as usize])), vertex);
+    let off = |vertex: u32| (curve.distance(section(outcome.even_if_invalid().vertices()[vertex as usize])), vertex);
     wing(mesh).into_par_iter().map(off).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, 0))
 }
 
@@ -225,7 +217,7 @@ fn why(outcome: &Outcome) -> String {
         faults.push(format!("{} triangles self-intersecting", outcome.self_intersecting.len()));
     }
     for missed in outcome.missed.values() {
-        let at = outcome.vertices[missed.vertex];
+        let at = outcome.even_if_invalid().vertices()[missed.vertex];
         faults.push(format!(
             "the vertex at {at:.4} misses profile {} by {:.3} %",
             missed.profile,

@@ -3,68 +3,23 @@
 
 pub mod network;
 
-use std::{collections::BTreeMap, error::Error, fs, path::PathBuf, process::ExitCode};
+use std::{error::Error, path::PathBuf, process::ExitCode};
 
 use glam::DVec3;
 use idmesh::{
     backend::BackendInfo,
-    families::{Role, TipStart},
-    formats::{self, MeshFile},
-    mover::{Design, Settings},
-    profile::{Profile, csv},
-    relaxation::{Method, Stopping},
-    springs::Springs,
-    stages::WingProfiles,
-    volume::MAX_STEPS,
+    case::{Case, LoadedCase},
 };
 
 /// What goes wrong in a benchmark.
 pub type Failure = Box<dyn Error>;
 
-/// The example `wing-body`, as its case file describes it.
-pub struct Example {
-    /// The mesh and its file.
-    pub file: MeshFile,
-    /// What a mover needs.
-    pub settings: Settings,
-    /// The new profiles.
-    pub design: Design,
-}
-
-impl Example {
-    /// Reads the mesh and the profiles.
-    ///
-    /// # Errors
-    /// A file is missing or broken.
-    pub fn read() -> Result<Self, Failure> {
-        let folder = root().join("examples/wing-body");
-        let file = formats::read(&folder.join("wing-body.msh.gz"))?;
-        let wing = file.mesh.family("wing").ok_or("the example has no wing")?;
-        let profiles = |name: &str| -> Result<Vec<Profile>, Failure> {
-            let path = folder.join(name);
-            Ok(csv::parse(&[(&path, &fs::read_to_string(&path)?)])?)
-        };
-        let role = |family: &String| match family.as_str() {
-            "wing" => Role::Wing,
-            "trailing_edge" => Role::TrailingEdge,
-            "wingtip" => Role::Wingtip { coefficient: 0.5, start: TipStart::Affine },
-            "carenage" => Role::Carenage,
-            "symmetry" => Role::PLANE,
-            _ => Role::Fixed,
-        };
-        let settings = Settings {
-            roles: file.mesh.families.iter().map(role).collect(),
-            wings: vec![WingProfiles::new("wing", wing, profiles("old.csv")?)],
-            springs: <&Springs>::default(),
-            method: Method::default(),
-            stopping: Stopping::default(),
-            quality: Some(idmesh::smoothing::QualityTarget::Original),
-            max_steps: MAX_STEPS,
-        };
-        let design =
-            Design { profiles: BTreeMap::from([("wing".to_owned(), profiles("new.csv")?)]), ..Design::default() };
-        Ok(Self { file, settings, design })
-    }
+/// The example `wing-body`.
+///
+/// # Errors
+/// A file is missing or broken.
+pub fn example() -> Result<LoadedCase, Failure> {
+    Ok(Case::load(root().join("examples/wing-body/case.toml"))?)
 }
 
 /// The folder of the repository: where Cargo says it is, else, for benchmarks carried to another machine, the current one.

@@ -2,8 +2,7 @@
 
 use idmesh::{
     mesh::TetMesh,
-    mover::{Design, Mover, Settings},
-    smoothing::QualityTarget,
+    mover::{Design, Mover, MoverBuilder},
     springs::Springs,
 };
 
@@ -31,8 +30,8 @@ pub trait Body {
     /// What it is made to do.
     fn kinds(&self) -> &'static [Kind];
 
-    /// What a mover needs.
-    fn settings(&self, quality: Option<QualityTarget>) -> Settings;
+    /// What a mover is made by.
+    fn builder(&self) -> MoverBuilder;
 
     /// The design that makes so much of the motion number `kind`.
     fn design(&self, mover: &Mover, kind: usize, amount: f64) -> Design;

@@ -24,7 +24,6 @@ use bodies::{Body, Kind};
 use common::{Failure, print_machine, print_table, row};
 use idmesh::{
     backend::{self, Selection},
-    mover::Mover,
     quality::{Statistics, betas},
 };
 use runs::{Run, TARGETS};
@@ -114,13 +113,13 @@ fn move_all(body: &dyn Body, target: usize, runs: &mut Vec<Run>) -> Result<(), F
     let (name, quality) = TARGETS[target];
     let begin = Instant::now();
     let backend = backend::select(Selection::Cpu)?;
-    let mut mover = Mover::new(body.mesh().clone(), body.settings(quality), backend.into(), &|_| {})?;
+    let mut mover = body.builder().quality(quality).build(backend)?;
     eprintln!("target {name}: set-up {:.2} s", begin.elapsed().as_secs_f64());
     for (kind, Kind { name: motion, unit, amounts }) in body.kinds().iter().enumerate() {
         for &amount in *amounts {
             let design = body.design(&mover, kind, amount);
             let begin = Instant::now();
-            let outcome = mover.update(&design, &|_| {})?;
+            let outcome = mover.update(&design)?;
             let seconds = begin.elapsed().as_secs_f64();
             let Statistics { min: worst, mean, .. } = Statistics::new(&outcome.beta);
             eprintln!(

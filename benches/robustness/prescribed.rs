@@ -1,17 +1,14 @@
 //! A body whose vertices are all prescribed; every other family is fixed. Its chord is along x, its span along y.
 
-use std::{collections::BTreeMap, path::Path};
+use std::path::Path;
 
 use glam::DVec3;
 use idmesh::{
     families::Role,
     formats,
     mesh::{FamilyId, TetMesh},
-    mover::{Design, Mover, Settings},
-    relaxation::{Method, Stopping},
-    smoothing::QualityTarget,
+    mover::{Design, Mover, MoverBuilder},
     springs::Springs,
-    volume::MAX_STEPS,
 };
 
 use crate::{
@@ -55,6 +52,10 @@ impl Prescribed {
         Ok(Self { mesh, family, chord: size.x, pivot, half_span: size.y / 2.0 })
     }
 
+    fn family(&self) -> &str {
+        &self.mesh.families[self.family.index()]
+    }
+
     fn displacement(&self, at: DVec3, kind: usize, amount: f64) -> DVec3 {
         match KINDS[kind].name {
             "pitch" => {
@@ -75,7 +76,7 @@ impl Prescribed {
 
 impl Body for Prescribed {
     fn title(&self) -> String {
-        format!("body `{}`, prescribed", self.mesh.families[self.family.index()])
+        format!("body `{}`, prescribed", self.family())
     }
 
     fn mesh(&self) -> &TetMesh {
@@ -90,26 +91,17 @@ impl Body for Prescribed {
         &KINDS
     }
 
-    fn settings(&self, quality: Option<QualityTarget>) -> Settings {
-        let mut roles = vec![Role::Fixed; self.mesh.families.len()];
-        roles[self.family.index()] = Role::Prescribed;
-        Settings {
-            roles,
-            wings: Vec::new(),
-            springs: self.springs(),
-            method: Method::default(),
-            stopping: Stopping::default(),
-            quality,
-            max_steps: MAX_STEPS,
+    fn builder(&self) -> MoverBuilder {
+        let mut builder = Mover::builder(self.mesh.clone()).springs(self.springs());
+        for family in &self.mesh.families {
+            builder = builder.role(family, Role::Fixed);
         }
+        builder.role(self.family(), Role::Prescribed)
     }
 
     fn design(&self, mover: &Mover, kind: usize, amount: f64) -> Design {
-        let vertices = mover.family_vertices(self.family);
-        let moved = vertices
-            .iter()
-            .map(|&vertex| self.displacement(self.mesh.vertices[vertex as usize], kind, amount))
-            .collect();
-        Design { prescribed: BTreeMap::from([(self.family, moved)]), ..Design::default() }
+        let vertices = mover.family_vertices(self.family()).into_iter().flatten();
+        let moved = vertices.map(|&vertex| self.displacement(self.mesh.vertices[vertex as usize], kind, amount));
+        Design::of_prescribed(self.family(), moved.collect())
     }
 }

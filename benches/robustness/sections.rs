@@ -1,7 +1,7 @@
 //! The wing of a case, moved by its profiles through all stages: cut at planes along its span, and each section twisted or
 //! raised the more the nearer it is to the tip. Its chord is along x, its span along y from its lowest y, the root.
 
-use std::{collections::BTreeMap, path::Path};
+use std::path::Path;
 
 use glam::DVec3;
 use idmesh::{
@@ -10,13 +10,10 @@ use idmesh::{
     formats,
     geometry::{NOWHERE, bounds},
     mesh::{FamilyId, TetMesh},
-    mover::{Design, Mover, Settings},
+    mover::{Design, Mover, MoverBuilder, Settings},
     profile::{Profile, cut, stations},
-    relaxation::{self, Method},
-    smoothing::QualityTarget,
+    relaxation,
     springs::Springs,
-    stages::WingProfiles,
-    volume::MAX_STEPS,
 };
 
 use crate::{
@@ -70,8 +67,8 @@ impl Sections {
         let [low, high] = bounds(old[0].points.iter().copied()).unwrap_or(NOWHERE);
         let along = || triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize].y);
         let (root, tip) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
-        let Case { springs, solver, .. } = case;
-        Ok(Self { wing, roles, springs, stopping: solver.stopping, old, chord: high.x - low.x, root, tip, mesh })
+        let Settings { springs, stopping, .. } = case.settings;
+        Ok(Self { wing, roles, springs, stopping, old, chord: high.x - low.x, root, tip, mesh })
     }
 
     fn moved(&self, section: &Profile, kind: usize, amount: f64) -> Profile {
@@ -108,20 +105,14 @@ impl Body for Sections {
         &KINDS
     }
 
-    fn settings(&self, quality: Option<QualityTarget>) -> Settings {
-        Settings {
-            roles: self.roles.clone(),
-            wings: vec![WingProfiles::new("wing", self.wing, self.old.clone())],
-            springs: self.springs,
-            method: Method::default(),
-            stopping: self.stopping,
-            quality,
-            max_steps: MAX_STEPS,
-        }
+    fn builder(&self) -> MoverBuilder {
+        let builder = Mover::builder(self.mesh.clone()).springs(self.springs).stopping(self.stopping);
+        let families = self.mesh.families.iter().zip(&self.roles);
+        let builder = families.fold(builder, |builder, (family, role)| builder.role(family, role.clone()));
+        builder.wing("wing", &[&self.mesh.families[self.wing.index()]], self.old.clone(), None)
     }
 
     fn design(&self, _mover: &Mover, kind: usize, amount: f64) -> Design {
-        let new = self.old.iter().map(|section| self.moved(section, kind, amount)).collect();
-        Design { profiles: BTreeMap::from([("wing".to_owned(), new)]), ..Design::default() }
+        Design::of_wing("wing", self.old.iter().map(|section| self.moved(section, kind, amount)).collect())
     }
 }

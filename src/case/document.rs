@@ -9,8 +9,8 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::nearest::{did_you_mean, quoted_list};
 use super::{CaseError, Position};
+use crate::text::nearest::{did_you_mean, quoted_list};
 
 /// The text of a case file and its name.
 #[derive(Clone, Copy)]

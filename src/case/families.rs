@@ -4,10 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use super::nearest::nearest;
 use super::paths::{is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Position, ProfileSource};
 use crate::families::Role;
+use crate::text::nearest::nearest;
 
 /// Why profiles cannot be given for a family.
 pub(super) fn no_wing(family: &str, role: &Role) -> String {

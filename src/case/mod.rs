@@ -1,12 +1,13 @@
 //! The case file: which mesh, which new profiles, what each family does, how to solve and where to write.
 //!
-//! [`Case::read`] turns the TOML file into a [`Case`] in which every value is checked and every path is resolved against
+//! [`Case::load`] reads the case file, the mesh and the profiles, and makes a mover of them.
+//! [`Case::read`] turns the TOML file alone into a [`Case`] in which every value is checked and every path is resolved against
 //! the file's folder. Its errors name the line and column, so that the file can be corrected without this documentation.
 //! What only the mesh can tell (its families) is checked by [`Case::for_families`].
 
 mod document;
 mod families;
-mod nearest;
+mod load;
 mod parse;
 mod paths;
 
@@ -18,13 +19,12 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::families::Role;
-use crate::profile::{Plane, files::Placement};
-use crate::relaxation::{Method, Stopping};
-use crate::smoothing::QualityTarget;
-use crate::springs::Springs;
+pub use load::{LoadError, LoadedCase, read_profiles};
+pub(crate) use load::{prescribed, profiles_of};
 
-pub(crate) use nearest::did_you_mean;
+use crate::families::Role;
+use crate::mover::Settings;
+use crate::profile::{Plane, files::Placement};
 
 /// A checked case file.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,14 +37,8 @@ pub struct Case {
     pub profiles: BTreeMap<String, ProfileSource>,
     /// What each family does, by name; before [`Case::for_families`] a name may be a pattern.
     pub families: BTreeMap<String, FamilySettings>,
-    /// Springs of the volume.
-    pub springs: &'static Springs,
-    /// Most steps of an update, the jump that is tried first among them.
-    pub max_steps: usize,
-    /// What local optimisation aims at; `None` is off.
-    pub quality: Option<QualityTarget>,
-    /// How the spring networks are relaxed.
-    pub solver: SolverSettings,
+    /// How the mesh is moved: the tables `[volume]`, `[quality]` and `[solver]`.
+    pub settings: Settings,
     /// Where the results go.
     pub output: Output,
 }
@@ -76,15 +70,6 @@ pub struct FamilySettings {
     pub displacement: Option<PathBuf>,
     /// Where its table begins.
     pub position: Position,
-}
-
-/// The `[solver]` table.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SolverSettings {
-    /// How spring networks are relaxed.
-    pub method: Method,
-    /// How far they are relaxed.
-    pub stopping: Stopping,
 }
 
 /// The `[output]` table.

@@ -6,17 +6,17 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::families::{MOST_FLAT, ROLES, Role, RoleOptions, RoleRow, TipStart};
+use crate::mover::Settings;
 use crate::profile::files::{Placement, SpanAxis};
 use crate::profile::{Plane, stations};
-use crate::relaxation::Method;
+use crate::relaxation::{Method, Stopping};
 use crate::smoothing::QualityTarget;
 use crate::springs::{SPRINGS, Springs};
-use crate::volume::MAX_STEPS;
 
 use super::document::{CaseDocument, TomlTable, Value};
-use super::nearest::{did_you_mean, quoted_list};
 use super::paths::{is_pattern, matches};
-use super::{Case, CaseError, FamilySettings, Output, ProfileSource, SolverSettings, paths};
+use super::{Case, CaseError, FamilySettings, Output, ProfileSource, paths};
+use crate::text::nearest::{did_you_mean, quoted_list};
 
 /// Reads the whole document.
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
@@ -30,12 +30,13 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let families = families(&top, folder)?;
     let profiles = profiles(&top, folder, &families)?;
     let volume = top.get("volume").map(|table| table.section(&["springs", "max_steps"])).transpose()?;
-    let springs = springs(volume.as_ref())?;
-    let max_steps = max_steps(volume.as_ref())?;
-    let quality = quality(&top)?;
-    let solver = solver(&top)?;
+    let mut settings = Settings::default();
+    settings.springs = springs(volume.as_ref())?;
+    settings.max_steps = max_steps(volume.as_ref(), settings.max_steps)?;
+    settings.quality = quality(&top, settings.quality)?;
+    (settings.method, settings.stopping) = solver(&top, settings.method, settings.stopping)?;
     let output = output(&top, folder, &mesh)?;
-    Ok(Case { path: path.to_path_buf(), mesh, profiles, families, springs, max_steps, quality, solver, output })
+    Ok(Case { path: path.to_path_buf(), mesh, profiles, families, settings, output })
 }
 
 fn families(top: &TomlTable, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
@@ -258,27 +259,29 @@ fn springs(volume: Option<&TomlTable>) -> Result<&'static Springs, CaseError> {
     Ok(name.and_then(Springs::named).unwrap_or_default())
 }
 
-fn max_steps(volume: Option<&TomlTable>) -> Result<usize, CaseError> {
-    volume.and_then(|section| section.get("max_steps")).map_or(Ok(MAX_STEPS), |value| value.count())
+fn max_steps(volume: Option<&TomlTable>, default: usize) -> Result<usize, CaseError> {
+    volume.and_then(|section| section.get("max_steps")).map_or(Ok(default), |value| value.count())
 }
 
 /// What local optimisation aims at: `None` for "off".
-fn quality(top: &TomlTable) -> Result<Option<QualityTarget>, CaseError> {
+fn quality(top: &TomlTable, default: Option<QualityTarget>) -> Result<Option<QualityTarget>, CaseError> {
     let table = top.get("quality").map(|table| table.section(&["target"])).transpose()?;
     let target = table.and_then(|section| section.get("target"));
     Ok(match target.map(|value| value.one_of(&["original", "improve", "off"])).transpose()? {
-        None | Some("original") => Some(QualityTarget::Original),
+        None => default,
+        Some("original") => Some(QualityTarget::Original),
         Some("improve") => Some(QualityTarget::Improve),
         Some(_) => None,
     })
 }
 
-fn solver(top: &TomlTable) -> Result<SolverSettings, CaseError> {
-    let mut settings = SolverSettings::default();
-    let Some(table) = top.get("solver") else { return Ok(settings) };
+/// The method and the stopping rule that the table `[solver]` asks for, with defaults for what it leaves out.
+fn solver(top: &TomlTable, method: Method, stopping: Stopping) -> Result<(Method, Stopping), CaseError> {
+    let (mut method, mut stopping) = (method, stopping);
+    let Some(table) = top.get("solver") else { return Ok((method, stopping)) };
     let section = table.section(&["method", "tolerance", "max_sweeps"])?;
     if let Some(value) = section.get("method") {
-        settings.method = match value.one_of(&["auto", "jacobi", "chebyshev", "multigrid"])? {
+        method = match value.one_of(&["auto", "jacobi", "chebyshev", "multigrid"])? {
             "jacobi" => Method::Jacobi,
             "chebyshev" => Method::Chebyshev,
             "multigrid" => Method::Multigrid,
@@ -286,19 +289,17 @@ fn solver(top: &TomlTable) -> Result<SolverSettings, CaseError> {
         };
     }
     if let Some(value) = section.get("tolerance") {
-        settings.stopping.tolerance = value.number()?;
-        if !(settings.stopping.tolerance > 0.0 && settings.stopping.tolerance.is_finite()) {
-            let message = format!(
-                "`solver.tolerance` is {}, expected a number above 0, such as 1e-4",
-                settings.stopping.tolerance
-            );
+        stopping.tolerance = value.number()?;
+        if !(stopping.tolerance > 0.0 && stopping.tolerance.is_finite()) {
+            let message =
+                format!("`solver.tolerance` is {}, expected a number above 0, such as 1e-4", stopping.tolerance);
             return Err(value.error(message));
         }
     }
     if let Some(value) = section.get("max_sweeps") {
-        settings.stopping.max_sweeps = value.count()?;
+        stopping.max_sweeps = value.count()?;
     }
-    Ok(settings)
+    Ok((method, stopping))
 }
 
 fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseError> {

@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::{JsonTarget, json_target, outputs};
+use super::json::{check_json, write_json};
+use super::{JsonTarget, json_target};
 use crate::backend::{self, AdapterSummary};
 
 /// Arguments of `idmesh adapters`.
@@ -27,7 +28,7 @@ struct Entry<'a> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    outputs::check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref())?;
     let adapters = backend::adapters();
     if let Some(target) = &arguments.json {
         let entries: Vec<_> = adapters
@@ -41,7 +42,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
                 auto: *auto,
             })
             .collect();
-        outputs::write_json(target, &entries, console)?;
+        write_json(target, &entries, console)?;
     }
     if arguments.json != Some(JsonTarget::StandardOutput) {
         console.data(&text(&adapters))?;

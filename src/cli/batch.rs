@@ -6,15 +6,15 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::console::Console;
-use super::design::{Moved, Ready, Targets};
-use super::designs::{self, DesignFiles, Shard};
 use super::failure::{Exit, Failure};
-use super::job::Job;
-use super::lines::{Kept, Lines};
-use super::outputs::{self, Folder};
-use super::varied::Varied;
-use super::{BackendChoice, JsonTarget, json_target};
+use super::json::check_json;
+use super::lines::Lines;
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
+use crate::case::LoadedCase;
 use crate::report::RunReport;
+use crate::session::{
+    DesignFiles, Finished, Folder, Kept, Outputs, Session, Shard, Varied, check_distinct, find_designs,
+};
 
 /// Arguments of `idmesh batch`.
 #[derive(Debug, clap::Args)]
@@ -57,11 +57,11 @@ struct Failed<'a> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    let job = Job::read(&arguments.case, console)?;
-    let varied = Varied::of(&job)?;
-    let all = designs::find(&arguments.designs, varied.extensions(), varied.tables())?;
-    let pattern = Targets::of(&job, arguments.out.as_deref());
-    let _folder = check(&pattern, &all, &job, arguments, console)?;
+    let case = load(&arguments.case, console)?;
+    let varied = Varied::of(&case)?;
+    let all = find_designs(&arguments.designs, varied.extensions(), varied.tables())?;
+    let pattern = Outputs::of(&case.case, arguments.out.as_deref());
+    let _folder = check(&pattern, &all, &case, arguments, console)?;
     let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
 
     let kept = kept(&designs, &pattern, arguments)?;
@@ -71,12 +71,18 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         console.note(format_args!("{} of {} designs are done already", done.len(), designs.len()));
     }
     let mut failed = done.iter().filter(|design| kept.failed[&design.name]).count();
-    let ready = (!left.is_empty()).then(|| Ready::new(&job, arguments.backend, console)).transpose()?;
+    let session = match left.is_empty() {
+        true => None,
+        false => {
+            let backend = choose_backend(arguments.backend, console)?;
+            Some(Session::new(&case, backend.into(), console.progress())?)
+        }
+    };
     let mut lines = Lines::open(arguments.json.as_ref(), &kept, console)?;
-    if let Some(mut ready) = ready {
+    if let Some(mut session) = session {
         console.count(left.len());
         for design in left {
-            failed += usize::from(!finish(design, &varied, &job, &mut ready, &pattern, &mut lines, console)?);
+            failed += usize::from(!finish(design, &varied, &case, &mut session, &pattern, &mut lines, console)?);
             console.advance();
         }
     }
@@ -93,22 +99,27 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
 fn finish(
     design: &DesignFiles,
     varied: &Varied,
-    job: &Job,
-    ready: &mut Ready,
-    pattern: &Targets,
+    case: &LoadedCase,
+    session: &mut Session,
+    pattern: &Outputs,
     lines: &mut Lines,
     console: &Console,
 ) -> Result<bool, Failure> {
     let name = design.name.as_str();
     let start = Instant::now();
-    let moved = pattern.named(name).and_then(|targets| {
-        let what = varied.read(job, design)?;
-        ready.move_to(&what, Some(name), start.elapsed().as_secs_f64(), &targets, console)
+    let finished = pattern.named(name).and_then(|outputs| {
+        let design = varied.read(case, design)?;
+        session.finish(&design, Some(name), start.elapsed().as_secs_f64(), &outputs)
     });
-    let (report, failure) = match moved {
-        Ok(Moved { report, verdict, .. }) => (Some(report), verdict.err()),
-        Err(failure) if failure.exit == Exit::NoGpu => return Err(failure),
-        Err(failure) => (None, Some(failure)),
+    let (report, failure) = match finished {
+        Ok(Finished { report, verdict, warnings, .. }) => {
+            for warning in warnings {
+                console.warn(format_args!("{name}: {warning}"));
+            }
+            (Some(report), verdict.err().map(Failure::from))
+        }
+        Err(error) if error.backend().is_some() => return Err(error.into()),
+        Err(error) => (None, Some(error.into())),
     };
     match (&report, &failure) {
         (_, Some(failure)) => {
@@ -128,49 +139,49 @@ fn finish(
 
 /// Checks everything that will be written, and makes the folder for it, to be held until then.
 fn check(
-    pattern: &Targets,
+    pattern: &Outputs,
     all: &[DesignFiles],
-    job: &Job,
+    case: &LoadedCase,
     arguments: &Arguments,
     console: &Console,
 ) -> Result<Folder, Failure> {
-    let mut inputs = job.inputs.clone();
+    let mut inputs = case.inputs.clone();
     inputs.push(arguments.designs.clone());
-    inputs.retain(|path| !path.is_dir() || *path == job.case.mesh);
+    inputs.retain(|path| !path.is_dir() || *path == case.case.mesh);
     let json = match &arguments.json {
         Some(JsonTarget::File(path)) => Some(path.as_path()),
         _ => None,
     };
     for design in all {
-        let targets = pattern.named(&design.name)?;
+        let outputs = pattern.named(&design.name)?;
         let known = inputs.len();
         inputs.extend(design.paths().map(Path::to_path_buf));
-        outputs::check_distinct(&inputs, &targets.paths().chain(json).collect::<Vec<_>>())?;
+        check_distinct(&inputs, &outputs.paths().chain(json).collect::<Vec<_>>())?;
         inputs.truncate(known);
     }
     if let Some(json) = json {
         inputs.extend(all.iter().flat_map(DesignFiles::paths).map(Path::to_path_buf));
-        outputs::check_distinct(&inputs, &[json])?;
+        check_distinct(&inputs, &[json])?;
     }
     let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
     // One design stands for all: they go into the same folder.
     if let Some(first) = all.first() {
-        let targets = pattern.named(&first.name)?;
-        targets.check(job)?;
-        targets.tell_losses(job, console)?;
+        let outputs = pattern.named(&first.name)?;
+        outputs.check(case)?;
+        console.losses(outputs.losses(case)?);
     }
-    outputs::check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref())?;
     Ok(folder)
 }
 
 /// What an earlier run of these designs left: lines of designs whose outputs are there, and of designs not asked for.
-fn kept(designs: &[DesignFiles], pattern: &Targets, arguments: &Arguments) -> Result<Kept, Failure> {
+fn kept(designs: &[DesignFiles], pattern: &Outputs, arguments: &Arguments) -> Result<Kept, Failure> {
     match &arguments.json {
         _ if !arguments.resume => Ok(Kept::default()),
-        Some(JsonTarget::File(path)) => Kept::read(path, |name| {
-            let there = |targets: Targets| targets.paths().all(Path::exists);
+        Some(JsonTarget::File(path)) => Ok(Kept::read(path, |name| {
+            let there = |outputs: Outputs| outputs.paths().all(Path::exists);
             designs.iter().any(|design| design.name == name) && !pattern.named(name).is_ok_and(there)
-        }),
+        })?),
         _ => Err(Failure::bad_input("--resume needs the reports in a file: --json FILE")),
     }
 }

@@ -2,20 +2,19 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
 
 use glam::DVec3;
 use serde::Serialize;
 
 use super::console::Console;
-use super::design::{choose_backend, on_mesh};
 use super::failure::{Exit, Failure};
-use super::job::Job;
-use super::outputs;
-use super::{BackendChoice, JsonTarget, json_target};
+use super::json::{check_json, write_json};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::backend::Backend;
+use crate::case::LoadedCase;
 use crate::formats;
-use crate::mover::{Mover, Outcome};
+use crate::mover::Outcome;
+use crate::session::Session;
 
 /// Arguments of `idmesh compare`.
 #[derive(Debug, clap::Args)]
@@ -110,14 +109,14 @@ impl Comparison {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    outputs::check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref())?;
     let comparison = match arguments.files.as_slice() {
         [a, b] => meshes(a, b, arguments.tolerance, console)?,
         [case, ..] => backends(case, arguments.tolerance, console)?,
         [] => return Err(Failure::bad_input("nothing to compare")),
     };
     if let Some(target) = &arguments.json {
-        outputs::write_json(target, &comparison, console)?;
+        write_json(target, &comparison, console)?;
     }
     if arguments.json != Some(JsonTarget::StandardOutput) {
         console.data(&comparison.text())?;
@@ -156,27 +155,25 @@ fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Compa
 }
 
 fn backends(case: &Path, tolerance: f64, console: &Console) -> Result<Comparison, Failure> {
-    let mut job = Job::read(case, console)?;
-    if job.settings.quality.take().is_some() {
+    let mut case = load(case, console)?;
+    if case.case.settings.quality.take().is_some() {
         console.note("local optimisation is left out of the comparison");
     }
     // The GPU first: without one there is no reason to wait for the CPU.
-    let (gpu, gpu_seconds) = update(&job, BackendChoice::Gpu, console)?;
-    let (cpu, cpu_seconds) = update(&job, BackendChoice::Cpu, console)?;
-    let largest = cpu.displacement.iter().map(|displacement| displacement.length()).max_by(f64::total_cmp);
-    let comparison = Comparison::of(&cpu.vertices, &gpu.vertices, largest.unwrap_or(0.0), tolerance);
+    let (gpu, gpu_seconds) = update(&case, BackendChoice::Gpu, console)?;
+    let (cpu, cpu_seconds) = update(&case, BackendChoice::Cpu, console)?;
+    let (cpu, gpu) = (cpu.even_if_invalid(), gpu.even_if_invalid());
+    let largest = cpu.displacement().iter().map(|displacement| displacement.length()).max_by(f64::total_cmp);
+    let comparison = Comparison::of(cpu.vertices(), gpu.vertices(), largest.unwrap_or(0.0), tolerance);
     Ok(Comparison { seconds: Some(Timings { cpu: cpu_seconds, gpu: gpu_seconds }), ..comparison })
 }
 
-fn update(job: &Job, choice: BackendChoice, console: &Console) -> Result<(Outcome, f64), Failure> {
+fn update(case: &LoadedCase, choice: BackendChoice, console: &Console) -> Result<(Outcome, f64), Failure> {
     let backend: Arc<dyn Backend> = choose_backend(choice, console)?.into();
     let info = backend.info();
-    let observer = |stage: &str| console.step(&format!("{}: {stage}", info.kind));
-    let mut mover = Mover::new(job.file.mesh.clone(), job.settings.clone(), backend, &observer)
-        .map_err(|error| on_mesh(error, job))?;
-    let start = Instant::now();
-    let outcome = mover.update(&job.design, &observer).map_err(|error| on_mesh(error, job))?;
-    let seconds = start.elapsed().as_secs_f64();
+    let (kind, tell) = (info.kind.to_owned(), console.progress());
+    let mut session = Session::new(case, backend, move |stage| tell(&format!("{kind}: {stage}")))?;
+    let (outcome, seconds) = session.update(&case.design)?;
     console.detail(format_args!("{} ({}): {seconds:.3} s", info.kind, info.adapter));
     if !outcome.converged {
         console.warn(format_args!("the {} did not converge within max_sweeps", info.kind));

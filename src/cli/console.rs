@@ -1,6 +1,5 @@
 //! What the user sees: data on standard output, progress, notes and errors on standard error.
 
-use std::cell::Cell;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -8,13 +7,15 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::failure::{Exit, Failure};
+use crate::session::Loss;
 
 /// The two streams, and how much the user wants to hear.
+#[derive(Clone)]
 pub(super) struct Console {
     level: i8,
     /// Drawn only when standard error is a terminal.
     spinner: Option<ProgressBar>,
-    since: Cell<Instant>,
+    since: Instant,
 }
 
 impl Console {
@@ -28,7 +29,7 @@ impl Console {
             }
             bar
         });
-        Self { level, spinner, since: Cell::new(Instant::now()) }
+        Self { level, spinner, since: Instant::now() }
     }
 
     /// Says what is being done now.
@@ -37,7 +38,20 @@ impl Console {
             spinner.set_message(what.to_owned());
             spinner.enable_steady_tick(Duration::from_millis(120));
         } else if self.level >= 1 {
-            self.to_stderr(format_args!("[{:8.3} s] {what}", self.since.get().elapsed().as_secs_f64()));
+            self.to_stderr(format_args!("[{:8.3} s] {what}", self.since.elapsed().as_secs_f64()));
+        }
+    }
+
+    /// What tells the console of each step of somebody else's work.
+    pub(super) fn progress(&self) -> impl Fn(&str) + Send + 'static {
+        let console = self.clone();
+        move |step| console.step(step)
+    }
+
+    /// Warns of what outputs will not hold; of those to look at only `-v` tells it.
+    pub(super) fn losses(&self, losses: Vec<Loss>) {
+        for Loss { text, is_detail } in losses {
+            if is_detail { self.detail(text) } else { self.warn(text) }
         }
     }
 

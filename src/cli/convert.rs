@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::outputs;
 use crate::formats::{self, Fields};
+use crate::session::check_distinct;
 
 /// Arguments of `idmesh convert`.
 #[derive(Debug, clap::Args)]
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let Arguments { input, output } = arguments;
-    outputs::check_distinct(std::slice::from_ref(input), &[output])?;
+    check_distinct(std::slice::from_ref(input), &[output])?;
     console.step(&format!("reading {}", input.display()));
     let file = formats::read_mixed(input)?;
     file.check_output(output)?;

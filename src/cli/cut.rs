@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::job::family_triangles;
-use super::outputs;
-use crate::case::did_you_mean;
 use crate::formats::{self, write_atomically};
 use crate::profile::{Plane, csv, cut, stations};
+use crate::session::{check_distinct, check_writable};
+use crate::text::nearest::did_you_mean;
 
 /// Arguments of `idmesh cut`.
 #[derive(Debug, clap::Args)]
@@ -36,8 +35,8 @@ fn plane(text: &str) -> Result<Plane, String> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    outputs::check_writable(&arguments.out)?;
-    outputs::check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
+    check_writable(&arguments.out)?;
+    check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
     console.step(&format!("reading {}", arguments.mesh.display()));
     let mesh = formats::read(&arguments.mesh)?.mesh;
     let families = arguments.family.iter().map(|name| {
@@ -52,7 +51,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     });
     let families = families.collect::<Result<Vec<_>, _>>()?;
     console.step("cutting");
-    let triangles = family_triangles(&mesh, &families);
+    let triangles = mesh.triangles_of(&families);
     let planes = match arguments.planes {
         Some(count) => stations::evenly(&mesh.vertices, &triangles, count.into()),
         None => Ok(arguments.at.clone()),

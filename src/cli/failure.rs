@@ -1,10 +1,10 @@
 //! How a command fails: one line, perhaps a hint, and an exit code.
 
 use crate::backend::BackendError;
-use crate::case::CaseError;
-use crate::case::displacement::DisplacementError;
+use crate::case::LoadError;
 use crate::formats::{ReadError, WriteError};
-use crate::mover::MoveError;
+use crate::mover::{Refused, Why};
+use crate::session::SessionError;
 
 /// The exit codes of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,27 +39,10 @@ impl Failure {
         Self::new(Exit::BadInput, message)
     }
 
-    pub(super) fn with_hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
-        self
-    }
-
     /// Puts a file's name before the message.
     pub(super) fn in_file(mut self, path: &std::path::Path) -> Self {
         self.message = format!("{}: {}", path.display(), self.message);
         self
-    }
-}
-
-impl From<CaseError> for Failure {
-    fn from(error: CaseError) -> Self {
-        let failure = Self::bad_input(error.to_string());
-        match error {
-            CaseError::Families { .. } => {
-                failure.with_hint("every family of the mesh needs a table [family.NAME] with a role")
-            }
-            _ => failure,
-        }
     }
 }
 
@@ -75,31 +58,35 @@ impl From<WriteError> for Failure {
     }
 }
 
-impl From<DisplacementError> for Failure {
-    fn from(error: DisplacementError) -> Self {
-        Self::bad_input(error.to_string())
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Self {
+        SessionError::from(error).into()
     }
 }
 
 impl From<BackendError> for Failure {
     fn from(error: BackendError) -> Self {
-        let failure = Self::new(Exit::NoGpu, error.to_string());
-        match error {
-            BackendError::NoAdapter(_) => {
-                failure.with_hint("`idmesh adapters` lists the GPUs; --backend cpu needs none")
-            }
-            _ => failure.with_hint("--backend cpu computes without a GPU"),
-        }
+        SessionError::from(error).into()
     }
 }
 
-impl From<MoveError> for Failure {
-    fn from(error: MoveError) -> Self {
-        match error {
-            MoveError::Backend(error) => error.into(),
-            error @ MoveError::VolumeResult(_) => Self::bad_input(error.to_string())
-                .with_hint("max_steps = 1 under [volume] makes do with one jump, come what may"),
-            error => Self::bad_input(error.to_string()),
-        }
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        let exit = match &error {
+            SessionError::Refused(_) => Exit::NotConverged,
+            error if error.backend().is_some() => Exit::NoGpu,
+            _ => Exit::BadInput,
+        };
+        Self { exit, message: error.to_string(), hint: error.hint() }
+    }
+}
+
+impl From<Refused> for Failure {
+    fn from(refused: Refused) -> Self {
+        let exit = match refused.why {
+            Why::Invalid => Exit::Inverted,
+            Why::NotConverged | Why::NotFinite => Exit::NotConverged,
+        };
+        Self { exit, message: refused.message, hint: refused.hint }
     }
 }

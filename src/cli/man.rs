@@ -7,7 +7,7 @@ use clap_mangen::Man;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::outputs::{self, Folder};
+use crate::session::{Folder, check_writable, write_text};
 
 /// Arguments of `idmesh man`.
 #[derive(Debug, clap::Args)]
@@ -31,10 +31,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let commands = std::iter::once(&command).chain(command.get_subcommands());
     let pages = commands.map(page).collect::<Result<Vec<_>, _>>()?;
     for (name, _) in &pages {
-        outputs::check_writable(&out.join(name))?;
+        check_writable(&out.join(name))?;
     }
     for (name, text) in &pages {
-        outputs::write_text(&out.join(name), text)?;
+        write_text(&out.join(name), text)?;
     }
     console.note(format_args!("wrote {} manual pages into {}", pages.len(), out.display()));
     Ok(())

@@ -11,26 +11,23 @@ mod completions;
 mod console;
 mod convert;
 mod cut;
-mod design;
-mod designs;
 mod failure;
-mod inverted;
-mod job;
+mod json;
 mod lines;
 mod man;
-mod outputs;
 mod quality;
 mod refine;
 mod run;
-mod varied;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 
-use crate::backend::Selection;
+use crate::backend::{self, Backend, Selection};
+use crate::case::{Case, LoadedCase};
 use console::Console;
+use failure::Failure;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -120,6 +117,26 @@ impl From<PathBuf> for JsonTarget {
 
 fn json_target(text: &str) -> Result<JsonTarget, std::convert::Infallible> {
     Ok(PathBuf::from(text).into())
+}
+
+/// The backend for a choice; falling back to the CPU is said.
+fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Backend>, Failure> {
+    console.step("starting the backend");
+    let backend = backend::select(choice.into())?;
+    if choice == BackendChoice::Auto && backend.info().kind == "cpu" {
+        console.note("no hardware GPU found: computing on the CPU");
+    }
+    Ok(backend)
+}
+
+/// Reads a case and all its files.
+fn load(path: &std::path::Path, console: &Console) -> Result<LoadedCase, Failure> {
+    let case = Case::load_telling(path, &|step| console.step(step))?;
+    for (wing, old) in case.old_profiles() {
+        let new = case.design.profiles.get(wing).map_or(0, Vec::len);
+        console.detail(format_args!("{wing}: {new} new profiles, {} old ones", old.len()));
+    }
+    Ok(case)
 }
 
 /// The whole command line, from which completions and manual pages are made.

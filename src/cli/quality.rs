@@ -7,11 +7,13 @@ use serde::Serialize;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::{JsonTarget, json_target, outputs};
+use super::json::{check_json, write_json};
+use super::{JsonTarget, json_target};
 use crate::formats;
 use crate::mesh::OtherCells;
 use crate::quality::{Statistics, betas};
 use crate::report::{self, Series, aligned, beta_text, histogram_svg};
+use crate::session::{check_distinct, check_writable, write_text};
 
 /// Arguments of `idmesh quality`.
 #[derive(Debug, clap::Args)]
@@ -43,16 +45,16 @@ struct Figures {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    outputs::check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref())?;
     let mut written = Vec::new();
     if let Some(path) = &arguments.histogram {
-        outputs::check_writable(path)?;
+        check_writable(path)?;
         written.push(path.as_path());
     }
     if let Some(JsonTarget::File(path)) = &arguments.json {
         written.push(path);
     }
-    outputs::check_distinct(std::slice::from_ref(&arguments.mesh), &written)?;
+    check_distinct(std::slice::from_ref(&arguments.mesh), &written)?;
 
     console.step(&format!("reading {}", arguments.mesh.display()));
     let file = formats::read_mixed(&arguments.mesh)?;
@@ -74,10 +76,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if let Some(path) = &arguments.histogram {
         let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy();
         let svg = histogram_svg(&format!("Quality of {name}"), &[Series { name: "mesh", beta: &beta }]);
-        outputs::write_text(path, &svg)?;
+        write_text(path, &svg)?;
     }
     if let Some(target) = &arguments.json {
-        outputs::write_json(target, &figures, console)?;
+        write_json(target, &figures, console)?;
     }
     if arguments.json != Some(JsonTarget::StandardOutput) {
         console.data(&text(&figures, &mesh.families, others))?;

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::outputs;
 use crate::backend::check_memory;
 use crate::formats::{self, Fields, MeshFile};
 use crate::mesh;
+use crate::session::check_distinct;
 
 /// Arguments of `idmesh refine`.
 #[derive(Debug, clap::Args)]
@@ -27,7 +27,7 @@ const BYTES: u64 = 60;
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let Arguments { input, output } = arguments;
-    outputs::check_distinct(std::slice::from_ref(input), &[output])?;
+    check_distinct(std::slice::from_ref(input), &[output])?;
     console.step(&format!("reading {}", input.display()));
     let coarse = formats::read(input)?.mesh;
     console.step("refining");

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::console::Console;
-use super::design::{Moved, Ready, Targets};
 use super::failure::Failure;
-use super::job::Job;
-use super::outputs::{self, Folder};
-use super::{BackendChoice, JsonTarget, json_target};
+use super::json::{check_json, write_json};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
+use crate::case::LoadedCase;
 use crate::report::stage_table;
+use crate::session::{Finished, Folder, Outputs, Session, check_distinct};
 
 /// Arguments of `idmesh run`.
 #[derive(Debug, clap::Args)]
@@ -30,17 +30,22 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let start = Instant::now();
-    let job = Job::read(&arguments.case, console)?;
-    let targets = Targets::of(&job, arguments.out.as_deref());
-    let _folder = check(&targets, &job, arguments)?;
-    targets.tell_losses(&job, console)?;
-    let mut ready = Ready::new(&job, arguments.backend, console)?;
-    let Moved { mut report, written, verdict } =
-        ready.move_to(&job.design, None, job.read_seconds, &targets, console)?;
+    let case = load(&arguments.case, console)?;
+    let read_seconds = start.elapsed().as_secs_f64();
+    let outputs = Outputs::of(&case.case, arguments.out.as_deref());
+    let _folder = check(&outputs, &case, arguments)?;
+    console.losses(outputs.losses(&case)?);
+    let backend = choose_backend(arguments.backend, console)?;
+    let mut session = Session::new(&case, backend.into(), console.progress())?;
+    let Finished { mut report, written, warnings, verdict, .. } =
+        session.finish(&case.design, None, read_seconds, &outputs)?;
+    for warning in &warnings {
+        console.warn(warning);
+    }
     report.seconds.total = start.elapsed().as_secs_f64();
 
     if let Some(target) = &arguments.json {
-        outputs::write_json(target, &report, console)?;
+        write_json(target, &report, console)?;
     }
     if arguments.json != Some(JsonTarget::StandardOutput) {
         console.data(&stage_table(&report.stages))?;
@@ -53,19 +58,18 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     for path in &written {
         console.note(format_args!("wrote {}", path.display()));
     }
-    verdict
+    Ok(verdict?)
 }
 
 /// Checks everything that will be written, and makes the folder for it, to be held until then.
-fn check(targets: &Targets, job: &Job, arguments: &Arguments) -> Result<Folder, Failure> {
+fn check(outputs: &Outputs, case: &LoadedCase, arguments: &Arguments) -> Result<Folder, Failure> {
     let json = match &arguments.json {
         Some(JsonTarget::File(path)) => Some(path.as_path()),
         _ => None,
     };
-    let all: Vec<&Path> = targets.paths().chain(json).collect();
-    outputs::check_distinct(&job.inputs, &all)?;
+    check_distinct(&case.inputs, &outputs.paths().chain(json).collect::<Vec<&Path>>())?;
     let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
-    targets.check(job)?;
-    outputs::check_json(arguments.json.as_ref())?;
+    outputs.check(case)?;
+    check_json(arguments.json.as_ref())?;
     Ok(folder)
 }

@@ -17,6 +17,7 @@ use crate::{
     mesh::{FamilyId, TetMesh, csr::Csr, half_edge::Surface},
     profile::ProfileError,
     projection::continuation::ContinuationError,
+    text::nearest::{did_you_mean, quoted},
 };
 use shape::{FamilyShape, ShapeAtVertex};
 
@@ -85,6 +86,26 @@ pub enum SetupError {
         reach: [f64; 2],
         /// Whether it has a mirror plane.
         mirrored: bool,
+    },
+    /// A name that is none of the mesh's families.
+    #[error("the mesh has no family `{name}`{}; it has {}", did_you_mean(name, known).unwrap_or_default(), quoted(known))]
+    UnknownFamily {
+        /// The name.
+        name: String,
+        /// The families of the mesh.
+        known: Vec<String>,
+    },
+    /// Families without a role.
+    #[error("no role is given for {}, expected one for each family of the mesh", quoted(families))]
+    NoRole {
+        /// The families.
+        families: Vec<String>,
+    },
+    /// A wing of no family.
+    #[error("the wing `{wing}` has no families, expected at least one")]
+    NoFamilies {
+        /// The wing.
+        wing: String,
     },
     /// A wing has no old profiles.
     #[error("family `{family}` has the role wing, but no old profiles")]

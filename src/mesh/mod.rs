@@ -54,6 +54,12 @@ impl TetMesh {
         self.families.iter().position(|family| family == name).map(|index| FamilyId(index as u16))
     }
 
+    /// The triangles of some families, in the order of the mesh.
+    pub fn triangles_of(&self, families: &[FamilyId]) -> Vec<[u32; 3]> {
+        let members = self.triangles.iter().zip(&self.triangle_family).filter(|&(_, other)| families.contains(other));
+        members.map(|(&triangle, _)| triangle).collect()
+    }
+
     /// Turns every tet so that its two lowest vertices come first, ascending; its orientation stays.
     ///
     /// Formats begin a tet with different vertices, and OpenFOAM keeps only its faces: turned, a mesh gives the same sums

@@ -6,10 +6,14 @@
 //!
 //! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
 
+mod builder;
 mod fold_check;
 mod held_back;
+mod outcome;
 pub mod prescribed;
+mod refused;
 mod reports;
+mod settings;
 mod warnings;
 
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
@@ -17,8 +21,18 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use glam::DVec3;
 use thiserror::Error;
 
+pub use crate::{
+    relaxation::{Method, Stopping},
+    smoothing::{QualityTarget, Smoothed},
+    volume::{MAX_STEPS, Path, Start},
+};
+pub use builder::MoverBuilder;
+use builder::Progress;
 use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
+pub use outcome::{FamilyReport, HeldBackSummary, Moved, Outcome, ProfileReport, Solver, StageName, StageQuality};
+pub use refused::{Refused, Why};
+pub use settings::Settings;
 pub use warnings::Warning;
 
 use crate::{
@@ -26,113 +40,53 @@ use crate::{
     families::{Families, PlacedBy, Role, SetupError},
     mesh::Displacement,
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
-    profile::{Closeness, Missed, Profile, ProfileError},
+    profile::{Profile, ProfileError},
     projection::crossing::Crossings,
     quality::{self, Statistics, faults::EdgeAngles},
-    relaxation::{Method, Stopping},
-    report::{FamilyReport, Path, ProfileReport, Solver, Stage, StageName},
-    smoothing::{QualityTarget, Smoothed},
-    springs::Springs,
     stage::SetUp,
     stages::{
         WingProfiles, carenage::Carenages, planes::Planes, trailing_edge::TrailingEdges, wing::Wings, wingtip::Wingtips,
     },
+    text::nearest::{did_you_mean, quoted},
     volume::{
-        EdgeGraph, Start, {VolumeError, VolumeResult, VolumeStage, displaced},
+        EdgeGraph, {VolumeError, VolumeResult, VolumeStage, displaced},
     },
 };
-
-/// What is moved, and how.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// Role of each family `[n_families]`.
-    pub roles: Vec<Role>,
-    /// The wings with their old profiles.
-    pub wings: Vec<WingProfiles>,
-    /// The volume's springs.
-    pub springs: &'static Springs,
-    /// How networks are relaxed.
-    pub method: Method,
-    /// How far networks are relaxed.
-    pub stopping: Stopping,
-    /// What local optimisation aims at; none is done without.
-    pub quality: Option<QualityTarget>,
-    /// Most steps of an update, the jump that is tried first and those given up included; 1 is the jump alone.
-    pub max_steps: usize,
-}
 
 /// One design: what replaces the old shape.
 #[derive(Clone, Debug, Default)]
 pub struct Design {
-    /// New profiles of each wing, by its name, paired with the old ones by number.
+    /// New profiles of each wing, by the wing's name, in the mesh's unit. Numbers pair them with the
+    /// old ones.
     pub profiles: BTreeMap<String, Vec<Profile>>,
-    /// Displacement of each prescribed family's vertices, in the order of [`Mover::family_vertices`].
-    pub prescribed: BTreeMap<FamilyId, Vec<DVec3>>,
+    /// Displacement of each prescribed family's vertices, by the family's name, in the mesh's unit and
+    /// in the order of [`Mover::family_vertices`].
+    pub prescribed: BTreeMap<String, Vec<DVec3>>,
 }
 
-/// What an update made.
-#[derive(Clone, Debug)]
-pub struct Outcome {
-    /// The moved vertices `[n_vertices]`.
-    pub vertices: Vec<DVec3>,
-    /// Their displacement from the original mesh `[n_vertices]`.
-    pub displacement: Displacement,
-    /// Quality at the four stages of the paper's Table 1.
-    pub stages: Vec<Stage>,
-    /// Beta of each tet of the original mesh `[n_tets]`.
-    pub original_beta: Vec<f64>,
-    /// Beta of each tet of the final mesh `[n_tets]`.
-    pub beta: Vec<f64>,
-    /// How true the carenages and planes stayed to their shapes, by family name.
-    pub families: BTreeMap<String, FamilyReport>,
-    /// How true the wings are to their new profiles, by family name.
-    pub profiles: BTreeMap<String, ProfileReport>,
-    /// How the volume was relaxed.
-    pub solver: Solver,
-    /// The steps the inside took.
-    pub path: Path,
-    /// What local optimisation did; `None` where it was off or nothing called for it.
-    pub smoothed: Option<Smoothed>,
-    /// Whether every relaxation reached its tolerance.
-    pub converged: bool,
-    /// Stages whose relaxation did not reach its tolerance, with the estimated error left, in shortest edges.
-    pub unconverged: Vec<(&'static str, f64)>,
-    /// Tets without positive volume.
-    pub inverted: usize,
-    /// Stages after which a triangle of a family placed so far was folded, with their number.
-    pub folds: Vec<(&'static str, usize)>,
-    /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the largest distance.
-    pub off_surface: BTreeMap<String, f64>,
-    /// Periodic planes whose partners are apart by more than rounding, by name, with the largest distance.
-    pub parted: BTreeMap<String, f64>,
-    /// Vertices that the design moves and fixed or prescribed families hold.
-    pub held_back: Vec<HeldBack>,
-    /// Surface triangles that are turned over against those around them, by family name; families without any are left
-    /// out. See [`quality::faults::folded`].
-    pub folded: BTreeMap<String, usize>,
-    /// The wing whose profiles come nearest to being refused, and what is suspect about them.
-    pub nearest_to_refusal: Option<(String, Closeness)>,
-    /// Wings whose vertices miss their new profiles by more than [`MISSED`] of the chord, by name: the worst vertex, as one
-    /// of the mesh.
-    pub missed: BTreeMap<String, Missed>,
-    /// Triangles of the mesh that the moved surface passes through, and did not before, ascending. Where there are any, the
-    /// mesh overlaps itself even if no tet is inverted.
-    pub self_intersecting: Vec<u32>,
-    /// What a user should know of, although the mesh is valid.
-    pub warnings: Vec<Warning>,
-}
+impl Design {
+    /// A design that gives one wing new profiles.
+    pub fn of_wing(wing: &str, new: Vec<Profile>) -> Self {
+        Self::default().with_profiles(wing, new)
+    }
 
-impl Outcome {
-    /// Whether the moved mesh is what was asked for: no tet is inverted, the surface does not pass through itself, what slides
-    /// on a carenage or in a plane is there, the wings have their new profiles, periodic planes match, and no vertex is held
-    /// back by more than its shortest edge.
-    pub fn is_valid(&self) -> bool {
-        self.inverted == 0
-            && self.self_intersecting.is_empty()
-            && self.off_surface.is_empty()
-            && self.missed.is_empty()
-            && self.parted.is_empty()
-            && self.held_back.iter().all(|held| held.beyond.is_none())
+    /// A design that displaces one prescribed family `[n_vertices of the family]`.
+    pub fn of_prescribed(family: &str, displacement: Vec<DVec3>) -> Self {
+        Self::default().with_prescribed(family, displacement)
+    }
+
+    /// The same with new profiles for another wing.
+    #[must_use]
+    pub fn with_profiles(mut self, wing: &str, new: Vec<Profile>) -> Self {
+        self.profiles.insert(wing.to_owned(), new);
+        self
+    }
+
+    /// The same with the displacement of another prescribed family `[n_vertices of the family]`.
+    #[must_use]
+    pub fn with_prescribed(mut self, family: &str, displacement: Vec<DVec3>) -> Self {
+        self.prescribed.insert(family.to_owned(), displacement);
+        self
     }
 }
 
@@ -153,6 +107,21 @@ pub enum MoveError {
         family: String,
         /// What is wrong with them.
         error: ProfileError,
+    },
+    /// A design names what is no wing, or no prescribed family, of the mover.
+    #[error(
+        "the design has {} for `{name}`, which is none of the mover's{}; it has {}",
+        if *prescribed { "a displacement" } else { "profiles" },
+        did_you_mean(name, known).unwrap_or_default(),
+        quoted(known)
+    )]
+    Unknown {
+        /// The name.
+        name: String,
+        /// Whether it is the name of a prescribed family, and not of a wing.
+        prescribed: bool,
+        /// The names that the mover has.
+        known: Vec<String>,
     },
     /// A prescribed family has no displacement, or one of the wrong length.
     #[error("family `{family}` has {expected} vertices, but {found} prescribed displacements were given")]
@@ -209,7 +178,9 @@ impl From<VolumeError> for MoveError {
 
 /// Moves one mesh, design after design.
 pub struct Mover {
-    mesh: TetMesh,
+    mesh: Arc<TetMesh>,
+    progress: Progress,
+    optimises: bool,
     /// Its vertices of each family `[n_families]`, ascending.
     family_vertices: Vec<Vec<u32>>,
     order: Order,
@@ -240,15 +211,24 @@ pub const MISSED: f64 = 2e-3;
 const BYTES: u64 = 600;
 
 impl Mover {
-    /// Checks the mesh and sets every stage up; `observer` hears the name of each as it begins.
+    /// What a mover of this mesh is made by: see [`MoverBuilder`].
+    pub fn builder(mesh: TetMesh) -> MoverBuilder {
+        MoverBuilder::new(mesh)
+    }
+
+    /// Checks the mesh and sets every stage up.
+    ///
+    /// - `roles` `[n_families]`
     ///
     /// # Errors
-    /// The mesh is not valid or too large for the memory, its roles or old profiles do not fit it, or the backend failed.
-    pub fn new(
+    /// See [`MoverBuilder::build`].
+    fn set_up(
         mut mesh: TetMesh,
+        roles: Vec<Role>,
+        wings: &[WingProfiles],
         settings: Settings,
         backend: Arc<dyn Backend>,
-        observer: &dyn Fn(&str),
+        observer: Progress,
     ) -> Result<Self, MoveError> {
         check_memory(BYTES * mesh.tets.len() as u64)
             .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
@@ -260,7 +240,7 @@ impl Mover {
         let (topology, edge_graph) = rayon::join(|| Topology::new(&ordered), || EdgeGraph::new(&ordered));
         // Errors name what stands in the mesh that was given.
         let Topology { surface, .. } = topology.or_else(|error| Topology::new(&mesh).and(Err(error)))?;
-        let Settings { roles, wings, springs, method, stopping, quality, max_steps } = settings;
+        let Settings { springs, method, stopping, quality, max_steps } = settings;
         observer("families");
         let families = Families::new(&ordered, &surface, roles)?;
         let set_up = SetUp {
@@ -273,7 +253,7 @@ impl Mover {
         };
         observer("profiles");
         let wing_families = wings.iter().map(|wing| (wing.name.clone(), wing.families.clone())).collect();
-        let wings = Wings::new(&set_up, &wings)?;
+        let wings = Wings::new(&set_up, wings)?;
         observer("springs");
         let original_beta = quality::betas(&ordered.vertices, &ordered.tets);
         let lowest = Statistics::new(&original_beta).min;
@@ -299,7 +279,9 @@ impl Mover {
         };
         Ok(Self {
             family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
-            mesh,
+            mesh: Arc::new(mesh),
+            progress: observer,
+            optimises: quality.is_some(),
             order,
             ordered,
             surface,
@@ -330,9 +312,19 @@ impl Mover {
         self.backend.as_ref()
     }
 
-    /// The vertices of a family, ascending.
-    pub fn family_vertices(&self, family: FamilyId) -> &[u32] {
-        &self.family_vertices[family.index()]
+    /// The vertices of a family, ascending; `None` if the mesh has no family of this name.
+    pub fn family_vertices(&self, family: &str) -> Option<&[u32]> {
+        Some(&self.family_vertices[self.mesh.family(family)?.index()])
+    }
+
+    /// Tells whoever listens to the progress that something begins.
+    pub(crate) fn tell(&self, what: &str) {
+        (self.progress)(what);
+    }
+
+    /// Lets another `progress` hear the name of each stage as it begins.
+    pub fn on_progress(&mut self, progress: impl Fn(&str) + Send + 'static) {
+        self.progress = Box::new(progress);
     }
 
     /// Where updates start from now on: from the undeformed mesh unless something else is said.
@@ -340,13 +332,13 @@ impl Mover {
         self.interior.start_from(start);
     }
 
-    /// Moves the undeformed mesh to a design; `observer` hears the name of each stage as it begins.
+    /// Moves the undeformed mesh to a design.
     ///
     /// # Errors
     /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that did not converge are
     /// results: see [`Outcome`].
-    pub fn update(&mut self, design: &Design, observer: &dyn Fn(&str)) -> Result<Outcome, MoveError> {
-        self.run(design, observer, None)
+    pub fn update(&mut self, design: &Design) -> Result<Outcome, MoveError> {
+        self.run(design, None)
     }
 
     /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the displacement so far
@@ -357,19 +349,14 @@ impl Mover {
     pub fn update_amended(
         &mut self,
         design: &Design,
-        observer: &dyn Fn(&str),
         amend: &mut dyn FnMut(&str, &mut Displacement),
     ) -> Result<Outcome, MoveError> {
-        self.run(design, observer, Some(amend))
+        self.run(design, Some(amend))
     }
 
-    fn run(
-        &mut self,
-        design: &Design,
-        observer: &dyn Fn(&str),
-        mut amend: Option<&mut Amend>,
-    ) -> Result<Outcome, MoveError> {
-        let Self { ordered: mesh, order, surface, edge_angles, families, stopping, .. } = self;
+    fn run(&mut self, design: &Design, mut amend: Option<&mut Amend>) -> Result<Outcome, MoveError> {
+        self.check_names(design)?;
+        let Self { ordered: mesh, order, surface, edge_angles, families, stopping, progress: observer, .. } = self;
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
         let mut fold_check = FoldCheck::new(mesh, surface, edge_angles, families);
         let mut end = |stage: &'static str, last: PlacedBy, displacement: &mut Displacement| {
@@ -447,7 +434,7 @@ impl Mover {
         Ok(Outcome {
             off_surface: self.off_surface(&families),
             parted: self.parted(&families),
-            warnings: self.warnings(&vertices, &held_back, design, &missed),
+            warnings: self.warnings(&vertices, &held_back, design, &missed, &folded),
             held_back,
             families,
             profiles: self.profile_reports(&vertices, design, &missed, &self.wings.flat_cuts(&of_wings)),
@@ -465,9 +452,28 @@ impl Mover {
             self_intersecting: self.surface.in_mesh(&self_intersecting),
             path,
             smoothed,
-            displacement: self.order.of_vertices(&displacement),
-            vertices: self.order.of_vertices(&vertices),
+            moved: Moved {
+                displacement: self.order.of_vertices(&displacement),
+                vertices: self.order.of_vertices(&vertices),
+            },
+            mesh: self.mesh.clone(),
+            optimises: self.optimises,
         })
+    }
+
+    /// Refuses a design with names that nothing here has: what it asks for would be left undone.
+    fn check_names(&self, design: &Design) -> Result<(), MoveError> {
+        let wings: Vec<String> = self.wing_families.keys().cloned().collect();
+        let of_role = self.families.families_of(PlacedBy::Prescribed);
+        let prescribed: Vec<String> = of_role.map(|family| self.mesh.families[family.index()].clone()).collect();
+        let unknown = |prescribed, name: &String, known| MoveError::Unknown { name: name.clone(), prescribed, known };
+        if let Some(name) = design.profiles.keys().find(|name| !wings.contains(name)) {
+            return Err(unknown(false, name, wings));
+        }
+        match design.prescribed.keys().find(|name| !prescribed.contains(name)) {
+            Some(name) => Err(unknown(true, name, prescribed)),
+            None => Ok(()),
+        }
     }
 }
 
@@ -476,7 +482,7 @@ type Amend<'a> = dyn FnMut(&str, &mut Displacement) + 'a;
 
 struct StageWatch {
     last: Instant,
-    stages: Vec<Stage>,
+    stages: Vec<StageQuality>,
 }
 
 impl StageWatch {
@@ -484,7 +490,7 @@ impl StageWatch {
     fn record(&mut self, name: StageName, betas: &[f64]) -> Statistics {
         let statistics = Statistics::new(betas);
         let seconds = if self.stages.is_empty() { 0.0 } else { self.last.elapsed().as_secs_f64() };
-        self.stages.push(Stage::new(name, &statistics, seconds));
+        self.stages.push(StageQuality::new(name, &statistics, seconds));
         self.last = Instant::now();
         statistics
     }

@@ -39,7 +39,7 @@ pub(super) fn prescribe(
     for family in families.families_of(PlacedBy::Prescribed) {
         let name = |family: FamilyId| mesh.families[family.index()].clone();
         let vertices = &family_vertices[family.index()];
-        let given = design.prescribed.get(&family).map_or(&[][..], Vec::as_slice);
+        let given = design.prescribed.get(&mesh.families[family.index()]).map_or(&[][..], Vec::as_slice);
         if given.len() != vertices.len() {
             return Err(MoveError::Prescribed { family: name(family), expected: vertices.len(), found: given.len() });
         }

@@ -5,13 +5,12 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, HeldBack, MISSED, Mover};
+use super::{Design, FamilyReport, HeldBack, MISSED, Mover, ProfileReport, Solver};
 use crate::{
     families::shape::FamilyShape,
     mesh::FamilyId,
     profile::{Missed, Plane, ProfileError, cut, distance},
     relaxation::Convergence,
-    report::{FamilyReport, ProfileReport, Solver},
 };
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from

@@ -14,6 +14,11 @@ const PARTED: f64 = 1e-6;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
+    /// Surface triangles turned over against those around them.
+    Folded {
+        /// Their number by family name; see [`crate::quality::faults::folded`].
+        families: BTreeMap<String, usize>,
+    },
     /// Two plane families match vertex for vertex, nobody calls them partners, and they no longer match.
     Parted {
         /// The families.
@@ -43,6 +48,9 @@ pub enum Warning {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
+            Self::Folded { families } => {
+                write!(f, "surface triangles turned over against those around them: {}", counts(families))
+            }
             Self::Parted { families: [one, other], distance, at } => write!(
                 f,
                 "the planes `{one}` and `{other}` matched vertex for vertex and no longer do: up to {distance:.3e} apart, at \
@@ -69,9 +77,15 @@ impl fmt::Display for Warning {
     }
 }
 
+/// `wing 3, wingtip 1`.
+pub(super) fn counts(of: &BTreeMap<String, usize>) -> String {
+    of.iter().map(|(family, count)| format!("{family} {count}")).collect::<Vec<_>>().join(", ")
+}
+
 impl Mover {
     /// What a user should know of the mesh moved to `vertices`, in the mover's order.
     ///
+    /// - `folded`: the number of folded triangles of each family that has some
     /// - `missed`: how far each wing misses the profiles it can be judged by
     pub(super) fn warnings(
         &self,
@@ -79,7 +93,9 @@ impl Mover {
         held_back: &[HeldBack],
         design: &Design,
         missed: &BTreeMap<String, Vec<Missed>>,
+        folded: &BTreeMap<String, usize>,
     ) -> Vec<Warning> {
+        let folds = (!folded.is_empty()).then(|| Warning::Folded { families: folded.clone() });
         let name = |family: &crate::mesh::FamilyId| self.mesh.families[family.index()].clone();
         let original = &self.ordered.vertices;
         let parted = self.families.partners.alike.iter().filter_map(|pair| {
@@ -97,6 +113,23 @@ impl Mover {
             let profiles: Vec<i64> = numbers.filter(|&number| !is_judged(number)).collect();
             (!profiles.is_empty()).then(|| Warning::NotJudged { wing: wing.clone(), profiles })
         });
-        parted.chain(loose.filter(|_| !nothing_moves)).chain(held_back).chain(not_judged).collect()
+        folds
+            .into_iter()
+            .chain(parted)
+            .chain(loose.filter(|_| !nothing_moves))
+            .chain(held_back)
+            .chain(not_judged)
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folds_are_told_by_family() {
+        let families = BTreeMap::from([("wing".to_owned(), 3), ("tip".to_owned(), 1)]);
+        assert!(Warning::Folded { families }.to_string().ends_with(": tip 1, wing 3"));
     }
 }

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::{Stage, StageName};
+use crate::mover::{StageName, StageQuality};
 
 /// The stages as aligned columns, a line each, header first.
-pub fn stage_table(stages: &[Stage]) -> String {
+pub fn stage_table(stages: &[StageQuality]) -> String {
     let mut rows =
         vec![["stage", "beta min", "beta max", "beta mean", "inverted", "seconds"].map(str::to_owned).to_vec()];
     for stage in stages {

@@ -1,6 +1,7 @@
-//! Numbers and tables as text, the way other programs write them.
+//! Text: numbers and tables as other programs write them, and the known name nearest to a mistyped one.
 
 pub(crate) mod header;
+pub(crate) mod nearest;
 mod number;
 mod rows;
 

@@ -14,6 +14,7 @@
 //! The paper moves in one step and stops there.
 
 use glam::DVec3;
+use serde::Serialize;
 use thiserror::Error;
 
 pub mod edges;
@@ -40,7 +41,6 @@ use crate::{
     projection::crossing::Crossings,
     quality::faults,
     relaxation::{Convergence, Method, Stopping},
-    report::Path,
     smoothing::{QualityTarget, Smoothed, Smoother, moved},
     springs::Springs,
     stage::SetUp,
@@ -75,6 +75,17 @@ pub enum VolumeError {
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
+}
+
+/// The steps an update took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Path {
+    /// Steps on the way to the result: 1 is a jump from the undeformed mesh.
+    pub steps: usize,
+    /// Steps that were tried and given up, the jump among them.
+    pub given_up: usize,
+    /// How much of the way valid meshes led, in `0..=1`. Less than 1: the path got stuck, and the mesh is the jump's.
+    pub reached: f64,
 }
 
 /// How the inside was moved.

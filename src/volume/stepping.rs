@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    EdgeGraph, Start, VolumeError, displaced,
+    EdgeGraph, Path, Start, VolumeError, displaced,
     optimisation::{ENOUGH, MovedMesh, Smoothing},
     route::Route,
     springs::VolumeNetwork,
@@ -12,7 +12,6 @@ use crate::{
     backend::{BackendError, Constraint, check_memory},
     mesh::Displacement,
     relaxation::{Convergence, Stopping},
-    report::Path,
     smoothing::{Smoothed, moved},
     springs::Springs,
     stage::SetUp,

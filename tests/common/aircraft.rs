@@ -1,17 +1,15 @@
 //! Half aircraft with their profiles, and what must hold of them after any design.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
 use idmesh::backend::{Backend, CpuBackend, Precision};
 use idmesh::families::{Role, TipStart};
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, MoveError, Mover, Outcome, Settings};
+use idmesh::mover::{Design, Mover, MoverBuilder, Outcome};
 use idmesh::profile::{Profile, csv};
-use idmesh::relaxation::{Method, Stopping};
-use idmesh::stages::WingProfiles;
-use idmesh::volume::MAX_STEPS;
+use idmesh::relaxation::Method;
 
 /// A mesh and the folder of its profiles.
 #[derive(Clone, Copy, Debug)]
@@ -64,54 +62,65 @@ impl Aircraft {
         csv::parse(&[(&path, &text)]).unwrap()
     }
 
+    /// See [`builder`].
+    pub fn builder(&self, old: Vec<Profile>) -> MoverBuilder {
+        builder(self.mesh(), old)
+    }
+
     /// A mover on the CPU with the old profiles that belong to as many planes.
     pub fn mover(&self, planes: usize) -> Mover {
-        let mesh = self.mesh();
-        let settings = settings(&mesh, self.profiles(&format!("old_{planes}")));
-        mover(mesh, settings).unwrap()
+        self.builder(self.profiles(&format!("old_{planes}"))).build(cpu()).unwrap()
     }
 }
 
-/// The usual roles, default springs and tolerance.
-pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
-    let role = |name: &String| match name.as_str() {
+/// The usual role of a family.
+pub fn role(name: &str) -> Option<Role> {
+    Some(match name {
         "wing" => Role::Wing,
         "trailing_edge" => Role::TrailingEdge,
         "wingtip" => Role::Wingtip { coefficient: 0.5, start: TipStart::default() },
         "carenage" => Role::Carenage,
         "symmetry" => Role::PLANE,
         "farfield" => Role::Fixed,
-        other => panic!("family `{other}` has no role in the tests"),
-    };
-    Settings {
-        roles: mesh.families.iter().map(role).collect(),
-        wings: mesh.family("wing").map(|wing| WingProfiles::new("wing", wing, old)).into_iter().collect(),
-        springs: Default::default(),
-        method: Method::Chebyshev,
-        stopping: Stopping::default(),
-        // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
-        quality: None,
-        max_steps: MAX_STEPS,
+        _ => return None,
+    })
+}
+
+/// The usual roles, default springs and tolerance, and old profiles of the family `wing` unless there
+/// are none.
+pub fn builder(mesh: TetMesh, old: Vec<Profile>) -> MoverBuilder {
+    let roles: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
+    // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
+    let mut builder = Mover::builder(mesh).method(Method::Chebyshev).quality(None);
+    for (name, role) in roles {
+        builder = builder.role(&name, role);
     }
+    if old.is_empty() { builder } else { builder.old_profiles("wing", old) }
 }
 
 pub fn cpu() -> Arc<dyn Backend> {
     Arc::new(CpuBackend::new(Precision::F64))
 }
 
-pub fn mover(mesh: TetMesh, settings: Settings) -> Result<Mover, MoveError> {
-    Mover::new(mesh, settings, cpu(), &|_| {})
-}
-
-/// A design that changes the family `wing` only.
-pub fn design(new: Vec<Profile>) -> Design {
-    Design { profiles: BTreeMap::from([("wing".to_owned(), new)]), ..Design::default() }
-}
-
 /// Moves to a design of the family `wing`.
 pub fn update(mover: &mut Mover, new: Vec<Profile>) -> Outcome {
-    let design = design(new);
-    mover.update(&design, &|_| {}).unwrap()
+    mover.update(&Design::of_wing("wing", new)).unwrap()
+}
+
+/// The moved mesh of a result, good or not: tests look for themselves.
+pub trait Anyway {
+    fn vertices(&self) -> &[DVec3];
+    fn displacement(&self) -> &[DVec3];
+}
+
+impl Anyway for Outcome {
+    fn vertices(&self) -> &[DVec3] {
+        self.even_if_invalid().vertices()
+    }
+
+    fn displacement(&self) -> &[DVec3] {
+        self.even_if_invalid().displacement()
+    }
 }
 
 /// The vertices of a family, found without the crate's topology.

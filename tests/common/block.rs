@@ -1,16 +1,12 @@
 //! A block of cells for a wing in a box of cells, whose sides are families for whatever a test wants of them.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 use idmesh::families::Role;
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, Mover, Settings};
+use idmesh::mover::{Design, Mover, MoverBuilder};
 use idmesh::profile::{Plane, Profile, cut};
-use idmesh::relaxation::{Method, Stopping};
+use idmesh::relaxation::Method;
 use idmesh::smoothing::QualityTarget;
-use idmesh::stages::WingProfiles;
-use idmesh::volume::MAX_STEPS;
 
 use super::aircraft::cpu;
 use super::carved::{carve, on};
@@ -49,23 +45,19 @@ pub fn mapped(profiles: &[Profile], map: impl Fn(DVec3) -> DVec3) -> Vec<Profile
     profiles.iter().map(|profile| Profile { number: profile.number, points: points(profile) }).collect()
 }
 
+pub fn builder(mesh: TetMesh, old: Vec<Profile>, role: impl Fn(&str) -> Role) -> MoverBuilder {
+    let names = mesh.families.clone();
+    let mut builder = Mover::builder(mesh).method(Method::Chebyshev);
+    for name in &names {
+        builder = builder.role(name, role(name));
+    }
+    if role("wing") == Role::Wing { builder.old_profiles("wing", old) } else { builder }
+}
+
 pub fn set_up(mesh: TetMesh, old: Vec<Profile>, role: impl Fn(&str) -> Role, quality: Option<QualityTarget>) -> Mover {
-    let settings = Settings {
-        roles: mesh.families.iter().map(|name| role(name)).collect(),
-        wings: if role("wing") == Role::Wing {
-            vec![WingProfiles::new("wing", mesh.family("wing").unwrap(), old)]
-        } else {
-            Vec::new()
-        },
-        springs: Default::default(),
-        method: Method::Chebyshev,
-        stopping: Stopping::default(),
-        quality,
-        max_steps: MAX_STEPS,
-    };
-    Mover::new(mesh, settings, cpu(), &|_| {}).unwrap()
+    builder(mesh, old, role).quality(quality).build(cpu()).unwrap()
 }
 
 pub fn design(new: Vec<Profile>) -> Design {
-    Design { profiles: BTreeMap::from([("wing".to_owned(), new)]), ..Design::default() }
+    Design::of_wing("wing", new)
 }

@@ -119,7 +119,7 @@ fn case(text: &str) -> bool {
         Ok(case) => {
             let placements = case.profiles.values().flat_map(|source| source.placements.values());
             assert!(placements.into_iter().all(|place| place.position.is_finite() && place.chord.is_finite()));
-            assert!(case.solver.stopping.tolerance > 0.0 && !case.output.mesh.is_empty());
+            assert!(case.settings.stopping.tolerance > 0.0 && !case.output.mesh.is_empty());
             true
         }
         Err(CaseError::Invalid { position, message, .. }) => {

@@ -5,14 +5,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use super::failure::Failure;
+use super::SessionError;
 use crate::case::design_list;
 use crate::text::decode;
 
 /// A design: the name its results get, and its files.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct DesignFiles {
-    pub(super) name: String,
+pub struct DesignFiles {
+    /// The name that its results get.
+    pub name: String,
     /// The file's or the folder's own path.
     path: PathBuf,
     /// The file of each table; empty where one file is the design.
@@ -21,12 +22,12 @@ pub(super) struct DesignFiles {
 
 impl DesignFiles {
     /// Whether one file is the design.
-    pub(super) fn is_single(&self) -> bool {
+    pub fn is_single(&self) -> bool {
         self.tables.is_empty()
     }
 
     /// All files.
-    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
         let single = self.is_single().then_some(&self.path);
         self.tables.values().chain(single).map(PathBuf::as_path)
     }
@@ -35,33 +36,26 @@ impl DesignFiles {
     ///
     /// # Errors
     /// There are several.
-    pub(super) fn only(&self) -> Result<&Path, Failure> {
+    pub fn only(&self) -> Result<&Path, SessionError> {
         if self.is_single() {
             return Ok(&self.path);
         }
-        Err(Failure::bad_input(format!("the design {} is a folder, expected one file", self.path.display())))
+        Err(SessionError::IsFolder { path: self.path.clone() })
     }
 
     /// The file of a table.
     ///
     /// # Errors
     /// There is none.
-    pub(super) fn of_table(&self, table: &str) -> Result<&Path, Failure> {
-        self.tables.get(table).map(PathBuf::as_path).ok_or_else(|| {
-            Failure::bad_input(format!(
-                "the design {} has no file for the table [profiles.{table}]",
-                self.path.display()
-            ))
-            .with_hint(format!(
-                "a design of several tables is a folder with {table}.csv and the others, or NAME.{table}.csv"
-            ))
-        })
+    pub fn of_table(&self, table: &str) -> Result<&Path, SessionError> {
+        let lacks = || SessionError::LacksTable { path: self.path.clone(), table: table.to_owned() };
+        self.tables.get(table).map(PathBuf::as_path).ok_or_else(lacks)
     }
 }
 
 /// `I/N`: every N-th design, from the I-th on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Shard {
+pub struct Shard {
     first: usize,
     of: usize,
 }
@@ -80,7 +74,7 @@ impl FromStr for Shard {
 
 impl Shard {
     /// The designs of this share, in order.
-    pub(super) fn take<T>(self, all: Vec<T>) -> Vec<T> {
+    pub fn take<T>(self, all: Vec<T>) -> Vec<T> {
         all.into_iter().skip(self.first - 1).step_by(self.of).collect()
     }
 }
@@ -91,8 +85,8 @@ impl Shard {
 ///
 /// # Errors
 /// It cannot be read, names none, or two with the same name before their extensions, or a file's name has no table.
-pub(super) fn find(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Vec<DesignFiles>, Failure> {
-    let cannot_read = |error| Failure::bad_input(format!("cannot read the designs {}: {error}", path.display()));
+pub fn find_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Vec<DesignFiles>, SessionError> {
+    let cannot_read = |source| SessionError::UnreadableDesigns { path: path.to_path_buf(), source };
     let paths = if path.is_dir() {
         let mut paths = entries(path).map_err(cannot_read)?;
         paths.retain(|path| is_design(path, extensions) || !of_folder(path, extensions, tables).is_empty());
@@ -101,7 +95,7 @@ pub(super) fn find(path: &Path, extensions: &[&str], tables: &[String]) -> Resul
         design_list::parse(&decode(&fs::read(path).map_err(cannot_read)?), path)
     };
     if paths.is_empty() {
-        return Err(Failure::bad_input(format!("{}: no designs, expected at least one", path.display())));
+        return Err(SessionError::NoDesigns { path: path.to_path_buf() });
     }
     let mut designs: Vec<DesignFiles> = Vec::new();
     for path in paths {
@@ -114,13 +108,7 @@ pub(super) fn find(path: &Path, extensions: &[&str], tables: &[String]) -> Resul
         } else {
             let table = tables.iter().filter_map(|table| Some((stem.strip_suffix(&format!(".{table}"))?, table)));
             let Some((name, table)) = table.max_by_key(|(_, table)| table.len()) else {
-                let message = format!(
-                    "{}: the case has the tables {}, expected a folder with a file for each, or files named NAME.{}.csv",
-                    path.display(),
-                    tables.iter().map(|table| format!("[profiles.{table}]")).collect::<Vec<_>>().join(", "),
-                    tables[0]
-                );
-                return Err(Failure::bad_input(message));
+                return Err(SessionError::NoTable { path, tables: tables.to_vec() });
             };
             match designs.iter_mut().find(|design| design.name == name && !design.path.is_dir()) {
                 Some(design) => {
@@ -138,7 +126,7 @@ pub(super) fn find(path: &Path, extensions: &[&str], tables: &[String]) -> Resul
     Ok(designs)
 }
 
-fn add(designs: &mut Vec<DesignFiles>, design: DesignFiles) -> Result<(), Failure> {
+fn add(designs: &mut Vec<DesignFiles>, design: DesignFiles) -> Result<(), SessionError> {
     if let Some(other) = designs.iter().find(|other| other.name == design.name) {
         return Err(same_name(&design.name, &other.path, &design.path));
     }
@@ -146,12 +134,8 @@ fn add(designs: &mut Vec<DesignFiles>, design: DesignFiles) -> Result<(), Failur
     Ok(())
 }
 
-fn same_name(name: &str, one: &Path, other: &Path) -> Failure {
-    Failure::bad_input(format!(
-        "the results of {} and {} would both be named {name}, expected different names",
-        one.display(),
-        other.display()
-    ))
+fn same_name(name: &str, one: &Path, other: &Path) -> SessionError {
+    SessionError::SameName { name: name.to_owned(), one: one.to_path_buf(), other: other.to_path_buf() }
 }
 
 fn entries(folder: &Path) -> std::io::Result<Vec<PathBuf>> {

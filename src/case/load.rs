@@ -1,0 +1,302 @@
+//! [`Case::load`]: a case with everything that it names read in, ready to make a mover.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::displacement::{self, DisplacementError};
+use super::{Case, CaseError};
+use crate::backend::Backend;
+use crate::families::Role;
+use crate::formats::{self, MeshFile, ReadError};
+use crate::mesh::{FamilyId, TetMesh};
+use crate::mover::{Design, MoveError, Mover, MoverBuilder};
+use crate::profile::{self, Plane, Profile, ProfileError, files, files::Placement};
+
+/// A prescribed displacement belongs to the vertex that is no further from its row than this
+/// fraction of the family's shortest edge: text files with seven digits still match, neighbours are
+/// never mixed up.
+const MATCH: f64 = 1e-3;
+
+/// Why a case and the files that it names cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// The case file is wrong, or speaks of other families than the mesh.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The mesh file cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] ReadError),
+    /// The mesh file calls two families cyclic, and only one has the role plane.
+    #[error(
+        "the mesh calls `{family}` and `{neighbour}` cyclic, each the neighbour of the other, but one has the role plane \
+         and the other has not, expected it for both or none"
+    )]
+    Cyclic {
+        /// The first family.
+        family: String,
+        /// The second family.
+        neighbour: String,
+    },
+    /// A table of displacements is wrong, or does not fit its family.
+    #[error(transparent)]
+    Displacement(#[from] DisplacementError),
+    /// A file of profiles cannot be read.
+    #[error("{}: cannot read the profiles: {source}", path.display())]
+    UnreadableProfiles {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Profiles in a file are wrong. The error names the place.
+    #[error(transparent)]
+    ProfileFile(ProfileError),
+    /// Several files of profiles do not go together.
+    #[error("{}: {error}", list(paths))]
+    ProfileFiles {
+        /// The files.
+        paths: Vec<PathBuf>,
+        /// What is wrong.
+        error: ProfileError,
+    },
+    /// The new profiles of a wing do not fit its old ones, or cannot be cut from the mesh.
+    #[error("{}: profiles of `{wing}`: {error}", list(paths))]
+    Profiles {
+        /// The files of the new profiles.
+        paths: Vec<PathBuf>,
+        /// The wing.
+        wing: String,
+        /// What is wrong.
+        error: ProfileError,
+    },
+    /// The mesh, its roles and its profiles do not go together, or a design does not fit them.
+    #[error("{}: {error}", path.display())]
+    InFile {
+        /// The file that is to blame: the mesh or the case.
+        path: PathBuf,
+        /// What is wrong.
+        error: Box<MoveError>,
+    },
+    /// The mesh cannot be moved for another reason.
+    #[error(transparent)]
+    Move(Box<MoveError>),
+}
+
+impl LoadError {
+    /// What the mover said, if the error comes from there.
+    pub fn of_mover(&self) -> Option<&MoveError> {
+        match self {
+            Self::InFile { error, .. } | Self::Move(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+fn list(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// A case with its mesh, its old and new profiles and its prescribed displacements.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct LoadedCase {
+    /// The case; every family of the mesh has its settings, by its own name. What is changed in
+    /// [`Case::settings`] holds for movers that are made afterwards.
+    pub case: Case,
+    /// The mesh with the file that it came from.
+    pub file: MeshFile,
+    /// What the case asks for: the new profiles and the prescribed displacements.
+    pub design: Design,
+    /// Every file that was read.
+    pub inputs: Vec<PathBuf>,
+    roles: Vec<Role>,
+    /// Old profiles of each wing, in the order of the case's tables of profiles.
+    old: Vec<Vec<Profile>>,
+}
+
+impl Case {
+    /// Reads a case file, the mesh, the profiles and the displacements that it names.
+    ///
+    /// # Errors
+    /// A file cannot be read or is wrong, or the files do not go together. The message names the file,
+    /// and the line where there is one.
+    pub fn load(path: impl AsRef<Path>) -> Result<LoadedCase, LoadError> {
+        Self::load_telling(path.as_ref(), &|_| {})
+    }
+
+    /// [`Case::load`], with `progress` hearing the name of each step as it begins.
+    ///
+    /// # Errors
+    /// As [`Case::load`].
+    pub fn load_telling(path: &Path, progress: &dyn Fn(&str)) -> Result<LoadedCase, LoadError> {
+        progress("reading the case");
+        let case = Case::read(path)?;
+        progress(&format!("reading {}", case.mesh.display()));
+        let file = formats::read(&case.mesh)?;
+        let mesh = &file.mesh;
+        let case = case.for_families(&mesh.families)?;
+
+        let mut inputs = vec![path.to_path_buf(), case.mesh.clone()];
+        let mut design = Design::default();
+        let mut roles = Vec::new();
+        let mut displacements = Vec::new();
+        for name in &mesh.families {
+            let settings = case.families.get(name);
+            roles.push(settings.map_or(Role::Fixed, |settings| settings.role.clone()));
+            if let Some(displacement) = settings.and_then(|settings| settings.displacement.as_ref()) {
+                let matched = prescribed(mesh, name, displacement)?;
+                design.prescribed.insert(name.clone(), matched.rows.iter().map(|row| row.displacement).collect());
+                displacements.push(matched);
+                inputs.push(displacement.clone());
+            }
+        }
+        join_cyclic(&file, &mut roles)?;
+        displacement::check_shared(&displacements, &mesh.vertices)?;
+        let mut all_old = Vec::new();
+        for (name, source) in &case.profiles {
+            let new = profiles_of(&source.new, &source.placements)?;
+            inputs.extend(source.new.iter().cloned());
+            let about = |error| LoadError::Profiles { paths: source.new.clone(), wing: name.clone(), error };
+            let old = match &source.old {
+                Some(paths) => {
+                    inputs.extend(paths.iter().cloned());
+                    profiles_of(paths, &source.placements)?
+                }
+                None => {
+                    progress(&format!("cutting the old profiles of {name}"));
+                    let families: Vec<FamilyId> =
+                        source.families.iter().filter_map(|family| mesh.family(family)).collect();
+                    cut_like(mesh, &families, &new).map_err(about)?
+                }
+            };
+            profile::compare_sizes(&old, &new).map_err(about)?;
+            design.profiles.insert(name.clone(), new);
+            all_old.push(old);
+        }
+        Ok(LoadedCase { case, file, design, inputs, roles, old: all_old })
+    }
+}
+
+impl LoadedCase {
+    /// The old profiles of each wing, with the wing's name.
+    pub fn old_profiles(&self) -> impl Iterator<Item = (&str, &[Profile])> {
+        self.case.profiles.keys().map(String::as_str).zip(self.old.iter().map(Vec::as_slice))
+    }
+
+    /// What makes a mover of this case: mesh, roles, old profiles and settings are set.
+    pub fn builder(&self) -> MoverBuilder {
+        let mut builder = Mover::builder(self.file.mesh.clone()).settings(self.case.settings);
+        for (family, role) in self.file.mesh.families.iter().zip(&self.roles) {
+            builder = builder.role(family, role.clone());
+        }
+        for ((name, source), old) in self.case.profiles.iter().zip(&self.old) {
+            let families: Vec<&str> = source.families.iter().map(String::as_str).collect();
+            builder = builder.wing(name, &families, old.clone(), source.mirror);
+        }
+        builder
+    }
+
+    /// A mover for the designs of this case.
+    ///
+    /// # Errors
+    /// The mesh and the case do not go together, or the backend failed.
+    pub fn mover(&self, backend: impl Into<Arc<dyn Backend>>) -> Result<Mover, LoadError> {
+        self.builder().build(backend).map_err(|error| self.about(error))
+    }
+
+    /// A mover's error with the name of the file that is to blame.
+    pub fn about(&self, error: MoveError) -> LoadError {
+        let path = match &error {
+            MoveError::Mesh(_) | MoveError::Setup(_) => &self.case.mesh,
+            MoveError::Profiles { .. }
+            | MoveError::Unknown { .. }
+            | MoveError::Prescribed { .. }
+            | MoveError::Disagree { .. } => &self.case.path,
+            _ => return LoadError::Move(Box::new(error)),
+        };
+        LoadError::InFile { path: path.clone(), error: Box::new(error) }
+    }
+}
+
+/// Makes partners of planes that the mesh file calls so.
+fn join_cyclic(file: &MeshFile, roles: &mut [Role]) -> Result<(), LoadError> {
+    let mesh = &file.mesh;
+    for [one, other] in file.partners() {
+        let (Some(family), Some(neighbour)) = (mesh.family(one), mesh.family(other)) else { continue };
+        if roles[family.index()].is_plane() != roles[neighbour.index()].is_plane() {
+            return Err(LoadError::Cyclic { family: one.clone(), neighbour: other.clone() });
+        }
+        if let Role::Plane { partner: partner @ None, .. } = &mut roles[family.index()] {
+            *partner = Some(other.clone());
+        }
+    }
+    Ok(())
+}
+
+/// The displacement of a family of the mesh, read from a table and matched to its vertices.
+///
+/// # Errors
+/// The table cannot be read, or does not fit the family.
+pub(crate) fn prescribed(
+    mesh: &TetMesh,
+    family: &str,
+    path: &Path,
+) -> Result<displacement::Matched, DisplacementError> {
+    let families: Vec<FamilyId> = mesh.family(family).into_iter().collect();
+    let triangles = mesh.triangles_of(&families);
+    let vertices: Vec<u32> = triangles.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
+    let lengths = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| {
+        let (a, b) = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
+        a.distance(b)
+    });
+    let shortest = lengths.fold(f64::INFINITY, f64::min);
+    let tolerance = if shortest.is_finite() { MATCH * shortest } else { 0.0 };
+    let table = displacement::read(path)?;
+    let rows = displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?;
+    Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows })
+}
+
+/// Reads the profiles of a file: CSV, Tecplot, or slices of a surface, in the mesh's unit. Airfoils
+/// without a place need a case file that says where they go.
+///
+/// # Errors
+/// The file cannot be read, or its profiles are wrong. The message names the file and the line.
+pub fn read_profiles(path: impl AsRef<Path>) -> Result<Vec<Profile>, LoadError> {
+    profiles_of(&[path.as_ref().to_path_buf()], &BTreeMap::new())
+}
+
+/// Reads the profiles of some files.
+///
+/// - `placements`: where the airfoils of files without units go
+///
+/// # Errors
+/// A file cannot be read, or its profiles are wrong.
+pub(crate) fn profiles_of(
+    paths: &[PathBuf],
+    placements: &BTreeMap<PathBuf, Placement>,
+) -> Result<Vec<Profile>, LoadError> {
+    let mut contents = Vec::new();
+    for path in paths {
+        let bytes = fs::read(path).map_err(|source| LoadError::UnreadableProfiles { path: path.clone(), source })?;
+        contents.push(bytes);
+    }
+    let source = |(path, bytes)| files::Source { path, bytes, placement: placements.get(path) };
+    let sources: Vec<_> =
+        paths.iter().map(PathBuf::as_path).zip(contents.iter().map(Vec::as_slice)).map(source).collect();
+    files::parse(&sources).map_err(|error| match error {
+        error @ (ProfileError::Line { .. } | ProfileError::File { .. }) => LoadError::ProfileFile(error),
+        error => LoadError::ProfileFiles { paths: paths.to_vec(), error },
+    })
+}
+
+/// The old profiles, cut from the mesh at the new ones' planes.
+fn cut_like(mesh: &TetMesh, families: &[FamilyId], new: &[Profile]) -> Result<Vec<Profile>, ProfileError> {
+    let planes = new.iter().map(|profile| Ok((profile.number, Plane::of_profile(profile)?)));
+    let planes = planes.collect::<Result<Vec<_>, ProfileError>>()?;
+    profile::cut::cut_at_planes(&mesh.vertices, &mesh.triangles_of(families), &planes)
+}

@@ -1,0 +1,32 @@
+//! JSON as an output of a command: to a file or to standard output.
+
+use serde::Serialize;
+
+use super::JsonTarget;
+use super::console::Console;
+use super::failure::Failure;
+use crate::session::{SessionError, check_writable, write_text};
+
+/// Checks that JSON can be written where the user wants it.
+///
+/// # Errors
+/// The file cannot be written.
+pub(super) fn check_json(target: Option<&JsonTarget>) -> Result<(), Failure> {
+    match target {
+        Some(JsonTarget::File(path)) => Ok(check_writable(path)?),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a value as JSON to a file or standard output.
+///
+/// # Errors
+/// It cannot be written.
+pub(super) fn write_json(target: &JsonTarget, value: &impl Serialize, console: &Console) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(value).map_err(SessionError::Report)?;
+    text.push('\n');
+    match target {
+        JsonTarget::StandardOutput => console.data(&text),
+        JsonTarget::File(path) => Ok(write_text(path, &text)?),
+    }
+}

@@ -1,0 +1,142 @@
+//! [`MoverBuilder`]: a mover from a mesh, the roles of its families and the old profiles of its
+//! wings, all by name.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use super::{MoveError, Mover, Settings};
+use crate::{
+    backend::Backend,
+    families::{Role, SetupError},
+    mesh::{FamilyId, TetMesh},
+    profile::{Plane, Profile},
+    relaxation::{Method, Stopping},
+    smoothing::QualityTarget,
+    springs::Springs,
+    stages::WingProfiles,
+};
+
+/// Hears the name of each stage as the stage begins.
+pub(super) type Progress = Box<dyn Fn(&str) + Send>;
+
+/// Collects what a [`Mover`] is made of.
+///
+/// Every family of the mesh needs a role. Everything else has a default.
+#[must_use = "a builder does nothing before `build`"]
+pub struct MoverBuilder {
+    mesh: TetMesh,
+    roles: BTreeMap<String, Role>,
+    wings: Vec<NamedWing>,
+    settings: Settings,
+    progress: Progress,
+}
+
+/// A wing whose families are not looked up yet.
+struct NamedWing {
+    name: String,
+    families: Vec<String>,
+    old: Vec<Profile>,
+    mirror: Option<Plane>,
+}
+
+impl MoverBuilder {
+    pub(super) fn new(mesh: TetMesh) -> Self {
+        let (roles, wings) = (BTreeMap::new(), Vec::new());
+        Self { mesh, roles, wings, settings: Settings::default(), progress: Box::new(|_| {}) }
+    }
+
+    /// The role of a family. A second call for the same family replaces the first.
+    pub fn role(mut self, family: &str, role: Role) -> Self {
+        self.roles.insert(family.to_owned(), role);
+        self
+    }
+
+    /// The old profiles of a wing that is one family, in the mesh's unit. Designs and reports name
+    /// the wing after the family.
+    pub fn old_profiles(self, family: &str, old: Vec<Profile>) -> Self {
+        self.wing(family, &[family], old, None)
+    }
+
+    /// The old profiles of a wing that may be several families.
+    ///
+    /// - `name`: the name in designs and reports
+    /// - `families`: at least one, all with the role [`Role::Wing`]
+    /// - `old`: in the mesh's unit
+    /// - `mirror`: the plane beyond which the wing is its own mirror image, and moves so
+    pub fn wing(mut self, name: &str, families: &[&str], old: Vec<Profile>, mirror: Option<Plane>) -> Self {
+        let families = families.iter().map(|&family| family.to_owned()).collect();
+        self.wings.push(NamedWing { name: name.to_owned(), families, old, mirror });
+        self
+    }
+
+    /// All settings at once.
+    pub fn settings(mut self, settings: Settings) -> Self {
+        self.settings = settings;
+        self
+    }
+
+    /// See [`Settings::springs`].
+    pub fn springs(mut self, springs: &'static Springs) -> Self {
+        self.settings.springs = springs;
+        self
+    }
+
+    /// See [`Settings::method`].
+    pub fn method(mut self, method: Method) -> Self {
+        self.settings.method = method;
+        self
+    }
+
+    /// See [`Settings::stopping`].
+    pub fn stopping(mut self, stopping: Stopping) -> Self {
+        self.settings.stopping = stopping;
+        self
+    }
+
+    /// See [`Settings::quality`].
+    pub fn quality(mut self, quality: Option<QualityTarget>) -> Self {
+        self.settings.quality = quality;
+        self
+    }
+
+    /// See [`Settings::max_steps`].
+    pub fn max_steps(mut self, max_steps: usize) -> Self {
+        self.settings.max_steps = max_steps;
+        self
+    }
+
+    /// Lets `progress` hear the name of each step of the set-up and of each stage of every update,
+    /// as it begins.
+    pub fn progress(mut self, progress: impl Fn(&str) + Send + 'static) -> Self {
+        self.progress = Box::new(progress);
+        self
+    }
+
+    /// Checks the mesh and sets every stage up on a backend.
+    ///
+    /// # Errors
+    /// A family has no role, or a name is none of the mesh; the mesh is not valid or too large for
+    /// the memory; its roles or old profiles do not fit it; or the backend failed.
+    pub fn build(self, backend: impl Into<Arc<dyn Backend>>) -> Result<Mover, MoveError> {
+        let Self { mesh, mut roles, wings, settings, progress } = self;
+        let unknown = |name: &str| SetupError::UnknownFamily { name: name.to_owned(), known: mesh.families.clone() };
+        let find = |name: &String| mesh.family(name).ok_or_else(|| unknown(name));
+        let mut found = Vec::new();
+        for NamedWing { name, families, old, mirror } in wings {
+            let families = families.iter().map(find).collect::<Result<Vec<FamilyId>, _>>()?;
+            if families.is_empty() {
+                return Err(SetupError::NoFamilies { wing: name }.into());
+            }
+            found.push(WingProfiles { name, families, old, mirror });
+        }
+        let without: Vec<String> =
+            mesh.families.iter().filter(|family| !roles.contains_key(*family)).cloned().collect();
+        if !without.is_empty() {
+            return Err(SetupError::NoRole { families: without }.into());
+        }
+        let in_order = mesh.families.iter().filter_map(|family| roles.remove(family)).collect();
+        if let Some(name) = roles.keys().next() {
+            return Err(unknown(name).into());
+        }
+        Mover::set_up(mesh, in_order, &found, settings, backend.into(), progress)
+    }
+}

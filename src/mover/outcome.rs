@@ -1,0 +1,239 @@
+//! [`Outcome`]: what an update made, and whether it may be used.
+//!
+//! The moved vertices stand behind a check. [`Outcome::valid`] gives them where the mesh is what
+//! was asked for, and says why where it is not; [`Outcome::even_if_invalid`] gives them to those who
+//! want to look at a bad result. Field names of the types that serialise are part of the interface:
+//! the report holds them.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::{HeldBack, Refused, Warning};
+use crate::{
+    mesh::{Displacement, TetMesh},
+    profile::{Closeness, Missed},
+    quality::Statistics,
+    smoothing::Smoothed,
+    volume::Path,
+};
+
+/// The mesh of a design.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moved {
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) displacement: Displacement,
+}
+
+impl Moved {
+    /// The vertices `[n_vertices]`, in the mesh's unit and in the order of the mesh that was given.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// Their displacement from the original mesh `[n_vertices]`, in the mesh's unit.
+    pub fn displacement(&self) -> &[DVec3] {
+        &self.displacement
+    }
+}
+
+/// What an update made.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Outcome {
+    pub(super) moved: Moved,
+    /// The undeformed mesh.
+    pub(super) mesh: Arc<TetMesh>,
+    /// Whether local optimisation was allowed.
+    pub(super) optimises: bool,
+    /// Quality at the four stages of the paper's Table 1.
+    pub stages: Vec<StageQuality>,
+    /// Beta of each tet of the original mesh `[n_tets]`.
+    pub original_beta: Vec<f64>,
+    /// Beta of each tet of the final mesh `[n_tets]`.
+    pub beta: Vec<f64>,
+    /// How true the carenages and planes stayed to their shapes, by family name.
+    pub families: BTreeMap<String, FamilyReport>,
+    /// How true the wings are to their new profiles, by family name.
+    pub profiles: BTreeMap<String, ProfileReport>,
+    /// How the volume was relaxed.
+    pub solver: Solver,
+    /// The steps the volume took.
+    pub path: Path,
+    /// What local optimisation did; `None` where it was off or nothing called for it.
+    pub smoothed: Option<Smoothed>,
+    /// Whether every relaxation reached its tolerance.
+    pub converged: bool,
+    /// Stages whose relaxation did not reach its tolerance, with the estimated error left, in
+    /// shortest edges.
+    pub unconverged: Vec<(&'static str, f64)>,
+    /// Tets without positive volume.
+    pub inverted: usize,
+    /// Stages after which a triangle of a family placed so far was folded, with their number.
+    pub folds: Vec<(&'static str, usize)>,
+    /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the
+    /// largest distance.
+    pub off_surface: BTreeMap<String, f64>,
+    /// Periodic planes whose partners are apart by more than rounding, by name, with the largest
+    /// distance.
+    pub parted: BTreeMap<String, f64>,
+    /// Vertices that the design moves and fixed or prescribed families hold.
+    pub held_back: Vec<HeldBack>,
+    /// Surface triangles that are turned over against those around them, by family name; families
+    /// without any are left out. See [`crate::quality::faults::folded`].
+    pub folded: BTreeMap<String, usize>,
+    /// The wing whose profiles come nearest to being refused, and what is suspect about them.
+    pub nearest_to_refusal: Option<(String, Closeness)>,
+    /// Wings whose vertices miss their new profiles by more than [`super::MISSED`] of the chord, by
+    /// name: the worst vertex, as one of the mesh.
+    pub missed: BTreeMap<String, Missed>,
+    /// Triangles of the mesh that the moved surface passes through, and did not before, ascending.
+    /// Where there are any, the mesh overlaps itself even if no tet is inverted.
+    pub self_intersecting: Vec<u32>,
+    /// What a user should know of, although the mesh is valid.
+    pub warnings: Vec<Warning>,
+}
+
+impl Outcome {
+    /// The moved mesh, if it is what was asked for and every relaxation converged.
+    ///
+    /// # Errors
+    /// What is wrong with it, where, and what may help.
+    pub fn valid(&self) -> Result<&Moved, Refused> {
+        self.check()?;
+        Ok(&self.moved)
+    }
+
+    /// The moved mesh, whatever is wrong with it: to look at or to measure, not to compute a flow on.
+    pub fn even_if_invalid(&self) -> &Moved {
+        &self.moved
+    }
+
+    /// Whether the moved mesh is what was asked for: no tet is inverted, the surface does not pass
+    /// through itself, what slides on a carenage or in a plane is there, the wings have their new
+    /// profiles, periodic planes match, and no vertex is held back by more than its shortest edge.
+    ///
+    /// It does not say whether the relaxations converged: see [`Outcome::converged`].
+    pub fn is_valid(&self) -> bool {
+        self.inverted == 0
+            && self.self_intersecting.is_empty()
+            && self.off_surface.is_empty()
+            && self.missed.is_empty()
+            && self.parted.is_empty()
+            && self.held_back.iter().all(|held| held.beyond.is_none())
+    }
+
+    /// The undeformed mesh, its tets turned as by [`TetMesh::turn_tets`].
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+}
+
+/// The states of the mesh that are measured (the paper's Table 1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StageName {
+    /// As read.
+    Original,
+    /// After the wing's vertices moved.
+    Deformed,
+    /// After the other families moved.
+    Corrected,
+    /// After the volume moved.
+    Final,
+}
+
+/// Quality of the mesh at one stage.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StageQuality {
+    /// Which stage.
+    pub name: StageName,
+    /// Smallest beta.
+    pub beta_min: f64,
+    /// Largest beta.
+    pub beta_max: f64,
+    /// Mean beta over the tets.
+    pub beta_mean: f64,
+    /// Tets whose beta is not positive.
+    pub inverted: usize,
+    /// Time from the stage before to this one, s.
+    pub seconds: f64,
+}
+
+impl StageQuality {
+    /// The row of a stage.
+    pub fn new(name: StageName, beta: &Statistics, seconds: f64) -> Self {
+        let &Statistics { min, max, mean, inverted } = beta;
+        Self { name, beta_min: min, beta_max: max, beta_mean: mean, inverted, seconds }
+    }
+}
+
+/// How true a family stayed to its shape, in the mesh's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct FamilyReport {
+    /// Largest distance of a carenage's vertices to its original surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_to_original_surface: Option<f64>,
+    /// Largest distance of a plane family's vertices to its plane; where it is not quite flat, to their own distances from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_to_plane: Option<f64>,
+    /// Largest distance of a periodic plane's vertices from their places beside their partners.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_of_partners: Option<f64>,
+    /// Vertices that a design moves with another family, and this one holds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_back: Option<HeldBackSummary>,
+    /// Triangles that are turned over against those around them.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub folded_triangles: usize,
+    /// Triangles that the moved surface passes through, and did not before.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub pierced_triangles: usize,
+}
+
+/// Vertices that are held back, in the mesh's unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct HeldBackSummary {
+    /// How many they are.
+    pub vertices: usize,
+    /// Largest distance between where they are and where the design would have them.
+    pub max_distance: f64,
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+/// How true a wing is to its new profiles.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ProfileReport {
+    /// Largest distance between the moved wing's facets, cut in the planes of its new profiles, and these, in the mesh's unit;
+    /// the facets' sag is in it.
+    pub max_distance_to_new_profiles: Option<f64>,
+    /// How much farther the wing's vertices beside these planes lie from the new profiles than they lay from the old ones, at
+    /// most, as share of the profile's length (about its chord).
+    pub max_miss_of_vertices: Option<f64>,
+    /// Whether the new profiles were compared with flat cuts through the wing's facets, because the old ones are such cuts or
+    /// the new ones continue them; else they are compared with the sections that the vertices say, or with other old ones.
+    #[serde(skip_serializing_if = "is_false")]
+    pub compared_with_flat_cuts: bool,
+    /// Why one of them could not be measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_measured: Option<String>,
+}
+
+/// How the volume's network was relaxed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Solver {
+    /// `"jacobi"`, `"chebyshev"`, ...
+    pub method: String,
+    /// Sweeps over the network.
+    pub sweeps: usize,
+    /// Norm of the last residual over that of the first.
+    pub relative_residual: f64,
+}

@@ -1,0 +1,215 @@
+//! Why a session ends early.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::backend::BackendError;
+use crate::case::{CaseError, LoadError, displacement::DisplacementError};
+use crate::formats::WriteError;
+use crate::mover::{MoveError, Refused};
+use crate::profile::ProfileError;
+
+/// Why a session ends early.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// The case, its files or a design cannot be used.
+    #[error(transparent)]
+    Load(Box<LoadError>),
+    /// There is no such backend, or it failed.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+    /// A mesh cannot be written.
+    #[error(transparent)]
+    Mesh(#[from] WriteError),
+    /// Another file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    CannotRead {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Another file, or a folder, cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    CannotWrite {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A report cannot be made.
+    #[error("cannot write the report: {0}")]
+    Report(#[from] serde_json::Error),
+    /// An output has the name of an input.
+    #[error("the output {} would overwrite the input {}, expected another name", output.display(), input.display())]
+    Overwrites {
+        /// The output.
+        output: PathBuf,
+        /// The input.
+        input: PathBuf,
+    },
+    /// Two outputs have one name.
+    #[error("{} is the name of two outputs", path.display())]
+    TwoOutputs {
+        /// The name.
+        path: PathBuf,
+    },
+    /// A design's name has no place in the name of an output.
+    #[error("the output {} has no extension to put after a design's name", path.display())]
+    NoExtension {
+        /// The output.
+        path: PathBuf,
+    },
+    /// No mesh was written, for it has no place to be.
+    #[error("{0}; no mesh was written")]
+    Refused(Refused),
+    /// The folder or the list of designs cannot be read.
+    #[error("cannot read the designs {}: {source}", path.display())]
+    UnreadableDesigns {
+        /// The folder or the list.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The folder or the list of designs is empty.
+    #[error("{}: no designs, expected at least one", path.display())]
+    NoDesigns {
+        /// The folder or the list.
+        path: PathBuf,
+    },
+    /// Two designs would have results of one name.
+    #[error(
+        "the results of {} and {} would both be named {name}, expected different names", one.display(), other.display()
+    )]
+    SameName {
+        /// The name.
+        name: String,
+        /// The first design.
+        one: PathBuf,
+        /// The second design.
+        other: PathBuf,
+    },
+    /// The name of a design's file does not say which table it replaces.
+    #[error(
+        "{}: the case has the tables {}, expected a folder with a file for each, or files named NAME.{}.csv",
+        path.display(),
+        tables.iter().map(|table| format!("[profiles.{table}]")).collect::<Vec<_>>().join(", "),
+        tables[0]
+    )]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+        /// The tables of the case.
+        tables: Vec<String>,
+    },
+    /// A design is a folder where a file is wanted.
+    #[error("the design {} is a folder, expected one file", path.display())]
+    IsFolder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A design has no file for a table.
+    #[error("the design {} has no file for the table [profiles.{table}]", path.display())]
+    LacksTable {
+        /// The design.
+        path: PathBuf,
+        /// The table.
+        table: String,
+    },
+    /// Designs have nothing to replace in the case.
+    #[error(
+        "{}: no table [profiles.NAME] and {prescribed} prescribed families, expected tables whose profiles the designs \
+         replace, or one prescribed family",
+        path.display()
+    )]
+    NothingVaries {
+        /// The case file.
+        path: PathBuf,
+        /// How many prescribed families it has.
+        prescribed: usize,
+    },
+    /// Profiles of a design lie in other planes than the old ones that were cut from the mesh.
+    #[error(
+        "{}: profiles of `{wing}`: profile {profile} is up to {off:.1e} away from the plane at which the case's new profiles \
+         let the old one be cut",
+        path.display()
+    )]
+    OtherPlane {
+        /// The design's file.
+        path: PathBuf,
+        /// The wing.
+        wing: String,
+        /// Number of the profile.
+        profile: i64,
+        /// Largest distance of its points from the plane.
+        off: f64,
+    },
+    /// A file of reports holds something else.
+    #[error("{}: line {line} is no report of a design", path.display())]
+    NoReport {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+    },
+}
+
+impl From<LoadError> for SessionError {
+    fn from(error: LoadError) -> Self {
+        Self::Load(Box::new(error))
+    }
+}
+
+impl From<DisplacementError> for SessionError {
+    fn from(error: DisplacementError) -> Self {
+        LoadError::from(error).into()
+    }
+}
+
+impl SessionError {
+    /// What is wrong with a design's profiles.
+    pub(super) fn of_profiles(path: &std::path::Path, wing: &str, error: ProfileError) -> Self {
+        LoadError::Profiles { paths: vec![path.to_path_buf()], wing: wing.to_owned(), error }.into()
+    }
+
+    /// The backend's error, if that is what it comes from.
+    pub fn backend(&self) -> Option<&BackendError> {
+        match self {
+            Self::Backend(error) => Some(error),
+            Self::Load(error) => match error.of_mover()? {
+                MoveError::Backend(error) => Some(error),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// What may help.
+    pub fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::Load(error) if matches!(**error, LoadError::Case(CaseError::Families { .. })) => {
+                "every family of the mesh needs a table [family.NAME] with a role"
+            }
+            Self::Load(error) if matches!(error.of_mover(), Some(MoveError::VolumeResult(_))) => {
+                "max_steps = 1 under [volume] makes do with one jump, come what may"
+            }
+            Self::NoExtension { .. } => "`batch` writes single files, such as moved.msh or moved.vtu",
+            Self::LacksTable { table, .. } => {
+                return Some(format!(
+                    "a design of several tables is a folder with {table}.csv and the others, or NAME.{table}.csv"
+                ));
+            }
+            Self::OtherPlane { .. } => "name the old profiles in the case: old = \"FILE\"",
+            Self::NoReport { .. } => "without --resume the file is replaced",
+            Self::Refused(refused) => return refused.hint.clone(),
+            _ => match self.backend()? {
+                BackendError::NoAdapter(_) => "`idmesh adapters` lists the GPUs; --backend cpu needs none",
+                _ => "--backend cpu computes without a GPU",
+            },
+        };
+        Some(hint.to_owned())
+    }
+}

@@ -1,0 +1,44 @@
+//! The cells in question of a moved mesh that is not valid, in a file of their own.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::SessionError;
+use super::outputs::inverted_name;
+use crate::formats::{Cells, Fields, write_vtu};
+use crate::mover::Outcome;
+use crate::quality::faults;
+
+/// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its `beta` tells them apart.
+/// Without inverted tets it is those at the surface triangles where the surface passes through itself.
+///
+/// # Errors
+/// The file cannot be written.
+pub(super) fn write_inverted(output: &Path, outcome: &Outcome) -> Result<PathBuf, SessionError> {
+    let path = inverted_name(output);
+    let moved = outcome.even_if_invalid();
+    let all = &outcome.mesh().tets;
+    let triangles = &outcome.mesh().triangles;
+    let shown = if outcome.inverted > 0 {
+        faults::around(all, moved.vertices().len(), &faults::inverted(&outcome.beta))
+    } else {
+        let mut corners: Vec<u32> =
+            outcome.self_intersecting.iter().flat_map(|&triangle| triangles[triangle as usize]).collect();
+        corners.sort_unstable();
+        let touches = |tet: &[u32; 4]| tet.iter().any(|vertex| corners.binary_search(vertex).is_ok());
+        (0..all.len() as u32).filter(|&tet| touches(&all[tet as usize])).collect()
+    };
+    // Only the vertices of these tets, numbered anew.
+    let mut used: Vec<u32> = shown.iter().flat_map(|&tet| all[tet as usize]).collect();
+    used.sort_unstable();
+    used.dedup();
+    let number = |vertex: u32| used.partition_point(|&other| other < vertex) as u32;
+    let tets: Vec<[u32; 4]> = shown.iter().map(|&tet| all[tet as usize].map(number)).collect();
+    let pick = |of: &[DVec3]| used.iter().map(|&vertex| of[vertex as usize]).collect::<Vec<_>>();
+    let beta: Vec<f64> = shown.iter().map(|&tet| outcome.beta[tet as usize]).collect();
+    let fields = Fields { displacement: Some(&pick(moved.displacement())), beta: Some(&beta) };
+    let cells = Cells { tets: &tets, triangles: &[], triangle_family: &[], families: &[] };
+    write_vtu(&path, &pick(moved.vertices()), &cells, &fields)?;
+    Ok(path)
+}

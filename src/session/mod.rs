@@ -1,0 +1,147 @@
+//! What front ends share: a loaded case with its mover, the names of outputs, the designs of a batch.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `mod` | [`Session`]: a design moved, written, reported |
+//! | `outputs` | where results go, and under which names |
+//! | `inverted` | the cells in question of a bad mesh, as a file |
+//! | `files` | other files and folders, checked and written |
+//! | `designs`, `varied` | the files of a batch's designs, and what they replace in the case |
+//! | `lines` | reports as JSON Lines, and what an earlier run left of them |
+
+mod designs;
+mod error;
+mod files;
+mod inverted;
+mod lines;
+mod outputs;
+mod varied;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+pub use designs::{DesignFiles, Shard, find_designs};
+pub use error::SessionError;
+pub use files::{Folder, check_distinct, check_writable, write_text};
+pub use lines::{Kept, ReportFile};
+pub use outputs::{Loss, Outputs};
+pub use varied::Varied;
+
+use crate::backend::Backend;
+use crate::case::LoadedCase;
+use crate::mover::{Design, Mover, Outcome, Refused};
+use crate::report::{self, RunReport, Seconds};
+
+/// A case with its mover, set up.
+pub struct Session<'a> {
+    case: &'a LoadedCase,
+    mover: Mover,
+    backend: report::Backend,
+    mesh: report::Mesh,
+    /// Time of the set-up, s.
+    setup_seconds: f64,
+}
+
+/// A design that was moved and written.
+#[non_exhaustive]
+pub struct Finished {
+    /// The `total` seconds are those of the parts.
+    pub report: RunReport,
+    /// The files written, but for a histogram.
+    pub written: Vec<PathBuf>,
+    /// What a user should know of the result, a line each.
+    pub warnings: Vec<String>,
+    /// Why the result may not be used, if it may not.
+    pub verdict: Result<(), Refused>,
+}
+
+impl<'a> Session<'a> {
+    /// Sets the mover of a case up.
+    ///
+    /// - `progress`: hears the name of each step and each stage as it begins
+    ///
+    /// # Errors
+    /// The mesh and the case do not go together, or the backend failed.
+    pub fn new(
+        case: &'a LoadedCase,
+        backend: Arc<dyn Backend>,
+        progress: impl Fn(&str) + Send + 'static,
+    ) -> Result<Self, SessionError> {
+        let setup = Instant::now();
+        let built = case.builder().progress(progress).build(backend.clone());
+        let mover = built.map_err(|error| case.about(error))?;
+        let setup_seconds = setup.elapsed().as_secs_f64();
+        let info = backend.info();
+        let backend = report::Backend { kind: info.kind.to_owned(), adapter: info.adapter, driver: info.driver };
+        Ok(Self { case, mover, backend, mesh: report::Mesh::of(&case.file.mesh), setup_seconds })
+    }
+
+    /// Moves the mesh to a design and measures the time, in s.
+    ///
+    /// # Errors
+    /// The design does not fit the mesh, or the backend failed.
+    pub fn update(&mut self, design: &Design) -> Result<(Outcome, f64), SessionError> {
+        let start = Instant::now();
+        let outcome = self.mover.update(design).map_err(|error| self.case.about(error))?;
+        Ok((outcome, start.elapsed().as_secs_f64()))
+    }
+
+    /// Moves the mesh to a design and writes the results.
+    ///
+    /// - `name`: of the design, for the report
+    /// - `read_seconds`: the time for reading it
+    ///
+    /// # Errors
+    /// The design does not fit the mesh, the backend failed, a vertex has no finite position, or a
+    /// file cannot be written.
+    pub fn finish(
+        &mut self,
+        design: &Design,
+        name: Option<&str>,
+        read_seconds: f64,
+        outputs: &Outputs,
+    ) -> Result<Finished, SessionError> {
+        let (outcome, update) = self.update(design)?;
+        let write = Instant::now();
+        self.mover.tell("writing");
+        let written = outputs.write(self.case, &outcome)?;
+        let write = write.elapsed().as_secs_f64();
+        outputs.write_histogram(&self.title(name), &outcome)?;
+        let setup = self.setup_seconds;
+        let report = RunReport {
+            idmesh: env!("CARGO_PKG_VERSION").to_owned(),
+            case: self.case.case.path.display().to_string(),
+            design: name.map(str::to_owned),
+            backend: self.backend.clone(),
+            mesh: self.mesh.clone(),
+            stages: outcome.stages.clone(),
+            families: outcome.families.clone(),
+            profiles: outcome.profiles.clone(),
+            solver: outcome.solver.clone(),
+            path: outcome.path,
+            smoothing: outcome.smoothed.map(|done| report::Smoothing { sweeps: done.sweeps, moved: done.moved }),
+            seconds: Seconds { read: read_seconds, setup, update, write, total: read_seconds + update + write },
+        };
+        let warnings = outcome.warnings.iter().map(ToString::to_string).collect();
+        let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &written));
+        Ok(Finished { report, written, warnings, verdict })
+    }
+
+    /// The histogram's title: the mesh and the case by file name, and the design.
+    fn title(&self, design: Option<&str>) -> String {
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let design = design.map(|name| format!(", {name}")).unwrap_or_default();
+        let case = &self.case.case;
+        format!("Quality of {}, {}{design}", name(&case.mesh), name(&case.path))
+    }
+}
+
+/// Says in which files a mesh that is not valid is.
+fn in_files(mut refused: Refused, outcome: &Outcome, written: &[PathBuf]) -> Refused {
+    if !outcome.is_valid() && !written.is_empty() {
+        let names: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+        refused.message += &format!("; the mesh is in {}", names.join(", "));
+    }
+    refused
+}

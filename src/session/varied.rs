@@ -1,0 +1,111 @@
+//! What the designs of a batch replace in a case.
+
+use std::path::Path;
+
+use super::SessionError;
+use super::designs::DesignFiles;
+use crate::case::{LoadedCase, prescribed, profiles_of};
+use crate::mover::Design;
+use crate::profile::{Plane, Profile, files};
+
+/// Profiles lie in the same plane within this fraction of their size, as the points of one do.
+const PLANES: f64 = 1e-6;
+
+/// What a design replaces in a case.
+#[derive(Clone, Debug)]
+pub enum Varied {
+    /// The new profiles of these wings.
+    Profiles(Vec<String>),
+    /// The displacement of a prescribed family.
+    Displacement(String),
+}
+
+impl Varied {
+    /// All sets of profiles, or, where there are none, the one displacement.
+    ///
+    /// # Errors
+    /// There is none, or several displacements.
+    pub fn of(case: &LoadedCase) -> Result<Self, SessionError> {
+        let wings: Vec<String> = case.design.profiles.keys().cloned().collect();
+        let prescribed: Vec<String> = case.design.prescribed.keys().cloned().collect();
+        match prescribed.as_slice() {
+            _ if !wings.is_empty() => Ok(Self::Profiles(wings)),
+            [family] => Ok(Self::Displacement(family.clone())),
+            prescribed => {
+                Err(SessionError::NothingVaries { path: case.case.path.clone(), prescribed: prescribed.len() })
+            }
+        }
+    }
+
+    /// The extensions that designs have in a folder.
+    pub fn extensions(&self) -> &'static [&'static str] {
+        match self {
+            Self::Profiles(..) => files::EXTENSIONS,
+            Self::Displacement(_) => &["csv"],
+        }
+    }
+
+    /// The tables of a design that is of several files.
+    pub fn tables(&self) -> &[String] {
+        match self {
+            Self::Profiles(wings) => wings,
+            Self::Displacement(_) => &[],
+        }
+    }
+
+    /// The case's design with what files say in place of what it varies.
+    ///
+    /// # Errors
+    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than those cut from the mesh.
+    pub fn read(&self, case: &LoadedCase, design_files: &DesignFiles) -> Result<Design, SessionError> {
+        let mut design = case.design.clone();
+        match self {
+            Self::Displacement(family) => {
+                let rows = prescribed(&case.file.mesh, family, design_files.only()?)?.rows;
+                design.prescribed.insert(family.clone(), rows.into_iter().map(|row| row.displacement).collect());
+            }
+            Self::Profiles(wings) if wings.len() == 1 && design_files.is_single() => {
+                design.profiles.insert(wings[0].clone(), profiles(case, &wings[0], design_files.only()?)?);
+            }
+            Self::Profiles(wings) => {
+                for wing in wings {
+                    design.profiles.insert(wing.clone(), profiles(case, wing, design_files.of_table(wing)?)?);
+                }
+            }
+        }
+        Ok(design)
+    }
+}
+
+/// The new profiles of a wing from a design's file.
+fn profiles(case: &LoadedCase, wing: &str, path: &Path) -> Result<Vec<Profile>, SessionError> {
+    let mut source = case.case.profiles[wing].clone();
+    // An airfoil takes the place of the case's.
+    if let [only] = source.new.as_slice()
+        && let Some(placement) = source.placements.get(only).cloned()
+    {
+        source.placements.insert(path.to_path_buf(), placement);
+    }
+    let paths = [path.to_path_buf()];
+    let new = profiles_of(&paths, &source.placements)?;
+    if source.old.is_none() {
+        same_planes(&case.design.profiles[wing], &new, path, wing)?;
+    }
+    Ok(new)
+}
+
+/// Refuses profiles in other planes than those at which the old ones were cut: their displacement
+/// would be another than in a run of their own, where the old ones are cut at their planes.
+fn same_planes(cut: &[Profile], new: &[Profile], path: &Path, wing: &str) -> Result<(), SessionError> {
+    for Profile { number, points } in new {
+        let Some(like) = cut.iter().find(|other| other.number == *number) else { continue };
+        let plane = Plane::of_profile(like).map_err(|error| SessionError::of_profiles(path, wing, error))?;
+        let size = points.iter().map(|point| point.distance(points[0])).fold(0.0, f64::max);
+        let off = points.iter().map(|&point| plane.distance(point).abs()).fold(0.0, f64::max);
+        if off > PLANES * size {
+            let (path, wing) = (path.to_path_buf(), wing.to_owned());
+            return Err(SessionError::OtherPlane { path, wing, profile: *number, off });
+        }
+    }
+    Ok(())
+}

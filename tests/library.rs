@@ -1,0 +1,120 @@
+//! The library refuses what the command line refuses: names nobody has, results nobody should use, names of outputs.
+
+mod common;
+
+use common::aircraft::{SMALL, builder, cpu};
+use glam::DVec3;
+use idmesh::case::{Case, LoadedCase};
+use idmesh::families::Role;
+use idmesh::mover::{Design, Mover, MoverBuilder, Outcome, Stopping, Why};
+use tempfile::TempDir;
+
+fn refused(builder: MoverBuilder) -> String {
+    builder.build(cpu()).err().unwrap().to_string()
+}
+
+#[test]
+fn every_family_needs_a_role() {
+    let error = refused(Mover::builder(SMALL.mesh()).role("wing", Role::Fixed).role("farfield", Role::Fixed));
+    assert_eq!(
+        error,
+        "no role is given for `trailing_edge`, `wingtip`, `carenage`, `symmetry`, expected one for each family of the mesh"
+    );
+}
+
+#[test]
+fn names_that_the_mesh_has_not_are_refused() {
+    let error = refused(SMALL.builder(SMALL.profiles("old_2")).role("wing_tip", Role::Carenage));
+    assert!(error.starts_with("the mesh has no family `wing_tip`; did you mean `wingtip`?"), "{error}");
+    let error = refused(builder(SMALL.mesh(), Vec::new()).old_profiles("wings", SMALL.profiles("old_2")));
+    assert!(error.starts_with("the mesh has no family `wings`; did you mean `wing`?"), "{error}");
+    let error = refused(builder(SMALL.mesh(), Vec::new()).wing("all", &[], SMALL.profiles("old_2"), None));
+    assert!(error.starts_with("the wing `all` has no families"), "{error}");
+}
+
+/// What a design asks for and nothing can do is not left undone in silence.
+#[test]
+fn a_design_with_a_name_that_the_mover_has_not_is_refused() {
+    let mut mover = SMALL.mover(2);
+    let good = Design::of_wing("wing", SMALL.profiles("big_2"));
+    let wing = good.clone().with_profiles("wingg", SMALL.profiles("big_2"));
+    let error = mover.update(&wing).unwrap_err().to_string();
+    assert!(error.starts_with("the design has profiles for `wingg`"), "{error}");
+    assert!(error.contains("did you mean `wing`?"), "{error}");
+    // A family that is there, but not prescribed.
+    let error = mover.update(&good.with_prescribed("farfield", vec![DVec3::X; 3])).unwrap_err().to_string();
+    assert!(error.starts_with("the design has a displacement for `farfield`"), "{error}");
+}
+
+/// Fails if `Outcome::valid` gives what did not converge.
+#[test]
+fn what_did_not_converge_is_not_handed_out() {
+    let stopping = Stopping { max_sweeps: 2, ..Stopping::default() };
+    let mut mover = SMALL.builder(SMALL.profiles("old_2")).stopping(stopping).build(cpu()).unwrap();
+    let outcome = mover.update(&Design::of_wing("wing", SMALL.profiles("small_2"))).unwrap();
+    assert!(!outcome.converged);
+    let refused = outcome.valid().unwrap_err();
+    assert!(refused.why != Why::NotFinite && refused.hint.is_some(), "{refused:?}");
+    assert_eq!(outcome.even_if_invalid().vertices().len(), mover.mesh().vertices.len());
+}
+
+/// The example case in a folder of its own.
+fn example() -> (TempDir, LoadedCase) {
+    let here = common::aircraft::file("examples/wing-body");
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["case.toml", "wing-body.msh.gz", "old.csv", "new.csv"] {
+        std::fs::copy(here.join(name), folder.path().join(name)).unwrap();
+    }
+    let case = Case::load(folder.path().join("case.toml")).unwrap();
+    (folder, case)
+}
+
+/// Moves to the design of the case, with one vertex put elsewhere at the end.
+fn spoilt(case: &LoadedCase, to: DVec3) -> Outcome {
+    let mut mover = case.mover(cpu()).unwrap();
+    let inside = mover.mesh().tets[0][0] as usize;
+    let mut amend = |stage: &str, displacement: &mut Vec<DVec3>| {
+        if stage == "volume" {
+            displacement[inside] = to;
+        }
+    };
+    mover.update_amended(&case.design, &mut amend).unwrap()
+}
+
+fn names(folder: &TempDir) -> Vec<String> {
+    let entries = std::fs::read_dir(folder.path()).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name.starts_with("moved"));
+    names.sort();
+    names
+}
+
+#[test]
+fn a_bad_mesh_never_gets_the_good_name() {
+    let (folder, case) = example();
+    let outcome = spoilt(&case, DVec3::splat(3.0));
+    assert!(outcome.inverted > 0);
+    assert_eq!(outcome.valid().unwrap_err().why, Why::Invalid);
+    let written = case.write(&outcome).unwrap();
+    assert_eq!(written.len(), 3);
+    assert_eq!(names(&folder), ["moved.invalid.msh.gz", "moved.invalid.vtu", "moved.inverted.vtu"]);
+}
+
+#[test]
+fn a_mesh_without_finite_positions_is_not_written() {
+    let (folder, case) = example();
+    let outcome = spoilt(&case, DVec3::NAN);
+    assert_eq!(outcome.valid().unwrap_err().why, Why::NotFinite);
+    let error = case.write(&outcome).unwrap_err().to_string();
+    assert_eq!(error, "not converged: 1 vertices have no finite position; no mesh was written");
+    assert!(names(&folder).is_empty());
+}
+
+/// Errors of a case say which file is to blame.
+#[test]
+fn errors_point_into_files() {
+    let (folder, _) = example();
+    std::fs::write(folder.path().join("new.csv"), "profile,x,y,z\n1,0,zero,0\n").unwrap();
+    let error = Case::load(folder.path().join("case.toml")).err().unwrap().to_string();
+    assert!(error.contains("new.csv:2:"), "{error}");
+}
