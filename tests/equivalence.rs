@@ -65,7 +65,7 @@ fn numbering_does_not_matter() {
         // What comes out is in the order of what went in.
         let betas = quality::betas(found.vertices(), &rewritten.mesh().tets);
         assert!(betas.iter().zip(&found.beta).all(|(of_mesh, found)| (of_mesh - found).abs() < 1e-9), "{set}");
-        let expected = pick(&update(&mut straight, aircraft.profiles(set)).displacement(), &order);
+        let expected = pick(update(&mut straight, aircraft.profiles(set)).displacement(), &order);
         if let Err(mismatch) = compare(&expected, found.displacement(), 1e-6 * largest(&expected)) {
             panic!("{set}: {mismatch:?}, largest {}", largest(&expected));
         }

@@ -1,7 +1,7 @@
 //! [`Mover`]: the one door to idmesh. Set up once per mesh, run once per design.
 //!
 //! Everything that depends on the mesh alone (topology, wing vertices' places among the old profiles, continued
-//! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
+//! surfaces, stiffness, spectra, device buffers) is made by [`MoverBuilder::build`]; [`Mover::update`] starts from the undeformed
 //! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
 //!
 //! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
