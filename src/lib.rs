@@ -83,11 +83,13 @@ pub mod backend;
 pub mod case;
 #[doc(hidden)]
 pub mod cli;
+pub mod constraint;
 pub mod families;
 pub mod formats;
 #[doc(hidden)]
 pub mod geometry;
 pub mod kernels;
+pub mod memory;
 pub mod mesh;
 pub mod mover;
 pub mod profile;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use super::console::Console;
 use super::failure::Failure;
 use super::outputs;
-use crate::backend::check_memory;
 use crate::formats::{self, Fields, MeshFile};
+use crate::memory::check_memory;
 use crate::mesh;
 
 /// Arguments of `idmesh refine`.

@@ -22,8 +22,9 @@ pub use held_back::{Beyond, HeldBack};
 pub use warnings::Warning;
 
 use crate::{
-    backend::{Backend, BackendError, MemoryError, check_memory},
+    backend::{Backend, BackendError},
     families::{Families, PlacedBy, Role, SetupError},
+    memory::{MemoryError, check_memory},
     mesh::Displacement,
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
     profile::{Closeness, Missed, Profile, ProfileError},

@@ -18,7 +18,8 @@ use crate::families::shape::FamilyShape;
 use crate::mesh::Displacement;
 use crate::stage::SetUp;
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
     projection::TargetSurface,
     relaxation::{Convergence, Stopping},

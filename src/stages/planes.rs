@@ -8,7 +8,8 @@ use crate::families::PlacedBy;
 use crate::mesh::Displacement;
 use crate::stage::SetUp;
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     mesh::edges::triangle_edges,
     relaxation::{Convergence, Stopping},
 };

@@ -22,7 +22,8 @@ use crate::mesh::Displacement;
 use crate::stage::SetUp;
 use crate::stage::Wanted;
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     geometry::vertex_normals,
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
     profile::{

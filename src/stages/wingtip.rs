@@ -28,7 +28,8 @@ use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::Displacement;
 use crate::stage::SetUp;
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     geometry::triangle_normal,
     mesh::{
         FamilyId, TetMesh,

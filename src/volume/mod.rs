@@ -35,7 +35,9 @@ use springs::VolumeNetwork;
 use stepping::Stepping;
 
 use crate::{
-    backend::{BackendError, Constraint, MemoryError},
+    backend::BackendError,
+    constraint::Constraint,
+    memory::MemoryError,
     mesh::{Displacement, TetMesh},
     projection::crossing::Crossings,
     quality::faults,

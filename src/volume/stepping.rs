@@ -9,7 +9,9 @@ use super::{
     springs::VolumeNetwork,
 };
 use crate::{
-    backend::{BackendError, Constraint, check_memory},
+    backend::BackendError,
+    constraint::Constraint,
+    memory::check_memory,
     mesh::Displacement,
     relaxation::{Convergence, Stopping},
     report::Path,
