@@ -1,5 +1,5 @@
-//! What a vertex may do when everything around it moves. Stages say it, networks and optimisation keep to it, devices know a
-//! packed form of it ([`crate::kernels::constraint`]).
+//! What a vertex may do when everything around it moves. Stages say it, networks and optimisation
+//! keep to it, devices know a packed form of it ([`crate::kernels::constraint`]).
 
 use glam::DVec3;
 

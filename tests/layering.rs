@@ -1,5 +1,6 @@
-//! The map of the code holds: imports point downward, no files of a room import each other in a circle, only some modules touch files, only one names wgpu, nothing below
-//! the command line prints.
+//! The map of the code holds: imports point downward, no files of a room import each other in a
+//! circle, only some modules touch files, only one names wgpu, nothing below the command line
+//! prints.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -123,7 +124,8 @@ fn module_of(name: &str) -> Vec<&str> {
     name.trim_end_matches(".rs").split('/').filter(|part| *part != "mod").collect()
 }
 
-/// The paths that the code of a file names below a module in which it is, from `crate::` or through `super::`.
+/// The paths that the code of a file names below a module in which it is, from `crate::` or through
+/// `super::`.
 ///
 /// - `name`: the file's path under `src`
 /// - `module`: the names that lead from the crate to the module
@@ -219,7 +221,8 @@ fn imports_make_no_circle() {
     assert!(graph.is_empty(), "modules that import each other in a circle: {graph:?}");
 }
 
-/// What is left of a graph of imports when all is taken away that imports nothing any more: it goes round.
+/// What is left of a graph of imports when all is taken away that imports nothing any more: it goes
+/// round.
 fn circles(mut graph: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
     while let Some(free) = graph.iter().find(|(_, imports)| imports.is_empty()).map(|(module, _)| module.clone()) {
         graph.remove(&free);
@@ -230,8 +233,8 @@ fn circles(mut graph: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BT
     graph
 }
 
-/// Within a room, a file or folder is a unit. What its `mod.rs` hands on from a unit counts as that unit's; what it holds itself
-/// is not looked at.
+/// Within a room, a file or folder is a unit. What its `mod.rs` hands on from a unit counts as that
+/// unit's; what it holds itself is not looked at.
 #[test]
 fn files_of_a_room_make_no_circle() {
     for room in LAYERS.concat().into_iter().filter(|room| root().join(room).is_dir() && !OPEN.contains(room)) {
@@ -268,7 +271,8 @@ fn units(room: &str, files: &[(String, String)]) -> BTreeMap<String, BTreeSet<St
 #[test]
 fn only_some_modules_touch_files() {
     for (name, module, code) in sources() {
-        // The CPU backend asks the system for the processor's name, `memory` for what is left of it.
+        // The CPU backend asks the system for the processor's name, `memory` for what is left of
+        // it.
         if FILES.contains(&module.as_str()) || ["backend/cpu/mod.rs", "memory.rs"].contains(&name.as_str()) {
             continue;
         }
@@ -335,7 +339,8 @@ fn the_code_reader_sees_imports() {
     assert_eq!(named("quality/faults.rs", "use super::betas;"), [] as [&str; 0]);
 }
 
-/// The reader of a room sees ways round by `super`, by the crate, from a folder, and by a name that `mod.rs` hands on.
+/// The reader of a room sees ways round by `super`, by the crate, from a folder, and by a name that
+/// `mod.rs` hands on.
 #[test]
 fn the_reader_of_a_room_sees_circles() {
     let round = |files: &[(&str, &str)]| {

@@ -97,7 +97,7 @@ impl From<MoveError> for Failure {
     fn from(error: MoveError) -> Self {
         match error {
             MoveError::Backend(error) => error.into(),
-            error @ MoveError::VolumeResult(_) => Self::bad_input(error.to_string())
+            error @ MoveError::Stage(_) => Self::bad_input(error.to_string())
                 .with_hint("max_steps = 1 under [volume] makes do with one jump, come what may"),
             error => Self::bad_input(error.to_string()),
         }

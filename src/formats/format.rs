@@ -9,7 +9,8 @@ use super::new_file::NewFile;
 use super::out::Out;
 use crate::mesh::{OtherCells, TetMesh};
 
-/// One mesh file format: a row of [`FORMATS`](super::FORMATS). Every format may also be gzipped (`.msh.gz`).
+/// One mesh file format: a row of [`FORMATS`](super::FORMATS). Every format may also be gzipped
+/// (`.msh.gz`).
 pub struct Format {
     /// What messages call it.
     pub name: &'static str,
@@ -53,7 +54,8 @@ impl Format {
         }
     }
 
-    /// Whether a mesh of this format is a folder, which its whole name selects, and cannot be read from one file's bytes.
+    /// Whether a mesh of this format is a folder, which its whole name selects, and cannot be read
+    /// from one file's bytes.
     pub fn is_folder(&self) -> bool {
         matches!(self.create, Create::Folder(_))
     }

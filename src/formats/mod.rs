@@ -6,7 +6,8 @@
 //!
 //! To add a format: write its file here with a `FORMAT`, add that to [`FORMATS`] in `table.rs`.
 //!
-//! Files import from each other in one direction: the table from the formats, these from `format.rs` and the tools they share.
+//! Files import from each other in one direction: the table from the formats, these from
+//! `format.rs` and the tools they share.
 
 mod aflr3;
 mod atomic;

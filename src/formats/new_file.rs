@@ -113,7 +113,8 @@ impl<'a> NewFile<'a> {
     /// Checks that it can be written.
     ///
     /// # Errors
-    /// A coordinate is not finite, an array has the wrong length, or a cell names a vertex that is not there.
+    /// A coordinate is not finite, an array has the wrong length, or a cell names a vertex that is
+    /// not there.
     pub fn check(&self) -> Result<(), WriteError> {
         let NewFile { vertices, cells, others, fields, .. } = self;
         check_finite(vertices)?;

@@ -20,7 +20,8 @@ pub const FORMATS: &[Format] = &[
     cgns::FORMAT,
 ];
 
-/// The format that the path's extension selects, and that extension: of several that fit, the longest.
+/// The format that the path's extension selects, and that extension: of several that fit, the
+/// longest.
 pub(super) fn format_of(path: &Path) -> Option<(&'static Format, &'static str)> {
     let name = path.file_name()?.to_string_lossy().to_lowercase();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    EdgeGraph, Start, VolumeError, displaced,
+    EdgeGraph, Start, displaced,
     optimisation::{ENOUGH, MovedMesh, Smoothing},
     route::Route,
     springs::VolumeNetwork,
@@ -17,7 +17,7 @@ use crate::{
     report::Path,
     smoothing::{Smoothed, moved},
     springs::Springs,
-    stage::SetUp,
+    stage::{SetUp, StageError},
 };
 
 /// The first step on a path turns no body by more than this, in radians; steps get longer when they go well.
@@ -75,7 +75,7 @@ impl Stepping {
         set_up: &SetUp,
         stopping: &Stopping,
         observer: &dyn Fn(&str),
-    ) -> Result<Followed, VolumeError> {
+    ) -> Result<Followed, StageError> {
         let mut networks = NetworksAtShape::new(volume);
         let mut mesh = set_up.mesh.clone();
         let mut state = MovedMesh::new(mesh.vertices.clone(), &mesh.tets);
@@ -144,7 +144,7 @@ impl NetworksAtShape {
     }
 
     /// Those that are there, or else new ones at the shape of `set_up`'s mesh.
-    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut VolumeNetwork, VolumeError> {
+    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut VolumeNetwork, StageError> {
         let volume = match self.volume.take() {
             Some(volume) => volume,
             None => {
@@ -153,7 +153,7 @@ impl NetworksAtShape {
                     None => {
                         let n_tets = set_up.mesh.tets.len();
                         check_memory(PATH_BYTES * n_tets as u64)
-                            .map_err(|error| VolumeError::Memory { n_tets, error })?;
+                            .map_err(|error| StageError::Memory { n_tets, error })?;
                         EdgeGraph::new(set_up.mesh)
                     }
                 };
