@@ -21,7 +21,8 @@ use common::{
 };
 use glam::DVec3;
 use idmesh::{
-    backend::{Backend, Constraint, CpuBackend, Precision},
+    backend::{Backend, CpuBackend, Precision},
+    constraint::Constraint,
     formats,
     mesh::TetMesh,
     relaxation::{Convergence, FreeRows, Method, Network, Relaxer, Stopping},

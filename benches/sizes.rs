@@ -22,7 +22,8 @@ use common::{
 };
 use glam::DQuat;
 use idmesh::{
-    backend::{self, Backend, BackendError, Constraint, CpuBackend, Selection},
+    backend::{self, Backend, BackendError, CpuBackend, Selection},
+    constraint::Constraint,
     families::Role,
     formats::{self, MeshFile},
     mesh::{self, TetMesh},

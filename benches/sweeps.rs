@@ -14,7 +14,8 @@ use common::{
 };
 use glam::DVec3;
 use idmesh::{
-    backend::{self, Backend, BackendError, Constraint, CpuBackend, Precision, Selection},
+    backend::{self, Backend, BackendError, CpuBackend, Precision, Selection},
+    constraint::Constraint,
     formats,
     mesh::TetMesh,
     relaxation::FreeRows,

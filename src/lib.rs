@@ -36,12 +36,14 @@ pub mod backend;
 pub mod case;
 #[doc(hidden)]
 pub mod cli;
+pub mod constraint;
 pub mod families;
 pub mod formats;
 #[doc(hidden)]
 pub mod geometry;
 #[doc(hidden)]
 pub mod kernels;
+pub mod memory;
 pub mod mesh;
 pub mod mover;
 pub mod profile;

@@ -5,7 +5,8 @@ mod common;
 use common::brick::{Brick, noise_vector};
 use common::{Network, assert_close, compare};
 use glam::DVec3;
-use idmesh::backend::{Backend, Constraint, CpuBackend, DeviceNetwork, Precision, Sweep};
+use idmesh::backend::{Backend, CpuBackend, DeviceNetwork, Precision, Sweep};
+use idmesh::constraint::Constraint;
 use idmesh::springs::{Length, Torsion};
 
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };

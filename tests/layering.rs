@@ -1,5 +1,6 @@
-//! The map of the code holds: imports point downward, only some modules touch files, only one names wgpu, nothing below
-//! the command line prints.
+//! The map of the code holds: imports point downward, no files of a room import each other in a
+//! circle, only some modules touch files, only one names wgpu, nothing below the command line
+//! prints.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// The layers, lowest first. A module may import from lower layers and from its own, but never in a circle.
 const LAYERS: &[&[&str]] = &[
-    &["geometry", "mesh", "kernels", "quality", "text"],
+    &["geometry", "mesh", "kernels", "quality", "text", "constraint", "memory"],
     &["formats", "projection", "springs", "profile", "backend"],
     &["relaxation", "smoothing"],
     &["families"],
@@ -19,6 +20,9 @@ const LAYERS: &[&[&str]] = &[
     &["session"],
     &["cli"],
 ];
+
+/// Rooms whose files still import each other in a circle.
+const OPEN: &[&str] = &["backend", "mesh", "profile"];
 
 /// Modules that may touch files; the rest work on memory, so that they can be used from other programs.
 const FILES: &[&str] = &["formats", "case", "report", "session", "cli"];
@@ -113,44 +117,66 @@ fn raw_string(text: &str) -> Option<usize> {
 ///
 /// - `name`: the file's path under `src`
 fn imports(name: &str, code: &str) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    for (at, _) in code.match_indices("crate::") {
-        first_names(&code[at + "crate::".len()..], &mut found);
-    }
-    // A file `a/b.rs` is the module a::b, and `a/mod.rs` is a: from the one two steps lead up to the crate, from the other one.
-    let depth = name.trim_end_matches(".rs").split('/').filter(|part| *part != "mod").count();
-    let up = "super::".repeat(depth);
-    for (at, _) in code.match_indices(&up) {
-        if !code[..at].ends_with("super::") {
-            first_names(&code[at + up.len()..], &mut found);
-        }
+    paths_below(name, code, &[]).into_iter().filter_map(|path| path.first().cloned()).collect()
+}
+
+/// The module that a file is, as the names that lead to it: `a/b.rs` is a::b, and `a/mod.rs` is a.
+fn module_of(name: &str) -> Vec<&str> {
+    name.trim_end_matches(".rs").split('/').filter(|part| *part != "mod").collect()
+}
+
+/// The paths that the code of a file names below a module in which it is, from `crate::` or through
+/// `super::`.
+///
+/// - `name`: the file's path under `src`
+/// - `module`: the names that lead from the crate to the module
+fn paths_below(name: &str, code: &str, module: &[&str]) -> Vec<Vec<String>> {
+    let from_crate = code.match_indices("crate::").flat_map(|(at, word)| paths(&code[at + word.len()..]));
+    let below = |path: &Vec<String>| path.len() > module.len() && path[..module.len()] == *module;
+    let mut found: Vec<_> = from_crate.filter(below).map(|path| path[module.len()..].to_vec()).collect();
+    let up = "super::".repeat(module_of(name).len() - module.len());
+    if !up.is_empty() {
+        let through_super = code.match_indices(&up).filter(|(at, _)| !code[..*at].ends_with("super::"));
+        let after = through_super.map(|(at, up)| &code[at + up.len()..]).filter(|after| !after.starts_with("super::"));
+        found.extend(after.flat_map(paths));
     }
     found
 }
 
-/// The first names of a path or of a group of paths.
-fn first_names(after: &str, found: &mut BTreeSet<String>) {
-    let Some(group) = after.strip_prefix('{') else {
-        found.insert(identifier(after));
-        return;
-    };
-    // Names at the first level of braces begin after `{` or `,`.
-    let (mut depth, mut expecting) = (1, true);
+/// The paths that a path with groups in braces stands for; an alias comes last.
+fn paths(text: &str) -> Vec<Vec<String>> {
+    if let Some(group) = text.strip_prefix('{') {
+        return members(group).into_iter().flat_map(paths).collect();
+    }
+    let first = identifier(text);
+    match text[first.len()..].strip_prefix("::") {
+        Some(rest) => paths(rest).into_iter().map(|path| [vec![first.clone()], path].concat()).collect(),
+        None => {
+            let alias = text[first.len()..].strip_prefix(" as ").map(identifier);
+            vec![std::iter::once(first).chain(alias).collect()]
+        }
+    }
+}
+
+/// What stands between commas in a group in braces, without its opening brace.
+fn members(group: &str) -> Vec<&str> {
+    let (mut depth, mut from, mut found) = (0, 0, Vec::new());
     for (at, letter) in group.char_indices() {
         match letter {
             '{' => depth += 1,
-            '}' => depth -= 1,
-            ',' if depth == 1 => expecting = true,
-            _ if depth == 1 && expecting && !letter.is_whitespace() => {
-                found.insert(identifier(&group[at..]));
-                expecting = false;
+            '}' if depth > 0 => depth -= 1,
+            ',' | '}' if depth == 0 => {
+                found.push(group[from..at].trim());
+                from = at + 1;
+                if letter == '}' {
+                    break;
+                }
             }
             _ => {}
         }
-        if depth == 0 {
-            break;
-        }
     }
+    found.retain(|member| !member.is_empty());
+    found
 }
 
 fn identifier(text: &str) -> String {
@@ -192,21 +218,63 @@ fn imports_make_no_circle() {
         let known = imports(&name, &code).into_iter().filter(|import| layer(import).is_some() && *import != module);
         graph.entry(module.clone()).or_default().extend(known);
     }
-    // Take away modules that import nothing any more; what is left goes round.
+    let graph = circles(graph);
+    assert!(graph.is_empty(), "modules that import each other in a circle: {graph:?}");
+}
+
+/// What is left of a graph of imports when all is taken away that imports nothing any more: it goes
+/// round.
+fn circles(mut graph: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
     while let Some(free) = graph.iter().find(|(_, imports)| imports.is_empty()).map(|(module, _)| module.clone()) {
         graph.remove(&free);
         for imports in graph.values_mut() {
             imports.remove(&free);
         }
     }
-    assert!(graph.is_empty(), "modules that import each other in a circle: {graph:?}");
+    graph
+}
+
+/// Within a room, a file or folder is a unit. What its `mod.rs` hands on from a unit counts as that
+/// unit's; what it holds itself is not looked at.
+#[test]
+fn files_of_a_room_make_no_circle() {
+    for room in LAYERS.concat().into_iter().filter(|room| root().join(room).is_dir() && !OPEN.contains(room)) {
+        let files = sources().into_iter().filter(|(_, module, _)| module == room);
+        let files: Vec<_> = files.map(|(name, _, code)| (name, code)).collect();
+        let graph = circles(units(room, &files));
+        assert!(graph.is_empty(), "src/{room}: files that import each other in a circle: {graph:?}");
+    }
+}
+
+/// For each unit of a room the others that it imports.
+///
+/// - `files`: the room's files, by their paths under `src`, with their code
+fn units(room: &str, files: &[(String, String)]) -> BTreeMap<String, BTreeSet<String>> {
+    let unit = |name: &str| module_of(name).get(1).map(|unit| (*unit).to_owned());
+    let mut graph: BTreeMap<String, BTreeSet<String>> =
+        files.iter().filter_map(|(name, _)| Some((unit(name)?, BTreeSet::new()))).collect();
+    let own = &files.iter().find(|(name, _)| unit(name).is_none()).expect("a room has a mod.rs").1;
+    let uses = own.match_indices("use ").flat_map(|(at, word)| paths(&own[at + word.len()..]));
+    let handed_on: BTreeMap<String, String> =
+        uses.filter_map(|path| Some((path.last()?.clone(), path.first()?.clone()))).collect();
+    for (name, code) in files {
+        let Some(own) = unit(name) else { continue };
+        for path in paths_below(name, code, &[room]) {
+            let other = if graph.contains_key(&path[0]) { Some(&path[0]) } else { handed_on.get(&path[0]) };
+            if let Some(other) = other.filter(|other| graph.contains_key(*other) && **other != own) {
+                graph.get_mut(&own).unwrap().insert(other.clone());
+            }
+        }
+    }
+    graph
 }
 
 #[test]
 fn only_some_modules_touch_files() {
     for (name, module, code) in sources() {
-        // The CPU backend asks the system for the processor's name, and for the memory that is left.
-        if FILES.contains(&module.as_str()) || ["backend/cpu/mod.rs", "backend/memory.rs"].contains(&name.as_str()) {
+        // The CPU backend asks the system for the processor's name, `memory` for what is left of
+        // it.
+        if FILES.contains(&module.as_str()) || ["backend/cpu/mod.rs", "memory.rs"].contains(&name.as_str()) {
             continue;
         }
         for word in ["std::fs", "fs::", "File::", "OpenOptions", "tempfile"] {
@@ -270,4 +338,26 @@ fn the_code_reader_sees_imports() {
     assert_eq!(named("quality/mod.rs", "pub use super::report::Stage;"), ["report"]);
     assert_eq!(named("quality/faults.rs", "use super::super::{report::Stage, cli};"), ["cli", "report"]);
     assert_eq!(named("quality/faults.rs", "use super::betas;"), [] as [&str; 0]);
+}
+
+/// The reader of a room sees ways round by `super`, by the crate, from a folder, and by a name that
+/// `mod.rs` hands on.
+#[test]
+fn the_reader_of_a_room_sees_circles() {
+    let round = |files: &[(&str, &str)]| {
+        let files: Vec<_> = files.iter().map(|&(name, code)| (name.to_owned(), code.to_owned())).collect();
+        circles(units("room", &files)).into_keys().collect::<Vec<_>>()
+    };
+    let own = ("room/mod.rs", "mod a; mod b; mod c; pub use a::{First as Alpha, sub::Second};");
+    let b = ("room/b.rs", "use super::c;");
+    assert_eq!(round(&[own, ("room/a.rs", "use super::b::f;"), b, ("room/c.rs", "")]), [] as [&str; 0]);
+    for back in
+        ["use super::a::f;", "use crate::{mesh, room::{d, a::f}};", "fn f(x: &super::Second) {}", "crate::room::Alpha"]
+    {
+        assert_eq!(round(&[own, ("room/a.rs", "use super::b::f;"), b, ("room/c.rs", back)]), ["a", "b", "c"], "{back}");
+    }
+    let folder =
+        |code| [own, ("room/a/mod.rs", ""), ("room/a/sub.rs", code), ("room/b.rs", "use super::a;"), ("room/c.rs", "")];
+    assert_eq!(round(&folder("use super::b;")), [] as [&str; 0]);
+    assert_eq!(round(&folder("use super::super::b;")), ["a", "b"]);
 }

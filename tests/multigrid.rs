@@ -10,9 +10,10 @@ use common::compare_by;
 use glam::DVec3;
 use idmesh::{
     backend::{
-        Backend, Constraint, EdgeStiffness, Sweep,
+        Backend, EdgeStiffness, Sweep,
         cpu::{CpuBackend, Precision},
     },
+    constraint::Constraint,
     mesh::edges::{TetEdges, VertexGraph},
     relaxation::{Convergence, FreeRows, Method, Network, Relaxer, Stopping, multigrid::Hierarchy},
     springs::{Length, Stiffness, Torsion},

@@ -12,9 +12,9 @@ use common::{Mismatch, Network, as_vectors, compare, compare_by};
 use glam::DVec3;
 use idmesh::backend::gpu::{Bounds, GpuBackend};
 use idmesh::backend::{
-    Backend, BackendError, Constraint, CpuBackend, DeviceNetwork, Measure, Precision, Selection, Sweep, adapters,
-    select,
+    Backend, BackendError, CpuBackend, DeviceNetwork, Measure, Precision, Selection, Sweep, adapters, select,
 };
+use idmesh::constraint::Constraint;
 use idmesh::springs::{Length, Torsion};
 
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };

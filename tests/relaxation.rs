@@ -5,10 +5,8 @@ mod meshes;
 
 use glam::DVec3;
 use idmesh::{
-    backend::{
-        Constraint,
-        cpu::{CpuBackend, Precision},
-    },
+    backend::{CpuBackend, Precision},
+    constraint::Constraint,
     mesh::edges::{TetEdges, VertexGraph},
     relaxation::{Convergence, Method, Network, Relaxer, Spectrum, Stopping},
 };

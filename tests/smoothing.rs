@@ -10,7 +10,8 @@ mod shaken;
 
 use glam::DVec3;
 use idmesh::{
-    backend::{Backend, Constraint},
+    backend::Backend,
+    constraint::Constraint,
     mesh::TetMesh,
     quality,
     smoothing::{Goal, NONE, QualityTarget, Smoothed, Smoother, colour},

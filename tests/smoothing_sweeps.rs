@@ -9,7 +9,8 @@ mod shaken;
 
 use glam::{DMat3, DVec3};
 use idmesh::{
-    backend::{self, Backend, Ball, Constraint, CpuBackend},
+    backend::{self, Backend, Ball, CpuBackend},
+    constraint::Constraint,
     kernels::raise_worst_beta::{self, Corner},
     kernels::smooth_vertices::{MeanRatioObjective, Tets, derivatives, energy},
     kernels::star::Star,

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use glam::DVec3;
 use idmesh::{
-    backend::{Backend, Constraint, EdgeStiffness, Sweep},
+    backend::{Backend, EdgeStiffness, Sweep},
+    constraint::Constraint,
     mesh::{
         Order, TetMesh,
         edges::{TetEdges, VertexGraph},

@@ -6,14 +6,12 @@
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-mod memory;
 mod packed;
 mod select;
 mod smoother;
 mod vectors;
 
 pub use cpu::{CpuBackend, Precision};
-pub use memory::{MemoryError, check_memory};
 pub use select::{AdapterSummary, Selection, adapters, select};
 pub use smoother::{Ball, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 
@@ -22,20 +20,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::constraint::Constraint;
 use crate::mesh::csr::Csr;
-
-/// What a vertex of a network may do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Constraint {
-    /// Moves freely.
-    Free,
-    /// Stays at its prescribed displacement.
-    Held,
-    /// Moves perpendicular to this unit normal only.
-    InPlane(DVec3),
-    /// Moves along this unit direction only.
-    OnLine(DVec3),
-}
 
 /// A spring network as a backend sees it.
 #[derive(Clone, Copy, Debug)]

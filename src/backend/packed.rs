@@ -7,7 +7,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Constraint, EdgeStiffness, Measure, NetworkData};
+use super::{EdgeStiffness, Measure, NetworkData};
+use crate::constraint::Constraint;
 use crate::kernels::Real;
 use crate::kernels::constraint::kind;
 use crate::kernels::row::Rows;

@@ -5,8 +5,9 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::BackendError;
 use super::packed::{pack_constraint, power_of_two};
-use super::{BackendError, Constraint};
+use crate::constraint::Constraint;
 use crate::kernels::star::{FAR, Star};
 use crate::kernels::{Real, raise_worst_beta, smooth_vertices};
 use crate::mesh::csr::Csr;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
-use crate::backend::check_memory;
 use crate::formats::{self, Fields, MeshFile};
+use crate::memory::check_memory;
 use crate::mesh;
 use crate::session::check_distinct;
 

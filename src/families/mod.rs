@@ -13,7 +13,8 @@ pub use partners::{Partners, even};
 pub use roles::{PlacedBy, ROLES, Role, RoleOptions, RoleRow, TipStart};
 
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     mesh::{FamilyId, TetMesh, csr::Csr, half_edge::Surface},
     profile::ProfileError,
     projection::continuation::ContinuationError,

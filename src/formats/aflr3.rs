@@ -12,18 +12,18 @@ use std::path::{Path, PathBuf};
 
 use super::document::{Companion, Slots, SourceFile, narrow, write_shortest};
 use super::error::ReadError;
+use super::format::{Create, Format, Parsed};
 use super::mapbc;
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
 use super::new_file::NewFile;
 use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width};
-use super::table::Parsed;
 
 /// The format's name in [`super::FORMATS`].
-pub(super) const NAME: &str = "AFLR3";
+const NAME: &str = "AFLR3";
 
 /// The extensions of its variants.
-pub(super) const EXTENSIONS: &[&str] = &[
+const EXTENSIONS: &[&str] = &[
     "ugrid",
     "b8.ugrid",
     "lb8.ugrid",
@@ -36,6 +36,17 @@ pub(super) const EXTENSIONS: &[&str] = &[
     "r4.ugrid",
     "lr4.ugrid",
 ];
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(super) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: EXTENSIONS,
+    description: "AFLR3, ascii or binary by extension (.b8.ugrid, ...); families are named in a .mapbc file beside",
+    read,
+    create: Create::File(create),
+    limits,
+    companion: Some(companion),
+};
 
 /// Where the corners of a pyramid stand in the file: its base is 2, 1, 4, 5 there, its apex 3.
 const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
@@ -136,7 +147,7 @@ impl Reader<'_> {
 }
 
 /// Reads an AFLR3 file from its (decompressed) bytes; beside `path` a `.mapbc` file is looked for.
-pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let variant = Variant::of(extension);
     let mut reader = Reader { scanner: Scanner::new(path, &bytes), variant };
     (reader.scanner.encoding, reader.scanner.width) = (variant.encoding, variant.width);
@@ -209,7 +220,7 @@ fn mapbc_path(path: &Path) -> PathBuf {
 }
 
 /// Writes an AFLR3 file whose arrays have been checked. References are the families' numbers, counted from 1.
-pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let variant = Variant::of(new_file.extension);
     let index = |out: &mut Out, value: u64, end: &str| match variant.encoding {
         Encoding::Text => write!(out, "{value}{end}"),
@@ -288,13 +299,13 @@ fn write_index(out: &mut Out, value: u64, endian: Endian, long: bool) -> io::Res
 }
 
 /// The `.mapbc` file of a new mesh: the families' names, without boundary conditions.
-pub(super) fn companion(new_file: &NewFile) -> Companion {
+fn companion(new_file: &NewFile) -> Companion {
     let names = mapbc::names(new_file);
     Companion { path: mapbc_path, bytes: Some(mapbc::without_conditions(&names)), names }
 }
 
 /// What a new file holds otherwise: no boundary conditions, names without spaces, perhaps single precision.
-pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+fn limits(new_file: &NewFile) -> Vec<String> {
     let mut limits = mapbc::limits(new_file);
     limits.push("boundary conditions: the .mapbc file beside it gives every family the number 0".to_string());
     if Variant::of(new_file.extension).width == Width::Single {

@@ -1,5 +1,6 @@
 //! The bytes of a mesh file that was read, and where its coordinates stand in them.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -7,7 +8,6 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::mapbc::Names;
 use super::out::Out;
 use super::scanner::{Encoding, Width, find_byte, next_token, parse_double};
 
@@ -34,6 +34,9 @@ pub(super) struct SourceFile {
 
 /// Files of a folder: their names and contents.
 pub(super) type NamedFiles = Vec<(String, Vec<u8>)>;
+
+/// What the references of a mesh's faces are called.
+pub(super) type Names = BTreeMap<i32, String>;
 
 /// A small file beside a mesh file, that holds what the mesh file cannot.
 #[derive(Debug)]

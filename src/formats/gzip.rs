@@ -1,12 +1,16 @@
-//! Gzip on all threads.
+//! Gzip: files are packed on all threads, and unpacked.
 //!
 //! A gzip file may consist of members one after another, which unpack to one whole (RFC 1952, section 2.2). Here every
 //! member holds as many bytes of the file as another, however many threads there are, so the file is always the same.
 
-use std::io::{self, Write};
+use std::borrow::Cow;
+use std::io::{self, Read, Write};
+use std::path::Path;
 
-use flate2::{Compression, write::GzEncoder};
+use flate2::{Compression, read::MultiGzDecoder, write::GzEncoder};
 use rayon::prelude::*;
+
+use super::error::ReadError;
 
 /// Bytes of the plain file in a member.
 const MEMBER: usize = 1 << 19;
@@ -64,6 +68,18 @@ impl Write for Gzip<'_> {
     /// A member is packed when it is full or the last.
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
+    }
+}
+
+/// The contents of a file that may be gzipped; `path` is for messages.
+pub(super) fn unzipped<'a>(path: &Path, bytes: Cow<'a, [u8]>) -> Result<Cow<'a, [u8]>, ReadError> {
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return Ok(bytes);
+    }
+    let mut plain = Vec::new();
+    match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain) {
+        Ok(_) => Ok(plain.into()),
+        Err(source) => Err(ReadError::Zipped { path: path.into(), source }),
     }
 }
 

@@ -6,22 +6,18 @@
 //!
 //! Source: the FUN3D manual, "Grid Formats"; NASA's TetrUSS documentation.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::str::from_utf8;
 
-use super::document::Companion;
+use super::document::{Companion, Names};
 use super::error::{ReadError, WriteError};
 use super::lines::{Line, Lines};
 use super::mesh_builder::surface;
 use super::new_file::{NewFile, clean_names, renamed};
 use super::scanner::shown;
 use crate::text::decode;
-
-/// The names of references.
-pub(super) type Names = BTreeMap<i32, String>;
 
 /// What a file says.
 #[derive(Debug, Default)]

@@ -11,21 +11,32 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::document::{Companion, Slots, SourceFile, write_shortest};
+use super::document::{Companion, Names, Slots, SourceFile, write_shortest};
 use super::error::ReadError;
-use super::mapbc::{self, Mapbc, Names};
+use super::format::{Create, Format, Parsed};
+use super::mapbc::{self, Mapbc};
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
 use super::new_file::NewFile;
 use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
-use super::table::Parsed;
 use super::vtk::{list_names, parse_names};
 
 /// The format's name in [`super::FORMATS`].
-pub(super) const NAME: &str = "Medit";
+const NAME: &str = "Medit";
 
 /// The extensions: text, then binary.
-pub(super) const EXTENSIONS: &[&str] = &["mesh", "meshb"];
+const EXTENSIONS: &[&str] = &["mesh", "meshb"];
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(super) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: EXTENSIONS,
+    description: "Medit, text (.mesh) or binary (.meshb); families are references, named in a .mapbc file beside",
+    read,
+    create: Create::File(create),
+    limits,
+    companion: Some(companion),
+};
 
 /// A kind of section: its keyword, its number in a binary file.
 struct Keyword {
@@ -83,7 +94,7 @@ struct Reader<'a> {
 }
 
 /// Reads a Medit file from its (decompressed) bytes; `path` is for messages.
-pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut reader = Reader {
         scanner: Scanner::new(path, &bytes),
         long: false,
@@ -334,7 +345,7 @@ fn elements<'a>(new_file: &NewFile<'a>, shape: CellKind) -> impl Iterator<Item =
 }
 
 /// Writes a Medit file whose arrays have been checked: version 2, or 3 where version 2 cannot say the file's size.
-pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     if new_file.extension == "mesh" { create_text(out, new_file) } else { create_binary(out, new_file) }
 }
 
@@ -399,13 +410,13 @@ fn create_binary(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
 }
 
 /// What references a new binary file has, so that no other mesh's `.mapbc` names them. A text file says its names itself.
-pub(super) fn companion(new_file: &NewFile) -> Companion {
+fn companion(new_file: &NewFile) -> Companion {
     let names = if new_file.extension == "mesh" { Names::new() } else { mapbc::names(new_file) };
     Companion { path: mapbc_path, bytes: None, names }
 }
 
 /// What a binary Medit file does not hold: names.
-pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+fn limits(new_file: &NewFile) -> Vec<String> {
     if new_file.extension == "mesh" {
         return Vec::new();
     }

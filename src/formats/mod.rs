@@ -4,7 +4,10 @@
 //! crate knows nothing of survive, and a mesh that did not move gives the very same file. Written in another format, the
 //! mesh and its families go into a new file.
 //!
-//! To add a format: write its file here, add its line to [`FORMATS`] in `table.rs`.
+//! To add a format: write its file here with a `FORMAT`, add that to [`FORMATS`] in `table.rs`.
+//!
+//! Files import from each other in one direction: the table from the formats, these from
+//! `format.rs` and the tools they share.
 
 mod aflr3;
 mod atomic;
@@ -12,6 +15,7 @@ mod atomic;
 mod cgns;
 mod document;
 mod error;
+mod format;
 mod gmsh;
 mod gzip;
 mod lines;
@@ -32,7 +36,8 @@ mod write;
 pub(crate) use atomic::check as check_writable;
 pub use atomic::write_atomically;
 pub use error::{Location, ReadError, WriteError};
+pub use format::Format;
 pub use new_file::{Cells, Fields};
 pub use read::{MeshFile, read, read_bytes, read_mixed};
-pub use table::{FORMATS, Format};
+pub use table::FORMATS;
 pub use vtk::{Polylines, read_polylines, write_vtu};

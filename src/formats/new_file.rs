@@ -5,6 +5,7 @@ use std::slice::ChunksExact;
 
 use glam::DVec3;
 
+use super::error::WriteError;
 use super::mesh_builder::CellKind;
 use crate::mesh::{FamilyId, OtherCells, TetMesh};
 
@@ -108,6 +109,31 @@ impl<'a> NewFile<'a> {
     pub fn elements(&self) -> impl Iterator<Item = (CellKind, &'a [u32])> + use<'a> {
         self.volume_cells().chain(self.faces().map(|(shape, face, _)| (shape, face)))
     }
+
+    /// Checks that it can be written.
+    ///
+    /// # Errors
+    /// A coordinate is not finite, an array has the wrong length, or a cell names a vertex that is
+    /// not there.
+    pub fn check(&self) -> Result<(), WriteError> {
+        let NewFile { vertices, cells, others, fields, .. } = self;
+        check_finite(vertices)?;
+        check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
+        check_length("quadrilateral families", others.quadrilateral_family.len(), others.quadrilaterals.len())?;
+        check_vertices("tet", cells.tets, vertices.len())?;
+        check_vertices("triangle", cells.triangles, vertices.len())?;
+        check_vertices("pyramid", &others.pyramids, vertices.len())?;
+        check_vertices("prism", &others.prisms, vertices.len())?;
+        check_vertices("hexahedron", &others.hexahedra, vertices.len())?;
+        check_vertices("quadrilateral", &others.quadrilaterals, vertices.len())?;
+        if let Some(displacement) = fields.displacement {
+            check_length("displacement", displacement.len(), vertices.len())?;
+        }
+        match fields.beta {
+            Some(beta) => check_length("beta", beta.len(), cells.tets.len()),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Names with every letter replaced by `_` that the format does not take, and all different.
@@ -125,4 +151,29 @@ pub(super) fn clean_names(names: &[String], takes: impl Fn(char) -> bool) -> Vec
 pub(super) fn renamed(names: &[String], new: &[String]) -> Vec<String> {
     let changed = names.iter().zip(new).filter(|(old, new)| old != new);
     changed.map(|(old, new)| format!("the family '{old}' is called '{new}'")).collect()
+}
+
+/// Fails if an array has another length than it must.
+pub(super) fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), WriteError> {
+    if found == expected { Ok(()) } else { Err(WriteError::Length { what, found, expected }) }
+}
+
+fn check_vertices<const N: usize>(
+    entity: &'static str,
+    cells: &[[u32; N]],
+    n_vertices: usize,
+) -> Result<(), WriteError> {
+    let broken = |cell: &[u32; N]| cell.iter().copied().find(|&vertex| vertex as usize >= n_vertices);
+    match cells.iter().enumerate().find_map(|(index, cell)| Some((index, broken(cell)?))) {
+        Some((index, vertex)) => Err(WriteError::VertexOutOfRange { entity, index, vertex, n_vertices }),
+        None => Ok(()),
+    }
+}
+
+/// Fails if a coordinate is NaN or infinite.
+pub(super) fn check_finite(vertices: &[DVec3]) -> Result<(), WriteError> {
+    match vertices.iter().position(|vertex| !vertex.is_finite()) {
+        Some(vertex) => Err(WriteError::NotFinite { vertex, position: vertices[vertex] }),
+        None => Ok(()),
+    }
 }

@@ -1,6 +1,11 @@
 //! What mesh files are written into.
 
 use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::atomic::write_atomically;
+use super::error::WriteError;
+use super::gzip::Gzip;
 
 /// Takes numbers one by one: with a virtual call for each, it would be that which takes the time.
 pub(super) type Out<'a> = BufWriter<&'a mut dyn Write>;
@@ -10,4 +15,18 @@ pub(super) fn in_blocks(out: &mut dyn Write, write: impl FnOnce(&mut Out) -> io:
     let mut blocks = Out::with_capacity(1 << 16, out);
     write(&mut blocks)?;
     blocks.flush()
+}
+
+/// Writes a file, gzipped if its name ends in `.gz`; it appears complete or not at all.
+pub(super) fn write_file(path: &Path, write: impl FnOnce(&mut Out) -> io::Result<()>) -> Result<(), WriteError> {
+    let gzipped = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let result = write_atomically(path, |out| {
+        if !gzipped {
+            return in_blocks(out, write);
+        }
+        let mut gzip = Gzip::new(out);
+        in_blocks(&mut gzip, write)?;
+        gzip.finish()
+    });
+    result.map_err(|source| WriteError::Io { path: path.into(), source })
 }

@@ -1,17 +1,15 @@
 //! Reading a mesh file of any format, plain or gzipped.
 
-use std::borrow::Cow;
 use std::fs;
-use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use flate2::read::MultiGzDecoder;
-
 use super::document::SourceFile;
 use super::error::ReadError;
+use super::format::{Format, Parsed};
+use super::gzip::unzipped;
 use super::openfoam;
-use super::table::{Format, Parsed, known};
+use super::table::{format_of, known};
 use crate::mesh::{OtherCells, TetMesh};
 
 /// A mesh together with the file it came from.
@@ -82,18 +80,6 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     Ok(MeshFile { mesh, others, document: Some(Arc::new(document)) })
 }
 
-/// The contents of a file that may be gzipped; `path` is for messages.
-pub(super) fn unzipped<'a>(path: &Path, bytes: Cow<'a, [u8]>) -> Result<Cow<'a, [u8]>, ReadError> {
-    if !bytes.starts_with(&[0x1f, 0x8b]) {
-        return Ok(bytes);
-    }
-    let mut plain = Vec::new();
-    match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain) {
-        Ok(_) => Ok(plain.into()),
-        Err(source) => Err(ReadError::Zipped { path: path.into(), source }),
-    }
-}
-
 fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadError> {
     let name = path.to_string_lossy().to_ascii_lowercase();
     if cfg!(not(feature = "cgns")) && name.trim_end_matches(".gz").ends_with(".cgns") {
@@ -105,5 +91,5 @@ fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadErro
             ("a list of files (.pvtu)".into(), "merge them (in ParaView: Merge Blocks) and save as .vtu");
         return Err(ReadError::Unsupported { path: path.into(), found, hint });
     }
-    Format::of(path).ok_or_else(|| ReadError::UnknownFormat { path: path.into(), known: known() })
+    format_of(path).ok_or_else(|| ReadError::UnknownFormat { path: path.into(), known: known() })
 }

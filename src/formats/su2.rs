@@ -12,17 +12,28 @@ use glam::DVec3;
 
 use super::document::{Slots, SourceFile, write_shortest};
 use super::error::ReadError;
+use super::format::{Create, Format, Parsed};
 use super::lines::{Line, Lines};
 use super::mesh_builder::{Kind, MOST_VERTICES, MeshBuilder, check_finite_at};
 use super::new_file::{NewFile, clean_names, renamed};
 use super::out::Out;
 use super::scanner::{Encoding, Width, shown};
-use super::table::Parsed;
 use super::vtk::{vtk_kind, vtk_number};
 use crate::text::decode;
 
 /// The format's name in [`super::FORMATS`].
-pub(super) const NAME: &str = "SU2";
+const NAME: &str = "SU2";
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(super) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: &["su2"],
+    description: "SU2 native; families are the markers",
+    read,
+    create: Create::File(create),
+    limits,
+    companion: None,
+};
 
 /// What the sections of the file have given so far.
 #[derive(Default)]
@@ -43,7 +54,7 @@ struct Parts {
 }
 
 /// Reads an SU2 file from its (decompressed) bytes; `path` is for messages.
-pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
     let mut lines = Lines::new(path, &bytes, b"%");
     // Lines without a keyword are fine after one that idmesh does not know.
@@ -247,7 +258,7 @@ fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> R
 }
 
 /// Writes an SU2 file whose arrays have been checked.
-pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let element = |out: &mut Out, number: u8, corners: &[u32]| {
         write!(out, "{number}")?;
         corners.iter().try_for_each(|vertex| write!(out, " {vertex}"))
@@ -278,7 +289,7 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
 }
 
 /// What an SU2 file holds otherwise: names with spaces.
-pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+fn limits(new_file: &NewFile) -> Vec<String> {
     renamed(new_file.cells.families, &clean_names(new_file.cells.families, clean))
 }
 

@@ -1,155 +1,37 @@
-//! The table of formats: what selects each, and how it is read and written.
+//! The table of formats, and which of them a path selects.
 
-use std::io;
 use std::path::Path;
 
 #[cfg(feature = "cgns")]
 use super::cgns;
-use super::document::{Companion, NamedFiles, SourceFile};
-use super::error::{ReadError, WriteError};
-use super::new_file::NewFile;
-use super::out::Out;
+use super::format::Format;
 use super::{aflr3, gmsh, medit, openfoam, su2, vtk};
-use crate::mesh::{OtherCells, TetMesh};
 
 /// The mesh file formats, in the order in which messages list them.
 pub const FORMATS: &[Format] = &[
-    Format {
-        name: gmsh::NAME,
-        extensions: &["msh"],
-        description: "Gmsh 4.1 or 2.2, ascii or binary; families are the surface's physical groups",
-        read: gmsh::read,
-        create: Create::File(gmsh::create),
-        limits: gmsh::limits,
-        companion: None,
-    },
-    Format {
-        name: su2::NAME,
-        extensions: &["su2"],
-        description: "SU2 native; families are the markers",
-        read: su2::read,
-        create: Create::File(su2::create),
-        limits: su2::limits,
-        companion: None,
-    },
-    Format {
-        name: vtk::vtu::NAME,
-        extensions: &["vtu"],
-        description: "VTK unstructured grid for ParaView, with families, displacement and beta",
-        read: vtk::vtu::read,
-        create: Create::File(vtk::create),
-        limits: |_| Vec::new(),
-        companion: None,
-    },
-    Format {
-        name: vtk::legacy::NAME,
-        extensions: &["vtk"],
-        description: "legacy VTK unstructured grid, ascii or binary; families as in VTU",
-        read: vtk::legacy::read,
-        create: Create::File(vtk::legacy::create),
-        limits: vtk::legacy::limits,
-        companion: None,
-    },
-    Format {
-        name: aflr3::NAME,
-        extensions: aflr3::EXTENSIONS,
-        description: "AFLR3, ascii or binary by extension (.b8.ugrid, ...); families are named in a .mapbc file beside",
-        read: aflr3::read,
-        create: Create::File(aflr3::create),
-        limits: aflr3::limits,
-        companion: Some(aflr3::companion),
-    },
-    Format {
-        name: medit::NAME,
-        extensions: medit::EXTENSIONS,
-        description: "Medit, text (.mesh) or binary (.meshb); families are references, named in a .mapbc file beside",
-        read: medit::read,
-        create: Create::File(medit::create),
-        limits: medit::limits,
-        companion: Some(medit::companion),
-    },
-    Format {
-        name: openfoam::NAME,
-        extensions: openfoam::NAMES,
-        description: "OpenFOAM, a folder polyMesh or its points, ascii or binary; families are the patches",
-        read: openfoam::read,
-        create: Create::Folder(openfoam::create),
-        limits: openfoam::limits,
-        companion: None,
-    },
+    gmsh::FORMAT,
+    su2::FORMAT,
+    vtk::vtu::FORMAT,
+    vtk::legacy::FORMAT,
+    aflr3::FORMAT,
+    medit::FORMAT,
+    openfoam::FORMAT,
     #[cfg(feature = "cgns")]
-    Format {
-        name: cgns::NAME,
-        extensions: &["cgns"],
-        description: "CGNS in HDF5, one unstructured zone; families are the boundary conditions",
-        read: cgns::read,
-        create: Create::File(cgns::create),
-        limits: cgns::limits,
-        companion: None,
-    },
+    cgns::FORMAT,
 ];
 
-/// One mesh file format: a row of [`FORMATS`]. Every format may also be gzipped (`.msh.gz`).
-pub struct Format {
-    /// What messages call it.
-    pub name: &'static str,
-    /// Extensions that select it, lower case, without the dot.
-    pub extensions: &'static [&'static str],
-    /// What it holds, one line.
-    pub description: &'static str,
-    pub(super) read: Reader,
-    pub(super) create: Create,
-    /// What a new file will not hold or hold otherwise, in words.
-    pub(super) limits: fn(&NewFile) -> Vec<String>,
-    /// A small file that belongs to a new one.
-    pub(super) companion: Option<fn(&NewFile) -> Companion>,
-}
-
-/// Reads the (decompressed) bytes of the file at that path, which that extension selected.
-pub(super) type Reader = fn(&Path, &'static str, Vec<u8>) -> Result<Parsed, ReadError>;
-
-/// How a new mesh is written.
-pub(super) enum Create {
-    File(Creator),
-    /// Names and contents of the files of a folder, the one that makes it a mesh last.
-    Folder(fn(&NewFile) -> io::Result<NamedFiles>),
-}
-
-pub(super) type Creator = fn(&mut Out, &NewFile) -> io::Result<()>;
-
-/// What a reader makes of a file.
-pub(super) struct Parsed {
-    pub mesh: TetMesh,
-    pub others: OtherCells,
-    pub document: SourceFile,
-}
-
-impl Format {
-    /// How a new file is written, if it is one file.
-    pub(super) fn creator(&self, path: &Path) -> Result<Creator, WriteError> {
-        match self.create {
-            Create::File(create) => Ok(create),
-            Create::Folder(_) => Err(needs_folder(path)),
-        }
-    }
-
-    /// Whether a mesh of this format is a folder, which its whole name selects, and cannot be read from one file's bytes.
-    pub fn is_folder(&self) -> bool {
-        matches!(self.create, Create::Folder(_))
-    }
-
-    /// The format that the path's extension selects, and that extension: of several that fit, the longest.
-    pub(super) fn of(path: &Path) -> Option<(&'static Format, &'static str)> {
-        let name = path.file_name()?.to_string_lossy().to_lowercase();
-        let stem = name.strip_suffix(".gz").unwrap_or(&name);
-        let all = FORMATS.iter().flat_map(|format| format.extensions.iter().map(move |&extension| (format, extension)));
-        let fits = |format: &Format, extension: &str| match format.is_folder() {
-            // `polyMesh.invalid` is one, too.
-            true => stem.strip_prefix(extension).is_some_and(|rest| matches!(rest, "" | ".invalid")),
-            false => stem.strip_suffix(extension).is_some_and(|stem| stem.ends_with('.')),
-        };
-        all.filter(|(format, extension)| fits(format, extension)).max_by_key(|(_, extension)| extension.len())
-    }
+/// The format that the path's extension selects, and that extension: of several that fit, the
+/// longest.
+pub(super) fn format_of(path: &Path) -> Option<(&'static Format, &'static str)> {
+    let name = path.file_name()?.to_string_lossy().to_lowercase();
+    let stem = name.strip_suffix(".gz").unwrap_or(&name);
+    let all = FORMATS.iter().flat_map(|format| format.extensions.iter().map(move |&extension| (format, extension)));
+    let fits = |format: &Format, extension: &str| match format.is_folder() {
+        // `polyMesh.invalid` is one, too.
+        true => stem.strip_prefix(extension).is_some_and(|rest| matches!(rest, "" | ".invalid")),
+        false => stem.strip_suffix(extension).is_some_and(|stem| stem.ends_with('.')),
+    };
+    all.filter(|(format, extension)| fits(format, extension)).max_by_key(|(_, extension)| extension.len())
 }
 
 /// The known extensions, for messages: `.msh (Gmsh), .vtu (VTU)`.
@@ -159,10 +41,4 @@ pub(super) fn known() -> String {
         format.extensions.iter().map(|extension| format!("{dot}{extension}")).collect::<Vec<_>>().join(", ")
     };
     FORMATS.iter().map(|format| format!("{} ({})", extensions(format), format.name)).collect::<Vec<_>>().join(", ")
-}
-
-/// The error that a new mesh of a folder's format has another name.
-pub(super) fn needs_folder(path: &Path) -> WriteError {
-    let message = "a new OpenFOAM mesh is a folder with the name polyMesh";
-    WriteError::Io { path: path.into(), source: io::Error::new(io::ErrorKind::InvalidInput, message) }
 }

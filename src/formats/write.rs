@@ -1,20 +1,20 @@
 //! Writing a mesh: its own file with other coordinates, or a new one.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use super::atomic::{self, write_atomically};
-use super::document::{Companion, SourceFile};
+use super::document::{Companion, Names, SourceFile};
 use super::error::WriteError;
-use super::gzip::Gzip;
-use super::mapbc::{self, Names};
-use super::new_file::{Cells, Fields, NewFile};
+use super::format::{Create, Format, needs_folder};
+use super::mapbc;
+use super::new_file::{Cells, Fields, NewFile, check_finite, check_length};
 use super::openfoam;
-use super::out::{Out, in_blocks};
+use super::out::{in_blocks, write_file};
 use super::read::MeshFile;
-use super::table::{Create, Creator, Format, known, needs_folder};
+use super::table::{format_of, known};
 
 impl MeshFile {
     /// Writes the mesh with its vertices at `vertices` `[n_vertices]` to `path`, in the format that the extension of
@@ -47,7 +47,10 @@ impl MeshFile {
         let new_file = self.new_file(vertices, *fields, extension);
         let create = format.creator(path)?;
         let companion = format.companion.map(|companion| companion(&new_file));
-        with_companion(path, companion.as_ref(), || create_file(path, create, &new_file))
+        with_companion(path, companion.as_ref(), || {
+            new_file.check()?;
+            write_file(path, |out| create(out, &new_file))
+        })
     }
 
     /// As [`MeshFile::write`], but into `out` and never gzipped; `path` selects the format only. Files that belong to it
@@ -72,7 +75,7 @@ impl MeshFile {
             }
             None => {
                 let new_file = self.new_file(vertices, *fields, extension);
-                check_content(&new_file)?;
+                new_file.check()?;
                 let create = format.creator(path)?;
                 in_blocks(out, |out| create(out, &new_file))
             }
@@ -172,7 +175,7 @@ impl MeshFile {
             }
             (None, Create::Folder(create)) => {
                 let new_file = self.new_file(vertices, Fields::default(), "");
-                check_content(&new_file)?;
+                new_file.check()?;
                 create(&new_file).map_err(io)?
             }
             (None, _) => return Err(needs_folder(path)),
@@ -193,7 +196,7 @@ impl MeshFile {
 }
 
 fn output_format(path: &Path) -> Result<(&'static Format, &'static str), WriteError> {
-    Format::of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known() })
+    format_of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known() })
 }
 
 /// Whether a path of a folder's format names the folder, not the file in it.
@@ -224,66 +227,4 @@ fn with_companion(
     }
     let written = write_atomically(&path, |out| out.write_all(bytes));
     written.map_err(|source| WriteError::Io { path, source })
-}
-
-/// Writes a new file after checking what goes into it.
-pub(super) fn create_file(path: &Path, create: Creator, new_file: &NewFile) -> Result<(), WriteError> {
-    check_content(new_file)?;
-    write_file(path, |out| create(out, new_file))
-}
-
-fn check_content(new_file: &NewFile) -> Result<(), WriteError> {
-    let NewFile { vertices, cells, others, fields, .. } = new_file;
-    check_finite(vertices)?;
-    check_length("triangle families", cells.triangle_family.len(), cells.triangles.len())?;
-    check_length("quadrilateral families", others.quadrilateral_family.len(), others.quadrilaterals.len())?;
-    check_vertices("tet", cells.tets, vertices.len())?;
-    check_vertices("triangle", cells.triangles, vertices.len())?;
-    check_vertices("pyramid", &others.pyramids, vertices.len())?;
-    check_vertices("prism", &others.prisms, vertices.len())?;
-    check_vertices("hexahedron", &others.hexahedra, vertices.len())?;
-    check_vertices("quadrilateral", &others.quadrilaterals, vertices.len())?;
-    if let Some(displacement) = fields.displacement {
-        check_length("displacement", displacement.len(), vertices.len())?;
-    }
-    match fields.beta {
-        Some(beta) => check_length("beta", beta.len(), cells.tets.len()),
-        None => Ok(()),
-    }
-}
-
-fn write_file(path: &Path, write: impl FnOnce(&mut Out) -> io::Result<()>) -> Result<(), WriteError> {
-    let gzipped = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
-    let result = write_atomically(path, |out| {
-        if !gzipped {
-            return in_blocks(out, write);
-        }
-        let mut gzip = Gzip::new(out);
-        in_blocks(&mut gzip, write)?;
-        gzip.finish()
-    });
-    result.map_err(|source| WriteError::Io { path: path.into(), source })
-}
-
-fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), WriteError> {
-    if found == expected { Ok(()) } else { Err(WriteError::Length { what, found, expected }) }
-}
-
-fn check_vertices<const N: usize>(
-    entity: &'static str,
-    cells: &[[u32; N]],
-    n_vertices: usize,
-) -> Result<(), WriteError> {
-    let broken = |cell: &[u32; N]| cell.iter().copied().find(|&vertex| vertex as usize >= n_vertices);
-    match cells.iter().enumerate().find_map(|(index, cell)| Some((index, broken(cell)?))) {
-        Some((index, vertex)) => Err(WriteError::VertexOutOfRange { entity, index, vertex, n_vertices }),
-        None => Ok(()),
-    }
-}
-
-fn check_finite(vertices: &[DVec3]) -> Result<(), WriteError> {
-    match vertices.iter().position(|vertex| !vertex.is_finite()) {
-        Some(vertex) => Err(WriteError::NotFinite { vertex, position: vertices[vertex] }),
-        None => Ok(()),
-    }
 }

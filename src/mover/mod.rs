@@ -36,21 +36,17 @@ pub use settings::Settings;
 pub use warnings::Warning;
 
 use crate::{
-    backend::{Backend, BackendError, MemoryError, check_memory},
+    backend::{Backend, BackendError},
     families::{Families, PlacedBy, Role, SetupError},
+    memory::{MemoryError, check_memory},
     mesh::Displacement,
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
     profile::{Profile, ProfileError},
-    projection::crossing::Crossings,
     quality::{self, Statistics, faults::EdgeAngles},
-    stage::SetUp,
-    stages::{
-        WingProfiles, carenage::Carenages, planes::Planes, trailing_edge::TrailingEdges, wing::Wings, wingtip::Wingtips,
-    },
+    stage::{SetUp, StageError},
+    stages::{STAGES, Stages, WingProfiles},
     text::nearest::{did_you_mean, quoted},
-    volume::{
-        EdgeGraph, {VolumeError, VolumeResult, VolumeStage, displaced},
-    },
+    volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
 };
 
 /// One design: what replaces the old shape.
@@ -159,19 +155,19 @@ pub enum MoveError {
         /// What is lacking.
         error: MemoryError,
     },
-    /// There is no memory to lead the inside to the design in steps.
+    /// There is no memory for a stage: to lead the inside to the design in steps.
     #[error(transparent)]
-    VolumeResult(VolumeError),
+    Stage(StageError),
     /// The backend failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
 }
 
-impl From<VolumeError> for MoveError {
-    fn from(error: VolumeError) -> Self {
+impl From<StageError> for MoveError {
+    fn from(error: StageError) -> Self {
         match error {
-            VolumeError::Backend(error) => error.into(),
-            error => Self::VolumeResult(error),
+            StageError::Backend(error) => error.into(),
+            error => Self::Stage(error),
         }
     }
 }
@@ -188,20 +184,14 @@ pub struct Mover {
     ordered: TetMesh,
     surface: Surface,
     edge_angles: EdgeAngles,
-    crossings: Crossings,
     families: Families,
     stopping: Stopping,
     method: Method,
     backend: Arc<dyn Backend>,
     original_beta: Vec<f64>,
-    wings: Wings,
     /// The families of each wing, by name.
     wing_families: BTreeMap<String, Vec<FamilyId>>,
-    trailing_edges: TrailingEdges,
-    wingtips: Wingtips,
-    carenages: Carenages,
-    planes: Planes,
-    interior: VolumeStage,
+    stages: Stages,
 }
 
 /// Greatest share of the chord by which a wing's vertices may miss their new profiles.
@@ -251,26 +241,14 @@ impl Mover {
             method,
             stopping,
         };
-        observer("profiles");
         let wing_families = wings.iter().map(|wing| (wing.name.clone(), wing.families.clone())).collect();
-        let wings = Wings::new(&set_up, wings)?;
-        observer("springs");
-        let original_beta = quality::betas(&ordered.vertices, &ordered.tets);
+        let (original_beta, edge_angles) = rayon::join(
+            || quality::betas(&ordered.vertices, &ordered.tets),
+            || EdgeAngles::new(&ordered.vertices, &surface.triangles, &surface.opposite),
+        );
         let lowest = Statistics::new(&original_beta).min;
-        let shaped = wings.beside_sections();
-        let of_surfaces = || {
-            let edge_angles = EdgeAngles::new(&ordered.vertices, &surface.triangles, &surface.opposite);
-            let crossings = Crossings::new(&ordered.vertices, &surface.triangles);
-            let trailing_edges = TrailingEdges::new(&set_up)?;
-            let wingtips = Wingtips::new(&set_up)?;
-            let carenages = Carenages::new(&set_up)?;
-            Ok::<_, SetupError>((edge_angles, crossings, trailing_edges, wingtips, carenages, Planes::new(&set_up)?))
-        };
-        let (of_surfaces, interior) = rayon::join(of_surfaces, || {
-            VolumeStage::new(&set_up, edge_graph, springs, quality, lowest, max_steps, &shaped)
-        });
-        let (edge_angles, crossings, trailing_edges, wingtips, carenages, planes) = of_surfaces?;
-        let interior = interior?;
+        let volume = VolumeSettings { springs, quality, max_steps };
+        let stages = Stages::new(&set_up, wings, edge_graph, volume, lowest, &*observer)?;
         let family_vertices = |family| {
             let mut vertices: Vec<u32> =
                 surface.vertices_of(FamilyId(family)).iter().map(|&place| order.vertex(place)).collect();
@@ -286,19 +264,13 @@ impl Mover {
             ordered,
             surface,
             edge_angles,
-            crossings,
             families,
             stopping,
             method,
             backend,
             original_beta,
-            wings,
             wing_families,
-            trailing_edges,
-            wingtips,
-            carenages,
-            planes,
-            interior,
+            stages,
         })
     }
 
@@ -329,7 +301,7 @@ impl Mover {
 
     /// Where updates start from now on: from the undeformed mesh unless something else is said.
     pub fn start_from(&mut self, start: Start) {
-        self.interior.start_from(start);
+        self.stages.volume.start_from(start);
     }
 
     /// Moves the undeformed mesh to a design.
@@ -356,7 +328,9 @@ impl Mover {
 
     fn run(&mut self, design: &Design, mut amend: Option<&mut Amend>) -> Result<Outcome, MoveError> {
         self.check_names(design)?;
-        let Self { ordered: mesh, order, surface, edge_angles, families, stopping, progress: observer, .. } = self;
+        let Self { ordered: mesh, order, surface, edge_angles, families, stages, progress: observer, .. } = self;
+        let (backend, method, stopping) = (self.backend.as_ref(), self.method, self.stopping);
+        let set_up = SetUp { mesh, surface, families, backend, method, stopping };
         let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
         let mut fold_check = FoldCheck::new(mesh, surface, edge_angles, families);
         let mut end = |stage: &'static str, last: PlacedBy, displacement: &mut Displacement| {
@@ -374,72 +348,58 @@ impl Mover {
         };
         watch.record(StageName::Original, &self.original_beta);
 
-        observer("wing");
+        observer(STAGES[0].name);
         let mut displacement: Displacement = vec![DVec3::ZERO; mesh.vertices.len()];
         let mut wanted = Vec::new();
         prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut displacement, &mut wanted)?;
-        let of_wings = self
+        stages
             .wings
             .interpolate(families, &design.profiles, &mut displacement, &mut wanted)
             .map_err(|(family, error)| MoveError::Profiles { family, error })?;
         let deformed = displaced(&mesh.vertices, &displacement);
-        let deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
+        let mut deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
 
-        let junction = self.wings.join(mesh, families, &of_wings, &mut displacement, stopping)?;
-        end("wing", PlacedBy::Wing, &mut displacement);
-        observer("trailing edge");
-        let trailing_edge = self.trailing_edges.run(mesh, families, &mut displacement, stopping)?;
-        end("trailing edge", PlacedBy::TrailingEdge, &mut displacement);
-        observer("wingtip");
-        let wingtip = self.wingtips.run(mesh, families, &mut displacement, stopping)?;
-        end("wingtip", PlacedBy::Wingtip, &mut displacement);
-        observer("carenage");
-        let carenage = self.carenages.run(mesh, families, &mut displacement, stopping)?;
-        end("carenage", PlacedBy::Carenage, &mut displacement);
-        observer("planes");
-        let planes = self.planes.run(&mut displacement, stopping)?;
-        let corrected = end("planes", PlacedBy::Plane, &mut displacement);
-        let corrected_beta = quality::betas_after(deformed_beta, &deformed, &corrected, &mesh.tets);
-        watch.record(StageName::Corrected, &corrected_beta);
-
-        observer("volume");
-        let set_up =
-            SetUp { mesh, surface, families, backend: self.backend.as_ref(), method: self.method, stopping: *stopping };
+        let mut here = Vec::new();
+        let mut ends = Vec::with_capacity(STAGES.len());
+        for row in STAGES {
+            // The first stage has begun with the profiles.
+            if row.placed_by > PlacedBy::Wing {
+                observer(row.name);
+            }
+            ends.push((row.name, (row.of)(stages).run(&set_up, &mut displacement, observer)?));
+            here = end(row.name, row.placed_by, &mut displacement);
+            if row.placed_by == PlacedBy::Plane {
+                let corrected_beta =
+                    quality::betas_after(std::mem::take(&mut deformed_beta), &deformed, &here, &mesh.tets);
+                watch.record(StageName::Corrected, &corrected_beta);
+            }
+        }
         let VolumeResult { vertices, beta, convergence: volume, path, smoothed } =
-            self.interior.run(&set_up, &mut self.crossings, &mut displacement, stopping, observer)?;
-        let amended = end("volume", PlacedBy::Volume, &mut displacement);
-        let beta = quality::betas_after(beta, &vertices, &amended, &mesh.tets);
-        let vertices = amended;
+            stages.volume.take_result().expect("the volume is the last stage");
+        let beta = quality::betas_after(beta, &vertices, &here, &mesh.tets);
+        let vertices = here;
         let inverted = watch.record(StageName::Final, &beta).inverted;
 
-        let ends = [
-            ("wing", junction),
-            ("trailing edge", trailing_edge),
-            ("wingtip", wingtip),
-            ("carenage", carenage),
-            ("planes", planes),
-            ("volume", volume),
-        ];
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
         let FoldCheck { folds, folded, .. } = fold_check;
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
-        let self_intersecting = self.crossings.newly_self_intersecting(&self.ordered.vertices, &vertices);
+        let self_intersecting = self.stages.volume.newly_self_intersecting(&self.ordered, &vertices);
         // Where the vertices are in the end: those that are held have been there since the wing's stage.
         let held_back = self.held_back(&wanted, &displacement);
         let families = self.family_reports(&vertices, &folded, &self_intersecting, &held_back);
-        let missed = self.wings.missed(&of_wings, &vertices);
+        let missed = self.stages.wings.missed(&vertices);
         Ok(Outcome {
             off_surface: self.off_surface(&families),
             parted: self.parted(&families),
             warnings: self.warnings(&vertices, &held_back, design, &missed, &folded),
             held_back,
             families,
-            profiles: self.profile_reports(&vertices, design, &missed, &self.wings.flat_cuts(&of_wings)),
+            profiles: self.profile_reports(&vertices, design, &missed, &self.stages.wings.flat_cuts()),
             missed: self.beyond(missed),
-            nearest_to_refusal: self.wings.nearest_to_refusal(&of_wings),
+            nearest_to_refusal: self.stages.wings.nearest_to_refusal(),
             solver: self.solver_report(&volume),
             stages: watch.stages,
             original_beta: self.order.of_tets(&self.original_beta),

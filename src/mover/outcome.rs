@@ -10,7 +10,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{HeldBack, Refused, Warning};
+use super::{HeldBack, Warning};
 use crate::{
     mesh::{Displacement, TetMesh},
     profile::{Closeness, Missed},
@@ -96,15 +96,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The moved mesh, if it is what was asked for and every relaxation converged.
-    ///
-    /// # Errors
-    /// What is wrong with it, where, and what may help.
-    pub fn valid(&self) -> Result<&Moved, Refused> {
-        self.check()?;
-        Ok(&self.moved)
-    }
-
     /// The moved mesh, whatever is wrong with it: to look at or to measure, not to compute a flow on.
     pub fn even_if_invalid(&self) -> &Moved {
         &self.moved

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use thiserror::Error;
 
-use super::{Beyond, MISSED, Outcome, StageName, warnings::counts};
+use super::{Beyond, MISSED, Moved, Outcome, StageName, warnings::counts};
 use crate::geometry::triangle_normal;
 use crate::mesh::TetMesh;
 use crate::projection::crossing::crosses;
@@ -36,6 +36,15 @@ pub struct Refused {
 }
 
 impl Outcome {
+    /// The moved mesh, if it is what was asked for and every relaxation converged.
+    ///
+    /// # Errors
+    /// What is wrong with it, where, and what may help.
+    pub fn valid(&self) -> Result<&Moved, Refused> {
+        self.check()?;
+        Ok(&self.moved)
+    }
+
     /// Whether the result may be used: finite, valid and converged, in this order.
     ///
     /// # Errors

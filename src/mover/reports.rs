@@ -23,7 +23,7 @@ const PARTED: f64 = 1e-12;
 impl Mover {
     pub(super) fn solver_report(&self, volume: &Convergence) -> Solver {
         Solver {
-            method: self.interior.method().name().to_owned(),
+            method: self.stages.volume.method().name().to_owned(),
             sweeps: volume.sweeps,
             relative_residual: volume.relative_residual,
         }

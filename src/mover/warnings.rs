@@ -104,7 +104,8 @@ impl Mover {
             let at = original[vertex as usize];
             (distance > PARTED * self.size_of(pair.families[0])).then_some(Warning::Parted { families, distance, at })
         });
-        let loose = self.wingtips.loose().map(|tip| Warning::LooseTip { families: tip.iter().map(name).collect() });
+        let loose =
+            self.stages.wingtips.loose().map(|tip| Warning::LooseTip { families: tip.iter().map(name).collect() });
         let nothing_moves = original == vertices;
         let held_back = held_back.iter().cloned().map(Warning::HeldBack);
         let not_judged = missed.iter().filter_map(|(wing, missed)| {

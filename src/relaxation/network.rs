@@ -6,7 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    backend::{Constraint, NetworkData},
+    backend::NetworkData,
+    constraint::Constraint,
     mesh::{csr::Csr, edges::VertexGraph},
 };
 
@@ -138,18 +139,6 @@ impl Network {
     /// Whether a vertex has springs and may move along them.
     pub(super) fn moves(&self, row: usize) -> bool {
         self.constraint[row] != Constraint::Held && self.inverse_total[row] > 0.0
-    }
-}
-
-impl Constraint {
-    /// The part of a motion that the constraint allows.
-    pub fn limit(&self, motion: DVec3) -> DVec3 {
-        match *self {
-            Self::Free => motion,
-            Self::Held => DVec3::ZERO,
-            Self::InPlane(normal) => motion - normal * normal.dot(motion),
-            Self::OnLine(direction) => direction * direction.dot(motion),
-        }
     }
 }
 

@@ -7,7 +7,8 @@ use super::{
     multigrid::{AggregateMaps, Hierarchy},
     schedule::Schedule,
 };
-use crate::backend::{Backend, BackendError, Constraint, DeviceNetwork};
+use crate::backend::{Backend, BackendError, DeviceNetwork};
+use crate::constraint::Constraint;
 
 /// A network on a device, ready to be relaxed again and again.
 pub struct Relaxer {

@@ -193,7 +193,7 @@ impl SessionError {
             Self::Load(error) if matches!(**error, LoadError::Case(CaseError::Families { .. })) => {
                 "every family of the mesh needs a table [family.NAME] with a role"
             }
-            Self::Load(error) if matches!(error.of_mover(), Some(MoveError::VolumeResult(_))) => {
+            Self::Load(error) if matches!(error.of_mover(), Some(MoveError::Stage(_))) => {
                 "max_steps = 1 under [volume] makes do with one jump, come what may"
             }
             Self::NoExtension { .. } => "`batch` writes single files, such as moved.msh or moved.vtu",

@@ -28,7 +28,8 @@ pub use colouring::{NONE, colour};
 pub use surface_motion::SurfaceMotion;
 pub use target::{QualityTarget, inverse_targets};
 
-use crate::backend::{Backend, BackendError, Constraint, DeviceSmoother, SmoothingObjective, SmoothingPatch};
+use crate::backend::{Backend, BackendError, DeviceSmoother, SmoothingObjective, SmoothingPatch};
+use crate::constraint::Constraint;
 use crate::geometry::corners;
 use crate::quality;
 use neighbourhood::{Neighbourhood, Topology};

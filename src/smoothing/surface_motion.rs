@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::backend::{Ball, Constraint};
+use crate::backend::Ball;
+use crate::constraint::Constraint;
 
 /// Surfaces and curves for vertices to slide on, which are otherwise held.
 pub trait SurfaceMotion: Sync {

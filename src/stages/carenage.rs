@@ -12,16 +12,16 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::surface_network::SurfaceNetwork;
-use crate::families::Families;
 use crate::families::PlacedBy;
 use crate::families::shape::FamilyShape;
 use crate::mesh::Displacement;
-use crate::stage::SetUp;
+use crate::stage::{SetUp, Stage, StageError};
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     mesh::{FamilyId, TetMesh, edges::triangle_edges},
     projection::TargetSurface,
-    relaxation::{Convergence, Stopping},
+    relaxation::Convergence,
 };
 
 /// Rounds of tangential relaxation and projection after which to stop unconverged; the example takes 4.
@@ -50,18 +50,16 @@ impl Carenages {
         });
         Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })
     }
+}
 
-    /// Slides the carenages after the junctions.
-    ///
-    /// # Errors
-    /// The backend failed.
-    pub fn run(
+impl Stage for Carenages {
+    fn run(
         &mut self,
-        mesh: &TetMesh,
-        families: &Families,
+        set_up: &SetUp,
         displacement: &mut Displacement,
-        stopping: &Stopping,
-    ) -> Result<Convergence, BackendError> {
+        _: &dyn Fn(&str),
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, families, stopping, .. } = set_up;
         let mut all = Convergence::nothing_to_do();
         for (family, network) in &mut self.carenages {
             let Some(FamilyShape::Surface(target)) = &families.shapes[family.index()] else { continue };

@@ -1,4 +1,5 @@
-//! The pipeline: one file a stage, run in this order.
+//! The stages that move surfaces, one file each, and the table of all stages in the order in which
+//! they run.
 //!
 //! | stage | moves | held | paper |
 //! |---|---|---|---|
@@ -11,9 +12,10 @@
 //!
 //! [`crate::volume::sliding`] says where surface vertices may go afterwards, in local optimisation.
 //!
-//! A stage is set up once per mesh and run once per design on a [`crate::mesh::Displacement`]. A vertex on several families belongs to the
-//! first of them in the order fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it
-//! touches still limit it.
+//! A stage is set up once per mesh and run once per design ([`Stage`]). [`STAGES`] is that order;
+//! [`Stages`] holds them. A vertex on several families belongs to the first of them in the order
+//! fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it touches
+//! still limit it.
 
 pub mod carenage;
 pub mod planes;
@@ -23,3 +25,102 @@ pub mod wing;
 pub mod wingtip;
 
 pub use wing::WingProfiles;
+
+use carenage::Carenages;
+use planes::Planes;
+use trailing_edge::TrailingEdges;
+use wing::Wings;
+use wingtip::Wingtips;
+
+use crate::families::{PlacedBy, SetupError};
+use crate::stage::{SetUp, Stage};
+use crate::volume::{EdgeGraph, VolumeSettings, VolumeStage};
+
+/// All stages of a mesh, set up.
+pub struct Stages {
+    /// Moves the wings.
+    pub wings: Wings,
+    /// Moves the trailing edges.
+    pub trailing_edges: TrailingEdges,
+    /// Moves the wingtips.
+    pub wingtips: Wingtips,
+    /// Moves the carenages.
+    pub carenages: Carenages,
+    /// Moves the plane families.
+    pub planes: Planes,
+    /// Moves everything else.
+    pub volume: VolumeStage,
+}
+
+impl Stages {
+    /// Sets every stage up; `observer` hears what for. The volume and the surfaces are set up side
+    /// by side.
+    ///
+    /// - `wings`: each wing with its old profiles
+    /// - `edge_graph`: the edges of the mesh's tets
+    /// - `lowest`: the undeformed mesh's smallest beta
+    ///
+    /// # Errors
+    /// Roles or old profiles do not fit the mesh, or the backend failed.
+    pub fn new(
+        set_up: &SetUp,
+        wings: &[WingProfiles],
+        edge_graph: EdgeGraph,
+        volume: VolumeSettings,
+        lowest: f64,
+        observer: &dyn Fn(&str),
+    ) -> Result<Self, SetupError> {
+        observer("profiles");
+        let wings = Wings::new(set_up, wings)?;
+        observer("springs");
+        let shaped = wings.beside_sections();
+        let of_surfaces = || {
+            let trailing_edges = TrailingEdges::new(set_up)?;
+            let wingtips = Wingtips::new(set_up)?;
+            let carenages = Carenages::new(set_up)?;
+            Ok::<_, SetupError>((trailing_edges, wingtips, carenages, Planes::new(set_up)?))
+        };
+        let (of_surfaces, volume) =
+            rayon::join(of_surfaces, || VolumeStage::new(set_up, edge_graph, volume, lowest, &shaped));
+        let (trailing_edges, wingtips, carenages, planes) = of_surfaces?;
+        Ok(Self { wings, trailing_edges, wingtips, carenages, planes, volume: volume? })
+    }
+}
+
+/// A row of [`STAGES`].
+pub struct StageRow {
+    /// What messages and results call it.
+    pub name: &'static str,
+    /// The vertices it places.
+    pub placed_by: PlacedBy,
+    /// The stage among all.
+    pub of: fn(&mut Stages) -> &mut dyn Stage,
+}
+
+/// Every stage, in the order in which they run.
+pub const STAGES: &[StageRow] = &[
+    StageRow { name: "wing", placed_by: PlacedBy::Wing, of: |stages| &mut stages.wings },
+    StageRow { name: "trailing edge", placed_by: PlacedBy::TrailingEdge, of: |stages| &mut stages.trailing_edges },
+    StageRow { name: "wingtip", placed_by: PlacedBy::Wingtip, of: |stages| &mut stages.wingtips },
+    StageRow { name: "carenage", placed_by: PlacedBy::Carenage, of: |stages| &mut stages.carenages },
+    StageRow { name: "planes", placed_by: PlacedBy::Plane, of: |stages| &mut stages.planes },
+    StageRow { name: "volume", placed_by: PlacedBy::Volume, of: |stages| &mut stages.volume },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::families::ROLES;
+
+    /// A vertex belongs to the first of its families' stages, so the stages run in the order of
+    /// [`PlacedBy`], and each that a role names is there.
+    #[test]
+    fn every_role_that_moves_has_its_stage_in_order() {
+        let mut placed: Vec<PlacedBy> = ROLES.iter().map(|row| row.placed_by).collect();
+        placed.retain(|placed| !matches!(placed, PlacedBy::Fixed | PlacedBy::Prescribed));
+        placed.push(PlacedBy::Volume);
+        placed.sort_unstable();
+        placed.dedup();
+        assert_eq!(STAGES.iter().map(|row| row.placed_by).collect::<Vec<_>>(), placed);
+    }
+}

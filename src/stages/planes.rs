@@ -6,12 +6,8 @@
 use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;
 use crate::mesh::Displacement;
-use crate::stage::SetUp;
-use crate::{
-    backend::{BackendError, Constraint},
-    mesh::edges::triangle_edges,
-    relaxation::{Convergence, Stopping},
-};
+use crate::stage::{SetUp, Stage, StageError};
+use crate::{backend::BackendError, constraint::Constraint, mesh::edges::triangle_edges, relaxation::Convergence};
 
 /// The network of all plane families together.
 pub struct Planes {
@@ -36,14 +32,17 @@ impl Planes {
         };
         Ok(Self { network: Some(SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method)?) })
     }
+}
 
-    /// Slides the plane families after what borders them.
-    ///
-    /// # Errors
-    /// The backend failed.
-    pub fn run(&mut self, displacement: &mut Displacement, stopping: &Stopping) -> Result<Convergence, BackendError> {
+impl Stage for Planes {
+    fn run(
+        &mut self,
+        set_up: &SetUp,
+        displacement: &mut Displacement,
+        _: &dyn Fn(&str),
+    ) -> Result<Convergence, StageError> {
         match &mut self.network {
-            Some(network) => network.relax(displacement, stopping),
+            Some(network) => Ok(network.relax(displacement, &set_up.stopping)?),
             None => Ok(Convergence::nothing_to_do()),
         }
     }

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use crate::{
-    backend::{Backend, BackendError, Constraint},
+    backend::{Backend, BackendError},
+    constraint::Constraint,
     mesh::edges::VertexGraph,
     relaxation::{Convergence, Method, Network, Relaxer, Stopping},
 };

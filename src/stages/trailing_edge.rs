@@ -6,15 +6,10 @@
 use glam::DVec3;
 
 use super::surface_network::SurfaceNetwork;
-use crate::families::Families;
 use crate::families::PlacedBy;
 use crate::mesh::Displacement;
-use crate::stage::SetUp;
-use crate::{
-    backend::{BackendError, Constraint},
-    mesh::{TetMesh, edges::triangle_edges},
-    relaxation::{Convergence, Stopping},
-};
+use crate::stage::{SetUp, Stage, StageError};
+use crate::{backend::BackendError, constraint::Constraint, mesh::edges::triangle_edges, relaxation::Convergence};
 
 /// All trailing edges of a mesh.
 pub struct TrailingEdges {
@@ -55,18 +50,16 @@ impl TrailingEdges {
         });
         Ok(Self { edges: edges.collect::<Result<_, BackendError>>()? })
     }
+}
 
-    /// Moves the trailing edges after the wings.
-    ///
-    /// # Errors
-    /// The backend failed.
-    pub fn run(
+impl Stage for TrailingEdges {
+    fn run(
         &mut self,
-        mesh: &TetMesh,
-        families: &Families,
+        set_up: &SetUp,
         displacement: &mut Displacement,
-        stopping: &Stopping,
-    ) -> Result<Convergence, BackendError> {
+        _: &dyn Fn(&str),
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, families, stopping, .. } = set_up;
         let mut convergence = Convergence::nothing_to_do();
         for edge in &mut self.edges {
             convergence = convergence.and(edge.curve.relax(displacement, stopping)?);

@@ -19,16 +19,16 @@ use crate::families::Families;
 use crate::families::PlacedBy;
 use crate::families::SetupError;
 use crate::mesh::Displacement;
-use crate::stage::SetUp;
-use crate::stage::Wanted;
+use crate::stage::{SetUp, Stage, StageError, Wanted};
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     geometry::vertex_normals,
-    mesh::{FamilyId, TetMesh, edges::triangle_edges},
+    mesh::{FamilyId, edges::triangle_edges},
     profile::{
         Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, WingSurface,
     },
-    relaxation::{Convergence, Stopping},
+    relaxation::Convergence,
 };
 
 /// Width of the strip that follows a junction, as a fraction of the junction's extent (about a chord).
@@ -65,6 +65,8 @@ impl WingProfiles {
 /// All wings of a mesh.
 pub struct Wings {
     wings: Vec<Wing>,
+    /// What the profiles of the last design do, of each wing; none before the first design.
+    moved: Vec<ProfileDisplacement>,
 }
 
 struct Wing {
@@ -142,9 +144,6 @@ impl Mirror {
     }
 }
 
-/// What the profiles of each wing do.
-pub type ProfileDisplacements = Vec<ProfileDisplacement>;
-
 impl Wings {
     /// Finds each wing vertex's place among the old profiles.
     ///
@@ -173,22 +172,24 @@ impl Wings {
             taken.extend(made.vertices.iter().copied());
             all.push(made);
         }
-        Ok(Self { wings: all })
+        Ok(Self { wings: all, moved: Vec::new() })
     }
 
     /// Writes the displacement that the profiles give into `displacement`, and for vertices that others place into `wanted`.
+    /// It begins the stage; [`Stage::run`] then brings the junctions back onto their surfaces.
     ///
     /// # Errors
     /// A wing's new profiles are missing or do not pair with the old ones; with the wing's name.
     pub fn interpolate(
-        &self,
+        &mut self,
         families: &Families,
         new_profiles: &BTreeMap<String, Vec<Profile>>,
         displacement: &mut Displacement,
         wanted: &mut Vec<Wanted>,
-    ) -> Result<ProfileDisplacements, (String, ProfileError)> {
+    ) -> Result<(), (String, ProfileError)> {
         let no_profiles = Vec::new();
-        self.wings
+        self.moved = self
+            .wings
             .iter()
             .map(|wing| {
                 let new = new_profiles.get(&wing.name).unwrap_or(&no_profiles);
@@ -209,58 +210,23 @@ impl Wings {
                 }
                 Ok(moved)
             })
-            .collect()
-    }
-
-    /// Slides the junctions back onto their surfaces; `displacements` as [`Self::interpolate`] returned them.
-    ///
-    /// # Errors
-    /// The backend failed.
-    pub fn join(
-        &mut self,
-        mesh: &TetMesh,
-        families: &Families,
-        displacements: &[ProfileDisplacement],
-        displacement: &mut Displacement,
-        stopping: &Stopping,
-    ) -> Result<Convergence, BackendError> {
-        let mut convergence = Convergence::nothing_to_do();
-        for (wing, moved) in self.wings.iter_mut().zip(displacements) {
-            let Some(strip) = &mut wing.strip else { continue };
-            let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
-            for &place in &wing.junction {
-                let vertex = wing.vertices[place];
-                let displacement = displacement[vertex as usize];
-                if displacement != DVec3::ZERO {
-                    let at = mesh.vertices[vertex as usize];
-                    let along = moved.span_direction[place].try_normalize();
-                    // In this order: the rounding of a sum with the position must not stay in the displacement.
-                    let settled = families.settle_along(vertex, at + displacement, along) - at;
-                    slide[vertex as usize] = settled - displacement;
-                }
-            }
-            families.partners.even_slide(&wing.vertices, displacement, &mut slide);
-            convergence = convergence.and(strip.relax(&mut slide, stopping)?);
-            for &vertex in &wing.vertices {
-                displacement[vertex as usize] += slide[vertex as usize];
-            }
-        }
-        Ok(convergence)
+            .collect::<Result<_, _>>()?;
+        Ok(())
     }
 
     /// The wing whose profiles come nearest to being refused.
-    pub fn nearest_to_refusal(&self, displacements: &[ProfileDisplacement]) -> Option<(String, Closeness)> {
+    pub fn nearest_to_refusal(&self) -> Option<(String, Closeness)> {
         let all = self
             .wings
             .iter()
-            .zip(displacements)
+            .zip(&self.moved)
             .map(|(wing, displacement)| (wing.name.clone(), displacement.closeness.clone()));
         all.max_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
     /// The wings whose new profiles were compared with flat cuts.
-    pub fn flat_cuts(&self, displacements: &[ProfileDisplacement]) -> Vec<String> {
-        let flat = self.wings.iter().zip(displacements).filter(|(_, displacement)| displacement.flat_cuts);
+    pub fn flat_cuts(&self) -> Vec<String> {
+        let flat = self.wings.iter().zip(&self.moved).filter(|(_, displacement)| displacement.flat_cuts);
         flat.map(|(wing, _)| wing.name.clone()).collect()
     }
 
@@ -274,9 +240,8 @@ impl Wings {
 
     /// The vertices that miss the new profiles the most, one a profile, by wing; the vertex is one of the mesh.
     ///
-    /// - `displacements`: as [`Self::interpolate`] returned them
     /// - `vertices` `[n_vertices]`: where the mesh's vertices are in the end
-    pub fn missed(&self, displacements: &[ProfileDisplacement], vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
+    pub fn missed(&self, vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
         let of_wing = |(wing, displacement): (&Wing, &ProfileDisplacement)| {
             let at = wing.vertices.iter().map(|&vertex| vertices[vertex as usize]);
             let mut missed = match &wing.mirror {
@@ -295,7 +260,42 @@ impl Wings {
             missed.iter_mut().for_each(|missed| missed.vertex = wing.vertices[missed.vertex] as usize);
             (wing.name.clone(), missed)
         };
-        self.wings.iter().zip(displacements).map(of_wing).collect()
+        self.wings.iter().zip(&self.moved).map(of_wing).collect()
+    }
+}
+
+impl Stage for Wings {
+    /// Slides the junctions back onto their surfaces, after [`Wings::interpolate`].
+    fn run(
+        &mut self,
+        set_up: &SetUp,
+        displacement: &mut Displacement,
+        _: &dyn Fn(&str),
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, families, stopping, .. } = set_up;
+        let mut convergence = Convergence::nothing_to_do();
+        for (wing, moved) in self.wings.iter_mut().zip(&self.moved) {
+            let Some(strip) = &mut wing.strip else { continue };
+            let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
+            for &place in &wing.junction {
+                let vertex = wing.vertices[place];
+                let displacement = displacement[vertex as usize];
+                if displacement != DVec3::ZERO {
+                    let at = mesh.vertices[vertex as usize];
+                    let along = moved.span_direction[place].try_normalize();
+                    // In this order: the rounding of a sum with the position must not stay in the
+                    // displacement.
+                    let settled = families.settle_along(vertex, at + displacement, along) - at;
+                    slide[vertex as usize] = settled - displacement;
+                }
+            }
+            families.partners.even_slide(&wing.vertices, displacement, &mut slide);
+            convergence = convergence.and(strip.relax(&mut slide, stopping)?);
+            for &vertex in &wing.vertices {
+                displacement[vertex as usize] += slide[vertex as usize];
+            }
+        }
+        Ok(convergence)
     }
 }
 

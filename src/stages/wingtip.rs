@@ -26,16 +26,16 @@ use crate::families::SetupError;
 use crate::families::TipStart;
 use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::Displacement;
-use crate::stage::SetUp;
+use crate::stage::{SetUp, Stage, StageError};
 use crate::{
-    backend::{BackendError, Constraint},
+    constraint::Constraint,
     geometry::triangle_normal,
     mesh::{
         FamilyId, TetMesh,
         edges::triangle_edges,
         half_edge::{Surface, next},
     },
-    relaxation::{Convergence, Stopping},
+    relaxation::Convergence,
 };
 
 /// All wingtips of a mesh.
@@ -68,18 +68,16 @@ impl Wingtips {
     pub fn loose(&self) -> impl Iterator<Item = &[FamilyId]> {
         self.tips.iter().filter(|tip| tip.placed.is_empty()).map(|tip| &tip.families[..])
     }
+}
 
-    /// Moves the insides of the wingtips after their boundaries.
-    ///
-    /// # Errors
-    /// The backend failed.
-    pub fn run(
+impl Stage for Wingtips {
+    fn run(
         &mut self,
-        mesh: &TetMesh,
-        families: &Families,
+        set_up: &SetUp,
         displacement: &mut Displacement,
-        stopping: &Stopping,
-    ) -> Result<Convergence, BackendError> {
+        _: &dyn Fn(&str),
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, families, stopping, .. } = set_up;
         let mut convergence = Convergence::nothing_to_do();
         for tip in &mut self.tips {
             // A tip that nothing holds stays where it is.

@@ -15,7 +15,6 @@
 
 use glam::DVec3;
 use serde::Serialize;
-use thiserror::Error;
 
 pub mod edges;
 mod optimisation;
@@ -36,14 +35,15 @@ use springs::VolumeNetwork;
 use stepping::Stepping;
 
 use crate::{
-    backend::{BackendError, Constraint, MemoryError},
+    backend::BackendError,
+    constraint::Constraint,
     mesh::{Displacement, TetMesh},
     projection::crossing::Crossings,
     quality::faults,
-    relaxation::{Convergence, Method, Stopping},
+    relaxation::{Convergence, Method},
     smoothing::{QualityTarget, Smoothed, Smoother, moved},
     springs::Springs,
-    stage::SetUp,
+    stage::{SetUp, Stage, StageError},
 };
 
 /// How many steps an update may try, if nothing else is said. A half turn takes four, six without repairs.
@@ -59,22 +59,22 @@ pub struct VolumeStage {
     bodies: Bodies,
     smoothing: Option<Smoothing>,
     stepping: Stepping,
+    /// Of the surfaces.
+    crossings: Crossings,
+    /// What the last run made, until it is taken.
+    result: Option<VolumeResult>,
 }
 
-/// Why the inside could not be moved.
-#[derive(Debug, Error)]
-pub enum VolumeError {
-    /// One jump inverts tets, and there is no memory for a path of steps.
-    #[error("{n_tets} tets, moved in steps as one jump inverts some: {error}")]
-    Memory {
-        /// Tets of the mesh.
-        n_tets: usize,
-        /// What is lacking.
-        error: MemoryError,
-    },
-    /// The backend failed.
-    #[error(transparent)]
-    Backend(#[from] BackendError),
+/// How the inside is moved.
+#[derive(Clone, Copy, Debug)]
+pub struct VolumeSettings {
+    /// Its springs.
+    pub springs: &'static Springs,
+    /// What local optimisation aims at; none is done without.
+    pub quality: Option<QualityTarget>,
+    /// Most steps of a run, the jump that is tried first and those given up included; 1 is the jump
+    /// alone.
+    pub max_steps: usize,
 }
 
 /// The steps an update took.
@@ -84,11 +84,12 @@ pub struct Path {
     pub steps: usize,
     /// Steps that were tried and given up, the jump among them.
     pub given_up: usize,
-    /// How much of the way valid meshes led, in `0..=1`. Less than 1: the path got stuck, and the mesh is the jump's.
+    /// How much of the way valid meshes led, in `0..=1`. Less than 1: the path got stuck, and the mesh is
+    /// the jump's.
     pub reached: f64,
 }
 
-/// How the inside was moved.
+/// What a run made, beside the displacement.
 #[derive(Clone, Debug)]
 pub struct VolumeResult {
     /// The moved vertices `[n_vertices]`.
@@ -108,21 +109,24 @@ impl VolumeStage {
     ///
     /// - `edge_graph`: the edges of the mesh's tets
     /// - `lowest`: the undeformed mesh's smallest beta
-    /// - `max_steps`: how many steps an update may try, the jump among them
+    /// - `shaped`: vertices that give wings their profiles: they do not slide
     ///
     /// # Errors
     /// The backend failed or the mesh does not fit.
     pub fn new(
         set_up: &SetUp,
         edge_graph: EdgeGraph,
-        springs: &'static Springs,
-        quality: Option<QualityTarget>,
+        settings: VolumeSettings,
         lowest: f64,
-        max_steps: usize,
         shaped: &[u32],
     ) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, .. } = *set_up;
-        let volume = VolumeNetwork::last(set_up, edge_graph, springs)?;
+        let VolumeSettings { springs, quality, max_steps } = settings;
+        let (volume, crossings) = rayon::join(
+            || VolumeNetwork::last(set_up, edge_graph, springs),
+            || Crossings::new(&mesh.vertices, &surface.triangles),
+        );
+        let volume = volume?;
         let constraint = volume.constraint().to_vec();
         let smoothing = match quality {
             None => None,
@@ -144,7 +148,17 @@ impl VolumeStage {
         };
         let stepping = Stepping { springs, lowest, max_steps };
         let (method, start) = (volume.method(), Start::default());
-        Ok(Self { volume: Some(volume), constraint, method, start, bodies: Bodies::new(set_up), smoothing, stepping })
+        Ok(Self {
+            volume: Some(volume),
+            constraint,
+            method,
+            start,
+            bodies: Bodies::new(set_up),
+            smoothing,
+            stepping,
+            crossings,
+            result: None,
+        })
     }
 
     /// How the volume's springs are relaxed; never [`Method::Auto`].
@@ -160,22 +174,35 @@ impl VolumeStage {
         }
     }
 
-    /// Moves the inside after the surfaces.
-    ///
-    /// - `crossings`: of the surfaces
-    /// - `displacement` `[n_vertices]`: the displacement of the surfaces; becomes that of all vertices
-    ///
-    /// # Errors
-    /// The backend failed, or there is no memory for a path of steps that the design needs.
-    pub fn run(
+    /// What the last run made; none before the first one, or if it was taken.
+    pub fn take_result(&mut self) -> Option<VolumeResult> {
+        self.result.take()
+    }
+
+    /// The surface triangles that intersect others at `vertices` `[n_vertices]` and did not in the
+    /// undeformed mesh; see [`Crossings::newly_self_intersecting`].
+    pub fn newly_self_intersecting(&mut self, mesh: &TetMesh, vertices: &[DVec3]) -> Vec<u32> {
+        self.crossings.newly_self_intersecting(&mesh.vertices, vertices)
+    }
+
+    /// Whether a tet is inverted by its surface vertices alone: no path would help it.
+    fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh) -> bool {
+        let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
+        mesh.tets.iter().zip(&state.beta).any(|(tet, &beta)| faults::is_inverted(beta) && tet.iter().all(held))
+    }
+}
+
+impl Stage for VolumeStage {
+    /// Moves everything that no stage has placed, and slides the plane families on;
+    /// [`VolumeStage::take_result`] has the rest of what it makes.
+    fn run(
         &mut self,
         set_up: &SetUp,
-        crossings: &mut Crossings,
         displacement: &mut Displacement,
-        stopping: &Stopping,
         observer: &dyn Fn(&str),
-    ) -> Result<VolumeResult, VolumeError> {
-        let mesh = set_up.mesh;
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, stopping, .. } = set_up;
+        self.result = None;
         let surfaces = displacement.clone();
         let volume = match &mut self.volume {
             Some(volume) => volume,
@@ -189,8 +216,7 @@ impl VolumeStage {
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
         // No volume fits surfaces that pass through each other.
-        let mut stuck =
-            state.inverted > 0 && !crossings.newly_self_intersecting(&mesh.vertices, &state.vertices).is_empty();
+        let mut stuck = state.inverted > 0 && !self.newly_self_intersecting(mesh, &state.vertices).is_empty();
         // A relaxation that diverged left no place to go to.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
         let mut smoothed = None;
@@ -234,13 +260,8 @@ impl VolumeStage {
         if state.inverted == 0 {
             path.reached = 1.0;
         }
-        Ok(VolumeResult { vertices: state.vertices, beta: state.beta, convergence, path, smoothed })
-    }
-
-    /// Whether a tet is inverted by its surface vertices alone: no path would help it.
-    fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh) -> bool {
-        let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
-        mesh.tets.iter().zip(&state.beta).any(|(tet, &beta)| faults::is_inverted(beta) && tet.iter().all(held))
+        self.result = Some(VolumeResult { vertices: state.vertices, beta: state.beta, convergence, path, smoothed });
+        Ok(convergence)
     }
 }
 

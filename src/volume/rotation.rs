@@ -18,7 +18,8 @@ use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::Displacement;
 use crate::stage::SetUp;
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     geometry::vertex_normals,
     mesh::{csr::Csr, edges::VertexGraph, edges::triangle_edges},
     relaxation::{Convergence, Network, Relaxer, Stopping},

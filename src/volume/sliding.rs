@@ -13,7 +13,8 @@ use crate::families::Families;
 use crate::families::PlacedBy;
 use crate::families::shape::ShapeAtVertex;
 use crate::{
-    backend::{Ball, Constraint},
+    backend::Ball,
+    constraint::Constraint,
     geometry::{corners, unit_normal},
     mesh::{
         TetMesh,

@@ -12,7 +12,8 @@ use super::{
     start::Equilibrium,
 };
 use crate::{
-    backend::{BackendError, Constraint},
+    backend::BackendError,
+    constraint::Constraint,
     families::{PlacedBy, even},
     mesh::{Displacement, edges::VertexGraph},
     relaxation::{Convergence, Method, Network, Relaxer, Stopping},

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::{backend::Constraint, relaxation::Convergence};
+use crate::{constraint::Constraint, relaxation::Convergence};
 
 /// Where an update starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,18 +3,20 @@
 use std::f64::consts::PI;
 
 use super::{
-    EdgeGraph, Path, Start, VolumeError, displaced,
+    EdgeGraph, Path, Start, displaced,
     optimisation::{ENOUGH, MovedMesh, Smoothing},
     route::Route,
     springs::VolumeNetwork,
 };
 use crate::{
-    backend::{BackendError, Constraint, check_memory},
+    backend::BackendError,
+    constraint::Constraint,
+    memory::check_memory,
     mesh::Displacement,
     relaxation::{Convergence, Stopping},
     smoothing::{Smoothed, moved},
     springs::Springs,
-    stage::SetUp,
+    stage::{SetUp, StageError},
 };
 
 /// The first step on a path turns no body by more than this, in radians; steps get longer when they go well.
@@ -72,7 +74,7 @@ impl Stepping {
         set_up: &SetUp,
         stopping: &Stopping,
         observer: &dyn Fn(&str),
-    ) -> Result<Followed, VolumeError> {
+    ) -> Result<Followed, StageError> {
         let mut networks = NetworksAtShape::new(volume);
         let mut mesh = set_up.mesh.clone();
         let mut state = MovedMesh::new(mesh.vertices.clone(), &mesh.tets);
@@ -141,7 +143,7 @@ impl NetworksAtShape {
     }
 
     /// Those that are there, or else new ones at the shape of `set_up`'s mesh.
-    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut VolumeNetwork, VolumeError> {
+    fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut VolumeNetwork, StageError> {
         let volume = match self.volume.take() {
             Some(volume) => volume,
             None => {
@@ -150,7 +152,7 @@ impl NetworksAtShape {
                     None => {
                         let n_tets = set_up.mesh.tets.len();
                         check_memory(PATH_BYTES * n_tets as u64)
-                            .map_err(|error| VolumeError::Memory { n_tets, error })?;
+                            .map_err(|error| StageError::Memory { n_tets, error })?;
                         EdgeGraph::new(set_up.mesh)
                     }
                 };

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
-use idmesh::backend::{Backend, Constraint, EdgeStiffness};
+use idmesh::backend::{Backend, EdgeStiffness};
+use idmesh::constraint::Constraint;
 use idmesh::mesh::csr::Csr;
 use idmesh::springs::{Length, Stiffness, Torsion};
 

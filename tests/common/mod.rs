@@ -12,7 +12,8 @@ pub mod faults;
 use std::sync::Arc;
 
 use glam::DVec3;
-use idmesh::backend::{Constraint, NetworkData};
+use idmesh::backend::NetworkData;
+use idmesh::constraint::Constraint;
 use idmesh::mesh::csr::Csr;
 
 /// Where two results differ most, beyond what they may.

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use idmesh::backend::{Ball, Constraint, SmoothingPatch};
+use idmesh::backend::{Ball, SmoothingPatch};
+use idmesh::constraint::Constraint;
 use idmesh::mesh::csr::Csr;
 use idmesh::smoothing::{NONE, colour};
 

@@ -2,7 +2,8 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use glam::DVec3;
-use idmesh::backend::{Constraint, CpuBackend, Precision};
+use idmesh::backend::{CpuBackend, Precision};
+use idmesh::constraint::Constraint;
 use idmesh::mesh::TetMesh;
 use idmesh::quality;
 

@@ -14,9 +14,10 @@ use crate::backend::packed::{Packed, PackedEdges};
 use crate::backend::smoother::CpuSmoother;
 use crate::backend::vectors::Vectors;
 use crate::backend::{
-    Backend, BackendError, BackendInfo, Constraint, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure,
-    NetworkData, Sweep,
+    Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure, NetworkData,
+    Sweep,
 };
+use crate::constraint::Constraint;
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::edge_stiffness::Edges;
 use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};

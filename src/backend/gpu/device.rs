@@ -215,7 +215,8 @@ mod tests {
     use super::super::network::GpuNetwork;
     use super::super::{Bounds, Choice};
     use super::Device;
-    use crate::backend::{BackendError, Constraint, DeviceNetwork, NetworkData};
+    use crate::backend::{BackendError, DeviceNetwork, NetworkData};
+    use crate::constraint::Constraint;
     use crate::mesh::csr::Csr;
 
     /// wgpu answers an invalid operation and a lost device with a panic unless told otherwise.

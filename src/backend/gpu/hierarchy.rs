@@ -13,7 +13,8 @@ use super::device::Device;
 use super::network::{SLOT, matrix, plan, slots};
 use super::pipeline::Pipeline;
 use crate::backend::packed::Packed;
-use crate::backend::{BackendError, Constraint, DeviceNetwork, LevelData, Measure, Sweep, Transfer};
+use crate::backend::{BackendError, DeviceNetwork, LevelData, Measure, Sweep, Transfer};
+use crate::constraint::Constraint;
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::{Real, accelerate, defect, relax_sweep, transfer};
 

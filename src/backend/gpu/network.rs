@@ -9,7 +9,8 @@ use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePassDescripto
 
 use super::device::Device;
 use crate::backend::packed::Packed;
-use crate::backend::{BackendError, Constraint, DeviceNetwork, Measure, NetworkData, Sweep};
+use crate::backend::{BackendError, DeviceNetwork, Measure, NetworkData, Sweep};
+use crate::constraint::Constraint;
 use crate::kernels::convergence::{self, BLOCK};
 use crate::kernels::relax_sweep;
 use crate::kernels::row::Entry;

@@ -150,12 +150,12 @@ fn node_names(families: &[String]) -> Vec<String> {
 }
 
 /// Says that boundary conditions have no types.
-pub(in crate::formats) fn limits(_: &NewFile) -> Vec<String> {
+pub(super) fn limits(_: &NewFile) -> Vec<String> {
     vec!["boundary conditions: those of the families have no type (FamilySpecified)".to_owned()]
 }
 
 /// Writes a CGNS file.
-pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let file = build(new_file).map_err(io::Error::other)?;
     file.finish_to(out).map_err(io::Error::other)
 }

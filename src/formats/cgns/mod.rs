@@ -19,17 +19,27 @@ use hdf5_pure::File;
 
 use super::document::SourceFile;
 use super::error::{Location, ReadError};
+use super::format::{Create, Format, Parsed};
 use super::mesh_builder::{CellKind, Kind, MOST_VERTICES, MeshBuilder, check_finite_at};
 use super::number::Integers;
-use super::table::Parsed;
-
-pub(super) use create::{create, limits};
 
 use columns::Columns;
+use create::{create, limits};
 use tree::{Node, Shared};
 
 /// The format's name in [`super::FORMATS`].
-pub(super) const NAME: &str = "CGNS";
+const NAME: &str = "CGNS";
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(super) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: &["cgns"],
+    description: "CGNS in HDF5, one unstructured zone; families are the boundary conditions",
+    read,
+    create: Create::File(create),
+    limits,
+    companion: None,
+};
 
 /// CGNS's number for a type of element: how many vertices it has, and what it is.
 fn element_type(number: i64) -> Option<(usize, Kind)> {
@@ -105,7 +115,7 @@ struct Reader<'a> {
 }
 
 /// Reads a CGNS file from its (decompressed) bytes; `path` is for messages.
-pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let shared = Shared(Arc::new(bytes));
     let Zone { mesh_builder, positions, columns, names, beside } = read_zone(path, &shared)?;
     let (mesh, others) = mesh_builder.finish(path, positions, |tag| names[tag as usize].clone())?;

@@ -31,7 +31,7 @@ struct Block<'a> {
 
 /// Writes a Gmsh file whose arrays have been checked. A family is a surface entity and a physical group of its number,
 /// counted from 1; the cells are volume 1, in the group `volume`, without which Gmsh would not save them again.
-pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let names = clean_names(new_file.cells.families, fits);
     let n_families = names.len() as u64;
     let volume_group = names.len() as i32 + 1;
@@ -85,7 +85,7 @@ pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Resul
 }
 
 /// What a Gmsh file holds otherwise: quotes in names.
-pub(in crate::formats) fn limits(new_file: &NewFile) -> Vec<String> {
+pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
     renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits))
 }
 

@@ -21,17 +21,27 @@ use std::path::Path;
 
 use super::document::{Slots, SourceFile};
 use super::error::ReadError;
+use super::format::{Create, Format, Parsed};
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
-use super::table::Parsed;
 
-pub(super) use create::{create, limits};
-
+use create::{create, limits};
 use elements::Elements;
 use families::Groups;
 use vertices::Vertices;
 
 /// The format's name in [`super::FORMATS`].
-pub(super) const NAME: &str = "Gmsh";
+const NAME: &str = "Gmsh";
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(super) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: &["msh"],
+    description: "Gmsh 4.1 or 2.2, ascii or binary; families are the surface's physical groups",
+    read,
+    create: Create::File(create),
+    limits,
+    companion: None,
+};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Version {
@@ -52,7 +62,7 @@ struct Parts {
 }
 
 /// Reads a Gmsh file from its (decompressed) bytes; `path` is for messages.
-pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
     let mut scanner = Scanner::new(path, &bytes);
     while scanner.remaining() > 0 {

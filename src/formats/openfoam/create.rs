@@ -85,7 +85,7 @@ impl Sides {
 
 /// The files of a new folder, points last. Internal faces stand in OpenFOAM's upper-triangular order, patches are the
 /// families, of type `patch`.
-pub(in crate::formats) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
+pub(super) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
     let sides = Sides::new(new_file);
     let (n_sides, n_of_cells) = (sides.corners.len(), sides.cells.len());
     if n_sides >= NONE as usize {
@@ -192,7 +192,7 @@ fn invalid(message: String) -> io::Error {
 }
 
 /// What a folder holds otherwise: names without spaces, types of patches.
-pub(in crate::formats) fn limits(new_file: &NewFile) -> Vec<String> {
+pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
     let mut limits = renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits));
     limits.push("types of patches: all are 'patch', none is 'wall'".to_string());
     limits

@@ -18,19 +18,29 @@ use glam::DVec3;
 
 use super::document::{NamedFiles, Slots, SourceFile};
 use super::error::{Location, ReadError};
+use super::format::{Create, Format, Parsed};
+use super::gzip::unzipped;
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
-use super::read::unzipped;
-use super::table::Parsed;
 
-pub(super) use create::{create, limits};
-
+use create::{create, limits};
 use file::{File, Label};
 
 /// The format's name in [`super::FORMATS`].
-pub(super) const NAME: &str = "OpenFOAM";
+const NAME: &str = "OpenFOAM";
 
 /// The names that select it, lower case: of the folder, of its file of points.
 pub(super) const NAMES: &[&str] = &["polymesh", "points"];
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(super) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: NAMES,
+    description: "OpenFOAM, a folder polyMesh or its points, ascii or binary; families are the patches",
+    read,
+    create: Create::Folder(create),
+    limits,
+    companion: None,
+};
 
 /// The files of a mesh beside its points.
 const FILES: [&str; 4] = ["faces", "owner", "neighbour", "boundary"];
@@ -45,7 +55,7 @@ pub(super) fn points_path(path: &Path) -> PathBuf {
 }
 
 /// Reads a mesh from the (decompressed) bytes of its points at `path`; the other files stand beside.
-pub(super) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (positions, slots) = read_points(path, &bytes)?;
     let siblings = siblings(folder).map_err(|source| ReadError::Io { path: folder.into(), source })?;

@@ -12,8 +12,7 @@ use super::names::list_names;
 use super::types::vtk_number;
 use crate::formats::error::WriteError;
 use crate::formats::new_file::{Cells, Fields, NewFile};
-use crate::formats::out::Out;
-use crate::formats::write::create_file;
+use crate::formats::out::{Out, write_file};
 use crate::mesh::{FamilyId, OtherCells};
 
 /// Writes vertices `[n_vertices]` and some cells on them as a VTU file, gzipped if `path` ends in `.gz`.
@@ -31,11 +30,10 @@ use crate::mesh::{FamilyId, OtherCells};
 /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
 /// - [`WriteError::Io`]: the file could not be written.
 pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<(), WriteError> {
-    create_file(
-        path,
-        create,
-        &NewFile { vertices, cells: *cells, others: &OtherCells::default(), fields: *fields, extension: "vtu" },
-    )
+    let others = OtherCells::default();
+    let new_file = NewFile { vertices, cells: *cells, others: &others, fields: *fields, extension: "vtu" };
+    new_file.check()?;
+    write_file(path, |out| create(out, &new_file))
 }
 
 /// An array of the appended section.
@@ -91,7 +89,7 @@ fn vertex_families(new_file: &NewFile) -> Vec<i32> {
 }
 
 /// Writes a VTU file whose arrays have been checked.
-pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let NewFile { vertices, cells, fields, .. } = new_file;
     let families = cells.families;
     let n_cells = new_file.n_elements();

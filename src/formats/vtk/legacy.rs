@@ -16,15 +16,26 @@ use super::names::{list_names, parse_names};
 use super::types::{FAMILY_ARRAYS, vtk_number};
 use crate::formats::document::{Slots, SourceFile};
 use crate::formats::error::ReadError;
+use crate::formats::format::{Create, Format, Parsed};
 use crate::formats::mesh_builder::{MeshBuilder, surface};
 use crate::formats::new_file::NewFile;
 use crate::formats::number::{Integers, Number};
 use crate::formats::out::Out;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, shown};
-use crate::formats::table::Parsed;
 
 /// The format's name in [`super::super::FORMATS`].
-pub(in crate::formats) const NAME: &str = "VTK";
+const NAME: &str = "VTK";
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(in crate::formats) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: &["vtk"],
+    description: "legacy VTK unstructured grid, ascii or binary; families as in VTU",
+    read,
+    create: Create::File(create),
+    limits,
+    companion: None,
+};
 
 /// Longest title that VTK reads.
 const TITLE: usize = 255;
@@ -45,7 +56,7 @@ struct Parts<'a> {
 }
 
 /// Reads a legacy VTK file from its (decompressed) bytes; `path` is for messages.
-pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut scanner = Scanner::new(path, &bytes);
     let (names, parts) = read_sections(&mut scanner, "UNSTRUCTURED_GRID")?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
@@ -297,7 +308,7 @@ fn skip_metadata(scanner: &mut Scanner) {
 }
 
 /// Writes a binary file of version 3.0, which every reader of VTK files understands.
-pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
+fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let names = list_names(new_file.cells.families);
     let title = if names.len() <= TITLE { names.as_str() } else { "a mesh by idmesh" };
     write!(out, "# vtk DataFile Version 3.0\n{title}\nBINARY\nDATASET UNSTRUCTURED_GRID\n")?;
@@ -328,7 +339,7 @@ pub(in crate::formats) fn create(out: &mut Out, new_file: &NewFile) -> io::Resul
 }
 
 /// What a legacy VTK file may not hold: many or long names.
-pub(in crate::formats) fn limits(new_file: &NewFile) -> Vec<String> {
+fn limits(new_file: &NewFile) -> Vec<String> {
     let names = list_names(new_file.cells.families);
     if names.len() <= TITLE {
         Vec::new()

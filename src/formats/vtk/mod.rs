@@ -14,7 +14,6 @@ mod types;
 pub(super) mod vtu;
 mod xml;
 
-pub(super) use create::create;
 pub use create::write_vtu;
 pub(super) use names::{list_names, parse_names};
 pub use polylines::{Polylines, read_polylines};

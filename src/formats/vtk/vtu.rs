@@ -16,22 +16,34 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::cells::{self, Corners, Table};
+use super::create::create;
 use super::header::{Array, Header, Piece, Values, read_header};
 use super::payload::Payload;
 use super::points::{self, Pieces, Stored};
 use super::types::FAMILY_ARRAYS;
 use crate::formats::document::SourceFile;
 use crate::formats::error::{Location, ReadError};
+use crate::formats::format::{Create, Format, Parsed};
 use crate::formats::mesh_builder::{MOST_VERTICES, MeshBuilder, check_finite_at, surface};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::{Width, find_byte, next_token, parse_double, shown};
-use crate::formats::table::Parsed;
 
 /// The format's name in [`crate::formats::FORMATS`].
-pub(in crate::formats) const NAME: &str = "VTU";
+const NAME: &str = "VTU";
+
+/// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
+pub(in crate::formats) const FORMAT: Format = Format {
+    name: NAME,
+    extensions: &["vtu"],
+    description: "VTK unstructured grid for ParaView, with families, displacement and beta",
+    read,
+    create: Create::File(create),
+    limits: |_| Vec::new(),
+    companion: None,
+};
 
 /// Reads a VTU file from its (decompressed) bytes; `path` is for messages.
-pub(in crate::formats) fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let header = read_header(path, &bytes, "UnstructuredGrid")?;
     let offsets = header.offsets();
     let mut mesh_builder = MeshBuilder::default();

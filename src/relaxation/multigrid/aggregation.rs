@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::super::Network;
-use crate::backend::Constraint;
+use crate::constraint::Constraint;
 use crate::mesh::csr::Csr;
 
 /// Constraints differ when the squares of the difference of their projections add up to more: about 25 degrees between

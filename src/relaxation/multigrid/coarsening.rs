@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::super::Network;
 use super::aggregation::{Aggregates, NONE};
-use crate::backend::{Constraint, Transfer};
+use crate::backend::Transfer;
+use crate::constraint::Constraint;
 use crate::mesh::csr::Csr;
 
 /// Rows per parallel piece; fixed, so that nothing depends on threads.

@@ -19,7 +19,8 @@ use aggregation::{Aggregates, strong};
 
 use super::schedule::{Method, Schedule};
 use super::{Network, Spectrum};
-use crate::backend::{Constraint, LevelData, Sweep, Transfer};
+use crate::backend::{LevelData, Sweep, Transfer};
+use crate::constraint::Constraint;
 
 /// Networks of at most so many vertices are relaxed by sweeps alone.
 const COARSEST: usize = 40;
