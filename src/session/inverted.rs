@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::SessionError;
-use super::outputs::inverted_name;
+use super::names::inverted_name;
 use crate::formats::{Cells, Fields, write_vtu};
 use crate::mover::Outcome;
 use crate::quality::faults;

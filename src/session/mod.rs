@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `mod` | [`Session`]: a design moved, written, reported |
-//! | `outputs` | where results go, and under which names |
+//! | `outputs`, `names` | where results go, and under which names |
 //! | `inverted` | the cells in question of a bad mesh, as a file |
 //! | `files` | other files and folders, checked and written |
 //! | `designs`, `varied` | the files of a batch's designs, and what they replace in the case |
@@ -14,6 +14,7 @@ mod error;
 mod files;
 mod inverted;
 mod lines;
+mod names;
 mod outputs;
 mod varied;
 
