@@ -2,7 +2,7 @@
 //!
 //! A solver takes the one for the other, so partners must stay apart by the same vector. The surface stages place each family by
 //! itself; after each of them partners get the mean of their displacements. In the volume partners slide freely first, get the
-//! mean of where that takes them, and the inside relaxes once more with them held ([`super::volume`]). Local optimisation
+//! mean of where that takes them, and the inside relaxes once more with them held ([`crate::volume`]). Local optimisation
 //! holds them.
 //!
 //! Only shifts are known, no rotations about an axis: those planes are refused as partners.

@@ -1,4 +1,4 @@
-//! Numbers and tables as text, the way other programs write them.
+//! Numbers and tables as text, in the spellings of other programs.
 
 pub(crate) mod header;
 mod number;
@@ -7,7 +7,7 @@ mod rows;
 pub(crate) use number::{parse_double, parse_number};
 pub(crate) use rows::{Mark, Row, decode, fields, rows};
 
-/// The beginning of a text, for messages.
+/// At most the first 40 characters of a text, for messages.
 pub(crate) fn shorten(text: &str) -> String {
     const LONGEST: usize = 40;
     if text.chars().count() <= LONGEST {
