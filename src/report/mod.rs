@@ -1,7 +1,7 @@
-//! What a run tells about itself: the JSON report, the table of the four stages, the distribution of beta.
+//! The report of a run: JSON, the table of the four stages, and the distribution of beta.
 //!
-//! The structs are plain data and serialise to the report other programs read; field names are therefore part of
-//! idmesh's interface. Numbers that are not finite become `null` there.
+//! The structs are plain data. They serialise to the JSON report, which other programs read, so
+//! field names are part of idmesh's interface. Numbers that are not finite become `null`.
 
 mod histogram;
 #[doc(hidden)]
@@ -26,31 +26,31 @@ pub struct RunReport {
     pub idmesh: String,
     /// The case file, as the user named it.
     pub case: String,
-    /// The design, where several are run on one mesh.
+    /// Name of the design, if several are run on one mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<String>,
-    /// Where the arithmetic ran.
+    /// The device that computed.
     pub backend: Backend,
     /// Size of the mesh.
     pub mesh: Mesh,
     /// Quality and time of each stage, in order.
     pub stages: Vec<Stage>,
-    /// How true each family stayed to its shape, by name.
+    /// Deviations of each family from its shape, by name.
     pub families: BTreeMap<String, FamilyReport>,
-    /// How true each wing is to its new profiles, by family name.
+    /// Deviations of each wing from its new profiles, by family name.
     pub profiles: BTreeMap<String, ProfileReport>,
-    /// How the volume's network was relaxed.
+    /// The relaxation of the volume's network.
     pub solver: Solver,
-    /// The steps of the inside.
+    /// The steps of the volume stage.
     pub path: Path,
-    /// What local optimisation did, where it ran.
+    /// Local optimisation, if it ran.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<Smoothing>,
-    /// Where the time went.
+    /// Seconds of each part of the run.
     pub seconds: Seconds,
 }
 
-/// Where the arithmetic ran.
+/// The device that computed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Backend {
     /// `"gpu"` or `"cpu"`.
@@ -75,16 +75,17 @@ pub struct Mesh {
 /// Size of a family.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FamilySize {
-    /// Number of vertices of its triangles.
+    /// Number of vertices of the family's triangles.
     pub vertices: usize,
     /// Number of triangles.
     pub triangles: usize,
 }
 
 impl Mesh {
-    /// Counts a mesh.
+    /// Counts the entities of a mesh.
     pub fn of(mesh: &TetMesh) -> Self {
-        // A vertex counts once per family; the family that counted it last is kept per vertex, family by family.
+        // A vertex counts once per family. Families come one after another, and each vertex keeps
+        // the last family that counted it.
         let mut sizes = vec![FamilySize::default(); mesh.families.len()];
         let mut counted_for = vec![usize::MAX; mesh.vertices.len()];
         let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
@@ -103,74 +104,75 @@ impl Mesh {
     }
 }
 
-/// The states of the mesh that are measured (the paper's Table 1).
+/// The states of a mesh that are measured (the paper's Table 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StageName {
-    /// As read.
+    /// The mesh as read.
     Original,
-    /// After the wing's vertices moved.
+    /// The mesh after the wing's vertices have moved.
     Deformed,
-    /// After the other families moved.
+    /// The mesh after the other families have moved.
     Corrected,
-    /// After the volume moved.
+    /// The mesh after the volume has moved.
     Final,
 }
 
 /// Quality of the mesh at one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stage {
-    /// Which stage.
+    /// The state of the mesh.
     pub name: StageName,
-    /// Smallest beta.
+    /// Smallest beta, without unit.
     pub beta_min: f64,
     /// Largest beta.
     pub beta_max: f64,
     /// Mean beta over the tets.
     pub beta_mean: f64,
-    /// Tets whose beta is not positive.
+    /// Number of tets whose beta is not positive.
     pub inverted: usize,
-    /// Time from the stage before to this one, s.
+    /// Time since the stage before, in seconds.
     pub seconds: f64,
 }
 
 impl Stage {
-    /// The row of a stage.
+    /// The row of a stage in the report. `seconds` is the time since the stage before.
     pub fn new(name: StageName, beta: &Statistics, seconds: f64) -> Self {
         let &Statistics { min, max, mean, inverted } = beta;
         Self { name, beta_min: min, beta_max: max, beta_mean: mean, inverted, seconds }
     }
 }
 
-/// How true a family stayed to its shape, in the mesh's unit.
+/// Deviations of a family from its shape. Distances are in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FamilyReport {
-    /// Largest distance of a carenage's vertices to its original surface.
+    /// Largest distance of a carenage's vertices from its original surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_original_surface: Option<f64>,
-    /// Largest distance of a plane family's vertices to its plane; where it is not quite flat, to their own distances from it.
+    /// Largest distance of a plane family's vertices from its plane. With `flat`, the largest
+    /// change of the vertices' own distances from the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_plane: Option<f64>,
-    /// Largest distance of a periodic plane's vertices from their places beside their partners.
+    /// Largest change of the vector between two partners of periodic planes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_of_partners: Option<f64>,
-    /// Vertices that a design moves with another family, and this one holds.
+    /// Vertices that this family holds although a design moves them with another family.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_back: Option<HeldBack>,
-    /// Triangles that are turned over against those around them.
+    /// Number of triangles that are turned over against the triangles around them.
     #[serde(skip_serializing_if = "is_zero")]
     pub folded_triangles: usize,
-    /// Triangles that the moved surface passes through, and did not before.
+    /// Number of triangles that self-intersect after the motion and did not before.
     #[serde(skip_serializing_if = "is_zero")]
     pub pierced_triangles: usize,
 }
 
-/// Vertices that are held back, in the mesh's unit.
+/// Vertices that are held back. Distances are in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct HeldBack {
-    /// How many they are.
+    /// Number of vertices.
     pub vertices: usize,
-    /// Largest distance between where they are and where the design would have them.
+    /// Largest distance between a vertex and its place in the design.
     pub max_distance: f64,
 }
 
@@ -182,66 +184,69 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// How true a wing is to its new profiles.
+/// Deviations of a wing from its new profiles.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProfileReport {
-    /// Largest distance between the moved wing's facets, cut in the planes of its new profiles, and these, in the mesh's unit;
-    /// the facets' sag is in it.
+    /// Largest distance between the new profiles and the moved wing's facets, cut in the planes of
+    /// the profiles, in the mesh's unit. It includes the sag of the facets.
     pub max_distance_to_new_profiles: Option<f64>,
-    /// How much farther the wing's vertices beside these planes lie from the new profiles than they lay from the old ones, at
-    /// most, as share of the profile's length (about its chord).
+    /// Deviation of the wing's vertices beside the profiles' planes: the largest increase of a
+    /// vertex's distance, from the distance to the old profile to the distance to the new one, as a
+    /// share of the profile's length (about its chord).
     pub max_miss_of_vertices: Option<f64>,
-    /// Whether the new profiles were compared with flat cuts through the wing's facets, because the old ones are such cuts or
-    /// the new ones continue them; else they are compared with the sections that the vertices say, or with other old ones.
+    /// Whether the new profiles were compared with flat cuts through the wing's facets: the old
+    /// profiles are such cuts, or the new ones continue them. Otherwise they were compared with the
+    /// sections that the vertices define, or with other old profiles.
     #[serde(skip_serializing_if = "is_false")]
     pub compared_with_flat_cuts: bool,
-    /// Why one of them could not be measured.
+    /// The reason why a deviation could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_measured: Option<String>,
 }
 
-/// How the volume's network was relaxed.
+/// The relaxation of the volume's network.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Solver {
-    /// `"jacobi"`, `"chebyshev"`, ...
+    /// The method: `"jacobi"`, `"chebyshev"` or `"multigrid"`.
     pub method: String,
     /// Sweeps over the network.
     pub sweeps: usize,
-    /// Norm of the last residual over that of the first.
+    /// Norm of the last residual over the norm of the first.
     pub relative_residual: f64,
 }
 
-/// The steps an update took.
+/// The steps of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Path {
-    /// Steps on the way to the result: 1 is a jump from the undeformed mesh.
+    /// Steps of the path to the result. 1 is a jump from the undeformed mesh.
     pub steps: usize,
-    /// Steps that were tried and given up, the jump among them.
+    /// Steps that were tried and given up, including the jump.
     pub given_up: usize,
-    /// How much of the way valid meshes led, in `0..=1`. Less than 1: the path got stuck, and the mesh is the jump's.
+    /// Share of the route with valid meshes, in `0..=1`. If it is less than 1, no further step
+    /// succeeded, and the mesh is the jump's.
     pub reached: f64,
 }
 
-/// What local optimisation did.
+/// The result of local optimisation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Smoothing {
-    /// Sweeps over the vertices at bad tets.
+    /// Number of sweeps over the vertices at bad tets.
     pub sweeps: usize,
-    /// Vertices it moved.
+    /// Number of vertices that local optimisation moved.
     pub moved: usize,
 }
 
-/// Where the time went, s.
+/// Seconds of each part of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Reading the mesh and the profiles.
+    /// Reading of the mesh and the profiles.
     pub read: f64,
-    /// What is done once per mesh.
+    /// Set-up, once per mesh.
     pub setup: f64,
-    /// What every design costs: all stages, no files.
+    /// Update, once per design: all stages, no files.
     pub update: f64,
-    /// Writing the moved mesh.
+    /// Writing of the moved mesh.
     pub write: f64,
-    /// All of it.
+    /// The whole run.
     pub total: f64,
 }

@@ -1,17 +1,25 @@
-//! Everything inside, once the surfaces have moved: springs, a path of steps where one jump is too far, local optimisation.
+//! The stage that moves all vertices inside, after the surfaces: springs, a path of steps, and
+//! local optimisation.
 //!
-//! One jump from the undeformed mesh is tried first, and is enough for what designs usually ask. Where it inverts tets in a few
-//! places, they are repaired there. Where they cannot be, the surfaces are led to their places in steps (see [`route`]). A step
-//! starts from the mesh the one before left: the springs' stiffness and rest edges are those of that mesh. A step that inverts a
-//! tet beyond repair is made half as long, with the same springs; after one that goes well the next is twice as long. On the
-//! way only the inside is optimised, and only when tets get bad; in the end the whole mesh is. All steps follow from the design
-//! and the undeformed mesh, so the result still depends on the design alone.
+//! **One jump.** The springs first move the inside in one jump from the undeformed mesh, which is
+//! enough for most designs. If the jump inverts tets in a few places, local optimisation tries to
+//! untangle the mesh there.
 //!
-//! Repairs first save the set-ups of steps: a half aircraft of 2.8 million tets in thin layers, its profiles 1 % thicker, has 52
-//! inverted tets after its jump and is as good as before in 4 s; in steps alone it took 157 s and 63 attempts. A wing turned by
-//! 180 degrees takes 0.7 of the time.
+//! **Path of steps.** If it cannot, the surfaces follow a route to their new places in steps (see
+//! [`route`]). A step starts from the mesh of the step before, with the stiffness and rest edges of
+//! that mesh. A step that inverts a tet beyond local optimisation is repeated at half its length,
+//! with the same springs. After a successful step the next is twice as long. On the path local
+//! optimisation moves inner vertices only, and runs only when tets get bad; at the end it may also
+//! slide vertices of surfaces. All steps follow from the design and the undeformed mesh, so the
+//! result depends on the design alone.
 //!
-//! The paper moves in one step and stops there.
+//! **Cost.** Local optimisation comes first because a step needs a set-up of its own. A half
+//! aircraft of 2.8 million tets in thin layers, with profiles 1 % thicker, has 52 inverted tets
+//! after its jump. Local optimisation restores it in 4 s; with steps alone 157 s and 63 attempts
+//! were needed. For a wing turned by 180 degrees local optimisation on the path saves 0.3 of the
+//! time.
+//!
+//! The paper moves the inside in one jump, without local optimisation.
 
 use glam::DVec3;
 use thiserror::Error;
@@ -46,12 +54,14 @@ use crate::{
     stage::SetUp,
 };
 
-/// How many steps an update may try, if nothing else is said. A half turn takes four, six without repairs.
+/// Default for the number of steps that an update may try. A half turn takes four, or six without
+/// local optimisation.
 pub const MAX_STEPS: usize = 64;
 
-/// The inside of a mesh, set up once per mesh.
+/// The volume stage. Set up once per mesh.
 pub struct VolumeStage {
-    /// None after a path of steps, whose networks had its place in the memory; the next design sets it up anew.
+    /// `None` after a path of steps, whose networks needed its memory. The next design sets it up
+    /// again.
     volume: Option<VolumeNetwork>,
     constraint: Vec<Constraint>,
     method: Method,
@@ -61,15 +71,15 @@ pub struct VolumeStage {
     stepping: Stepping,
 }
 
-/// Why the inside could not be moved.
+/// An error of the volume stage.
 #[derive(Debug, Error)]
 pub enum VolumeError {
-    /// One jump inverts tets, and there is no memory for a path of steps.
+    /// One jump inverts tets, and the memory does not suffice for a path of steps.
     #[error("{n_tets} tets, moved in steps as one jump inverts some: {error}")]
     Memory {
-        /// Tets of the mesh.
+        /// Number of tets of the mesh.
         n_tets: usize,
-        /// What is lacking.
+        /// The memory that is missing.
         error: MemoryError,
     },
     /// The backend failed.
@@ -77,30 +87,33 @@ pub enum VolumeError {
     Backend(#[from] BackendError),
 }
 
-/// How the inside was moved.
+/// The result of the volume stage.
 #[derive(Clone, Debug)]
 pub struct VolumeResult {
-    /// The moved vertices `[n_vertices]`.
+    /// Positions of all vertices after the motion `[n_vertices]`, in the mesh's unit.
     pub vertices: Vec<DVec3>,
     /// Beta of each tet `[n_tets]`.
     pub beta: Vec<f64>,
-    /// How the springs were relaxed, all steps together.
+    /// Convergence of the springs, all steps together.
     pub convergence: Convergence,
-    /// The steps it took.
+    /// The steps taken.
     pub path: Path,
-    /// What local optimisation did in the end; `None` where it was off or nothing called for it.
+    /// The result of local optimisation at the end. `None` if it was off or not needed.
     pub smoothed: Option<Smoothed>,
 }
 
 impl VolumeStage {
-    /// Sets springs and optimisation up.
+    /// Sets up springs and local optimisation.
     ///
-    /// - `edge_graph`: the edges of the mesh's tets
-    /// - `lowest`: the undeformed mesh's smallest beta
-    /// - `max_steps`: how many steps an update may try, the jump among them
+    /// - `edge_graph`: edges of the mesh's tets
+    /// - `springs`: the kind of springs
+    /// - `quality`: the target of local optimisation; `None` turns it off
+    /// - `lowest`: smallest beta of the undeformed mesh
+    /// - `max_steps`: most steps that an update may try, including the jump
+    /// - `shaped`: vertices of wings that must not slide, see [`SurfaceFreedom::new`]
     ///
     /// # Errors
-    /// The backend failed or the mesh does not fit.
+    /// The backend failed, or the mesh does not fit the device.
     pub fn new(
         set_up: &SetUp,
         edge_graph: EdgeGraph,
@@ -117,7 +130,7 @@ impl VolumeStage {
             None => None,
             Some(target) => {
                 let freedom_of_surfaces = SurfaceFreedom::new(mesh, surface, families, shaped);
-                // Alone, one of two partners would leave the other.
+                // A vertex with a partner is held: moved alone it would leave its partner.
                 let may = |(vertex, may): (u32, &Constraint)| {
                     if families.partners.is_tied(vertex) { Constraint::Held } else { *may }
                 };
@@ -136,12 +149,12 @@ impl VolumeStage {
         Ok(Self { volume: Some(volume), constraint, method, start, bodies: Bodies::new(set_up), smoothing, stepping })
     }
 
-    /// How the volume's springs are relaxed; never [`Method::Auto`].
+    /// The method that relaxes the volume's springs; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.method
     }
 
-    /// Where the springs start from now on.
+    /// Sets the start of the springs for further updates.
     pub fn start_from(&mut self, start: Start) {
         self.start = start;
         if let Some(volume) = &mut self.volume {
@@ -151,11 +164,14 @@ impl VolumeStage {
 
     /// Moves the inside after the surfaces.
     ///
-    /// - `crossings`: of the surfaces
-    /// - `displacement` `[n_vertices]`: the displacement of the surfaces; becomes that of all vertices
+    /// - `crossings`: finds self-intersections of the surfaces
+    /// - `displacement` `[n_vertices]`: on entry the displacement of the surfaces, on exit of all
+    ///   vertices, in the mesh's unit
+    /// - `observer`: receives the name of each part of the work
     ///
     /// # Errors
-    /// The backend failed, or there is no memory for a path of steps that the design needs.
+    /// The backend failed, or the memory does not suffice for a path of steps that the design
+    /// needs.
     pub fn run(
         &mut self,
         set_up: &SetUp,
@@ -177,10 +193,11 @@ impl VolumeStage {
         let mut convergence = volume.run(&mesh.vertices, displacement, stopping)?;
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
-        // No volume fits surfaces that pass through each other.
+        // No valid volume exists between surfaces that intersect.
         let mut stuck =
             state.inverted > 0 && !crossings.newly_self_intersecting(&mesh.vertices, &state.vertices).is_empty();
-        // A relaxation that diverged left no place to go to.
+        // Displacements that are not finite come from a relaxation that diverged. No path leads
+        // there.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
         let mut smoothed = None;
         if state.inverted > 0
@@ -215,7 +232,7 @@ impl VolumeStage {
             (state, smoothed) = (better, Some(by));
         }
         for ((displacement, from), to) in displacement.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
-            // What the springs or the surfaces gave keeps its bits.
+            // A displacement that already gives the vertex's position keeps its bits.
             if moved(*from, *displacement) != *to {
                 *displacement = *to - *from;
             }
@@ -226,14 +243,14 @@ impl VolumeStage {
         Ok(VolumeResult { vertices: state.vertices, beta: state.beta, convergence, path, smoothed })
     }
 
-    /// Whether a tet is inverted by its surface vertices alone: no path would help it.
+    /// Whether a tet with held vertices only is inverted. Then no path of steps helps.
     fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh) -> bool {
         let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
         mesh.tets.iter().zip(&state.beta).any(|(tet, &beta)| faults::is_inverted(beta) && tet.iter().all(held))
     }
 }
 
-/// The vertices where a motion puts them; see [`moved`].
+/// Positions `[n_vertices]` plus displacements `[n_vertices]`, see [`moved`].
 pub fn displaced(vertices: &[DVec3], displacement: &[DVec3]) -> Vec<DVec3> {
     vertices.iter().zip(displacement).map(|(at, by)| moved(*at, *by)).collect()
 }
