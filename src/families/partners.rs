@@ -118,7 +118,7 @@ impl Partners {
                 let why = "they are not parallel, expected one to be the other, shifted (rotations about an axis are not known)";
                 return Err(finder.error(families, why.to_owned()));
             }
-            let vertices = finder.matched(families).map_err(|lonely| finder.lonely(families, &lonely))?;
+            let vertices = finder.matched(families).map_err(|unmatched| finder.unmatched(families, &unmatched))?;
             if let Some(FamilyShape::Plane(_, second)) = &mut shapes[other.index()] {
                 *second = first;
             }
@@ -277,15 +277,15 @@ impl Finder<'_> {
             near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, vertex)| vertex)
         };
         let mut taken = HashMap::new();
-        let (mut pairs, mut lonely) = (Vec::new(), Vec::new());
+        let (mut pairs, mut unmatched) = (Vec::new(), Vec::new());
         for &vertex in self.surface.vertices_of(families[0]) {
             match nearest(self.at(vertex) + shift) {
                 Some(partner) if taken.insert(partner, vertex).is_none() => pairs.push([vertex, partner]),
-                _ => lonely.push(vertex),
+                _ => unmatched.push(vertex),
             }
         }
-        lonely.extend(self.surface.vertices_of(families[1]).iter().filter(|vertex| !taken.contains_key(vertex)));
-        if lonely.is_empty() { Ok(pairs) } else { Err(lonely) }
+        unmatched.extend(self.surface.vertices_of(families[1]).iter().filter(|vertex| !taken.contains_key(vertex)));
+        if unmatched.is_empty() { Ok(pairs) } else { Err(unmatched) }
     }
 
     fn error(&self, families: [FamilyId; 2], why: String) -> SetupError {
@@ -293,10 +293,10 @@ impl Finder<'_> {
         SetupError::Partners { family, partner, why }
     }
 
-    fn lonely(&self, families: [FamilyId; 2], lonely: &[u32]) -> SetupError {
+    fn unmatched(&self, families: [FamilyId; 2], unmatched: &[u32]) -> SetupError {
         let all: usize = families.iter().map(|&family| self.surface.vertices_of(family).len()).sum();
-        let first = self.at(lonely[0]);
-        let why = format!("{} of their {all} vertices have no partner, the first at {first}", lonely.len());
+        let first = self.at(unmatched[0]);
+        let why = format!("{} of their {all} vertices have no partner, the first at {first}", unmatched.len());
         self.error(families, why)
     }
 }

@@ -152,8 +152,8 @@ impl OldSection {
     }
 
     /// Alternation of the knots' displacements across the curve, as a share of the section's
-    /// length: the root mean square of the difference from the mean of the two neighbours. The
-    /// affine part is removed first.
+    /// length: the root mean square of the distance from the straight line between the two
+    /// neighbours' displacements. The affine part is removed first.
     pub fn roughness(&self, displacement: &[DVec3]) -> f64 {
         let affine = self.affine_change(displacement);
         let knots = &self.affine.knots;

@@ -226,7 +226,7 @@ mod tests {
     use crate::backend::{BackendError, Constraint, DeviceNetwork, NetworkData};
     use crate::mesh::csr::Csr;
 
-    /// wgpu answers an invalid operation and a lost device with a panic unless told otherwise.
+    /// Without handlers wgpu panics at an invalid operation and at a lost device.
     #[test]
     fn failures_are_errors() {
         if std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off") {
