@@ -1,25 +1,29 @@
 //! idmesh moves an aircraft's tetrahedral CFD mesh when its wing profiles change.
 //!
-//! Every vertex and every tet is kept; only coordinates change. See `ARCHITECTURE.md` for the map of the code and
-//! [`mover::Mover`] for the one door to it.
+//! Every vertex and every tet is kept; only coordinates change. See `ARCHITECTURE.md` for the map
+//! of the code and [`mover::Mover`] for the one door to it.
 //!
 //! # A guided tour
 //!
-//! A mesh is a [`mesh::TetMesh`] whose boundary triangles belong to named families; [`formats::read`] makes one from a
-//! file and [`formats::MeshFile::write`] puts the moved vertices back into that file. Each family has a
-//! [`families::Role`]: a wing follows its profiles, a carenage slides on its original surface, a far field stays. Old and new
-//! [`profile::Profile`]s come from files ([`profile::files`]) or are cut from the wing ([`profile::cut`]).
+//! A mesh is a [`mesh::TetMesh`] whose boundary triangles belong to named families;
+//! [`formats::read`] makes one from a file and [`formats::MeshFile::write`] puts the moved vertices
+//! back into that file. Each family has a [`families::Role`]: a wing follows its profiles, a
+//! carenage slides on its original surface, a far field stays. Old and new [`profile::Profile`]s
+//! come from files ([`profile::files`]) or are cut from the wing ([`profile::cut`]).
 //!
-//! [`mover::Mover::new`] does what depends on the mesh alone. [`mover::Mover::update`] then moves the undeformed mesh to one
-//! [`mover::Design`] after another, stage by stage ([`stages`]). The wing's displacement is interpolated from its profiles;
-//! everything else is a spring network ([`relaxation::Network`]), relaxed on a [`backend::Backend`]: the CPU in f64, or a GPU
-//! in f32 with residuals in f64. Where that leaves bad or inverted tets, local optimisation ([`smoothing`]) repairs them, if
-//! [`mover::Settings::quality`] asks for it. The [`mover::Outcome`] holds the vertices and what the report says of them: the quality of
-//! the tets at four stages ([`quality`]), how true the surfaces stayed to their shapes, how the volume converged, and what
-//! local optimisation did.
+//! [`mover::Mover::new`] does what depends on the mesh alone. [`mover::Mover::update`] then moves
+//! the undeformed mesh to one [`mover::Design`] after another, stage by stage ([`stages`]). The
+//! wing's displacement is interpolated from its profiles; everything else is a spring network
+//! ([`relaxation::Network`]), relaxed on a [`backend::Backend`]: the CPU in f64, or a GPU in f32
+//! with residuals in f64. Where that leaves bad or inverted tets, local optimisation
+//! ([`smoothing`]) repairs them, if [`mover::Settings::quality`] asks for it. The
+//! [`mover::Outcome`] holds the vertices and what the report says of them: the quality of the tets
+//! at four stages ([`quality`]), how true the surfaces stayed to their shapes, how the volume
+//! converged, and what local optimisation did.
 //!
-//! Bad input and a failed device are errors. A relaxation that did not converge and tets that stay inverted are results:
-//! look at [`mover::Outcome::converged`] and [`mover::Outcome::is_valid`] before using the vertices.
+//! Bad input and a failed device are errors. A relaxation that did not converge and tets that stay
+//! inverted are results: look at [`mover::Outcome::converged`] and [`mover::Outcome::is_valid`]
+//! before using the vertices.
 //!
 //! ```
 //! use std::{collections::BTreeMap, fs, path::Path};

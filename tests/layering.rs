@@ -1,11 +1,12 @@
-//! The map of the code holds: imports point downward, only some modules touch files, only one names wgpu, nothing below
-//! the command line prints.
+//! The map of the code holds: imports point downward, only some modules touch files, only one names
+//! wgpu, nothing below the command line prints.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The layers, lowest first. A module may import from lower layers and from its own, but never in a circle.
+/// The layers, lowest first. A module may import from lower layers and from its own, but never in a
+/// circle.
 const LAYERS: &[&[&str]] = &[
     &["geometry", "mesh", "kernels", "quality", "text"],
     &["formats", "projection", "springs", "profile", "backend"],
@@ -19,7 +20,8 @@ const LAYERS: &[&[&str]] = &[
     &["cli"],
 ];
 
-/// Modules that may touch files; the rest work on memory, so that they can be used from other programs.
+/// Modules that may touch files; the rest work on memory, so that they can be used from other
+/// programs.
 const FILES: &[&str] = &["formats", "case", "report", "cli"];
 
 fn root() -> PathBuf {
@@ -38,7 +40,8 @@ fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Each source file: its path under `src`, its top module, and its code without comments, strings and unit tests.
+/// Each source file: its path under `src`, its top module, and its code without comments, strings
+/// and unit tests.
 fn sources() -> Vec<(String, String, String)> {
     let mut files = Vec::new();
     rust_files(&root(), &mut files);
@@ -107,8 +110,8 @@ fn raw_string(text: &str) -> Option<usize> {
     Some(2 + hashes + body.find(&end)? + end.len())
 }
 
-/// The top modules that the code of a file names after `crate::`, or after as many `super::` as lead there; grouped imports
-/// included.
+/// The top modules that the code of a file names after `crate::`, or after as many `super::` as
+/// lead there; grouped imports included.
 ///
 /// - `name`: the file's path under `src`
 fn imports(name: &str, code: &str) -> BTreeSet<String> {
@@ -116,7 +119,8 @@ fn imports(name: &str, code: &str) -> BTreeSet<String> {
     for (at, _) in code.match_indices("crate::") {
         first_names(&code[at + "crate::".len()..], &mut found);
     }
-    // A file `a/b.rs` is the module a::b, and `a/mod.rs` is a: from the one two steps lead up to the crate, from the other one.
+    // A file `a/b.rs` is the module a::b, and `a/mod.rs` is a: from the one two steps lead up to
+    // the crate, from the other one.
     let depth = name.trim_end_matches(".rs").split('/').filter(|part| *part != "mod").count();
     let up = "super::".repeat(depth);
     for (at, _) in code.match_indices(&up) {
@@ -204,7 +208,8 @@ fn imports_make_no_circle() {
 #[test]
 fn only_some_modules_touch_files() {
     for (name, module, code) in sources() {
-        // The CPU backend asks the system for the processor's name, and for the memory that is left.
+        // The CPU backend asks the system for the processor's name, and for the memory that is
+        // left.
         if FILES.contains(&module.as_str()) || ["backend/cpu/mod.rs", "backend/memory.rs"].contains(&name.as_str()) {
             continue;
         }

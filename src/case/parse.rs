@@ -332,7 +332,8 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
     Ok(output)
 }
 
-/// `moved` with the input's extension, both parts of a compressed one: `wing.msh.gz` gives `moved.msh.gz`.
+/// `moved` with the input's extension, both parts of a compressed one: `wing.msh.gz` gives
+/// `moved.msh.gz`.
 fn default_name(mesh: &Path) -> String {
     let name = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let parts: Vec<&str> = name.split('.').collect();

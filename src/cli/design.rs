@@ -1,4 +1,5 @@
-//! One design of a job, moved, written and judged: what `run` does once and `batch` for each of many.
+//! One design of a job, moved, written and judged: what `run` does once and `batch` for each of
+//! many.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -52,10 +53,12 @@ impl<'a> Ready<'a> {
         Ok(Self { job, mover, backend, mesh: report::Mesh::of(&job.file.mesh), setup_seconds })
     }
 
-    /// Moves the mesh to a design, which took some seconds to read, and writes what comes of it. The report gets the name.
+    /// Moves the mesh to a design, which took some seconds to read, and writes what comes of it.
+    /// The report gets the name.
     ///
     /// # Errors
-    /// The design does not fit the mesh, the backend failed, a vertex has no finite position, or a file cannot be written.
+    /// The design does not fit the mesh, the backend failed, a vertex has no finite position, or a
+    /// file cannot be written.
     pub(super) fn move_to(
         &mut self,
         design: &Design,
@@ -217,7 +220,8 @@ impl Targets {
         Ok(())
     }
 
-    /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and what is wrong alone.
+    /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and
+    /// what is wrong alone.
     fn write_meshes(&self, mover: &Mover, job: &Job, outcome: &Outcome) -> Result<Vec<PathBuf>, Failure> {
         let lost = outcome.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
         if lost > 0 {

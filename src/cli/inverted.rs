@@ -16,8 +16,9 @@ use crate::projection::crossing::crosses;
 use crate::quality::faults::{self, Cluster};
 use crate::report::StageName;
 
-/// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its `beta` tells them apart.
-/// Without inverted tets it is those at the surface triangles where the surface passes through itself.
+/// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its
+/// `beta` tells them apart. Without inverted tets it is those at the surface triangles where the
+/// surface passes through itself.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -48,7 +49,8 @@ pub(super) fn write_inverted(output: &Path, mover: &Mover, outcome: &Outcome) ->
     Ok(path)
 }
 
-/// The failure that inverted tets are: how many, since which stage, where the worst is, in which files to look, what to try.
+/// The failure that inverted tets are: how many, since which stage, where the worst is, in which
+/// files to look, what to try.
 pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[PathBuf]) -> Failure {
     let mesh = mover.mesh();
     let clusters = faults::clusters(&outcome.vertices, &mesh.tets, &outcome.beta);
@@ -122,7 +124,8 @@ pub(super) fn failure(mover: &Mover, job: &Job, outcome: &Outcome, written: &[Pa
     Failure::new(Exit::Inverted, message).with_hint(hint(job, outcome))
 }
 
-/// Where a surface passes through itself: at a triangle and the first one that crosses it, and how these stood before.
+/// Where a surface passes through itself: at a triangle and the first one that crosses it, and how
+/// these stood before.
 fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let of =
         |vertices: &[DVec3], triangle: u32| mesh.triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
@@ -135,7 +138,8 @@ fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let crossing = |other: &u32| crosses(moved, mesh.triangles[first as usize], mesh.triangles[*other as usize]);
     let Some(other) = (0..mesh.triangles.len() as u32).find(crossing) else { return place(first) };
     let [one, two] = [first, other].map(|triangle| of(&mesh.vertices, triangle));
-    // Triangles of one edge look nearly the same or nearly opposite ways: the surface is thin there.
+    // Triangles of one edge look nearly the same or nearly opposite ways: the surface is thin
+    // there.
     let angle = triangle_normal(one).angle_between(triangle_normal(two)).to_degrees();
     format!(
         "{} with {}, which were {} apart before, their planes at {:.0} degrees",

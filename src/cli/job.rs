@@ -15,8 +15,9 @@ use crate::mover::{Design, Settings};
 use crate::profile::{self, Plane, Profile, files};
 use crate::stages::WingProfiles;
 
-/// A prescribed displacement belongs to the vertex that is no further from its row than this fraction of the family's
-/// shortest edge: text files with seven digits still match, neighbours are never mixed up.
+/// A prescribed displacement belongs to the vertex that is no further from its row than this
+/// fraction of the family's shortest edge: text files with seven digits still match, neighbours are
+/// never mixed up.
 const MATCH: f64 = 1e-3;
 
 /// A case, its mesh, what a mover needs and the design.

@@ -11,7 +11,8 @@ use super::console::Console;
 use super::failure::Failure;
 use crate::formats::{self, FORMATS, write_atomically};
 
-/// A folder for outputs that is there when it is needed, and gone again if nothing was written into it.
+/// A folder for outputs that is there when it is needed, and gone again if nothing was written into
+/// it.
 #[derive(Debug, Default)]
 pub(super) struct Folder {
     /// The folders that were made, outermost first.

@@ -60,7 +60,8 @@ impl Varied {
     /// The job's design with what files say in place of what it varies.
     ///
     /// # Errors
-    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than those cut from the mesh.
+    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than
+    /// those cut from the mesh.
     pub(super) fn read(&self, job: &Job, design_files: &DesignFiles) -> Result<Design, Failure> {
         let mut design = job.design.clone();
         match self {
@@ -98,8 +99,8 @@ fn profiles(job: &Job, wing: &str, path: &Path) -> Result<Vec<Profile>, Failure>
     Ok(new)
 }
 
-/// Refuses profiles in other planes than those at which the old ones were cut: their motion would be another than in a
-/// run of their own, where the old ones are cut at their planes.
+/// Refuses profiles in other planes than those at which the old ones were cut: their motion would
+/// be another than in a run of their own, where the old ones are cut at their planes.
 fn same_planes(cut: &[Profile], new: &[Profile]) -> Result<(), Failure> {
     let bad = |error: profile::ProfileError| Failure::bad_input(error.to_string());
     for profile in new {

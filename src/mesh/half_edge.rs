@@ -207,8 +207,8 @@ fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Ve
             }
             Some((half_face, taken)) => {
                 *taken = true;
-                // The normal of a tet's face points out of the fluid, the surface's out of the body:
-                // two vertices swap.
+                // The normal of a tet's face points out of the fluid, the surface's out of the
+                // body: two vertices swap.
                 let [a, b, c] = half_face::face_vertices(mesh, *half_face);
                 let mut outward = [a, c, b];
                 let lowest = lowest_of(&outward);

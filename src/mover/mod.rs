@@ -1,10 +1,12 @@
 //! [`Mover`]: the one door to idmesh. Set up once per mesh, run once per design.
 //!
-//! Everything that depends on the mesh alone (topology, wing vertices' places among the old profiles, continued
-//! surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`]; [`Mover::update`] starts from the undeformed
-//! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
+//! Everything that depends on the mesh alone (topology, wing vertices' places among the old
+//! profiles, continued surfaces, stiffness, spectra, device buffers) is made by [`Mover::new`];
+//! [`Mover::update`] starts from the undeformed mesh every time, so its result depends on the
+//! design alone, unless it is told to start from the last design.
 //!
-//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
+//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is
+//! in that of the mesh.
 
 mod fold_check;
 mod held_back;
@@ -57,7 +59,8 @@ pub struct Settings {
     pub stopping: Stopping,
     /// What local optimisation aims at; none is done without.
     pub quality: Option<QualityTarget>,
-    /// Most steps of an update, the jump that is tried first and those given up included; 1 is the jump alone.
+    /// Most steps of an update, the jump that is tried first and those given up included; 1 is the
+    /// jump alone.
     pub max_steps: usize,
 }
 
@@ -66,7 +69,8 @@ pub struct Settings {
 pub struct Design {
     /// New profiles of each wing, by its name, paired with the old ones by number.
     pub profiles: BTreeMap<String, Vec<Profile>>,
-    /// Displacement of each prescribed family's vertices, in the order of [`Mover::family_vertices`].
+    /// Displacement of each prescribed family's vertices, in the order of
+    /// [`Mover::family_vertices`].
     pub prescribed: BTreeMap<FamilyId, Vec<DVec3>>,
 }
 
@@ -95,37 +99,40 @@ pub struct Outcome {
     pub smoothed: Option<Smoothed>,
     /// Whether every relaxation reached its tolerance.
     pub converged: bool,
-    /// Stages whose relaxation did not reach its tolerance, with the estimated error left, in shortest edges.
+    /// Stages whose relaxation did not reach its tolerance, with the estimated error left, in
+    /// shortest edges.
     pub unconverged: Vec<(&'static str, f64)>,
     /// Tets without positive volume.
     pub inverted: usize,
     /// Stages after which a triangle of a family placed so far was folded, with their number.
     pub folds: Vec<(&'static str, usize)>,
-    /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the largest distance.
+    /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the
+    /// largest distance.
     pub off_surface: BTreeMap<String, f64>,
-    /// Periodic planes whose partners are apart by more than rounding, by name, with the largest distance.
+    /// Periodic planes whose partners are apart by more than rounding, by name, with the largest
+    /// distance.
     pub parted: BTreeMap<String, f64>,
     /// Vertices that the design moves and fixed or prescribed families hold.
     pub held_back: Vec<HeldBack>,
-    /// Surface triangles that are turned over against those around them, by family name; families without any are left
-    /// out. See [`quality::faults::folded`].
+    /// Surface triangles that are turned over against those around them, by family name; families
+    /// without any are left out. See [`quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
     /// The wing whose profiles come nearest to being refused, and what is suspect about them.
     pub nearest_to_refusal: Option<(String, Closeness)>,
-    /// Wings whose vertices miss their new profiles by more than [`MISSED`] of the chord, by name: the worst vertex, as one
-    /// of the mesh.
+    /// Wings whose vertices miss their new profiles by more than [`MISSED`] of the chord, by name:
+    /// the worst vertex, as one of the mesh.
     pub missed: BTreeMap<String, Missed>,
-    /// Triangles of the mesh that the moved surface passes through, and did not before, ascending. Where there are any, the
-    /// mesh overlaps itself even if no tet is inverted.
+    /// Triangles of the mesh that the moved surface passes through, and did not before, ascending.
+    /// Where there are any, the mesh overlaps itself even if no tet is inverted.
     pub self_intersecting: Vec<u32>,
     /// What a user should know of, although the mesh is valid.
     pub warnings: Vec<Warning>,
 }
 
 impl Outcome {
-    /// Whether the moved mesh is what was asked for: no tet is inverted, the surface does not pass through itself, what slides
-    /// on a carenage or in a plane is there, the wings have their new profiles, periodic planes match, and no vertex is held
-    /// back by more than its shortest edge.
+    /// Whether the moved mesh is what was asked for: no tet is inverted, the surface does not pass
+    /// through itself, what slides on a carenage or in a plane is there, the wings have their new
+    /// profiles, periodic planes match, and no vertex is held back by more than its shortest edge.
     pub fn is_valid(&self) -> bool {
         self.inverted == 0
             && self.self_intersecting.is_empty()
@@ -236,14 +243,16 @@ pub struct Mover {
 /// Greatest share of the chord by which a wing's vertices may miss their new profiles.
 pub const MISSED: f64 = 2e-3;
 
-/// Memory that a mover takes at most for each tet, updates included, beside the mesh it is given; measured with 6.5 million tets.
+/// Memory that a mover takes at most for each tet, updates included, beside the mesh it is given;
+/// measured with 6.5 million tets.
 const BYTES: u64 = 600;
 
 impl Mover {
     /// Checks the mesh and sets every stage up; `observer` hears the name of each as it begins.
     ///
     /// # Errors
-    /// The mesh is not valid or too large for the memory, its roles or old profiles do not fit it, or the backend failed.
+    /// The mesh is not valid or too large for the memory, its roles or old profiles do not fit it,
+    /// or the backend failed.
     pub fn new(
         mut mesh: TetMesh,
         settings: Settings,
@@ -343,14 +352,15 @@ impl Mover {
     /// Moves the undeformed mesh to a design; `observer` hears the name of each stage as it begins.
     ///
     /// # Errors
-    /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that did not converge are
-    /// results: see [`Outcome`].
+    /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that
+    /// did not converge are results: see [`Outcome`].
     pub fn update(&mut self, design: &Design, observer: &dyn Fn(&str)) -> Result<Outcome, MoveError> {
         self.run(design, observer, None)
     }
 
-    /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the displacement so far
-    /// `[n_vertices]`, and may change it. What it makes is judged like the stage's own work.
+    /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the
+    /// displacement so far `[n_vertices]`, and may change it. What it makes is judged like the
+    /// stage's own work.
     ///
     /// # Errors
     /// As [`Mover::update`].
@@ -440,7 +450,8 @@ impl Mover {
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let self_intersecting = self.crossings.newly_self_intersecting(&self.ordered.vertices, &vertices);
-        // Where the vertices are in the end: those that are held have been there since the wing's stage.
+        // Where the vertices are in the end: those that are held have been there since the wing's
+        // stage.
         let held_back = self.held_back(&wanted, &displacement);
         let families = self.family_reports(&vertices, &folded, &self_intersecting, &held_back);
         let missed = self.wings.missed(&of_wings, &vertices);

@@ -31,9 +31,9 @@
 //!
 //! Wing-bodies were moved by their profiles. The design "shape" is thicker, has more camber and a
 //! raised tip; the design "planform" changes the planform. For a mesh of 97 694 tets the table
-//! shows worst and mean beta, each over the original mesh's value. For a mesh of 351 830 tets with ten
-//! layers of thin tets at the walls it shows the number of inverted tets, and the heights of the
-//! tets on the wing over their original heights: the first and the last percentile.
+//! shows worst and mean beta, each over the original mesh's value. For a mesh of 351 830 tets with
+//! ten layers of thin tets at the walls it shows the number of inverted tets, and the heights of
+//! the tets on the wing over their original heights: the first and the last percentile.
 //!
 //! | springs | shape: worst, mean | planform: worst, mean | sweeps | layers, shape: inverted, heights | planform | sweeps |
 //! |---|---|---|---|---|---|---|

@@ -11,9 +11,9 @@
 //!
 //! [`crate::volume::sliding`] says where surface vertices may go afterwards, in local optimisation.
 //!
-//! A stage is set up once per mesh and run once per design on a [`crate::mesh::Displacement`]. A vertex on several families belongs to the
-//! first of them in the order fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it
-//! touches still limit it.
+//! A stage is set up once per mesh and run once per design on a [`crate::mesh::Displacement`]. A
+//! vertex on several families belongs to the first of them in the order fixed, prescribed, wing,
+//! trailing edge, wingtip, carenage, plane; the plane families it touches still limit it.
 
 pub mod carenage;
 pub mod planes;

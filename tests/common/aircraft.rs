@@ -20,8 +20,9 @@ pub struct Aircraft {
     profiles: &'static str,
     /// How far a section of the moved wing may lie from its new profile, in chords.
     pub section_tolerance: f64,
-    /// How far the mesh's facets may lie inside a new profile, in chords: `h^2 / 8 r`, with `h` the longest edge of a
-    /// section at the leading edge and `r = 1.1 t^2` the radius there of a four-digit NACA profile of thickness `t`.
+    /// How far the mesh's facets may lie inside a new profile, in chords: `h^2 / 8 r`, with `h` the
+    /// longest edge of a section at the leading edge and `r = 1.1 t^2` the radius there of a
+    /// four-digit NACA profile of thickness `t`.
     pub facet_tolerance: f64,
 }
 
@@ -89,7 +90,8 @@ pub fn settings(mesh: &TetMesh, old: Vec<Profile>) -> Settings {
         springs: Default::default(),
         method: Method::Chebyshev,
         stopping: Stopping::default(),
-        // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
+        // Springs alone: local optimisation would hide what they do, and its thresholds amplify
+        // rounding.
         quality: None,
         max_steps: MAX_STEPS,
     }
