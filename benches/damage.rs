@@ -1,8 +1,8 @@
-//! Damages golden files of all mesh formats, cases, profiles and displacements at random, on and on: no reader may panic,
-//! hang or write back other bytes.
+//! Damages golden files of all mesh formats, cases, profiles and displacements at random, on and
+//! on: no reader may panic, hang or write back other bytes.
 //!
-//! `cargo bench --bench damage -- [ROUNDS] [SEED]`: a million rounds from the seed 1. What a reader did not survive lies in
-//! `target/damage`.
+//! `cargo bench --bench damage -- [ROUNDS] [SEED]`: a million rounds from the seed 1. What a reader
+//! did not survive lies in `target/damage`.
 
 #[path = "../tests/formats/damage.rs"]
 mod damage;

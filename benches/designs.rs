@@ -1,7 +1,8 @@
-//! Many different designs through one mover, as in an optimisation: seconds of an update, and the memory of the process.
+//! Many different designs through one mover, as in an optimisation: seconds of an update, and the
+//! memory of the process.
 //!
-//! `cargo bench --bench designs -- [DESIGNS]`: 1000 designs of the example if not said, on the CPU. `RAYON_NUM_THREADS` limits its
-//! threads. Memory is told by Linux alone.
+//! `cargo bench --bench designs -- [DESIGNS]`: 1000 designs of the example if not said, on the CPU.
+//! `RAYON_NUM_THREADS` limits its threads. Memory is told by Linux alone.
 
 mod common;
 
@@ -57,7 +58,8 @@ fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The design, a little thicker and higher each time, the steps like those of an optimisation: a hundredth of its own.
+/// The design, a little thicker and higher each time, the steps like those of an optimisation: a
+/// hundredth of its own.
 fn varied(design: &Design, at: usize) -> Design {
     let turn = 0.05 * at as f64;
     let vary = |profile: &Profile| {

@@ -1,8 +1,9 @@
 //! Megabytes a second of each mesh format: reading, writing back moved, writing new.
 //!
-//! `cargo bench --bench formats -- [MESH [FILE...]]`: the example's mesh, or another, converted to every format; then files that
-//! are only read and written back, as variants that idmesh does not write new. One thread; in memory, but for OpenFOAM's folders.
-//! Where the system tells, times are those the thread had a core, so that other work on the machine counts less.
+//! `cargo bench --bench formats -- [MESH [FILE...]]`: the example's mesh, or another, converted to
+//! every format; then files that are only read and written back, as variants that idmesh does not
+//! write new. One thread; in memory, but for OpenFOAM's folders. Where the system tells, times are
+//! those the thread had a core, so that other work on the machine counts less.
 
 mod common;
 
@@ -108,7 +109,8 @@ fn speed<T, U>(
 
 /// How long this thread has had a core, s; nothing where the system does not tell.
 fn on_core() -> Option<f64> {
-    // The system reckons the time up when another thread may have the core, otherwise ten milliseconds late.
+    // The system reckons the time up when another thread may have the core, otherwise ten
+    // milliseconds late.
     thread::yield_now();
     let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split_whitespace().next()?.parse::<u64>().ok()? as f64 * 1e-9)

@@ -1,8 +1,10 @@
-//! Set-up and solution of a mesh's spring network by each method: where `auto` changes from one to the other.
+//! Set-up and solution of a mesh's spring network by each method: where `auto` changes from one to
+//! the other.
 //!
-//! `cargo bench --bench relaxation -- [MESH ...]`: meshes with a family `wing`, which pitches while all others are held; without any,
-//! bricks whose top is twisted and the wing of the tests. CPU, f64; `RAYON_NUM_THREADS` limits its threads. `--system FOLDER`
-//! writes the last mesh's linear system there, which `benches/peers.py` solves with other programs.
+//! `cargo bench --bench relaxation -- [MESH ...]`: meshes with a family `wing`, which pitches while
+//! all others are held; without any, bricks whose top is twisted and the wing of the tests. CPU,
+//! f64; `RAYON_NUM_THREADS` limits its threads. `--system FOLDER` writes the last mesh's linear
+//! system there, which `benches/peers.py` solves with other programs.
 
 mod common;
 
@@ -82,7 +84,8 @@ fn run() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Every surface vertex held, those of the wing pitched by 10 degrees about the quarter chord and their tips lifted by 0.2 chords.
+/// Every surface vertex held, those of the wing pitched by 10 degrees about the quarter chord and
+/// their tips lifted by 0.2 chords.
 fn pitched_wing(mesh: &TetMesh) -> Result<(Vec<Constraint>, Vec<DVec3>), Failure> {
     let wing = mesh.family("wing").ok_or("the mesh has no family `wing`")?;
     let of_wing = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|&(_, &family)| family == wing);
@@ -104,9 +107,10 @@ fn pitched_wing(mesh: &TetMesh) -> Result<(Vec<Constraint>, Vec<DVec3>), Failure
     Ok((constraint, start))
 }
 
-/// Writes the linear system of a network and its solution as raw numbers, for others to solve: `row_start` and `columns` (u32)
-/// with `stiffness` (f64) of each entry, and for each vertex that moves `anchor`, `load` (three), `solution` (three) and
-/// `inverse_length` (f64). The matrix is the diagonal of stiffness and anchor of each row less the stiffness.
+/// Writes the linear system of a network and its solution as raw numbers, for others to solve:
+/// `row_start` and `columns` (u32) with `stiffness` (f64) of each entry, and for each vertex that
+/// moves `anchor`, `load` (three), `solution` (three) and `inverse_length` (f64). The matrix is the
+/// diagonal of stiffness and anchor of each row less the stiffness.
 fn write_system(backend: &CpuBackend, folder: &Path, network: &Network, start: &[DVec3]) -> Result<(), Failure> {
     let mut exact = start.to_vec();
     let stopping = Stopping { tolerance: 1e-10, ..Stopping::default() };

@@ -1,9 +1,11 @@
-//! Everything a mesh costs, from 5 000 tets up, on the CPU and on a GPU: how it grows, and where a GPU gets faster.
+//! Everything a mesh costs, from 5 000 tets up, on the CPU and on a GPU: how it grows, and where a
+//! GPU gets faster.
 //!
-//! `cargo bench --bench sizes -- [--refine N] [MESH ...]`: meshes with a family `wing`, in the order of their sizes; the last is refined
-//! N times. Without any those of the tests and the example, the last refined once. A mesh's surfaces pitch by 10 degrees, but
-//! for families `symmetry` and `farfield`. The GPU may be a software adapter; it is named. Where there is none its rows are
-//! left out. `RAYON_NUM_THREADS` limits the CPU's threads.
+//! `cargo bench --bench sizes -- [--refine N] [MESH ...]`: meshes with a family `wing`, in the
+//! order of their sizes; the last is refined N times. Without any those of the tests and the
+//! example, the last refined once. A mesh's surfaces pitch by 10 degrees, but for families
+//! `symmetry` and `farfield`. The GPU may be a software adapter; it is named. Where there is none
+//! its rows are left out. `RAYON_NUM_THREADS` limits the CPU's threads.
 
 mod common;
 
@@ -31,7 +33,8 @@ use idmesh::{
     relaxation::FreeRows,
 };
 
-/// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] tets one.
+/// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] tets
+/// one.
 const UPDATES: usize = 5;
 
 /// See [`UPDATES`].
@@ -235,7 +238,8 @@ impl Cost {
 
 /// Lets the process's peak start again from here; Linux alone can.
 fn forget_peak_memory() {
-    // Where it cannot be written the peak is that of the whole process, which the largest mesh makes.
+    // Where it cannot be written the peak is that of the whole process, which the largest mesh
+    // makes.
     let _ = fs::write(Path::new("/proc/self/clear_refs"), "5");
 }
 

@@ -1,7 +1,7 @@
 //! Seconds of everything a run does on the example mesh, on the CPU and on a GPU.
 //!
-//! `cargo bench --bench stages -- [RUNS]`: medians of so many runs, 7 if not said. The GPU may be a software adapter; it is
-//! named. Where there is none its column is left out.
+//! `cargo bench --bench stages -- [RUNS]`: medians of so many runs, 7 if not said. The GPU may be a
+//! software adapter; it is named. Where there is none its column is left out.
 
 mod common;
 
@@ -72,7 +72,8 @@ fn once(backend: &Arc<dyn Backend>) -> Result<Vec<(String, f64)>, Failure> {
     part("set-up", total);
     of_stages.iter().for_each(|(stage, time)| part(&format!("  {stage}"), *time));
 
-    // A mover's first update is slower: memory is touched for the first time. Designs after it cost as the second one.
+    // A mover's first update is slower: memory is touched for the first time. Designs after it cost
+    // as the second one.
     mover.update(&case.design)?;
     let watch = Watch::start();
     let hears = watch.clone();
@@ -93,7 +94,8 @@ fn once(backend: &Arc<dyn Backend>) -> Result<Vec<(String, f64)>, Failure> {
     Ok(parts)
 }
 
-/// Times the gaps between the names an observer hears; the last one ends where the watch is stopped.
+/// Times the gaps between the names an observer hears; the last one ends where the watch is
+/// stopped.
 #[derive(Clone)]
 struct Watch {
     start: Instant,

@@ -1,7 +1,9 @@
-//! Vertex-sweeps a second and edges a second: the two kernels that all the arithmetic of the springs goes through.
+//! Vertex-sweeps a second and edges a second: the two kernels that all the arithmetic of the
+//! springs goes through.
 //!
-//! `cargo bench --bench sweeps -- [N | MESH ...]`: bricks of N x N x N cubes, six tets each, and meshes; the example's if none is
-//! named. The GPU may be a software adapter; it is named. Where there is none its rows are left out.
+//! `cargo bench --bench sweeps -- [N | MESH ...]`: bricks of N x N x N cubes, six tets each, and
+//! meshes; the example's if none is named. The GPU may be a software adapter; it is named. Where
+//! there is none its rows are left out.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Moves the mesh of a case to design after design, as an optimiser does: set up once, update often.
+//! Moves the mesh of a case to design after design, as an optimiser does: set up once, update
+//! often.
 //!
 //! `cargo run --release --example design_loop -- CASE.toml`
 

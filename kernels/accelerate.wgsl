@@ -1,5 +1,9 @@
-// The end of a multigrid cycle: e_new = start + P (relaxation (e - start) + momentum (start - previous)), and per workgroup of
-// 256 vertices the largest squared change, in shortest edges. One invocation per vertex.
+// The last step of a multigrid cycle: acceleration by Chebyshev's coefficients.
+//
+// e_new = start + P (relaxation (e - start) + momentum (start - previous))
+//
+// Each workgroup of 256 vertices also finds its largest squared change, in shortest edges. One
+// invocation per vertex.
 
 struct Params {
     n_vertices: u32,
@@ -12,16 +16,17 @@ struct Params {
 // The correction before the cycle, and one cycle earlier [n_vertices].
 @group(0) @binding(1) var<storage, read> start: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> previous: array<vec4<f32>>;
-// One over each vertex's shortest edge [n_vertices].
+// One over the length of each vertex's shortest edge [n_vertices].
 @group(0) @binding(4) var<storage, read> inverse_length: array<f32>;
-// On entry what the cycle made of `start`, on exit the new correction [n_vertices]; w = 0.
+// On entry the correction at the end of the cycle, on exit the new correction [n_vertices]; w = 0.
 @group(0) @binding(5) var<storage, read_write> e: array<vec4<f32>>;
-// Per block of 256 vertices [ceil(n_vertices / 256)].
+// Largest squared change of each block of 256 vertices [ceil(n_vertices / 256)].
 @group(0) @binding(6) var<storage, read_write> partials: array<f32>;
 
 const BLOCK = 256u;
 
-// Bits of numbers >= 0, which rank as the numbers do, with NaN above infinity: WGSL's max would drop a NaN.
+// Bits of numbers >= 0, which have the order of the numbers, with NaN above infinity. WGSL's max
+// would drop a NaN.
 var<workgroup> largest: array<u32, BLOCK>;
 
 @compute @workgroup_size(BLOCK)
@@ -46,7 +51,7 @@ fn accelerate(here: Invocation) {
         }
         workgroupBarrier();
     }
-    // The last row of workgroups may be longer than needed.
+    // The last row of workgroups in y may be longer than needed.
     if (lane == 0u && block * BLOCK < params.n_vertices) {
         partials[block] = bitcast<f32>(largest[0]);
     }

@@ -1,6 +1,8 @@
-// What a vertex may do. Stands before every kernel that moves the vertices of a spring network.
+// The constraint of a vertex. Stands before every kernel that moves the vertices of a spring
+// network.
 
-// Per vertex [n_vertices]: xyz = unit normal or direction, w = one of the kinds below.
+// Constraint of each vertex [n_vertices]: xyz = unit normal or direction, w = one of the kinds
+// below.
 @group(0) @binding(3) var<storage, read> constraint: array<vec4<f32>>;
 
 const FREE = 0.0;
@@ -8,7 +10,7 @@ const HELD = 1.0;
 const IN_PLANE = 2.0;
 const ON_LINE = 3.0;
 
-// The part of a vector its vertex may follow.
+// Projects a vector on the directions that the constraint of its vertex allows.
 fn project(row: u32, v: vec3<f32>) -> vec3<f32> {
     let c = constraint[row];
     let along = c.x * v.x + c.y * v.y + c.z * v.z;

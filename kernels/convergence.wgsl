@@ -1,5 +1,7 @@
-// How far a network still has to go: per workgroup of 256 rows the sum of |P r|^2 and the largest squared change
-// since the snapshot, in shortest edges. One invocation per row.
+// Measures of the distance of a network from equilibrium. One invocation per row.
+//
+// Each workgroup of 256 rows finds the sum of |P r|^2, and the largest squared change since the
+// snapshot, in shortest edges.
 
 struct Params {
     first_row: u32,
@@ -9,15 +11,16 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 // e at the last measure [n_vertices].
 @group(0) @binding(6) var<storage, read> snapshot: array<vec4<f32>>;
-// One over each vertex's shortest edge [n_vertices].
+// One over the length of each vertex's shortest edge [n_vertices].
 @group(0) @binding(7) var<storage, read> inverse_length: array<f32>;
-// Per block of 256 rows [ceil(n_vertices / 256)]: sum of |P r|^2, largest squared change.
+// Sum of |P r|^2 and largest squared change of each block of 256 rows [ceil(n_vertices / 256)].
 @group(0) @binding(8) var<storage, read_write> partials: array<vec2<f32>>;
 
 const BLOCK = 256u;
 
 var<workgroup> sums: array<f32, BLOCK>;
-// Bits of numbers >= 0, which rank as the numbers do, with NaN above infinity: WGSL's max would drop a NaN.
+// Bits of numbers >= 0, which have the order of the numbers, with NaN above infinity. WGSL's max
+// would drop a NaN.
 var<workgroup> largest: array<u32, BLOCK>;
 
 @compute @workgroup_size(BLOCK)
@@ -44,7 +47,7 @@ fn convergence(here: Invocation) {
         }
         workgroupBarrier();
     }
-    // The last row of workgroups may be longer than needed.
+    // The last row of workgroups in y may be longer than needed.
     if (lane == 0u && block * BLOCK < params.n_rows) {
         partials[params.first_row / BLOCK + block] = vec2<f32>(sums[0], bitcast<f32>(largest[0]));
     }

@@ -1,4 +1,4 @@
-// What a correction leaves of the load: P r. One invocation per row.
+// The projected residual P r of a correction. One invocation per row.
 
 struct Params {
     first_row: u32,

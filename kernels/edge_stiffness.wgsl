@@ -1,25 +1,25 @@
-// Torsional stiffness of each edge: the sum over the tets around it of 1 / sin^2 of the dihedral angle that faces it.
-// One invocation per edge.
+// Torsional stiffness of each edge: the sum over its tets of 1 / sin^2 of the dihedral angle that
+// faces the edge. One invocation per edge.
 
 struct Params {
     n_edges: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
-// Where each edge's tets start in `edge_tets` [n_edges + 1].
+// Start of each edge's tets in `edge_tets` [n_edges + 1].
 @group(0) @binding(1) var<storage, read> edge_start: array<u32>;
-// Tets around each edge, each entry tet * 6 + local edge.
+// Tets around each edge, each stored as tet * 6 + local edge.
 @group(0) @binding(2) var<storage, read> edge_tets: array<u32>;
-// Edges 01 02 03 12 13 23 of each tet [n_tets * 6], each edge * 2 + reversed.
+// Edges 01 02 03 12 13 23 of each tet [n_tets * 6], each stored as edge * 2 + reversed.
 @group(0) @binding(3) var<storage, read> tet_edges: array<u32>;
 // Edge vectors [n_vectors]; w = 0. The first n_edges belong to the edges computed here.
 @group(0) @binding(4) var<storage, read> edge_vector: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read_write> stiffness: array<f32>;
 
-// 1 / sin^2 of a dihedral angle counts at most this much: sin^2 is clamped below at 1e-6, also in a flat tet.
+// Upper bound of 1 / sin^2 of a dihedral angle: sin^2 is clamped below at 1e-6, also in a flat tet.
 const LARGEST = 1e6;
 
-// Local vertices of each local edge; that with number 5 - local has the other two.
+// Local vertices of each local edge. The edge with number 5 - local has the other two.
 const ENDS = array<array<u32, 2>, 6>(
     array<u32, 2>(0u, 1u),
     array<u32, 2>(0u, 2u),
@@ -45,8 +45,10 @@ const STAR = array<array<u32, 3>, 4>(
     array<u32, 3>(2u, 4u, 5u),
 );
 
-// Twice the area vector (up to sign) of the triangle with these three edges. From its two shorter edges: the angle
-// between them is the triangle's largest, so a needle loses nothing to cancellation.
+// Twice the area vector, up to its sign, of the triangle with these three edges.
+//
+// The two shorter edges are used. The angle between them is the triangle's largest, so a needle
+// loses no digits to cancellation.
 fn area_vector(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     let aa = dot3(a, a);
     let bb = dot3(b, b);
@@ -73,15 +75,18 @@ fn shortest(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     return c;
 }
 
-// 1 / sin^2 of the dihedral angle that faces an edge of a tet: the angle at the opposite edge.
+// 1 / sin^2 of the dihedral angle that faces an edge of a tet. The angle at the opposite edge faces
+// an edge.
 //
-// For edge ij and opposite edge kl: sin^2 = 36 V^2 l_kl^2 / (S_i S_j), S_i = 4 A_i^2 of the face opposite i. Squares
-// only, so the direction in which an edge is stored does not matter.
+// For edge ij and opposite edge kl: sin^2 = 36 V^2 l_kl^2 / (S_i S_j), with S_i = 4 A_i^2 of the
+// face opposite i. The formula has squares only, so the direction in which an edge is stored does
+// not matter.
 fn inverse_sin_squared(entry: u32) -> f32 {
     let local = entry % 6u;
     let first = entry - local;
     var vectors: array<vec3<f32>, 6>;
-    // The angle has no unit: the longest edge becomes 1, so that squares of squares stay inside f32.
+    // The angle has no unit. The longest edge is scaled to 1, so squares of squares stay in the
+    // range of f32.
     var longest = 0.0;
     for (var k = 0u; k < 6u; k++) {
         vectors[k] = edge_vector[tet_edges[first + k] / 2u].xyz;
@@ -107,7 +112,8 @@ fn inverse_sin_squared(entry: u32) -> f32 {
     if (s_j == 0.0 || l_kl == 0.0) {
         return LARGEST;
     }
-    // Squared distance of j from line kl and from plane ikl: two quotients, so no product leaves f32.
+    // Squared distances of j from line kl and from plane ikl. Two quotients keep every product in
+    // the range of f32.
     let to_line = s_i / l_kl;
     let to_plane = volume * volume / s_j;
     if (to_line < LARGEST * to_plane) {

@@ -1,21 +1,24 @@
-// One step of the climb on beta: a vertex moves downhill on E = sum over its tets of max(0, 1 - beta / goal)^4, all
-// others fixed. One invocation per vertex of a colour; vertices of one dispatch share no tet, so `correction` is updated
-// in place.
+// One step that raises the worst beta around some vertices. A vertex takes a gradient step that
+// lowers E, all others fixed:
 //
-// `base` holds each tet's edge vectors from its first vertex.
+// E = sum over its tets of max(0, 1 - beta / goal)^4
+//
+// One invocation per vertex of a colour. Vertices of one dispatch share no tet, so `correction` is
+// updated in place. `base` holds each tet's edge vectors from its first vertex.
 
 struct Params {
     first: u32,
     n_vertices: u32,
     // Six times the beta below which tets count.
     six_goal: f32,
-    // A vertex stays where its step would lower E by less than this fraction.
+    // A vertex stays if its step would lower E by less than this fraction.
     gain: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
 
-// A tet as the vertex sees it: the vectors from it to the other three, in an order that keeps the sign of the volume.
+// A tet with its moving vertex: the vectors to the other three vertices, in an order that keeps the
+// sign of the volume.
 struct Corner {
     u: vec3<f32>,
     v: vec3<f32>,
@@ -31,7 +34,7 @@ fn corner_of(entry: u32, at: vec3<f32>) -> Corner {
     let a1 = column_of(tet, 0u);
     let a2 = column_of(tet, 1u);
     let a3 = column_of(tet, 2u);
-    // The other three, and the vectors to them before any of the four moved.
+    // The other three vertices, and the vectors to them before any of the four moved.
     var others = corners.yzw;
     var u = a1;
     var v = a2;
@@ -69,18 +72,19 @@ fn longer(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return a;
 }
 
-// The longest edge that ends at the vertex.
+// The longest edge at the moving vertex.
 fn own_longest(corner: Corner) -> vec3<f32> {
     return longer(longer(corner.u, corner.v), corner.w);
 }
 
-// Six times beta, the signed volume over the cube of the longest edge; by lengths over that edge: they stay inside f32.
+// Six times beta: the signed volume over the cube of the longest edge. The edges are divided by the
+// longest one first, so products stay in the range of f32.
 fn six_beta(corner: Corner) -> f32 {
     let shrink = 1.0 / sqrt(corner.longest);
     return dot3(cross3(corner.u * shrink, corner.v * shrink), corner.w * shrink);
 }
 
-// max(0, 1 - beta / goal). A NaN stays one.
+// max(0, 1 - beta / goal). A NaN stays a NaN.
 fn shortfall(corner: Corner) -> f32 {
     let short = 1.0 - six_beta(corner) / params.six_goal;
     if (short < 0.0) {
@@ -89,7 +93,7 @@ fn shortfall(corner: Corner) -> f32 {
     return short;
 }
 
-// Gradient of six times beta with respect to the vertex.
+// Gradient of six times beta with respect to the moving vertex.
 fn slope(corner: Corner) -> vec3<f32> {
     let shrink = 1.0 / sqrt(corner.longest);
     let of_volume = cross3((corner.w - corner.u) * shrink, (corner.v - corner.u) * shrink) * shrink;
@@ -100,14 +104,15 @@ fn slope(corner: Corner) -> vec3<f32> {
     return of_volume + (own * shrink) * (3.0 * six_beta(corner) * shrink);
 }
 
-// Whether E is below a bound. Its terms are not negative: the sum ends where it reaches the bound.
+// Whether E is below a bound. No term of E is negative, so the sum stops as soon as it reaches the
+// bound.
 fn is_below(first: u32, end: u32, at: vec3<f32>, bound: f32) -> bool {
     var sum = 0.0;
     for (var i = first; i < end; i++) {
         let short = shortfall(corner_of(vertex_tets[i], at));
         let squared = short * short;
         sum += squared * squared;
-        // Not `>=`: a NaN ends it too.
+        // Not `>=`: the test is true for a NaN too.
         if (!(sum < bound)) {
             return false;
         }
@@ -142,7 +147,7 @@ fn raise_worst_beta(here: Invocation) {
     }
     let direction = project(vertex, uphill);
     let length = sqrt(dot3(direction, direction));
-    // Not `<=`: a NaN stays too.
+    // Not `<=`: the test is true for a NaN too, and the vertex stays.
     if (!(length > 0.0)) {
         return;
     }

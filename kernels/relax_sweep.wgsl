@@ -1,5 +1,6 @@
-// One sweep over a spring network: e_new = e + P (relaxation * r + momentum * (e - e_previous)).
-// One invocation per row.
+// One sweep over a spring network. One invocation per row.
+//
+// e_new = e + P (relaxation * r + momentum * (e - e_previous))
 
 struct Params {
     first_row: u32,
@@ -9,7 +10,8 @@ struct Params {
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
-// On entry e_previous, on exit e_new [n_vertices]: a row reads no other row of it, so no third array is needed.
+// On entry e_previous, on exit e_new [n_vertices]. A row reads only its own element, so no third
+// array is needed.
 @group(0) @binding(6) var<storage, read_write> e_previous: array<vec4<f32>>;
 
 @compute @workgroup_size(GROUP)

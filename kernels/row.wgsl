@@ -1,23 +1,27 @@
-// What the kernels that walk the rows of a spring network share: its bindings and the residual of a row.
+// Rows of a spring network: bindings and the residual of a row, shared by several kernels.
 
 struct Entry {
-    // The neighbour.
+    // The neighbour at the spring's other end.
     column: u32,
-    // Stiffness of the spring to it over its row's total.
+    // Stiffness of the spring over the row's total stiffness.
     stiffness: f32,
 }
 
-// Where each row of this chunk starts in `entries` [n_rows + 1]; counted from the chunk's first entry.
+// Start of each of this chunk's rows in `entries` [n_rows + 1], counted from the chunk's first
+// entry.
 @group(0) @binding(1) var<storage, read> row_start: array<u32>;
 @group(0) @binding(2) var<storage, read> entries: array<Entry>;
-// Per vertex [n_vertices]: xyz = load, a displacement; w = anchor over its row's total.
+// Per vertex [n_vertices]: xyz = load, in the unit of a displacement; w = anchor over the row's
+// total.
 @group(0) @binding(4) var<storage, read> load: array<vec4<f32>>;
-// Correction [n_vertices]; w = 0. array<vec3<f32>> would have stride 16 too, with a hole.
+// Correction [n_vertices]; w = 0. array<vec3<f32>> would also have stride 16, with an unused
+// component.
 @group(0) @binding(5) var<storage, read> e: array<vec4<f32>>;
 
-// r_i = sum_j k_ij (e_j - e_i) - anchor_i e_i + load_i, k and anchor over the row's total.
+// r_i = sum_j k_ij (e_j - e_i) - anchor_i e_i + load_i, with k and anchor over the row's total.
 //
-// Differences, not a weighted mean: where e is smooth the mean of neighbours would cancel against e_i in f32.
+// Differences are summed instead of a weighted mean: where e is smooth, the mean of the neighbours
+// would cancel against e_i in f32.
 fn residual(first_row: u32, local: u32) -> vec3<f32> {
     let row = first_row + local;
     let own = e[row].xyz;

@@ -1,9 +1,12 @@
-// One step of the local quality optimisation: a vertex moves by a Newton step to lower E = sum over its tets of
-// (27 q w^size)^power, q = f^3 / (27 h^2), w = (h + 1 / h) / 2, all others fixed. One invocation per vertex of a colour;
-// vertices of one dispatch share no tet, so `correction` is updated in place.
+// One Newton step of local optimisation: a vertex moves to lower E, all others fixed.
 //
-// Of a tet with edge vectors A (columns) and target W: S = A W^-1, f = |S|_F^2, sigma = det S,
-// r = sqrt(sigma^2 + 4 delta^2), h = (sigma + r) / 2. `base` holds S.
+// E = sum over its tets of (27 q w^size)^power, q = f^3 / (27 h^2), w = (h + 1 / h) / 2
+//
+// For a tet with edge vectors A (columns) and target W: S = A W^-1, f = |S|_F^2, sigma = det S, r =
+// sqrt(sigma^2 + 4 delta^2), h = (sigma + r) / 2. `base` holds S.
+//
+// One invocation per vertex of a colour. Vertices of one dispatch share no tet, so `correction` is
+// updated in place.
 
 struct Params {
     first: u32,
@@ -12,9 +15,9 @@ struct Params {
     power: u32,
     // 0 to 15; 0: only the shape counts.
     size: u32,
-    // Zero: tets are valid and must stay so.
+    // With 0 all tets are valid and must stay valid.
     delta_squared: f32,
-    // A vertex stays where its step would lower E by less than this fraction.
+    // A vertex stays if its step would lower E by less than this fraction.
     tolerance: f32,
 }
 
@@ -29,7 +32,8 @@ struct Shape {
     s0: vec3<f32>,
     s1: vec3<f32>,
     s2: vec3<f32>,
-    // Gradient of each column with respect to the vertex: the same in every component.
+    // Gradient of each column with respect to the vertex. All components of a column have the same
+    // gradient.
     g: vec3<f32>,
     // s0 x s1.
     normal: vec3<f32>,
@@ -104,7 +108,7 @@ fn shape_of(entry: u32, at: vec3<f32>) -> Shape {
     return shape;
 }
 
-// r and h, the latter without cancellation.
+// r and h. h is computed without cancellation.
 fn regularised(sigma: f32) -> vec2<f32> {
     let r = sqrt(sigma * sigma + 4.0 * params.delta_squared);
     if (sigma > 0.0) {
@@ -119,7 +123,7 @@ fn measure(f: f32, h: f32) -> f32 {
     return to_h * to_h * f * power(0.5 * (h + 1.0 / h), params.size);
 }
 
-// 27 q w^size; -1 where it is infinite.
+// 27 q w^size, or -1 if it is infinite.
 fn quality_of(entry: u32, at: vec3<f32>) -> f32 {
     let shape = shape_of(entry, at);
     if (params.delta_squared == 0.0 && shape.sigma <= 0.0) {
@@ -128,8 +132,8 @@ fn quality_of(entry: u32, at: vec3<f32>) -> f32 {
     return measure(shape.f, regularised(shape.sigma).y);
 }
 
-// Greatest of them around a vertex: E is computed of them over it, so that its powers stay inside f32. -1 where it is
-// infinite.
+// Greatest 27 q w^size around a vertex, or -1 if one is infinite. E is computed from the quotients
+// by this number, so powers stay in the range of f32.
 fn greatest_quality(first: u32, end: u32, at: vec3<f32>) -> f32 {
     var greatest = 0.0;
     for (var i = first; i < end; i++) {
@@ -142,7 +146,7 @@ fn greatest_quality(first: u32, end: u32, at: vec3<f32>) -> f32 {
     return greatest;
 }
 
-// E around a vertex; -1 where it is infinite.
+// E around a vertex, or -1 if it is infinite.
 fn energy(first: u32, end: u32, at: vec3<f32>, scale: f32) -> f32 {
     var sum = 0.0;
     for (var i = first; i < end; i++) {
@@ -199,8 +203,9 @@ fn derivatives(first: u32, end: u32, at: vec3<f32>, scale: f32) -> Local {
     return local;
 }
 
-// The Newton step in the subspace of the constraint, by Cholesky's factors of the Hessian with the least shift tried
-// that makes them exist; zero where none does.
+// The Newton step in the subspace of the constraint, by Cholesky's factors of the Hessian plus a
+// shift. The shift is the least one tried for which the factors exist; the step is zero if they
+// exist for no shift.
 fn newton(vertex: u32, local: Local) -> vec3<f32> {
     let c = constraint[vertex];
     var d = local.diagonal;
@@ -209,7 +214,7 @@ fn newton(vertex: u32, local: Local) -> vec3<f32> {
     let of_diagonal = abs(d.x) + abs(d.y) + abs(d.z);
     let size = of_diagonal + 2.0 * (abs(o.x) + abs(o.y) + abs(o.z));
     let n = c.xyz;
-    // P H P, and the Hessian's size in the directions that P takes away.
+    // P H P. The directions that P removes get the Hessian's size instead.
     let v = vec3<f32>(
         d.x * n.x + o.x * n.y + o.y * n.z,
         o.x * n.x + d.y * n.y + o.z * n.z,
@@ -277,7 +282,7 @@ fn smooth_vertices(here: Invocation) {
     let local = derivatives(first, end, at, scale);
     var step = project(vertex, newton(vertex, local));
     let falls = -dot3(local.gradient, step) * 0.5;
-    // Not `<`: a NaN stays too.
+    // Not `<=`: the test is true for a NaN too, and the vertex stays.
     if (!(falls > params.tolerance * local.energy)) {
         return;
     }

@@ -1,5 +1,9 @@
-// From one level of a hierarchy to the next, either way: gathered_i = keep gathered_i + P_i sum_j w_ij source_j.
-// One invocation per row. The constraints are of the level that gathers.
+// Transfer between two levels of a multigrid hierarchy, in either direction. One invocation per
+// row.
+//
+// gathered_i = keep gathered_i + P_i sum_j w_ij source_j
+//
+// The constraints belong to the level that receives.
 
 struct Params {
     first_row: u32,
@@ -9,18 +13,19 @@ struct Params {
 }
 
 struct Weight {
-    // The source.
+    // The source vertex.
     column: u32,
     weight: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
-// Where each row of this chunk starts in `weights` [n_rows + 1]; counted from the chunk's first entry.
+// Start of each of this chunk's rows in `weights` [n_rows + 1], counted from the chunk's first
+// entry.
 @group(0) @binding(1) var<storage, read> row_start: array<u32>;
 @group(0) @binding(2) var<storage, read> weights: array<Weight>;
 // [n_sources]; w is not used.
 @group(0) @binding(4) var<storage, read> source: array<vec4<f32>>;
-// [n_targets]; w stays.
+// [n_targets]; w does not change.
 @group(0) @binding(5) var<storage, read_write> gathered: array<vec4<f32>>;
 
 @compute @workgroup_size(GROUP)

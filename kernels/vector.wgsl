@@ -1,4 +1,5 @@
-// Products of vectors, in the order of operations of the twin: the built-in functions may take another.
+// Products of vectors, in the order of operations of the twin. The built-in functions may use
+// another order.
 
 fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -3,21 +3,21 @@
 
 use glam::DVec3;
 
-/// What a vertex of a network may do.
+/// The constraint of a vertex: the directions in which it may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constraint {
-    /// Moves freely.
+    /// The vertex moves freely.
     Free,
-    /// Stays at its prescribed displacement.
+    /// The vertex keeps its prescribed displacement.
     Held,
-    /// Moves perpendicular to this unit normal only.
+    /// The vertex moves only perpendicular to this unit normal.
     InPlane(DVec3),
-    /// Moves along this unit direction only.
+    /// The vertex moves only along this unit direction.
     OnLine(DVec3),
 }
 
 impl Constraint {
-    /// The part of a motion that the constraint allows.
+    /// The part of a vector that the constraint allows, in the vector's unit.
     pub fn limit(&self, motion: DVec3) -> DVec3 {
         match *self {
             Self::Free => motion,

@@ -1,7 +1,7 @@
 //! idmesh moves an aircraft's tetrahedral CFD mesh when its wing profiles change.
 //!
-//! Every vertex and every tet is kept; only coordinates change. See `ARCHITECTURE.md` for the map of the code and
-//! [`mover::Mover`] for the one door to it.
+//! Every vertex and every tet is kept; only coordinates change. See `ARCHITECTURE.md` for the map
+//! of the code and [`mover::Mover`] for the one door to it.
 //!
 //! # A guided tour
 //!

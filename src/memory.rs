@@ -1,26 +1,27 @@
-//! Memory, asked for before it is taken: a large mesh is refused with two numbers instead of a process that the system ends.
+//! Checks of the available memory before it is used. A large mesh is refused with two numbers;
+//! otherwise the system would end the process.
 
 use std::{fs, path::Path};
 
 use thiserror::Error;
 
-/// Less memory is available than is needed.
+/// Less memory is available than needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
     "this takes about {:.3} GB of memory, but {:.3} GB are available",
     1e-9 * *needed as f64, 1e-9 * *available as f64
 )]
 pub struct MemoryError {
-    /// Bytes to be taken.
+    /// Bytes needed.
     pub needed: u64,
-    /// Bytes to be had.
+    /// Bytes available.
     pub available: u64,
 }
 
-/// Makes sure that so many bytes can be had, as far as the system tells.
+/// Checks that so many bytes are available, as far as the system gives the number.
 ///
 /// # Errors
-/// They cannot.
+/// [`MemoryError`]: fewer bytes are available.
 pub fn check_memory(needed: u64) -> Result<(), MemoryError> {
     enough(needed, available_memory())
 }
@@ -32,8 +33,9 @@ fn enough(needed: u64, available: Option<u64>) -> Result<(), MemoryError> {
     }
 }
 
-/// Bytes the process may still take: what the system has left, within the process's own limit (`ulimit -v`) and those of the
-/// control groups it is in. `None` where the system does not tell; Linux does.
+/// Bytes that the process may still use: the system's available memory, limited by the process's
+/// own limit (`ulimit -v`) and by the limits of its control groups. `None` if the system does not
+/// give them; Linux does.
 fn available_memory() -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let of_system = kilobytes(&read("/proc/meminfo"), "MemAvailable:");
@@ -43,13 +45,14 @@ fn available_memory() -> Option<u64> {
     [of_system, of_process, of_groups].into_iter().flatten().min()
 }
 
-/// Where a version of control groups says what a group may take and has taken.
+/// The files in which a version of control groups gives a group's limit and use.
 struct GroupFiles {
     /// The folder of the groups.
     folder: &'static str,
     limit: &'static str,
     taken: &'static str,
-    /// What of it is copies of files that are given back when they are in the way; a line of `memory.stat`.
+    /// The line of `memory.stat` with the part of the use that the system frees on demand: copies
+    /// of files.
     given_back: &'static str,
 }
 
@@ -63,10 +66,10 @@ const VERSION_1: GroupFiles = GroupFiles {
 const VERSION_2: GroupFiles =
     GroupFiles { folder: "", limit: "memory.max", taken: "memory.current", given_back: "inactive_file " };
 
-/// The bytes left in the tightest of a process's control groups and the groups around them: jobs of a cluster and containers
-/// are held by them. None if no group has a limit.
+/// Bytes left in the tightest of a process's control groups and their parents. Jobs of a cluster
+/// and containers have such limits. `None` if no group has a limit.
 ///
-/// - `membership`: `/proc/self/cgroup`
+/// - `membership`: contents of `/proc/self/cgroup`
 /// - `root`: the folder with all groups
 fn left_in_groups(membership: &str, root: &Path) -> Option<u64> {
     let of_group = |line: &str| {
@@ -77,13 +80,14 @@ fn left_in_groups(membership: &str, root: &Path) -> Option<u64> {
             _ => return None,
         };
         let folder = root.join(files.folder);
-        // In a container the path may be that of the machine outside, and only the folder of all groups is there.
+        // In a container the path may be valid outside only. Then only the folder of all groups
+        // exists.
         Path::new(path.trim_start_matches('/')).ancestors().filter_map(|group| left(&folder.join(group), files)).min()
     };
     membership.lines().filter_map(of_group).min()
 }
 
-/// The bytes left in one group.
+/// Bytes left in one group.
 fn left(group: &Path, files: &GroupFiles) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(group.join(name)).ok()?.trim().parse::<u64>().ok();
     let (limit, taken) = (number(files.limit)?, number(files.taken)?);
@@ -99,7 +103,7 @@ fn kilobytes(text: &str, name: &str) -> Option<u64> {
     rest.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// The bytes of the limit on a process's addresses that holds; none if it has none.
+/// Bytes of the process's limit on its address space. `None` if there is no limit.
 fn limit(limits: &str) -> Option<u64> {
     let rest = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     rest.split_whitespace().next()?.parse().ok()

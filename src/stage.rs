@@ -40,7 +40,7 @@ pub trait Stage {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StageError {
-    /// One jump inverts tets, and there is no memory for a path of steps.
+    /// One jump inverts tets, and the memory does not suffice for a path of steps.
     #[error("{n_tets} tets, moved in steps as one jump inverts some: {error}")]
     Memory {
         /// Tets of the mesh.

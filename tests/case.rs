@@ -1,4 +1,5 @@
-//! The case file: what a good one means, and that every mistake is reported at its line with what was expected.
+//! The case file: what a good one means, and that every mistake is reported at its line with what
+//! was expected.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! No file makes a reader panic, hang or take the machine's memory: damaged copies of every golden file, and of the files
-//! beside a mesh.
+//! No file makes a reader panic, hang or take the machine's memory: damaged copies of every golden
+//! file, and of the files beside a mesh.
 //!
 //! The bounded run of every day; `cargo bench --bench damage -- 1000000` runs on.
 

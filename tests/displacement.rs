@@ -69,7 +69,8 @@ fn bad_displacement_lines() {
     assert_eq!(error("x,y,z,dx,dy,dz\n"), "d.csv: no displacements, expected rows x,y,z,dx,dy,dz");
 }
 
-/// A 40 x 40 grid of vertices, the family being every second one, its rows in reverse order and a little off.
+/// A 40 x 40 grid of vertices, the family being every second one, its rows in reverse order and a
+/// little off.
 #[test]
 fn displacements_find_their_vertices() {
     let vertices: Vec<DVec3> = (0..1600).map(|i| DVec3::new((i % 40) as f64, (i / 40) as f64, -3.0) * 1e-3).collect();

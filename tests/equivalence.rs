@@ -26,8 +26,8 @@ fn pick<T: Copy>(items: &[T], order: &[usize]) -> Vec<T> {
     order.iter().map(|&index| items[index]).collect()
 }
 
-/// The same mesh with its vertices, tets, triangles and families in another order, tets begun at another corner and
-/// triangles turned over; and the old number of each vertex.
+/// The same mesh with its vertices, tets, triangles and families in another order, tets begun at
+/// another corner and triangles turned over; and the old number of each vertex.
 fn rewritten(mesh: &TetMesh) -> (TetMesh, Vec<usize>) {
     let order = shuffled(mesh.vertices.len());
     let mut new_number = vec![0; order.len()];
@@ -103,8 +103,8 @@ fn shortest_edges(mesh: &TetMesh) -> Vec<f64> {
     shortest
 }
 
-/// The tolerance bounds each vertex's distance from its converged place as a fraction of its shortest edge. The carenage
-/// stage, and with it what is around, ends within ten times that.
+/// The tolerance bounds each vertex's distance from its converged place as a fraction of its
+/// shortest edge. The carenage stage, and with it what is around, ends within ten times that.
 fn check_accuracy(aircraft: Aircraft, set: &str, runs: &[(Method, f64)]) {
     let mesh = aircraft.mesh();
     let edges = shortest_edges(&mesh);
@@ -150,7 +150,8 @@ fn too_few_sweeps_are_reported() {
     assert!(outcome.vertices().iter().all(|at| at.is_finite()));
 }
 
-/// The carenage stage once went by how far its vertices moved in the last round, also when that round ran out of sweeps.
+/// The carenage stage once went by how far its vertices moved in the last round, also when that
+/// round ran out of sweeps.
 #[test]
 fn a_carenage_out_of_sweeps_is_reported() {
     let stopping = Stopping { tolerance: 1e-4, max_sweeps: 3 };

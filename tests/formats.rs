@@ -94,7 +94,8 @@ fn count(mesh: &TetMesh, family: &str) -> usize {
     mesh.triangle_family.iter().filter(|&&of| of == id).count()
 }
 
-/// Cells as sorted corner coordinates, to compare meshes that differ only in the order of cells and vertices.
+/// Cells as sorted corner coordinates, to compare meshes that differ only in the order of cells and
+/// vertices.
 fn shape<const N: usize>(mesh: &TetMesh, cells: &[[u32; N]]) -> Vec<Vec<String>> {
     let corner = |vertex: u32| mesh.vertices[vertex as usize].to_array().map(|x| format!("{:.12}", x + 0.0)).concat();
     let corners = |cell: &[u32; N]| {
@@ -107,7 +108,8 @@ fn shape<const N: usize>(mesh: &TetMesh, cells: &[[u32; N]]) -> Vec<Vec<String>>
     cells
 }
 
-/// A box 2 x 1 x 1: volume 2, and areas 1 (x = 0), 2 + 2 + 2 + 1, 2 (z = 1) of the groups in `make_gmsh.py`.
+/// A box 2 x 1 x 1: volume 2, and areas 1 (x = 0), 2 + 2 + 2 + 1, 2 (z = 1) of the groups in
+/// `make_gmsh.py`.
 #[test]
 fn box_has_its_volume_and_areas_in_every_flavour() {
     for name in BOXES {
@@ -194,8 +196,8 @@ fn one_moved_coordinate_changes_nothing_else() {
     }
 }
 
-/// Text that is written by several tasks, of a mesh with 22 000 vertices: line by line, only the three coordinates of every third
-/// vertex differ, and they read back as they are.
+/// Text that is written by several tasks, of a mesh with 22 000 vertices: line by line, only the
+/// three coordinates of every third vertex differ, and they read back as they are.
 #[test]
 fn long_text_is_written_in_order() {
     let mesh = boxed("pitch-wing.msh.gz");
@@ -362,7 +364,8 @@ fn atomic_write_leaves_the_old_file_when_it_fails() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// Results are for others to read as well: the permissions of any new file, not those of a temporary one.
+/// Results are for others to read as well: the permissions of any new file, not those of a
+/// temporary one.
 #[cfg(unix)]
 #[test]
 fn written_files_have_usual_permissions_and_links_stay() {

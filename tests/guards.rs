@@ -31,8 +31,8 @@ fn update(mover: &mut Mover, stage: &str, put: &[(usize, DVec3)]) -> Outcome {
     outcome
 }
 
-/// A vertex of this family and no other, and a way for it across one of its triangles and as far again beyond: that turns
-/// the triangle over.
+/// A vertex of this family and no other, and a way for it across one of its triangles and as far
+/// again beyond: that turns the triangle over.
 fn across(mesh: &TetMesh, family: &str) -> (usize, DVec3) {
     let others: BTreeSet<usize> =
         mesh.families.iter().filter(|name| *name != family).flat_map(|name| vertices_of(mesh, name)).collect();
@@ -107,7 +107,8 @@ fn a_vertex_that_leaves_its_surface_is_refused() {
     }
 }
 
-/// Half a percent of the chord is more than a wing may miss its profile by, along the span it may go far.
+/// Half a percent of the chord is more than a wing may miss its profile by, along the span it may
+/// go far.
 #[test]
 fn a_wing_that_misses_its_profile_is_refused() {
     let mut mover = SMALL.mover(2);

@@ -1,4 +1,5 @@
-//! A wing high on the fuselage, where its side is steep: raised, lowered, turned and thickened, root and all.
+//! A wing high on the fuselage, where its side is steep: raised, lowered, turned and thickened,
+//! root and all.
 
 mod common;
 
@@ -23,7 +24,8 @@ fn old_profiles(mesh: &TetMesh) -> Vec<Profile> {
     cut::cut_at_planes(&mesh.vertices, &wing, &planes).unwrap()
 }
 
-/// Each profile turned nose up about its quarter chord, its thickness scaled about its mean height, and raised, in chords.
+/// Each profile turned nose up about its quarter chord, its thickness scaled about its mean height,
+/// and raised, in chords.
 fn changed(old: &[Profile], change: [Change; 2]) -> Vec<Profile> {
     let one = |(profile, change): (&Profile, Change)| {
         let x = |pick: fn(f64, f64) -> f64, start| profile.points.iter().map(|p| p.x).fold(start, pick);
@@ -87,8 +89,8 @@ fn a_high_wing_slides_on_the_steep_side_of_its_fuselage() {
     }
 }
 
-/// Raised so far that springs alone fold the fuselage beside the root over and push the wing through it: vertices that
-/// slide undo it.
+/// Raised so far that springs alone fold the fuselage beside the root over and push the wing
+/// through it: vertices that slide undo it.
 #[test]
 fn a_fold_beside_the_root_is_undone() {
     let mesh = mesh();

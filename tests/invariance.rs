@@ -1,5 +1,5 @@
-//! What must not change a result: where and in which unit the aircraft stands, how often and on how many threads it is
-//! moved, and a design that changes nothing.
+//! What must not change a result: where and in which unit the aircraft stands, how often and on how
+//! many threads it is moved, and a design that changes nothing.
 
 mod common;
 
@@ -54,7 +54,8 @@ fn profiles_cut_from_the_mesh_change_no_bit() {
     }
 }
 
-/// The files carry twelve decimals, so new profiles read from one and old ones cut from the mesh differ by rounding.
+/// The files carry twelve decimals, so new profiles read from one and old ones cut from the mesh
+/// differ by rounding.
 #[test]
 fn old_profiles_from_a_file_against_cut_ones_move_by_rounding() {
     for aircraft in [SMALL, WING_BODY, ROUND] {
@@ -138,8 +139,9 @@ fn motion_turns_and_scales_with_a_rounded_wingtip() {
     assert_moves_along(ROUND, &Stance::odd(-0.5), "planform_2");
 }
 
-/// Sections are followed about the span's direction, whose sign is that of its largest coordinate: once, which points
-/// became knots depended on it, and an aircraft on its back moved otherwise by 6e-4 of the largest displacement.
+/// Sections are followed about the span's direction, whose sign is that of its largest coordinate:
+/// once, which points became knots depended on it, and an aircraft on its back moved otherwise by
+/// 6e-4 of the largest displacement.
 #[test]
 fn motion_turns_with_an_aircraft_on_its_back() {
     let on_its_back = DQuat::from_rotation_x(std::f64::consts::PI);
@@ -208,7 +210,8 @@ fn threads_change_no_bit() {
     }
 }
 
-/// Numbers of profiles pair them; neither their order in the file nor the direction of their points matters.
+/// Numbers of profiles pair them; neither their order in the file nor the direction of their points
+/// matters.
 #[test]
 fn order_of_the_profiles_changes_the_result_by_rounding_only() {
     let expected = update(&mut SMALL.mover(2), SMALL.profiles("big_2"));
@@ -224,7 +227,8 @@ fn order_of_the_profiles_changes_the_result_by_rounding_only() {
 
 // ---- bits that must survive ----
 
-/// A vertex no tet uses stays; a coordinate of -0 stays -0 where it does not move, also beside one that does.
+/// A vertex no tet uses stays; a coordinate of -0 stays -0 where it does not move, also beside one
+/// that does.
 #[test]
 fn unused_vertices_and_minus_zero_survive() {
     let mut mesh = SMALL.mesh();

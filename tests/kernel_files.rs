@@ -63,8 +63,9 @@ fn every_kernel_validates_within_webgpu_limits() {
     }
 }
 
-/// Under Direct3D naga puts the number of workgroups where the entry itself reads it. A function that is handed the struct of
-/// builtins would read the group's own number in its place, and no other platform would show it.
+/// Under Direct3D naga puts the number of workgroups where the entry itself reads it. A function
+/// that is handed the struct of builtins would read the group's own number in its place, and no
+/// other platform would show it.
 #[test]
 fn no_function_but_the_entry_reads_builtins() {
     for kernel in KERNELS {

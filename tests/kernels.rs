@@ -116,7 +116,8 @@ fn started(backend: CpuBackend, network: &Network, load: &[DVec3]) -> Box<dyn De
     device
 }
 
-/// Displacement of the boundary as a load on the vertices next to it: the residual of "boundary moved, all else not".
+/// Displacement of the boundary as a load on the vertices next to it: the residual of "boundary
+/// moved, all else not".
 fn boundary_load(network: &Network, moved: impl Fn(usize) -> DVec3) -> Vec<DVec3> {
     let load = |row: usize| {
         let (mut sum, mut total) = (DVec3::ZERO, network.anchor[row]);
@@ -144,7 +145,8 @@ fn chain_of_three_by_hand() {
         let measure = device.sweep(&[JACOBI]).unwrap();
         assert_eq!(device.correction().unwrap(), [DVec3::ZERO, DVec3::X * 0.75, DVec3::ZERO]);
         assert_eq!((measure.change, measure.residual), (0.75, 0.0));
-        // Half a step: e = 3/8. Then r = 3/4 - 3/8, e += r / 2 + (3/8 - 0) / 4, that is 3/8 + 3/16 + 3/32.
+        // Half a step: e = 3/8. Then r = 3/4 - 3/8, e += r / 2 + (3/8 - 0) / 4, that is 3/8 +
+        // 3/16 + 3/32.
         device.start(&load).unwrap();
         let measure = device.sweep(&[Sweep { relaxation: 0.5, momentum: 0.25 }]).unwrap();
         assert_eq!((measure.change, measure.residual), (0.375, 0.375));
@@ -156,7 +158,8 @@ fn chain_of_three_by_hand() {
     }
 }
 
-/// Change is measured in a vertex's shortest edge, whatever its unit, and every scale of load is a load.
+/// Change is measured in a vertex's shortest edge, whatever its unit, and every scale of load is a
+/// load.
 #[test]
 fn measure_has_the_units_it_says() {
     let mut pair = Network::new(2, &[(0, 1, 1e-30)]);
@@ -183,7 +186,8 @@ fn translation_of_the_boundary() {
     let measure = device.sweep(&[JACOBI; 600]).unwrap();
     assert!(measure.residual < 1e-13, "{measure:?}");
     let expected: Vec<_> = mesh.on_boundary.iter().map(|&held| if held { DVec3::ZERO } else { shift }).collect();
-    // Jacobi on this brick shrinks an error by 0.9 a sweep; a residual of 1e-13 leaves ten times that.
+    // Jacobi on this brick shrinks an error by 0.9 a sweep; a residual of 1e-13 leaves ten times
+    // that.
     compare(&expected, &device.correction().unwrap(), 1e-11).unwrap();
 }
 

@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The layers, lowest first. A module may import from lower layers and from its own, but never in a circle.
+/// The layers, lowest first. A module may import from lower layers and from its own, but never in a
+/// circle.
 const LAYERS: &[&[&str]] = &[
     &["geometry", "mesh", "kernels", "quality", "text", "constraint", "memory"],
     &["formats", "projection", "springs", "profile", "backend"],
@@ -24,7 +25,8 @@ const LAYERS: &[&[&str]] = &[
 /// Rooms whose files still import each other in a circle.
 const OPEN: &[&str] = &["backend", "mesh", "profile"];
 
-/// Modules that may touch files; the rest work on memory, so that they can be used from other programs.
+/// Modules that may touch files; the rest work on memory, so that they can be used from other
+/// programs.
 const FILES: &[&str] = &["formats", "case", "report", "session", "cli"];
 
 fn root() -> PathBuf {
@@ -43,7 +45,8 @@ fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Each source file: its path under `src`, its top module, and its code without comments, strings and unit tests.
+/// Each source file: its path under `src`, its top module, and its code without comments, strings
+/// and unit tests.
 fn sources() -> Vec<(String, String, String)> {
     let mut files = Vec::new();
     rust_files(&root(), &mut files);
@@ -112,8 +115,8 @@ fn raw_string(text: &str) -> Option<usize> {
     Some(2 + hashes + body.find(&end)? + end.len())
 }
 
-/// The top modules that the code of a file names after `crate::`, or after as many `super::` as lead there; grouped imports
-/// included.
+/// The top modules that the code of a file names after `crate::`, or after as many `super::` as
+/// lead there; grouped imports included.
 ///
 /// - `name`: the file's path under `src`
 fn imports(name: &str, code: &str) -> BTreeSet<String> {

@@ -1,4 +1,5 @@
-//! The library refuses what the command line refuses: names nobody has, results nobody should use, names of outputs.
+//! The library refuses what the command line refuses: names nobody has, results nobody should use,
+//! names of outputs.
 
 mod common;
 

@@ -14,8 +14,8 @@ fn worst(surface: &Surface, displacement: &[DVec3], map: impl Fn(DVec3) -> DVec3
     errors.max_by(f64::total_cmp).unwrap()
 }
 
-/// Affine changes are exact to rounding at every vertex, beyond the outermost planes too. 1e-10 of the chord leaves room
-/// for the division by the distance of planes that take a third of the span.
+/// Affine changes are exact to rounding at every vertex, beyond the outermost planes too. 1e-10 of
+/// the chord leaves room for the division by the distance of planes that take a third of the span.
 const EXACT: f64 = 1e-10 * CHORD;
 
 #[test]
@@ -106,9 +106,9 @@ fn unchanged_profiles_move_nothing_at_all() {
     }
 }
 
-/// A wing 0.5 % thick at its trailing edge is bowed between and beyond its two planes by several times that, so that both
-/// sides of the straight loft lie above or below it. The sides move apart at the trailing edge; no vertex there follows
-/// the other side.
+/// A wing 0.5 % thick at its trailing edge is bowed between and beyond its two planes by several
+/// times that, so that both sides of the straight loft lie above or below it. The sides move apart
+/// at the trailing edge; no vertex there follows the other side.
 #[test]
 fn the_sides_of_a_thin_wing_do_not_mix() {
     let wing = Wing { te: 0.005, thickness: 0.01, twist: [0.0; 2], ..BLUNT };
@@ -119,8 +119,8 @@ fn the_sides_of_a_thin_wing_do_not_mix() {
         let le = points.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
         (p.x - le) / (points[0].x - le)
     };
-    // Upper side by +g, lower by -g, g = x (x - c): c such that the lift has no part linear in z, which would act on the
-    // bow as well (see the module's note on the trend).
+    // Upper side by +g, lower by -g, g = x (x - c): c such that the lift has no part linear in z,
+    // which would act on the bow as well (see the module's note on the trend).
     let [mut above, mut below] = [0.0; 2];
     let points = &old[0].points;
     for (i, (a, b)) in points.iter().zip(points.iter().rev()).enumerate() {
@@ -150,7 +150,8 @@ fn the_sides_of_a_thin_wing_do_not_mix() {
     }
 }
 
-/// The moved wing, cut where the profiles are, must lie on them: a change of thickness, camber and twist.
+/// The moved wing, cut where the profiles are, must lie on them: a change of thickness, camber and
+/// twist.
 #[test]
 fn the_moved_wing_passes_through_its_new_profiles() {
     let surface = Wing { around: 161, rows: 41, ..BLUNT }.surface();
@@ -184,7 +185,8 @@ fn a_profile_that_crosses_itself_is_refused() {
     assert!(matches!(refused, Err(ProfileError::CrossesItself { profile: 1, .. })), "{refused:?}");
 }
 
-/// The span-wise direction of an untwisted wing moved by nothing is the straight line of equal chord fraction.
+/// The span-wise direction of an untwisted wing moved by nothing is the straight line of equal
+/// chord fraction.
 #[test]
 fn generators_follow_the_moved_loft() {
     let surface = BLUNT.surface();
@@ -193,7 +195,8 @@ fn generators_follow_the_moved_loft() {
     let columns = BLUNT.around;
     for v in 0..surface.vertices.len() - columns {
         let line = affine(surface.vertices[v + columns]) - affine(surface.vertices[v]);
-        // Chord times twist is quadratic along the span, the loft of two planes linear: 0.006 times 2 in slope.
+        // Chord times twist is quadratic along the span, the loft of two planes linear: 0.006 times
+        // 2 in slope.
         assert!(motion.span_direction[v].distance(line.normalize()) < 2.5e-2, "{v}");
         assert!((motion.span_direction[v].length() - 1.0).abs() < 1e-12);
     }

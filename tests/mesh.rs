@@ -11,7 +11,8 @@ use meshes::{brick, two_tets};
 #[test]
 fn two_tets_share_one_face() {
     let topology = validate(&two_tets()).unwrap();
-    // The slanted face lies opposite vertex 0 of the first tet and opposite vertex 4, first of the second.
+    // The slanted face lies opposite vertex 0 of the first tet and opposite vertex 4, first of the
+    // second.
     assert_eq!(topology.faces.neighbour(0, 0), Some(1));
     assert_eq!(topology.faces.neighbour(1, 0), Some(0));
     assert_eq!(topology.faces.boundary().count(), 6);
@@ -73,7 +74,8 @@ fn surface_is_oriented_from_the_tets() {
     }
 }
 
-/// One mesh as two files may list it: other triangles first, begun and turned otherwise, and tets begun at any vertex.
+/// One mesh as two files may list it: other triangles first, begun and turned otherwise, and tets
+/// begun at any vertex.
 #[test]
 fn order_of_the_file_does_not_matter() {
     let mut mesh = brick(3);
@@ -222,8 +224,8 @@ fn unused_vertices_are_named_and_allowed() {
     assert_eq!(validate(&mesh).unwrap().unused_vertices, [27]);
 }
 
-/// Corner tet: V = 1/6, l_max = sqrt 2, so beta = (1/6) / (2 sqrt 2); a swap of two vertices flips its sign. Regular tet:
-/// 1 / (6 sqrt 2), the paper's 0.11785.
+/// Corner tet: V = 1/6, l_max = sqrt 2, so beta = (1/6) / (2 sqrt 2); a swap of two vertices flips
+/// its sign. Regular tet: 1 / (6 sqrt 2), the paper's 0.11785.
 #[test]
 fn beta_of_known_tets() {
     let corner = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
@@ -235,7 +237,8 @@ fn beta_of_known_tets() {
     assert!((quality::beta(regular.map(|p| 1e-5 * p)) - 0.117_851).abs() < 1e-6, "beta has no unit");
 }
 
-/// Beta after a motion of some vertices is what it is anew, and unmoved tets keep theirs, whatever it is.
+/// Beta after a motion of some vertices is what it is anew, and unmoved tets keep theirs, whatever
+/// it is.
 #[test]
 fn beta_follows_the_vertices_that_move() {
     let mesh = brick(4);
@@ -309,8 +312,8 @@ fn an_order_is_a_way_there_and_back() {
     assert!(around.chunks(1024).all(|block| block.is_sorted()), "vertices with as many tets stand together");
 
     let gap = |mesh: &TetMesh| mesh.tets.iter().map(|tet| tet.iter().max().unwrap() - tet.iter().min().unwrap()).max();
-    // Two shells of the lattice around any vertex have less than half of the vertices of three sides each; and then vertices
-    // are sorted within a thousand.
+    // Two shells of the lattice around any vertex have less than half of the vertices of three
+    // sides each; and then vertices are sorted within a thousand.
     assert!(gap(&ordered).unwrap() <= 2 * 3 * 25 * 25 + 1024, "{:?}", gap(&ordered));
     assert!(gap(&mesh).unwrap() > 15_000, "{:?}", gap(&mesh));
 }

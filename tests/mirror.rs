@@ -15,8 +15,8 @@ fn mirrored(at: DVec3) -> DVec3 {
     DVec3::new(at.x, LEFT * at.y, at.z)
 }
 
-/// The whole aircraft of a half one, joined in the symmetry plane y = 0; the twin of each vertex. The left half's wing is a
-/// family of its own.
+/// The whole aircraft of a half one, joined in the symmetry plane y = 0; the twin of each vertex.
+/// The left half's wing is a family of its own.
 fn whole(half: &TetMesh) -> (TetMesh, Vec<u32>) {
     let n = half.vertices.len() as u32;
     let mut vertices = half.vertices.clone();

@@ -1,4 +1,5 @@
-//! Multigrid cycles against direct solutions and Chebyshev sweeps, and what a cycle is worth on any mesh.
+//! Multigrid cycles against direct solutions and Chebyshev sweeps, and what a cycle is worth on any
+//! mesh.
 
 mod common;
 #[path = "common/meshes.rs"]
@@ -126,7 +127,8 @@ fn cycles_agree_with_a_direct_solution() {
                 let mut found = start.clone();
                 let convergence = relaxer.relax(&mut found, None, &Stopping { tolerance, ..TIGHT }).unwrap();
                 assert!(convergence.converged && convergence.error <= tolerance, "{precision:?} {convergence:?}");
-                // The estimate extrapolates a geometric series: allow it a factor of three, and the solution 1e-12.
+                // The estimate extrapolates a geometric series: allow it a factor of three, and the
+                // solution 1e-12.
                 compare_by(&exact, &found, |row| (3.0 * tolerance + 1e-12) / network.inverse_length[row].max(1e-3))
                     .unwrap_or_else(|mismatch| panic!("{precision:?} {tolerance:e}: {mismatch:?}"));
             }
@@ -134,8 +136,8 @@ fn cycles_agree_with_a_direct_solution() {
     }
 }
 
-/// Cycles to an error of 1e-6 edges, for springs of every kind on meshes that are even, graded a thousandfold, and
-/// flattened.
+/// Cycles to an error of 1e-6 edges, for springs of every kind on meshes that are even, graded a
+/// thousandfold, and flattened.
 #[test]
 fn a_cycle_is_worth_as_much_on_every_mesh() {
     let even = |at: DVec3| at;
@@ -244,7 +246,8 @@ fn planes_and_lines_are_kept_exactly() {
     }
 }
 
-/// Nothing that may move, nothing that is tied, an anchor alone, and a vertex without springs among others.
+/// Nothing that may move, nothing that is tied, an anchor alone, and a vertex without springs among
+/// others.
 #[test]
 fn odd_networks_are_relaxed() {
     let (positions, mut held) = network(4, (Length::Inverse, Torsion::None), |at| at, |_| Constraint::Held);
@@ -268,7 +271,8 @@ fn odd_networks_are_relaxed() {
     assert_eq!(moved[3], DVec3::X);
 }
 
-/// Vertices that no spring ties to each other but to held ones only: nothing joins, and sweeps alone are exact.
+/// Vertices that no spring ties to each other but to held ones only: nothing joins, and sweeps
+/// alone are exact.
 #[test]
 fn lonely_vertices_are_relaxed() {
     let n = 101;

@@ -1,5 +1,5 @@
-//! Multigrid cycles on the GPU against the CPU twins: bit by bit on a software adapter, which rounds as the CPU does, to a
-//! tolerance on hardware.
+//! Multigrid cycles on the GPU against the CPU twins: bit by bit on a software adapter, which
+//! rounds as the CPU does, to a tolerance on hardware.
 //!
 //! Needs an adapter. `IDMESH_TEST_GPU=off` skips what does, and says so.
 #![cfg(feature = "gpu")]

@@ -49,7 +49,8 @@ fn set_up(mesh: TetMesh, old: &[(&str, Vec<Profile>)]) -> Mover {
     };
     let names = mesh.families.clone();
     let stopping = Stopping { tolerance: 1e-10, ..Stopping::default() };
-    // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
+    // Springs alone: local optimisation would hide what they do, and its thresholds amplify
+    // rounding.
     let mut builder = Mover::builder(mesh).method(Method::Chebyshev).stopping(stopping).quality(None);
     for name in &names {
         builder = builder.role(name, role(name));
@@ -76,7 +77,8 @@ fn mapped(profiles: &[Profile], map: impl Fn(DVec3) -> DVec3) -> Vec<Profile> {
     profiles.iter().map(|profile| Profile { number: profile.number, points: points(profile) }).collect()
 }
 
-/// Moves to a design that leaves a valid mesh, with the symmetry plane and the farfield in their places to the bit.
+/// Moves to a design that leaves a valid mesh, with the symmetry plane and the farfield in their
+/// places to the bit.
 fn run(mover: &mut Mover, new: &[(&str, Vec<Profile>)]) -> Outcome {
     let profiles: BTreeMap<String, _> = new.iter().map(|(name, new)| (name.to_string(), new.clone())).collect();
     let outcome = mover.update(&Design { profiles, ..Design::default() }).unwrap();
@@ -113,7 +115,8 @@ fn a_vertex_out_of_place_is_seen() {
     assert_mapped(mover.mesh(), &moved, "wing", |at| at);
 }
 
-/// A block from the symmetry plane on, all its faces of one family: no trailing edge, no wingtip, no fuselage.
+/// A block from the symmetry plane on, all its faces of one family: no trailing edge, no wingtip,
+/// no fuselage.
 fn bare_wing() -> TetMesh {
     let family = |triangle| outer(triangle).unwrap_or("wing");
     carve(CELLS, &["wing", "symmetry", "farfield"], |at| is_block(at, 0.0, 5.0), family, |at| at * CELL)
@@ -129,7 +132,8 @@ fn bare_wing_is_translated() {
     assert_mapped(mover.mesh(), outcome.vertices(), "wing", |at| at + by);
 }
 
-/// Thicker, longer and swept up: affine, in the planes of the profiles. Its root slides in the symmetry plane.
+/// Thicker, longer and swept up: affine, in the planes of the profiles. Its root slides in the
+/// symmetry plane.
 #[test]
 fn bare_wing_changes_affinely() {
     let mesh = bare_wing();
@@ -151,12 +155,14 @@ fn one_profile_translates_the_wing() {
     assert_mapped(mover.mesh(), outcome.vertices(), "wing", |at| at + by);
 }
 
-/// The wing is tilted about an axis along x, and its root leaves the symmetry plane. It slides back along the wing's
-/// own straight lines, which are the tilted y direction; beyond the strip at the root the wing is tilted and no more.
+/// The wing is tilted about an axis along x, and its root leaves the symmetry plane. It slides back
+/// along the wing's own straight lines, which are the tilted y direction; beyond the strip at the
+/// root the wing is tilted and no more.
 #[test]
 fn the_root_of_a_tilted_wing_slides_along_it_into_the_plane() {
     let mesh = bare_wing();
-    // Three cells apart: the two sections have the same points, so lines of equal parameter are straight to rounding.
+    // Three cells apart: the two sections have the same points, so lines of equal parameter are
+    // straight to rounding.
     let old = sections(&mesh, "wing", &[0.3, 1.05]);
     let mut mover = set_up(mesh, &[("wing", old.clone())]);
     let (turn, pivot) = (DQuat::from_rotation_x(0.1), DVec3::new(0.0, 0.3, 1.25));
@@ -179,7 +185,8 @@ fn the_root_of_a_tilted_wing_slides_along_it_into_the_plane() {
     assert_eq!((root, outside), (10, 10 + 10 + 12));
 }
 
-/// A wing from wall to wall, all in an odd attitude: no plane is a coordinate plane, and both ends stay in theirs.
+/// A wing from wall to wall, all in an odd attitude: no plane is a coordinate plane, and both ends
+/// stay in theirs.
 #[test]
 fn wing_between_two_oblique_walls_is_translated_along_them() {
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.7).normalize(), 0.4);
@@ -212,7 +219,8 @@ fn wing_between_two_oblique_walls_is_translated_along_them() {
     }
 }
 
-/// A wedge, sharp behind: the diagonal planes of 4 x 4 cells, drawn out to a chord of 2 and a height of 0.5.
+/// A wedge, sharp behind: the diagonal planes of 4 x 4 cells, drawn out to a chord of 2 and a
+/// height of 0.5.
 #[test]
 fn sharp_wing_with_a_wingtip_is_translated() {
     let is_wedge = |at: DVec3| within(at, [4.0, 0.0, 3.0], [8.0, 5.0, 7.0]) && at.x - 4.0 > at.z - 3.0;

@@ -1,5 +1,5 @@
-//! The GPU against the CPU twins: kernel against twin in f32 (bit by bit on a software adapter, which rounds as the CPU
-//! does), and f32 against f64.
+//! The GPU against the CPU twins: kernel against twin in f32 (bit by bit on a software adapter,
+//! which rounds as the CPU does), and f32 against f64.
 //!
 //! Needs an adapter. `IDMESH_TEST_GPU=off` skips what does, and says so.
 #![cfg(feature = "gpu")]
@@ -34,8 +34,8 @@ const SWEEPS: [Sweep; 8] = [
     Sweep { relaxation: 0.85, momentum: 0.3 },
 ];
 
-/// A network with everything in it: boundary-layer tets, all four constraints, anchors, rows of many lengths, one
-/// without stiffness.
+/// A network with everything in it: boundary-layer tets, all four constraints, anchors, rows of
+/// many lengths, one without stiffness.
 fn awkward(n: usize) -> Network {
     let mesh = Brick::new(n, n / 3);
     let stiffness = mesh.stiffness(&F64, Length::Inverse, Torsion::Product);
@@ -79,14 +79,16 @@ fn relax(device: &mut dyn DeviceNetwork, network: &Network, batches: &[&[Sweep]]
     (device.correction().unwrap(), measures)
 }
 
-/// How far two ways of rounding the same sweeps in f32 may part: per sweep one rounding per spring and ten more, of
-/// numbers at most four times the correction's greatest; sweeps with these factors amplify a difference at most twofold.
+/// How far two ways of rounding the same sweeps in f32 may part: per sweep one rounding per spring
+/// and ten more, of numbers at most four times the correction's greatest; sweeps with these factors
+/// amplify a difference at most twofold.
 fn sweep_tolerance(network: &Network, correction: &[DVec3], n_sweeps: usize) -> f64 {
     let greatest = correction.iter().map(|e| e.length()).fold(1e-3, f64::max);
     2.0 * n_sweeps as f64 * (network.max_valence() as f64 + 10.0) * ROUNDING * 4.0 * greatest
 }
 
-/// Zero, that is equal bits, on software; elsewhere what contraction and a division to 2.5 ULP allow.
+/// Zero, that is equal bits, on software; elsewhere what contraction and a division to 2.5 ULP
+/// allow.
 fn unless_software(gpu: &GpuBackend, tolerance: f64) -> f64 {
     if gpu.is_software() { 0.0 } else { tolerance }
 }
@@ -206,8 +208,8 @@ fn constraints_can_be_replaced_on_the_gpu() {
 
 // ---- f32 against f64 ----
 
-/// What f32 costs a stiffness: some thirty roundings, of which those in the volume and the areas grow with 1 / sin of
-/// the angle, at most 1e3 where sin^2 is clamped.
+/// What f32 costs a stiffness: some thirty roundings, of which those in the volume and the areas
+/// grow with 1 / sin of the angle, at most 1e3 where sin^2 is clamped.
 fn stiffness_tolerance(stiffness: f64) -> f64 {
     30.0 * 1e3 * ROUNDING * stiffness
 }
@@ -233,7 +235,8 @@ fn f32_sweeps_are_near_f64() {
 
 // ---- what must not change a result ----
 
-/// A matrix split into chunks of rows, dispatches folded into several rows of workgroups: the same bits.
+/// A matrix split into chunks of rows, dispatches folded into several rows of workgroups: the same
+/// bits.
 #[test]
 fn splitting_changes_no_bit() {
     let Some(whole) = gpu(Bounds::default()) else { return };
@@ -324,7 +327,8 @@ fn the_same_run_twice_gives_the_same_bits() {
     }
 }
 
-/// How sweeps are batched shows only in what a change is measured against. More than one submission's worth too.
+/// How sweeps are batched shows only in what a change is measured against. More than one
+/// submission's worth too.
 #[test]
 fn batches_change_no_bit() {
     let Some(gpu) = gpu(Bounds::default()) else { return };

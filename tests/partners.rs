@@ -43,8 +43,9 @@ fn turned(angles: [f64; 2]) -> Vec<Profile> {
     sections
 }
 
-/// A wing from one periodic plane to the other, in a box periodic across y and z: its two ends want to move differently.
-/// Partners stay apart by the same vector in one jump, in steps, and where local optimisation runs.
+/// A wing from one periodic plane to the other, in a box periodic across y and z: its two ends want
+/// to move differently. Partners stay apart by the same vector in one jump, in steps, and where
+/// local optimisation runs.
 #[test]
 fn periodic_planes_stay_periodic() {
     let mut by_steps = false;
@@ -90,7 +91,8 @@ fn periodic_planes_stay_periodic() {
     assert!(by_steps, "no design took steps");
 }
 
-/// The wing's ends get the mean of what the sections give them, and the wing between follows smoothly: no dent beside them.
+/// The wing's ends get the mean of what the sections give them, and the wing between follows
+/// smoothly: no dent beside them.
 #[test]
 fn a_wing_between_periodic_planes_has_no_dent() {
     let mesh = block(8.0, |at| at);

@@ -1,4 +1,5 @@
-//! A wing in a cube that pitches by 10 degrees and bends up at its tips, its surface displaced as prescribed.
+//! A wing in a cube that pitches by 10 degrees and bends up at its tips, its surface displaced as
+//! prescribed.
 
 mod common;
 
@@ -24,7 +25,8 @@ fn mesh() -> TetMesh {
     formats::read(&file("tests/data/pitch-wing.msh.gz")).unwrap().mesh
 }
 
-/// Nose up about the quarter chord, and a parabola along the span that lifts the tips (|y| = 2) by 0.2 chords.
+/// Nose up about the quarter chord, and a parabola along the span that lifts the tips (|y| = 2) by
+/// 0.2 chords.
 fn displacement(at: DVec3, degrees: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let (x, z) = (at.x - 0.25, at.z);
@@ -82,7 +84,8 @@ fn every_spring_pitches_the_wing_without_inverting_a_tet() {
     }
 }
 
-/// Worst and mean beta of the mesh pitched in one call, which inverts nothing and leaves what is prescribed as it is.
+/// Worst and mean beta of the mesh pitched in one call, which inverts nothing and leaves what is
+/// prescribed as it is.
 fn pitched_quality(mover: &mut Mover, degrees: f64) -> (f64, f64) {
     let outcome = mover.update(&pitched(mover, degrees)).unwrap();
     assert!(outcome.converged, "{degrees}: {:?}", outcome.unconverged);
@@ -96,8 +99,8 @@ fn pitched_quality(mover: &mut Mover, degrees: f64) -> (f64, f64) {
     (last.beta_min, last.beta_mean)
 }
 
-/// The mesh's own worst beta is 0.0126. The best of the tools measured on this case keeps a worst beta of 0.0101 and a mean
-/// of 0.0547 at 60 degrees, and none a valid mesh at 120.
+/// The mesh's own worst beta is 0.0126. The best of the tools measured on this case keeps a worst
+/// beta of 0.0101 and a mean of 0.0547 at 60 degrees, and none a valid mesh at 120.
 #[test]
 fn large_rotations_keep_the_mesh_as_good_as_it_was() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
@@ -107,8 +110,8 @@ fn large_rotations_keep_the_mesh_as_good_as_it_was() {
     }
 }
 
-/// Half-way through half a turn a straight way would leave no wing: the path turns with it. One jump is not enough, and
-/// what small rotations need is one jump.
+/// Half-way through half a turn a straight way would leave no wing: the path turns with it. One
+/// jump is not enough, and what small rotations need is one jump.
 #[test]
 fn half_a_turn_is_followed_in_steps() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
@@ -130,7 +133,8 @@ fn half_a_turn_is_followed_in_steps() {
     assert_eq!(small.vertices(), fresh.vertices());
 }
 
-/// Where the jump inverts a few tets in one place, they are repaired there: steps are for those that cannot be.
+/// Where the jump inverts a few tets in one place, they are repaired there: steps are for those
+/// that cannot be.
 #[test]
 fn a_few_faults_of_the_jump_are_repaired_without_steps() {
     let mut alone = set_up(Default::default(), None);
@@ -179,8 +183,8 @@ impl Backend for Counting {
     }
 }
 
-/// Springs are evaluated once at each shape that a step starts from: the undeformed mesh's are there, and steps that fail
-/// leave the shape as it was.
+/// Springs are evaluated once at each shape that a step starts from: the undeformed mesh's are
+/// there, and steps that fail leave the shape as it was.
 #[test]
 fn springs_are_evaluated_once_at_a_shape() {
     let backend = Arc::new(Counting { cpu: cpu(), evaluated: AtomicUsize::new(0) });
@@ -191,7 +195,8 @@ fn springs_are_evaluated_once_at_a_shape() {
     assert_eq!(backend.evaluated.load(Ordering::Relaxed), path.steps - 1, "{path:?}");
 }
 
-/// A repair of the jump that leaves a beta too low for it is kept where no way leads on, and not tried again.
+/// A repair of the jump that leaves a beta too low for it is kept where no way leads on, and not
+/// tried again.
 #[test]
 fn a_jump_is_repaired_but_once() {
     let mut mover = set_up_on(cpu(), Default::default(), Some(QualityTarget::Original), 2);
@@ -208,8 +213,9 @@ fn a_jump_is_repaired_but_once() {
     assert_eq!(smoothings.load(Ordering::Relaxed), 1);
 }
 
-/// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing can be done, and
-/// nothing is optimised. The farfield stands at x = 5.5, the trailing edge at 1 chord.
+/// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing
+/// can be done, and nothing is optimised. The farfield stands at x = 5.5, the trailing edge at 1
+/// chord.
 #[test]
 fn a_wing_that_leaves_the_mesh_is_refused() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
@@ -252,7 +258,8 @@ fn a_good_mesh_is_not_touched() {
     assert_eq!(vertices[0], vertices[1]);
 }
 
-/// Every spring is in equilibrium under a translation of all held vertices: then all vertices are translated.
+/// Every spring is in equilibrium under a translation of all held vertices: then all vertices are
+/// translated.
 #[test]
 fn every_spring_translates_the_mesh_with_its_boundary() {
     for springs in SPRINGS {

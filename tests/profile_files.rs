@@ -1,4 +1,5 @@
-//! Profile files of every format: the same section out of each, and broken ones refused with their line.
+//! Profile files of every format: the same section out of each, and broken ones refused with their
+//! line.
 
 use std::fs;
 use std::path::Path;
@@ -88,7 +89,8 @@ fn airfoils_are_read_as_others_write_them() {
     assert_eq!(round[1], DVec3::new(0.5, 0.0, 0.05));
 }
 
-/// Within a hundredth an airfoil is where its file says: NACA 9418 at its own 0 and 1, whose nose is a little off.
+/// Within a hundredth an airfoil is where its file says: NACA 9418 at its own 0 and 1, whose nose
+/// is a little off.
 #[test]
 fn airfoils_with_camber_keep_their_place() {
     let (camber, at, thickness) = (0.09, 0.4, 0.18);

@@ -14,7 +14,8 @@ fn a_blunt_section_is_open_and_runs_lower_te_le_upper_te() {
     for y in [0.31, 1.0, 2.0, 3.77] {
         let curve = &BLUNT.surface().cut(&[y])[0].points;
         let (lower, upper) = (BLUNT.point(-1.0, y), BLUNT.point(1.0, y));
-        // Between rows the twisted trailing edge is a chord: second derivative 0.006 times (row distance 0.2)^2 / 8.
+        // Between rows the twisted trailing edge is a chord: second derivative 0.006 times (row
+        // distance 0.2)^2 / 8.
         assert!(curve[0].distance(lower) < 1e-4 && curve[curve.len() - 1].distance(upper) < 1e-4);
         assert!(curve.iter().all(|p| p.y == y), "points lie exactly in the plane");
         let le = (0..curve.len()).min_by(|&a, &b| curve[a].x.total_cmp(&curve[b].x)).unwrap();
@@ -47,7 +48,8 @@ fn a_section_with_its_base_is_closed_and_ends_with_the_base() {
     }
 }
 
-/// Rows of vertices stand exactly at y = 1.0: each vertex of the row appears once, and nothing else but the row.
+/// Rows of vertices stand exactly at y = 1.0: each vertex of the row appears once, and nothing else
+/// but the row.
 #[test]
 fn a_plane_through_vertices_cuts_them_once() {
     for wing in [BLUNT, SHARP] {
@@ -193,9 +195,9 @@ fn planes_are_fitted_and_bad_profiles_refused() {
     assert_eq!(with(line), ProfileError::OnOneLine { profile: 3 });
 }
 
-/// New points are another sampling of the section mapped by a strong affine change (40 % thicker, sheared, rotated): old
-/// points must find their images. Fit and match leave 1e-3 of the chord along the curve; across it only the sampling
-/// errs, by (1/160)^2 of the section at the nose.
+/// New points are another sampling of the section mapped by a strong affine change (40 % thicker,
+/// sheared, rotated): old points must find their images. Fit and match leave 1e-3 of the chord
+/// along the curve; across it only the sampling errs, by (1/160)^2 of the section at the nose.
 #[test]
 fn matching_survives_other_counts_directions_and_starts() {
     for wing in [BLUNT, SHARP] {
@@ -224,9 +226,10 @@ fn matching_survives_other_counts_directions_and_starts() {
     }
 }
 
-/// Profiles of a coarse mesh (26 and 31 points) and new ones made from a spline through their moved points: 161 and 121
-/// points, and the moved points themselves for comparison. Along the curve a match is a matter of judgement where the
-/// change is not affine; the bounds hold what was measured (7e-4 and 5e-3 of the chord). Across it, the new curve is hit.
+/// Profiles of a coarse mesh (26 and 31 points) and new ones made from a spline through their moved
+/// points: 161 and 121 points, and the moved points themselves for comparison. Along the curve a
+/// match is a matter of judgement where the change is not affine; the bounds hold what was measured
+/// (7e-4 and 5e-3 of the chord). Across it, the new curve is hit.
 #[test]
 fn matching_finds_the_moved_points_of_a_real_section() {
     let read = |name: &str| {

@@ -119,3 +119,74 @@ fn rust(folder: &Path, code: &mut String) {
         }
     }
 }
+
+/// Most columns of a line that holds a comment alone.
+const COLUMNS: usize = 100;
+
+/// Lines of comments that are too wide, `(number from 1, width)`. Tables, code blocks and lines
+/// with a single word, such as an address, cannot be broken.
+fn wide_comments(text: &str) -> Vec<(usize, usize)> {
+    let mut in_code = false;
+    let mut wide = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let Some(comment) = line.trim_start().strip_prefix("//") else {
+            in_code = false;
+            continue;
+        };
+        let comment = comment.trim_start_matches(['/', '!']).trim();
+        if comment.starts_with("```") {
+            in_code = !in_code;
+        }
+        let can_break = !in_code && !comment.starts_with('|') && comment.contains(' ');
+        let width = line.chars().count();
+        if can_break && width > COLUMNS {
+            wide.push((number, width));
+        }
+    }
+    wide
+}
+
+#[test]
+fn comments_are_at_most_100_columns_wide() {
+    let mut files = Vec::new();
+    for folder in ["src", "tests", "benches", "examples", "kernels"] {
+        sources(&root().join(folder), &mut files);
+    }
+    let wide: Vec<String> = files
+        .iter()
+        .flat_map(|path| {
+            let lines = wide_comments(&fs::read_to_string(path).unwrap());
+            lines.into_iter().map(move |(number, width)| format!("{}:{number}: {width} columns", path.display()))
+        })
+        .collect();
+    assert!(files.len() > 200, "{} files", files.len());
+    assert!(wide.is_empty(), "{} comments are too wide:\n{}", wide.len(), wide.join("\n"));
+}
+
+#[test]
+fn wide_comments_are_told_from_what_cannot_be_broken() {
+    let words = "word ".repeat(30);
+    let long = "a".repeat(120);
+    let row = format!("| {words} |");
+    let text = format!(
+        "/// {words}\nlet x = 1; // {words}\n//! {row}\n/// ```\n/// {words}\n/// ```\n// {long}\n    // {words}\n// short"
+    );
+    let found: Vec<usize> = wide_comments(&text).into_iter().map(|(number, _)| number).collect();
+    assert_eq!(found, [1, 8]);
+    // 97 letters and the mark with its space are 100 columns, one more letter is too much.
+    let exactly = |n: usize| format!("// a {}", "b".repeat(n - 2));
+    assert!(wide_comments(&exactly(97)).is_empty());
+    assert_eq!(wide_comments(&exactly(98)), [(1, 101)]);
+}
+
+/// The Rust and WGSL files below a folder.
+fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs" || extension == "wgsl") {
+            files.push(path);
+        }
+    }
+}

@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 use idmesh::projection::{TargetSurface, TriangleTree, continuation};
 
-/// A part of the cylinder of radius 1 around x, `y > 0`, of `n` by `n` quads, without those whose centre `hole` takes.
+/// A part of the cylinder of radius 1 around x, `y > 0`, of `n` by `n` quads, without those whose
+/// centre `hole` takes.
 fn cylinder(n: usize, hole: impl Fn(f64, f64) -> bool) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let at = |i: usize, j: usize| (2.0 * i as f64 / n as f64 - 1.0, 1.2 * (2.0 * j as f64 / n as f64 - 1.0));
     let mut points = Vec::new();
@@ -100,7 +101,8 @@ fn a_hole_in_a_cylinder_is_continued_round() {
     let rim = rim(&points, &triangles);
     let patch = continuation::close(&points, &triangles, &rim).unwrap();
     assert!(patch.points.len() > 100);
-    // A flat lid would sink by the sagitta, 1 - cos(0.25) = 0.031; the continuation stays within 2 % of that.
+    // A flat lid would sink by the sagitta, 1 - cos(0.25) = 0.031; the continuation stays within 2
+    // % of that.
     let worst = patch.points.iter().map(|p| (p.y.hypot(p.z) - 1.0).abs()).fold(0.0, f64::max);
     assert!(worst < 6e-4, "{worst}");
     // Every rim edge has a triangle of the patch on its inner side, turned like the surface around.

@@ -34,7 +34,8 @@ fn folded(mesh: &TetMesh, surface: &Surface, moved: &[DVec3]) -> Vec<u32> {
     faults::folded(&mesh.vertices, moved, &surface.triangles, &surface.opposite)
 }
 
-/// Triangles of the upper side, all of whose normals pointed the same way along z, that no longer do.
+/// Triangles of the upper side, all of whose normals pointed the same way along z, that no longer
+/// do.
 fn turned_down(surface: &Surface, mesh: &TetMesh, moved: &[DVec3]) -> Vec<u32> {
     let z = |vertices: &[DVec3], triangle: u32| {
         let [a, b, c] = surface.triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
@@ -51,7 +52,8 @@ fn rotations() -> Vec<DQuat> {
     rotations
 }
 
-/// Half a turn reverses every normal in space, and folds nothing; edges with normals at right angles stay what they are.
+/// Half a turn reverses every normal in space, and folds nothing; edges with normals at right
+/// angles stay what they are.
 #[test]
 fn rigid_motions_fold_nothing() {
     for (mesh, surface) in [block(), wedge()] {
@@ -62,7 +64,8 @@ fn rigid_motions_fold_nothing() {
     }
 }
 
-/// In a plane the sign of the normal tells what is folded. However the body then stands in space, it is the same.
+/// In a plane the sign of the normal tells what is folded. However the body then stands in space,
+/// it is the same.
 #[test]
 fn a_vertex_pushed_across_an_opposite_edge_folds_exactly_its_triangles() {
     let (mesh, surface) = block();
@@ -115,7 +118,8 @@ fn smooth_motions_fold_nothing() {
 fn inverted_tets_are_gathered_and_placed() {
     let (mesh, surface) = block();
     assert!(faults::clusters(&mesh.vertices, &mesh.tets, &betas(&mesh.vertices, &mesh.tets)).is_empty());
-    // Two vertices with no tet in common: one of the upper side goes down, less far one of the opposite corner inwards.
+    // Two vertices with no tet in common: one of the upper side goes down, less far one of the
+    // opposite corner inwards.
     let mut moved = mesh.vertices.clone();
     let (top, corner) = (vertex_at(&mesh, DVec3::new(4.0, 4.0, 3.0)), vertex_at(&mesh, DVec3::ZERO));
     moved[top].z -= 1.9;
@@ -169,7 +173,8 @@ fn around_are_the_tets_that_share_a_vertex() {
     assert!(faults::is_inverted(f64::NAN) && faults::is_inverted(0.0) && !faults::is_inverted(1e-300));
 }
 
-/// Surfaces touch along edges, lie in one plane, stand at right angles; none of that is passing through, at any place.
+/// Surfaces touch along edges, lie in one plane, stand at right angles; none of that is passing
+/// through, at any place.
 #[test]
 fn whole_surfaces_pierce_nothing() {
     for (mesh, surface) in [block(), wedge()] {
@@ -180,8 +185,9 @@ fn whole_surfaces_pierce_nothing() {
     }
 }
 
-/// A spike from the upper side, of height 4 in a block of height 3, comes out through the one triangle below its tip and
-/// is met by no other edge: the tip stands over the inside of a triangle, and the spike is narrow there.
+/// A spike from the upper side, of height 4 in a block of height 3, comes out through the one
+/// triangle below its tip and is met by no other edge: the tip stands over the inside of a
+/// triangle, and the spike is narrow there.
 #[test]
 fn a_spike_pierces_the_triangle_it_comes_out_of() {
     let (mesh, surface) = block();
@@ -201,7 +207,8 @@ fn a_spike_pierces_the_triangle_it_comes_out_of() {
     assert_eq!(Crossings::new(&mesh.vertices, &surface.triangles).self_intersecting(&moved), [0u32; 0]);
 }
 
-/// Vertices thrown about: every edge against every triangle, where it meets its plane by solving for the place.
+/// Vertices thrown about: every edge against every triangle, where it meets its plane by solving
+/// for the place.
 #[test]
 fn all_pierced_triangles_are_found() {
     let (mesh, surface) = block();

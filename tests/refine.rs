@@ -24,7 +24,8 @@ fn one_tet(vertices: [DVec3; 4]) -> TetMesh {
     }
 }
 
-/// Whatever the shape, the eight pieces have an eighth of the volume each, and the shortest diagonal is an edge.
+/// Whatever the shape, the eight pieces have an eighth of the volume each, and the shortest
+/// diagonal is an edge.
 #[test]
 fn a_tet_becomes_eight_along_its_shortest_diagonal() {
     let base = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
@@ -34,7 +35,8 @@ fn a_tet_becomes_eight_along_its_shortest_diagonal() {
         (DVec3::new(1.0, -1.0, 1.0), [[0, 2], [1, 3]]),
         (DVec3::new(1.0, 1.0, -1.0), [[0, 3], [1, 2]]),
     ] {
-        // Shrinks the diagonal from the middle of the one edge to that of the other, which is half of `stretch`.
+        // Shrinks the diagonal from the middle of the one edge to that of the other, which is half
+        // of `stretch`.
         let mesh = one_tet(base.map(|at| at - 0.2 * stretch * stretch.dot(at)));
         let fine = refine(&mesh).unwrap();
         assert_eq!((fine.vertices.len(), fine.tets.len(), fine.triangles.len()), (10, 8, 16));
@@ -51,7 +53,8 @@ fn a_tet_becomes_eight_along_its_shortest_diagonal() {
     }
 }
 
-/// Families keep their area and their normals; the mesh stays one, and its outer pieces keep their tets' shapes.
+/// Families keep their area and their normals; the mesh stays one, and its outer pieces keep their
+/// tets' shapes.
 #[test]
 fn an_aircraft_stays_what_it_is() {
     let mesh = WING_BODY.mesh();

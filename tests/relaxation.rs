@@ -55,7 +55,8 @@ fn a_chain_between_held_ends_stretches_by_its_compliance() {
     }
 }
 
-/// One free vertex between 0 and 1 with springs 3 and 1 and an anchor of 4: u = 1 * 1 / (3 + 1 + 4).
+/// One free vertex between 0 and 1 with springs 3 and 1 and an anchor of 4: u = 1 * 1 / (3 + 1 +
+/// 4).
 #[test]
 fn an_anchor_pulls_back_by_its_share() {
     let network = chain(&[3.0, 1.0], &[0.0, 4.0, 0.0], &[0, 2]);
@@ -97,7 +98,8 @@ fn a_translated_boundary_translates_everything() {
     }
 }
 
-/// The relaxation against a dense direct solution, and its own estimate of the error against the real one.
+/// The relaxation against a dense direct solution, and its own estimate of the error against the
+/// real one.
 #[test]
 fn relaxation_agrees_with_a_direct_solution_and_knows_its_error() {
     let (positions, network) = brick_network(6, hold_boundary);
@@ -131,16 +133,17 @@ fn relaxation_agrees_with_a_direct_solution_and_knows_its_error() {
                         (moved[row] - exact).length() * network.inverse_length[row]
                     })
                     .fold(0.0, f64::max);
-                // The estimate extrapolates a geometric series: allow it a factor of three, and the direct solution 1e-13.
+                // The estimate extrapolates a geometric series: allow it a factor of three, and the
+                // direct solution 1e-13.
                 assert!(error <= 3.0 * tolerance + 1e-12, "{method:?} {precision:?} {tolerance:e}: {error:e}");
             }
         }
     }
 }
 
-/// Where the relaxation stops, the closed form is no farther than the relaxation says: a chain of equal springs stretches
-/// evenly. Long chains relax slowly, so an estimate taken from the last change alone falls short.
-/// Fails if the estimate is a tenth of itself.
+/// Where the relaxation stops, the closed form is no farther than the relaxation says: a chain of
+/// equal springs stretches evenly. Long chains relax slowly, so an estimate taken from the last
+/// change alone falls short. Fails if the estimate is a tenth of itself.
 #[test]
 fn what_is_left_is_no_more_than_is_said() {
     for length in [20, 60, 150] {
@@ -183,7 +186,8 @@ fn the_spectrum_encloses_the_eigenvalues() {
     assert!(spectrum.high >= eigenvalues.max() && spectrum.high <= 2.0, "{spectrum:?} {}", eigenvalues.max());
 }
 
-/// Vertices of the plane x = 0 slide in it, those of its edge along the line, also in f32 and at any orientation.
+/// Vertices of the plane x = 0 slide in it, those of its edge along the line, also in f32 and at
+/// any orientation.
 #[test]
 fn planes_and_lines_are_kept_exactly() {
     let (positions, network) = brick_network(5, |at| match (at.x == 0.0, at.y == 0.0) {

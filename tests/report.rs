@@ -184,7 +184,8 @@ fn histogram_is_svg_with_title_axes_and_legend() {
     assert_eq!(svg, histogram_svg("wing & body", &series), "the same numbers give the same bytes");
 }
 
-/// The outline's highest point is where its largest bin is: bins of 10, 30 and 20 tets, axis to 30 in steps of 5.
+/// The outline's highest point is where its largest bin is: bins of 10, 30 and 20 tets, axis to 30
+/// in steps of 5.
 #[test]
 fn histogram_heights_are_counts() {
     let mut beta = vec![0.011; 10];

@@ -1,4 +1,5 @@
-//! Surface vertices slide in local optimisation: on their surface, along their curve, and only where they may.
+//! Surface vertices slide in local optimisation: on their surface, along their curve, and only
+//! where they may.
 
 mod common;
 #[path = "common/meshes.rs"]
@@ -66,7 +67,8 @@ fn a_walk_ends_where_a_search_does() {
             let at = DVec3::new(angle.cos(), angle.sin(), 0.37 + 0.005 * k as f64) * (0.97 + 0.001 * k as f64);
             let (found, expected) = (parts.closest(start, at), tree.closest(at));
             assert!((found.distance_squared - expected.distance_squared).abs() < 1e-15, "{found:?} {expected:?}");
-            // The facets' normals turn by 2.5 / 12 from one to the next: half of that from the cylinder's own.
+            // The facets' normals turn by 2.5 / 12 from one to the next: half of that from the
+            // cylinder's own.
             let outward = DVec3::new(at.x, at.y, 0.0).normalize();
             assert!(parts.normal(&found).dot(outward) > 0.2f64.cos(), "{found:?}");
         }
@@ -127,7 +129,8 @@ fn slides(mesh: &TetMesh, roles: Vec<Role>) -> Vec<u32> {
     SurfaceFreedom::new(mesh, &topology.surface, &families, &[]).vertices()
 }
 
-/// Of a cube that is all one family the faces slide and the edges, for they are sharp; the corners stay.
+/// Of a cube that is all one family the faces slide and the edges, for they are sharp; the corners
+/// stay.
 #[test]
 fn corners_stay() {
     let mut mesh = brick(4);
@@ -162,7 +165,8 @@ fn corners_stay() {
 fn fixed_prescribed_and_plane_families_do_not_slide() {
     let mesh = brick(3);
     let roles = [Role::Fixed, Role::Prescribed, Role::PLANE, Role::PLANE, Role::TrailingEdge, Role::TrailingEdge];
-    // The sides z0 and z1 slide, with their edges to the planes y0 and y1, but not with those to x0 and x1.
+    // The sides z0 and z1 slide, with their edges to the planes y0 and y1, but not with those to x0
+    // and x1.
     let of = |at: DVec3| (at.z == 0.0 || at.z == 1.0) && at.x > 0.0 && at.x < 1.0;
     let expected: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| of(mesh.vertices[v as usize])).collect();
     assert_eq!(slides(&mesh, roles.to_vec()), expected);
@@ -229,8 +233,8 @@ fn run(
     smoother.run(at, &mut quality::betas(at, &mesh.tets), &goal, slide).unwrap()
 }
 
-/// A vertex pushed within the lid nearly to an edge of the triangles around it: the tets on these are bad, wherever
-/// their fourth vertices are.
+/// A vertex pushed within the lid nearly to an edge of the triangles around it: the tets on these
+/// are bad, wherever their fourth vertices are.
 fn pushed(mesh: &TetMesh, lid: &[u32]) -> Vec<DVec3> {
     let mut at = mesh.vertices.clone();
     let vertex = lid[4] as usize;
@@ -351,8 +355,8 @@ fn curves(mesh: &TetMesh) -> HashMap<[u16; 2], Vec<[u32; 2]>> {
     curves
 }
 
-/// Held surfaces end at 0.87 of the original's worst beta here, limited by tets between the wing, the carenage and one
-/// vertex off them.
+/// Held surfaces end at 0.87 of the original's worst beta here, limited by tets between the wing,
+/// the carenage and one vertex off them.
 #[test]
 fn surfaces_slide_within_themselves() {
     let (springs, slid) =
@@ -403,10 +407,10 @@ fn surfaces_slide_within_themselves() {
     assert!(slid_on.keys().any(|between| between.len() == 2), "{slid_on:?}");
 }
 
-/// The lid of a brick is part of a cylinder. Of a vertex that slides as far as it may, the surface comes off the place where it
-/// was by the way times the angle between facets: no more than a quarter of a percent of the shortest edge, however finely or
-/// coarsely the lid is cut.
-/// Fails if `TRUE_TO_SHAPE` is 0.05, or 0.0001, by which hardly anything slides.
+/// The lid of a brick is part of a cylinder. Of a vertex that slides as far as it may, the surface
+/// comes off the place where it was by the way times the angle between facets: no more than a
+/// quarter of a percent of the shortest edge, however finely or coarsely the lid is cut. Fails if
+/// `TRUE_TO_SHAPE` is 0.05, or 0.0001, by which hardly anything slides.
 #[test]
 fn a_slide_keeps_the_shape_of_a_curved_surface() {
     for (n, turn) in [(4, 1.2), (8, 1.2), (8, 0.4)] {

@@ -20,7 +20,8 @@ use meshes::brick;
 use patches::vertex_tets;
 use shaken::{F32, F64, hold_boundary, middle, on_boundary, shaken, slide_on_boundary, worst};
 
-/// Above the beta of any tet: all tets are to be improved. Those of the brick have 1 / (6 sqrt 27) = 0.032.
+/// Above the beta of any tet: all tets are to be improved. Those of the brick have 1 / (6
+/// sqrt 27) = 0.032.
 const ALL: Goal = Goal { beta: 1.0, max_sweeps: 200 };
 
 fn run(
@@ -95,7 +96,8 @@ fn a_displaced_vertex_returns() {
     let constraint = hold_boundary(&mesh);
     let mut positions = mesh.vertices.clone();
     positions[middle(&mesh)] += DVec3::new(0.08, -0.06, 0.05);
-    // Below the beta of the brick's tets, so that the run ends when they are all as they were, but for rounding.
+    // Below the beta of the brick's tets, so that the run ends when they are all as they were, but
+    // for rounding.
     let goal = Goal { beta: worst(&mesh, &mesh.vertices).1 * (1.0 - 1e-9), max_sweeps: 400 };
     for (backend, tolerance) in [(F64, 1e-6), (F32, 1e-3)] {
         let (moved, smoothed) = run(&backend, &mesh, &constraint, QualityTarget::Original, &positions, &goal);
@@ -212,8 +214,9 @@ fn the_number_of_threads_changes_no_bit() {
     assert!(one.1.moved > 0);
 }
 
-/// Towards the original shape a run climbs to the original's worst beta and hardly further: its margin is 2 %. The original
-/// is at the optimum of the sum of powers, but a shaken one comes to rest below it.
+/// Towards the original shape a run climbs to the original's worst beta and hardly further: its
+/// margin is 2 %. The original is at the optimum of the sum of powers, but a shaken one comes to
+/// rest below it.
 #[test]
 fn a_run_ends_with_a_climb_on_beta() {
     let mesh = brick(4);

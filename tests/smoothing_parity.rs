@@ -1,5 +1,5 @@
-//! Local quality optimisation on the GPU against its twin in f32: bit by bit on a software adapter, which rounds as the
-//! CPU does.
+//! Local quality optimisation on the GPU against its twin in f32: bit by bit on a software adapter,
+//! which rounds as the CPU does.
 //!
 //! Needs an adapter. `IDMESH_TEST_GPU=off` skips what does, and says so.
 #![cfg(feature = "gpu")]
@@ -82,7 +82,8 @@ fn corrections(backend: &dyn Backend, mesh: &Brick, target: QualityTarget) -> Re
     Ok(found)
 }
 
-/// Bits, on meshes with and without boundary-layer tets of aspect ratio 1e5; with one workgroup a row too.
+/// Bits, on meshes with and without boundary-layer tets of aspect ratio 1e5; with one workgroup a
+/// row too.
 #[test]
 fn sweeps_agree_with_the_twin() {
     for workgroups in [None, Some(1)] {
@@ -97,8 +98,9 @@ fn sweeps_agree_with_the_twin() {
                     compare(&expected, &found, 0.0).unwrap();
                     continue;
                 }
-                // Whether a step is accepted may hang on the last bit: where the twin goes on, the GPU may have stopped
-                // on flat ground, a square root of rounding away. Few vertices, and never by as much as a cell.
+                // Whether a step is accepted may hang on the last bit: where the twin goes on, the
+                // GPU may have stopped on flat ground, a square root of rounding away. Few
+                // vertices, and never by as much as a cell.
                 let near = expected.iter().zip(&found).filter(|(a, b)| a.distance(**b) < 1e-2).count();
                 assert!(near >= expected.len() - expected.len() / 100, "{near} of {}", expected.len());
             }

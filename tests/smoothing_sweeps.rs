@@ -24,7 +24,8 @@ use shaken::{F32, F64, hold_boundary, middle, shaken, slide_on_boundary, worst};
 
 // ---- the objective ----
 
-/// Packed by hand, not by the backend: base `S = A W^-1` with its columns, `W^-1` with its rows one after another.
+/// Packed by hand, not by the backend: base `S = A W^-1` with its columns, `W^-1` with its rows one
+/// after another.
 fn pack(mesh: &TetMesh, inverse: &[DMat3], positions: &[DVec3]) -> (Vec<[f64; 9]>, Vec<[f64; 9]>) {
     let base = mesh.tets.iter().zip(inverse).map(|(tet, inverse)| {
         let [a, b, c, d] = tet.map(|vertex| positions[vertex as usize]);
@@ -198,8 +199,9 @@ fn the_climb_against_finite_differences() {
     }
 }
 
-/// The tip over the middle of an equilateral triangle of side 1, at height `h`: it rises by a quarter of its edge
-/// `sqrt(h^2 + 1/3)`, or to the end of its reach, or stays where its tet is good enough.
+/// The tip over the middle of an equilateral triangle of side 1, at height `h`: it rises by a
+/// quarter of its edge `sqrt(h^2 + 1/3)`, or to the end of its reach, or stays where its tet is
+/// good enough.
 #[test]
 fn a_flat_tet_rises() {
     let (x, y) = (0.5, 0.75f64.sqrt());
@@ -264,7 +266,8 @@ fn sums(positions: &[DVec3], correction: &[DVec3]) -> Vec<DVec3> {
     positions.iter().zip(correction).map(|(x, c)| *x + *c).collect()
 }
 
-/// Each of twelve sweeps lowers the sum but for rounding, and all of them to less than this share of it.
+/// Each of twelve sweeps lowers the sum but for rounding, and all of them to less than this share
+/// of it.
 fn assert_lowered(
     start: &[DVec3],
     total: impl Fn(&[DVec3]) -> f64,
@@ -325,8 +328,8 @@ fn a_climb_lowers_the_shortfall_with_every_sweep() {
     }
 }
 
-/// Where the boundary has been drawn to one side, no cell can be as it was; with the part for size those inside come nearer
-/// to their volumes.
+/// Where the boundary has been drawn to one side, no cell can be as it was; with the part for size
+/// those inside come nearer to their volumes.
 #[test]
 fn sizes_are_kept_as_well_as_shapes() {
     let mesh = brick(4);
@@ -358,7 +361,8 @@ fn f32_follows_f64() {
             sweep(&backend, &mesh, &positions, &constraint, shape(2, 1), QualityTarget::Improve, 3)
         };
         for (a, b) in sweep(F64).iter().zip(&sweep(F32)) {
-            // A vertex is placed where E is flat to f32's rounding: to its square root of the cell's side 1/4.
+            // A vertex is placed where E is flat to f32's rounding: to its square root of the
+            // cell's side 1/4.
             assert!(a.distance(*b) < 0.25 * 1e-3 * unit, "{a} {b}");
         }
     }

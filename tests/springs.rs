@@ -11,7 +11,8 @@ use idmesh::mover::{Design, Mover};
 use idmesh::relaxation::{Method, Stopping};
 use idmesh::springs::{SPRINGS, Stiffness, wall_proximity};
 
-/// A triangle with sides 3, 4 and 5: h is 4. Points on it, 8 above and below its inside, and 5 from its corner.
+/// A triangle with sides 3, 4 and 5: h is 4. Points on it, 8 above and below its inside, and 5 from
+/// its corner.
 #[test]
 fn nearness_of_a_triangle() {
     for unit in [1e-3, 1.0, 1e5] {
@@ -28,7 +29,8 @@ fn nearness_of_a_triangle() {
 }
 
 const CELLS: [usize; 3] = [5, 5, 6];
-/// A block in the middle of the box: the wall that moves. Its edges are 1 and sqrt(2), their median 1.
+/// A block in the middle of the box: the wall that moves. Its edges are 1 and sqrt(2), their
+/// median 1.
 const BLOCK: [DVec3; 2] = [DVec3::new(2.0, 2.0, 2.0), DVec3::new(3.0, 3.0, 4.0)];
 
 fn off_block(at: DVec3) -> f64 {
@@ -39,8 +41,8 @@ fn is_inside(at: DVec3) -> bool {
     off_block(at) > 0.0 && (0..3).all(|axis| at[axis] > 0.0 && at[axis] < CELLS[axis] as f64)
 }
 
-/// The block moves without turning. Every vertex around it is in equilibrium under springs that are worked out here, from its
-/// distance in closed form and edges collected by other code.
+/// The block moves without turning. Every vertex around it is in equilibrium under springs that are
+/// worked out here, from its distance in closed form and edges collected by other code.
 #[test]
 fn a_moved_block_leaves_springs_in_equilibrium() {
     let outer = |triangle| (0..3).any(|axis| on(triangle, axis, 0.0) || on(triangle, axis, CELLS[axis] as f64));

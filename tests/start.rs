@@ -33,8 +33,8 @@ fn shortest_edges(mover: &Mover) -> Vec<f64> {
     shortest
 }
 
-/// Both ends are estimated to be within 1e-4 shortest edges of the same equilibrium; an error of a rotation moves a vertex by
-/// itself times some tens of edges.
+/// Both ends are estimated to be within 1e-4 shortest edges of the same equilibrium; an error of a
+/// rotation moves a vertex by itself times some tens of edges.
 #[test]
 fn the_last_design_is_a_shorter_way_to_the_same_place() {
     for aircraft in [SMALL, WING_BODY] {

@@ -48,8 +48,8 @@ fn prescribed_families_that_disagree_are_an_error() {
     }
 }
 
-/// Noise of up to 1e-4 on two planes that meet, in two attitudes: no vertex changes its distance from either, with and without
-/// local optimisation.
+/// Noise of up to 1e-4 on two planes that meet, in two attitudes: no vertex changes its distance
+/// from either, with and without local optimisation.
 #[test]
 fn planes_that_are_not_quite_flat_keep_their_noise() {
     let noise = |at: DVec3| 1e-4 * (31.0 * at.x + 17.0 * at.y + 23.0 * at.z).sin();
@@ -82,7 +82,8 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
             let vertices = vertices_of(mesh, name);
             let off = |&vertex: &usize| normal.dot(outcome.displacement()[vertex]).abs();
             let slid = |&vertex: &usize| outcome.displacement()[vertex].length();
-            // The plane is fitted to the noise: its normal is that of the box to 1e-5 only where no axis is near.
+            // The plane is fitted to the noise: its normal is that of the box to 1e-5 only where no
+            // axis is near.
             let allowed = if turn == DQuat::IDENTITY { 1e-14 } else { 2e-5 };
             assert!(vertices.iter().map(off).fold(0.0, f64::max) < allowed, "{name}");
             assert!(vertices.iter().map(slid).fold(0.0, f64::max) > 1e-3, "{name}");
@@ -94,7 +95,8 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
     }
 }
 
-/// A wing that ends in a family that does not let its root go: how far it is kept back is known in closed form.
+/// A wing that ends in a family that does not let its root go: how far it is kept back is known in
+/// closed form.
 #[test]
 fn a_wing_that_is_held_back_is_told_of() {
     let [held, free] = [&Role::Fixed, &Role::PLANE];

@@ -17,8 +17,9 @@ use idmesh::backend::{Backend, CpuBackend, Precision};
 use idmesh::mover::{Mover, Outcome};
 use idmesh::relaxation::{Method, Stopping};
 
-/// What a vertex may differ by, as a share of the largest displacement. Both relax until each vertex is within 1e-4 of
-/// its shortest edge, and the shortest edges are a few hundredths of the largest displacement.
+/// What a vertex may differ by, as a share of the largest displacement. Both relax until each
+/// vertex is within 1e-4 of its shortest edge, and the shortest edges are a few hundredths of the
+/// largest displacement.
 const TOLERANCE: f64 = 1e-5;
 
 fn on_gpu(aircraft: Aircraft) -> Option<Mover> {
@@ -41,7 +42,8 @@ fn check(aircraft: Aircraft, sets: &[&str]) {
         assert!(gpu.converged, "{set}: {:?}", gpu.unconverged);
         assert_eq!(faults(on_gpu.mesh(), gpu.vertices()), [], "{set}");
         compare_runs(&cpu, gpu.displacement()).unwrap_or_else(|mismatch| panic!("{set}: {mismatch:?}"));
-        // In f32 the two are never the same: no difference at all would mean that one was compared with itself.
+        // In f32 the two are never the same: no difference at all would mean that one was compared
+        // with itself.
         assert!(compare(cpu.displacement(), gpu.displacement(), 0.0).is_err(), "{set}");
     }
 }
@@ -73,7 +75,8 @@ fn a_fine_tolerance_is_reached_in_f32() {
         let gpu = run(Arc::clone(&backend));
         let largest = cpu.displacement().iter().map(|d| d.length()).fold(0.0, f64::max);
         compare(cpu.displacement(), gpu.displacement(), 1e-11 * largest).unwrap();
-        // No more than the three passes that f32 takes from 1 to 1e-12, each about as long as f64's way to a third of it.
+        // No more than the three passes that f32 takes from 1 to 1e-12, each about as long as f64's
+        // way to a third of it.
         assert!(gpu.solver.sweeps <= 2 * cpu.solver.sweeps, "{method:?}: {:?} {:?}", gpu.solver, cpu.solver);
     }
 }

@@ -1,4 +1,5 @@
-//! Whole runs on half aircraft: every design leaves a valid mesh, true to its new profiles and to its other surfaces.
+//! Whole runs on half aircraft: every design leaves a valid mesh, true to its new profiles and to
+//! its other surfaces.
 
 mod common;
 
@@ -82,8 +83,9 @@ fn rounded_wingtip() {
     check_all(ROUND, 2);
 }
 
-/// The set was scaled so that moving the wing's vertices alone inverts 17.75 % of the tets (17 338), as in the paper;
-/// how the displacement is interpolated changes that by some percent. Without the other stages the mesh is lost.
+/// The set was scaled so that moving the wing's vertices alone inverts 17.75 % of the tets (17
+/// 338), as in the paper; how the displacement is interpolated changes that by some percent.
+/// Without the other stages the mesh is lost.
 #[test]
 fn the_wing_alone_inverts_a_sixth_of_the_tets() {
     let mut mover = WING_BODY.mover(2);
@@ -105,7 +107,8 @@ fn cut_profiles_serve_as_well_as_given_ones() {
     let old = cut::cut_at_planes(&mesh.vertices, &wing, &planes).unwrap();
     let cut = check(WING_BODY, &mut builder(mesh, old).build(cpu()).unwrap(), "big_2");
     let given = update(&mut WING_BODY.mover(2), new.clone());
-    // The given ones are cut from facets, those cut here are what the vertices say: they differ by the facets' sag.
+    // The given ones are cut from facets, those cut here are what the vertices say: they differ by
+    // the facets' sag.
     common::compare(given.vertices(), cut.vertices(), 2e-3 * chord(&new[0])).unwrap();
 }
 
@@ -164,8 +167,8 @@ fn distance_to_triangles_is_that_to_their_nearest_point() {
     }
 }
 
-/// Springs alone leave 0.66 of the original's worst beta here: that calls for local optimisation, which repairs it without
-/// touching a surface.
+/// Springs alone leave 0.66 of the original's worst beta here: that calls for local optimisation,
+/// which repairs it without touching a surface.
 #[test]
 fn local_optimisation_repairs_what_springs_leave() {
     let worst = |beta: &[f64]| beta.iter().copied().fold(f64::INFINITY, f64::min);

@@ -1,4 +1,5 @@
-//! The wingtip between its two ends: coefficient 1, a plain spring network, and coefficient 0, carried with its boundary.
+//! The wingtip between its two ends: coefficient 1, a plain spring network, and coefficient 0,
+//! carried with its boundary.
 
 mod common;
 
@@ -44,7 +45,8 @@ fn inside(mesh: &TetMesh) -> Vec<usize> {
     inside
 }
 
-/// Largest sum of spring forces `(u_j - u_i) / l_ij` on an inner vertex, over the largest single one.
+/// Largest sum of spring forces `(u_j - u_i) / l_ij` on an inner vertex, over the largest single
+/// one.
 fn unbalance(mesh: &TetMesh, u: &[DVec3]) -> f64 {
     let edges: BTreeSet<[usize; 2]> = triangles_of(mesh, "wingtip")
         .into_iter()
@@ -84,7 +86,8 @@ fn coefficient_1_from_the_original_is_spring_equilibrium() {
 /// Rounding of displacements of about 0.3 at coordinates of about 4.
 const ROUNDING: f64 = 1e-12;
 
-/// The design turns the whole wing rigidly: so does the tip, whatever it starts from but where it was.
+/// The design turns the whole wing rigidly: so does the tip, whatever it starts from but where it
+/// was.
 #[test]
 fn coefficient_0_is_carried_rigidly() {
     let turn = DQuat::from_axis_angle(DVec3::new(0.1, 1.0, 0.05).normalize(), 0.03);
@@ -98,7 +101,8 @@ fn coefficient_0_is_carried_rigidly() {
     }
 }
 
-/// A stretch and a shear in the plane of the flat tip are followed by the affine start, not by the rigid one.
+/// A stretch and a shear in the plane of the flat tip are followed by the affine start, not by the
+/// rigid one.
 #[test]
 fn an_affine_motion_of_the_boundary_is_followed_at_every_coefficient() {
     let affine = |at: DVec3| DVec3::new(1.05 * at.x + 0.1 * at.z, at.y, 0.9 * at.z + 0.02 * at.x);
@@ -129,7 +133,8 @@ fn a_rigid_start_keeps_distances_for_any_design() {
     }
 }
 
-/// The paper's words: the conservative springs pull back to the original place, at coefficient 0 all the way.
+/// The paper's words: the conservative springs pull back to the original place, at coefficient 0
+/// all the way.
 #[test]
 fn coefficient_0_from_the_original_keeps_inner_vertices_in_their_places() {
     let (mesh, outcome) = moved(0.0, TipStart::Original, WING_BODY.profiles("planform_2"));
@@ -138,7 +143,8 @@ fn coefficient_0_from_the_original_keeps_inner_vertices_in_their_places() {
     assert!(largest_move(&outcome, &vertices_of(&mesh, "wingtip")) > 0.1);
 }
 
-/// From the original start a larger coefficient lets the inside follow further, and never further than the boundary.
+/// From the original start a larger coefficient lets the inside follow further, and never further
+/// than the boundary.
 #[test]
 fn a_larger_coefficient_follows_further() {
     let follow = |coefficient| {
@@ -152,8 +158,8 @@ fn a_larger_coefficient_follows_further() {
     common::assert_close(follows[4], 1.0, 1e-9);
 }
 
-/// The same mesh with the tip's triangles in three families: before and behind the middle of the chord, and, on no other
-/// family's boundary, those inside.
+/// The same mesh with the tip's triangles in three families: before and behind the middle of the
+/// chord, and, on no other family's boundary, those inside.
 fn in_three(coefficients: [f64; 3], start: TipStart) -> Mover {
     let mut mesh = WING_BODY.mesh();
     let inside: BTreeSet<usize> = inside(&mesh).into_iter().collect();
@@ -211,7 +217,8 @@ fn families_that_touch_turn_together() {
     }
 }
 
-/// Each family keeps its own coefficient, the smaller one on a curve they share: one of 0 is moved like a rigid body.
+/// Each family keeps its own coefficient, the smaller one on a curve they share: one of 0 is moved
+/// like a rigid body.
 #[test]
 fn each_family_keeps_its_coefficient() {
     let mut mover = in_three([1.0, 1.0, 0.0], TipStart::Rigid);
@@ -226,7 +233,8 @@ fn each_family_keeps_its_coefficient() {
     assert!(vertices_of(mesh, "tip_behind").windows(2).map(stretch).fold(0.0, f64::max) > 1e-3);
 }
 
-/// Where the boundary is finer it counts no more: the best motion balances its residuals over the boundary's length.
+/// Where the boundary is finer it counts no more: the best motion balances its residuals over the
+/// boundary's length.
 #[test]
 fn the_best_motion_is_that_of_the_boundary_s_length() {
     let (mesh, outcome) = moved(0.0, TipStart::Rigid, WING_BODY.profiles("planform_2"));

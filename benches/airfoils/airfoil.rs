@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-/// Steps of a side in the curve that distances are measured from: its chords lie within 1e-6 of the airfoil.
+/// Steps of a side in the curve that distances are measured from: its chords lie within 1e-6 of the
+/// airfoil.
 const STEPS: usize = 2000;
 
 /// An airfoil.
@@ -31,7 +32,8 @@ impl Airfoil {
         Self { camber: 0.02, ..Self::naca_0012(base) }
     }
 
-    /// The point at a parameter: -1 and 1 are the lower and the upper end of the trailing edge, 0 is the leading edge.
+    /// The point at a parameter: -1 and 1 are the lower and the upper end of the trailing edge, 0
+    /// is the leading edge.
     pub fn point(&self, parameter: f64) -> DVec2 {
         // The airfoil is a smooth function of the root of x.
         let root = (PI / 2.0 * parameter.abs()).sin();
@@ -47,7 +49,8 @@ impl Airfoil {
         DVec2::new(x, line) + normal * half.copysign(parameter)
     }
 
-    /// Points from the lower end of the trailing edge over the leading edge to the upper end, closer where it turns.
+    /// Points from the lower end of the trailing edge over the leading edge to the upper end,
+    /// closer where it turns.
     ///
     /// - `steps`: of each side
     pub fn points(&self, steps: usize) -> Vec<DVec2> {

@@ -1,7 +1,9 @@
-//! The volume around half a wing: rings around the airfoil in layers, made irregular as an unstructured mesh is.
+//! The volume around half a wing: rings around the airfoil in layers, made irregular as an
+//! unstructured mesh is.
 //!
-//! A vertex has three steps: around the airfoil, along the span, and out to the far field. Its place is blended between the wing
-//! and a cylinder. On the wing every vertex stands on the airfoil, wherever its shift along the curve and the span leads.
+//! A vertex has three steps: around the airfoil, along the span, and out to the far field. Its
+//! place is blended between the wing and a cylinder. On the wing every vertex stands on the
+//! airfoil, wherever its shift along the curve and the span leads.
 
 use std::f64::consts::{PI, TAU};
 
@@ -46,7 +48,8 @@ struct Grid {
     growth: f64,
 }
 
-/// The mesh around a wing with an airfoil, `per_chord` points a chord along the curve and along the span.
+/// The mesh around a wing with an airfoil, `per_chord` points a chord along the curve and along the
+/// span.
 ///
 /// # Errors
 /// A tet has no volume: the shifts tangle the mesh.
@@ -88,8 +91,9 @@ pub fn mesh(airfoil: Airfoil, per_chord: usize) -> Result<TetMesh, Failure> {
     Ok(mesh)
 }
 
-/// The six tets of a cell, with positive volume, each around its main diagonal. Every other row is turned over along the span,
-/// so that the diagonals of the triangles follow the staggered vertices; neighbours still have the same faces.
+/// The six tets of a cell, with positive volume, each around its main diagonal. Every other row is
+/// turned over along the span, so that the diagonals of the triangles follow the staggered
+/// vertices; neighbours still have the same faces.
 fn tets([i, j, k]: [usize; 3]) -> Vec<[[usize; 3]; 4]> {
     let turned = j % 2 == 0;
     let orders = [

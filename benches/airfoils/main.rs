@@ -1,9 +1,10 @@
 //! Whether a wing given its own airfoil stays, and one given another airfoil becomes that.
 //!
-//! `cargo bench --bench airfoils -- [POINTS A CHORD]`: half wings with the airfoil NACA 0012, chord 1, from a symmetry plane to a
-//! wall at 2, with blunt and sharp trailing edge; 25, 33, 50 and 100 points a chord if not said. Two new profiles are points
-//! of an airfoil in closed form: the wing's own, and NACA 2412. Old ones are left out, so they are cut from the mesh as
-//! `idmesh run` does. Every wing vertex is compared with the airfoil in closed form.
+//! `cargo bench --bench airfoils -- [POINTS A CHORD]`: half wings with the airfoil NACA 0012, chord
+//! 1, from a symmetry plane to a wall at 2, with blunt and sharp trailing edge; 25, 33, 50 and 100
+//! points a chord if not said. Two new profiles are points of an airfoil in closed form: the wing's
+//! own, and NACA 2412. Old ones are left out, so they are cut from the mesh as `idmesh run` does.
+//! Every wing vertex is compared with the airfoil in closed form.
 
 mod airfoil;
 #[path = "../common/mod.rs"]
@@ -24,13 +25,15 @@ use idmesh::{
 };
 use rayon::prelude::*;
 
-/// Where the two profiles stand along the span. The wing reaches no farther beyond them than half the way between them.
+/// Where the two profiles stand along the span. The wing reaches no farther beyond them than half
+/// the way between them.
 const PLANES: [[f64; 2]; 5] = [[0.5, 1.5], [0.45, 1.6], [0.41, 1.57], [0.37, 1.48], [0.2, 1.9]];
 /// Thickness of a blunt trailing edge.
 const BASE: f64 = 0.02;
 /// Steps of a new profile on each side.
 const STEPS: usize = 100;
-/// Largest distance of a vertex from the new airfoil, in chords: a fifth of what facets of 25 points a chord miss it by.
+/// Largest distance of a vertex from the new airfoil, in chords: a fifth of what facets of 25
+/// points a chord miss it by.
 const ALLOWED: f64 = 3e-3;
 
 /// The runs with one mesh.
@@ -38,7 +41,8 @@ const ALLOWED: f64 = 3e-3;
 struct Runs {
     runs: usize,
     valid: usize,
-    /// Largest distance of a vertex from the airfoil, of the runs with the wing's own one and with the other.
+    /// Largest distance of a vertex from the airfoil, of the runs with the wing's own one and with
+    /// the other.
     off: [f64; 2],
     /// Largest displacement of a vertex in the runs with the wing's own airfoil.
     moved: f64,

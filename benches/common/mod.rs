@@ -22,13 +22,14 @@ pub fn example() -> Result<LoadedCase, Failure> {
     Ok(Case::load(root().join("examples/wing-body/case.toml"))?)
 }
 
-/// The folder of the repository: where Cargo says it is, else, for benchmarks carried to another machine, the current one.
+/// The folder of the repository: where Cargo says it is, else, for benchmarks carried to another
+/// machine, the current one.
 pub fn root() -> PathBuf {
     std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(PathBuf::new, PathBuf::from)
 }
 
-/// A brick of `n` cubes of side 1 in each direction, each six tets around its main diagonal: its vertices, its tets, and
-/// whether a vertex is on its boundary.
+/// A brick of `n` cubes of side 1 in each direction, each six tets around its main diagonal: its
+/// vertices, its tets, and whether a vertex is on its boundary.
 pub fn brick(n: usize) -> (Vec<DVec3>, Vec<[u32; 4]>, Vec<bool>) {
     let side = n + 1;
     let index = |at: [usize; 3]| ((at[2] * side + at[1]) * side + at[0]) as u32;
@@ -62,7 +63,8 @@ pub fn brick(n: usize) -> (Vec<DVec3>, Vec<[u32; 4]>, Vec<bool>) {
     (points, tets, on_boundary)
 }
 
-/// The whole numbers among the arguments, `defaults` if there are none. Cargo's own `--bench` is passed over.
+/// The whole numbers among the arguments, `defaults` if there are none. Cargo's own `--bench` is
+/// passed over.
 ///
 /// # Errors
 /// An argument that is neither.

@@ -83,8 +83,8 @@ pub struct Speed {
     pub bandwidth: f64,
 }
 
-/// Jacobi sweeps over the vertices that move, as a relaxation has them on the device; a measure every [`BATCH`] sweeps is part
-/// of it.
+/// Jacobi sweeps over the vertices that move, as a relaxation has them on the device; a measure
+/// every [`BATCH`] sweeps is part of it.
 ///
 /// # Errors
 /// The backend failed.
@@ -100,14 +100,15 @@ pub fn sweep_speed(moving: &FreeRows, backend: &dyn Backend) -> Result<Speed, Fa
     })?;
     let seconds = batches / BATCH as f64;
     let number = if backend.epsilon() == f64::EPSILON { 8 } else { 4 };
-    // What a sweep moves if each array goes through memory once: columns and stiffness of both ends of a spring, and per vertex
-    // its row's start, constraint, load, correction, and the one before, which is read and written.
+    // What a sweep moves if each array goes through memory once: columns and stiffness of both ends
+    // of a spring, and per vertex its row's start, constraint, load, correction, and the one
+    // before, which is read and written.
     let bytes = network.stiffness.len() * (4 + number) + network.len() * (4 + 5 * 4 * number);
     Ok(Speed { seconds, bandwidth: bytes as f64 / seconds })
 }
 
-/// Bytes a second that all threads together read and write when they copy an array larger than the caches they have to
-/// themselves.
+/// Bytes a second that all threads together read and write when they copy an array larger than the
+/// caches they have to themselves.
 ///
 /// # Errors
 /// None.

@@ -1,4 +1,5 @@
-//! What moves, and how: a body of which every vertex is prescribed, or a wing that follows profiles.
+//! What moves, and how: a body of which every vertex is prescribed, or a wing that follows
+//! profiles.
 
 use idmesh::{
     mesh::TetMesh,

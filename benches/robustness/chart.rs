@@ -16,8 +16,8 @@ const GAP: f64 = 36.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 60.0;
 
-/// Worst beta against the motion, a panel for each kind. Inverted tets go far below zero: what is beyond the scale stands
-/// at its lower end.
+/// Worst beta against the motion, a panel for each kind. Inverted tets go far below zero: what is
+/// beyond the scale stands at its lower end.
 pub fn chart(kinds: &[Kind], runs: &[Run], original: f64) -> String {
     let highest = runs.iter().map(|run| run.worst).fold(original, f64::max);
     let step = step(highest / 5.0);

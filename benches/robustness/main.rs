@@ -1,9 +1,11 @@
-//! How far one call of `Mover::update` carries a body through its mesh, from small motions to absurd ones.
+//! How far one call of `Mover::update` carries a body through its mesh, from small motions to
+//! absurd ones.
 //!
-//! `cargo bench --bench robustness -- [MESH FAMILY | CASE] [--svg FOLDER]`: the body is the family FAMILY of MESH, every vertex
-//! of it prescribed and every other family fixed; or the wing of CASE, moved by its profiles. If none is said, first the wing of
-//! `tests/data/pitch-wing.msh.gz`, then that of `examples/wing-body/case.toml`. Each motion starts from the original mesh and is
-//! made once for each target of local optimisation. The charts go to FOLDER, or to `target`.
+//! `cargo bench --bench robustness -- [MESH FAMILY | CASE] [--svg FOLDER]`: the body is the family
+//! FAMILY of MESH, every vertex of it prescribed and every other family fixed; or the wing of CASE,
+//! moved by its profiles. If none is said, first the wing of `tests/data/pitch-wing.msh.gz`, then
+//! that of `examples/wing-body/case.toml`. Each motion starts from the original mesh and is made
+//! once for each target of local optimisation. The charts go to FOLDER, or to `target`.
 
 mod bodies;
 mod chart;

@@ -1,4 +1,5 @@
-//! A body whose vertices are all prescribed; every other family is fixed. Its chord is along x, its span along y.
+//! A body whose vertices are all prescribed; every other family is fixed. Its chord is along x, its
+//! span along y.
 
 use std::path::Path;
 

@@ -1,5 +1,6 @@
-//! The wing of a case, moved by its profiles through all stages: cut at planes along its span, and each section twisted or
-//! raised the more the nearer it is to the tip. Its chord is along x, its span along y from its lowest y, the root.
+//! The wing of a case, moved by its profiles through all stages: cut at planes along its span, and
+//! each section twisted or raised the more the nearer it is to the tip. Its chord is along x, its
+//! span along y from its lowest y, the root.
 
 use std::path::Path;
 
@@ -21,7 +22,8 @@ use crate::{
     common::Failure,
 };
 
-/// Sections cut from the wing: neighbours turn by 16 degrees against each other at the largest twist.
+/// Sections cut from the wing: neighbours turn by 16 degrees against each other at the largest
+/// twist.
 const SECTIONS: usize = 10;
 
 const KINDS: [Kind; 3] = [

@@ -1,7 +1,8 @@
-//! Where the arithmetic of the spring networks runs: the CPU (f64, the reference, or f32) or a GPU (f32).
+//! Backends: the devices that compute the spring networks. The CPU computes in f64, the reference,
+//! or in f32; a GPU in f32.
 //!
-//! A backend knows nothing of wings or tolerances: it evaluates stiffness, sweeps a network and measures it.
-//! [`crate::relaxation`] decides how often.
+//! A backend evaluates stiffness, sweeps a network and measures it. It knows no wings and no
+//! tolerances; [`crate::relaxation`] decides on the number of sweeps.
 
 pub mod cpu;
 #[cfg(feature = "gpu")]
@@ -23,75 +24,81 @@ use thiserror::Error;
 use crate::constraint::Constraint;
 use crate::mesh::csr::Csr;
 
-/// A spring network as a backend sees it.
+/// A spring network in the layout for a backend.
 #[derive(Clone, Copy, Debug)]
 pub struct NetworkData<'a> {
-    /// Neighbours of each vertex `[n_vertices]` rows, each edge in both of its rows.
+    /// Neighbours of each vertex: `n_vertices` rows, each edge in both of its rows.
     pub graph: &'a Arc<Csr>,
     /// Spring stiffness `[n_entries]`, one per entry of `graph`, `>= 0`; only ratios matter.
     pub stiffness: &'a [f64],
-    /// Stiffness of the spring that ties each vertex to displacement zero `[n_vertices]`, `>= 0`.
+    /// Stiffness of each vertex's anchor `[n_vertices]`, `>= 0`: a spring to displacement zero.
     pub anchor: &'a [f64],
-    /// One over the length of each vertex's shortest edge `[n_vertices]`: the unit errors are measured in.
+    /// One over the length of each vertex's shortest edge `[n_vertices]`: the unit of errors.
     pub inverse_length: &'a [f64],
-    /// What each vertex may do `[n_vertices]`.
+    /// Constraint of each vertex `[n_vertices]`.
     pub constraint: &'a [Constraint],
 }
 
-/// One sweep: `e_new = e + P (relaxation * r + momentum * (e - e_previous))`,
-/// `r_i = (sum_j k_ij (e_j - e_i) - anchor_i e_i) / (sum_j k_ij + anchor_i) + load_i`, `P` the vertex's constraint.
+/// The coefficients of one sweep.
 ///
-/// `momentum = 0` is a (damped) Jacobi sweep; Chebyshev semi-iteration uses both.
+/// `e_new = e + P (relaxation * r + momentum * (e - e_previous))`, with `r_i = (sum_j k_ij (e_j -
+/// e_i) - anchor_i e_i) / (sum_j k_ij + anchor_i) + load_i` and the projection `P` on the vertex's
+/// constraint. With `momentum = 0` it is a (damped) Jacobi sweep; Chebyshev semi-iteration uses
+/// both factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sweep {
-    /// Factor of the residual, dimensionless.
+    /// Factor of the residual, without unit.
     pub relaxation: f64,
-    /// Factor of the last change, dimensionless.
+    /// Factor of the last change, without unit.
     pub momentum: f64,
 }
 
-/// Weights that carry corrections or residuals from the vertices of one network to those of another.
+/// Weights that transfer corrections or residuals from the vertices of one network to the vertices
+/// of another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transfer {
-    /// For each target the sources it gathers from `[n_targets]` rows.
+    /// Sources of each target: `n_targets` rows.
     pub sources: Csr,
-    /// Weight of each entry of `sources` `[n_entries]`.
+    /// Weight of each entry of `sources` `[n_entries]`, without unit.
     pub weights: Vec<f64>,
 }
 
-/// A level of a hierarchy of networks as a backend sees it.
+/// A level of a hierarchy of networks in the layout for a backend.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelData<'a> {
     /// The level's network.
     pub network: NetworkData<'a>,
-    /// Sweeps before and again after the coarser level's correction; on the coarsest level all there are.
+    /// Sweeps before the coarser level's correction, and again after it. On the coarsest level all
+    /// sweeps.
     pub sweeps: &'a [Sweep],
-    /// From residuals of this level to the load of the coarser one, and from its correction back; none on the coarsest.
+    /// Transfers of this level's residual to the load of the coarser level, and of its correction
+    /// back. `None` on the coarsest level.
     pub transfers: Option<[&'a Transfer; 2]>,
 }
 
-/// What a batch of sweeps did, taken after its last one.
+/// The measure of a batch of sweeps, taken after its last sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measure {
-    /// Largest `|e - e at the last measure| * inverse_length` over the vertices, dimensionless.
+    /// Largest `|e - e at the last measure| * inverse_length` over the vertices, without unit.
     pub change: f64,
-    /// Euclidean norm of `P r` over the vertices (see [`Sweep`]), in the unit of a displacement; NaN for a hierarchy, whose
-    /// cycles do not come to know it.
+    /// Euclidean norm of `P r` over the vertices (see [`Sweep`]), in the unit of a displacement.
+    /// NaN for a hierarchy, whose cycles do not compute it.
     pub residual: f64,
 }
 
-/// Input of the torsional stiffness: edges and the tets around them.
+/// Input of the torsional stiffness: edges, and the tets around them.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeStiffness<'a> {
-    /// Vector from each edge's first to its second vertex `[n_edges]`.
+    /// Vector from each edge's first to its second vertex `[n_edges]`, in any unit.
     pub edge_vector: &'a [DVec3],
-    /// For each edge `[n_edges]` the tets around it, each entry `tet * 6 + local edge`.
+    /// Tets around each edge: `n_edges` rows, each entry is `tet * 6 + local edge`.
     pub edge_tets: &'a Csr,
-    /// For each tet the edges 01 02 03 12 13 23 `[n_tets]`, each `edge * 2 + (1 if the tet runs it backwards)`.
+    /// Edges 01 02 03 12 13 23 of each tet `[n_tets]`, each stored as `edge * 2 + reversed`;
+    /// `reversed` is 1 if the local edge has the opposite direction.
     pub tet_edges: &'a [[u32; 6]],
 }
 
-/// Which device a backend computes on, for reports.
+/// The device of a backend, for reports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackendInfo {
     /// `"cpu"` or `"gpu"`.
@@ -102,88 +109,91 @@ pub struct BackendInfo {
     pub driver: String,
 }
 
-/// Why a backend could not do its work.
+/// An error of a backend.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum BackendError {
-    /// There is no adapter the backend can use.
+    /// There is no usable adapter.
     #[error("no usable GPU: {0}")]
     NoAdapter(String),
-    /// The device refused or failed an operation.
+    /// An operation of the device failed.
     #[error("GPU {adapter}: {message}")]
     Device {
         /// Name of the adapter.
         adapter: String,
-        /// What it said.
+        /// The device's message.
         message: String,
     },
-    /// The network does not fit on the device.
+    /// The network does not fit the device.
     #[error("the network needs {needed} bytes in one buffer, but GPU {adapter} holds at most {available}")]
     TooLarge {
         /// Name of the adapter.
         adapter: String,
-        /// Bytes asked for.
+        /// Bytes needed.
         needed: u64,
-        /// Bytes to be had.
+        /// Bytes available.
         available: u64,
     },
 }
 
-/// A place where networks are relaxed.
+/// A device that relaxes networks.
 pub trait Backend: Send + Sync {
     /// The device, for reports.
     fn info(&self) -> BackendInfo;
 
-    /// Unit roundoff of the arithmetic networks are relaxed in: `f32::EPSILON` or `f64::EPSILON`.
+    /// Unit roundoff of the arithmetic: `f32::EPSILON` or `f64::EPSILON`.
     fn epsilon(&self) -> f64;
 
-    /// Torsional stiffness of each edge `[n_edges]`, dimensionless: the sum over its tets of `1 / sin^2` of the dihedral angle
-    /// that faces it.
+    /// Torsional stiffness of each edge `[n_edges]`, without unit: the sum over its tets of
+    /// `1 / sin^2` of the dihedral angle that faces the edge.
     ///
     /// # Errors
-    /// The device failed or the mesh does not fit.
+    /// The device failed, or the mesh does not fit.
     fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError>;
 
-    /// Takes a network to the device, ready for [`DeviceNetwork::start`].
+    /// Brings a network to the device, ready for [`DeviceNetwork::start`].
     ///
     /// # Errors
-    /// The device failed or the network does not fit.
+    /// The device failed, or the network does not fit.
     fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError>;
 
-    /// Takes a hierarchy of networks to the device, finest first. A [`Sweep`] of it is a multigrid cycle:
-    /// `e_new = e + relaxation (V(e) - e) + momentum (e - e_previous)`, `V` the sweeps of all levels on the way down to
-    /// the coarsest one and up again.
+    /// Brings a hierarchy of networks to the device, finest level first. A [`Sweep`] of a hierarchy
+    /// is a multigrid cycle: `e_new = e + relaxation (V(e) - e) + momentum (e - e_previous)`. `V`
+    /// stands for the sweeps of all levels on the way down to the coarsest level and up again.
     ///
     /// # Errors
-    /// The device failed or the networks do not fit.
+    /// The device failed, or the networks do not fit.
     fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError>;
 
-    /// What smooths patches of a mesh on the device.
+    /// The device's local optimisation.
     fn smoother(&self) -> Box<dyn DeviceSmoother>;
 }
 
-/// A network on its device. It relaxes a *correction* `e` to the displacement: zero at held vertices, driven by a load.
+/// A network on its device. It relaxes a *correction* `e` of the displacement. The correction is
+/// zero at held vertices, and the load drives it.
 pub trait DeviceNetwork: Send {
-    /// Replaces the constraints `[n_vertices]`; those of a hierarchy's levels stand one after another, finest first.
+    /// Replaces the constraints `[n_vertices]`. For a hierarchy: the constraints of all levels, one
+    /// level after another, finest first.
     ///
     /// # Errors
     /// The device failed.
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError>;
 
-    /// Begins a pass: `e = 0`, with this load `[n_vertices]` (the residual divided by the row's stiffness, in the unit
-    /// of a displacement).
+    /// Begins a pass with `e = 0`.
+    ///
+    /// - `load` `[n_vertices]`: residual over the row's stiffness, in the unit of a displacement
     ///
     /// # Errors
     /// The device failed.
     fn start(&mut self, load: &[DVec3]) -> Result<(), BackendError>;
 
-    /// Runs the sweeps in order, then measures. Nothing is read back between them.
+    /// Runs the sweeps in order, then measures. No data are read back between sweeps.
     ///
     /// # Errors
     /// The device failed.
     fn sweep(&mut self, sweeps: &[Sweep]) -> Result<Measure, BackendError>;
 
-    /// The correction `e` `[n_vertices]` as it stands.
+    /// The present correction `e` `[n_vertices]`, in the unit of a displacement.
     ///
     /// # Errors
     /// The device failed.

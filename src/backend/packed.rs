@@ -1,6 +1,8 @@
-//! Networks and edges in a device's number type, scaled so that f32 neither overflows nor underflows.
+//! Networks and edges in a device's number type, scaled so that f32 neither overflows nor
+//! underflows.
 //!
-//! Both backends scale alike. Every other scale than a row's total is a power of two, so scaling by it rounds nothing.
+//! Both backends scale alike. Apart from the totals of rows, every scale is a power of two, so
+//! scaling does not round.
 
 use std::sync::Arc;
 
@@ -14,29 +16,31 @@ use crate::kernels::constraint::kind;
 use crate::kernels::row::Rows;
 use crate::mesh::csr::Csr;
 
-/// Fewest rows that are worth a task of their own.
+/// Least number of rows in a task.
 const ROWS: usize = 4096;
 
 /// A network in a device's number type.
 ///
-/// Each row's stiffness is divided by the row's own total, anchor included. Corrections are scaled by the load of the pass,
-/// which drives them linearly.
+/// Each row's stiffness is divided by the row's total, which includes the anchor. Corrections are
+/// divided by the largest load of the pass, because they are linear in the load.
 pub(super) struct Packed<T> {
     graph: Arc<Csr>,
     stiffness: Vec<T>,
     anchor: Vec<T>,
-    /// Rows without any stiffness, which do not move.
+    /// Whether a row has no stiffness. Such a vertex does not move.
     loose: Vec<bool>,
     constraint: Vec<[T; 4]>,
     load: Vec<[T; 4]>,
     inverse_length: Vec<T>,
-    /// What one of `inverse_length` stands for.
+    /// Unit of `inverse_length`, in the caller's unit.
     inverse_length_unit: f64,
-    /// What one of `load` and of the correction stands for.
+    /// Unit of `load` and of the correction, in the caller's unit.
     load_unit: f64,
 }
 
 impl<T: Real> Packed<T> {
+    /// Scales and converts a network.
+    ///
     /// # Panics
     /// The arrays do not belong to one network.
     pub(super) fn new(network: &NetworkData) -> Self {
@@ -45,11 +49,11 @@ impl<T: Real> Packed<T> {
         assert_eq!(network.stiffness.len(), columns.len(), "one stiffness per entry");
         assert_eq!(network.anchor.len(), n_vertices, "one anchor per vertex");
         assert_eq!(network.inverse_length.len(), n_vertices, "one length per vertex");
-        // A GPU reads zero outside an array and says nothing.
+        // A GPU returns zero outside an array, without an error.
         assert!(columns.iter().all(|&column| (column as usize) < n_vertices), "every neighbour is a vertex");
         let total = |row: usize| network.stiffness[network.graph.range(row)].iter().sum::<f64>() + network.anchor[row];
         let totals: Vec<f64> = (0..n_vertices).into_par_iter().with_min_len(ROWS).map(total).collect();
-        // Equality, not `total > 0`: a NaN must go on into the result, where the measure finds it.
+        // Equality, not `total > 0`: a NaN must reach the result, where the measure finds it.
         let loose: Vec<bool> = totals.iter().map(|&total| total == 0.0).collect();
         let scale = |row: usize| if loose[row] { 0.0 } else { totals[row].recip() };
         let mut stiffness = Vec::with_capacity(columns.len());
@@ -79,7 +83,7 @@ impl<T: Real> Packed<T> {
         self.anchor.len()
     }
 
-    /// Replaces the constraints.
+    /// Replaces the constraints `[n_vertices]`.
     pub(super) fn constrain(&mut self, constraint: &[Constraint]) {
         assert_eq!(constraint.len(), self.n_vertices(), "one constraint per vertex");
         self.constraint.clear();
@@ -88,7 +92,7 @@ impl<T: Real> Packed<T> {
         self.constraint.extend(of_vertices.map(|constraint| pack_constraint(&constraint)));
     }
 
-    /// Takes the load of a pass.
+    /// Sets the load of a pass `[n_vertices]`.
     pub(super) fn start(&mut self, load: &[DVec3]) {
         assert_eq!(load.len(), self.n_vertices(), "one load per vertex");
         let greatest = |greatest: f64, v: &DVec3| greatest.max(v.abs().max_element());
@@ -112,7 +116,7 @@ impl<T: Real> Packed<T> {
         }
     }
 
-    /// The constraints, and the load to be written.
+    /// The constraints, and the load for writing.
     pub(super) fn constraint_and_load(&mut self) -> (&[[T; 4]], &mut [[T; 4]]) {
         (&self.constraint, &mut self.load)
     }
@@ -121,7 +125,7 @@ impl<T: Real> Packed<T> {
         &self.inverse_length
     }
 
-    /// The measure, from the partials of all blocks.
+    /// The measure, from the partial results of all blocks.
     pub(super) fn measure(&self, partials: &[[T; 2]]) -> Measure {
         let mut sum = 0.0;
         let mut largest = 0.0f64;
@@ -132,7 +136,7 @@ impl<T: Real> Packed<T> {
         Measure { change: self.change(largest), residual: f64::sqrt(sum) * self.load_unit }
     }
 
-    /// A change in shortest edges, from its square in the device's units.
+    /// The largest change in shortest edges, from its square in the device's units.
     pub(super) fn change(&self, squared: f64) -> f64 {
         f64::sqrt(squared) * self.load_unit * self.inverse_length_unit
     }
@@ -151,13 +155,15 @@ pub(super) struct PackedEdges<T> {
 }
 
 impl<T: Real> PackedEdges<T> {
+    /// Scales and converts edge vectors.
+    ///
     /// # Panics
     /// The arrays do not belong to one mesh.
     pub(super) fn new(input: &EdgeStiffness) -> Self {
         let n_edges = input.edge_vector.len();
         let n_tets = input.tet_edges.len();
         assert_eq!(input.edge_tets.n_rows(), n_edges, "one row of tets per edge");
-        // A GPU reads zero outside an array and says nothing.
+        // A GPU returns zero outside an array, without an error.
         assert!(input.edge_tets.entries.iter().all(|&entry| (entry as usize) < 6 * n_tets), "every entry is in a tet");
         assert!(input.tet_edges.iter().flatten().all(|&edge| (edge as usize) < 2 * n_edges), "every tet has its edges");
         let mean = input.edge_vector.iter().map(|v| v.length()).sum::<f64>() / n_edges.max(1) as f64;
@@ -170,7 +176,7 @@ impl<T: Real> PackedEdges<T> {
     }
 }
 
-/// A constraint as the kernels read it.
+/// A constraint in the layout of the kernels.
 pub(super) fn pack_constraint<T: Real>(constraint: &Constraint) -> [T; 4] {
     let (v, kind) = match *constraint {
         Constraint::Free => (DVec3::ZERO, kind::FREE),
@@ -181,7 +187,7 @@ pub(super) fn pack_constraint<T: Real>(constraint: &Constraint) -> [T; 4] {
     [v.x, v.y, v.z, kind].map(T::from_f64)
 }
 
-/// The power of two at or below a positive number; 1 where there is none.
+/// The power of two at or below a positive number; otherwise 1.
 pub(super) fn power_of_two(value: f64) -> f64 {
     if value.is_normal() && value > 0.0 { f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000) } else { 1.0 }
 }

@@ -1,42 +1,43 @@
-//! Which backend computes: what the user asked for, or the best there is.
+//! Selection of the backend: the user's choice, or the best one available.
 
 use super::cpu::{CpuBackend, Precision};
 use super::{Backend, BackendError};
 
-/// What the user asks for.
+/// The user's choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Selection {
-    /// A hardware GPU if there is one, else the CPU in f64.
+    /// A hardware GPU if there is one, otherwise the CPU in f64.
     #[default]
     Auto,
-    /// A GPU: hardware first, else a software adapter; an error if there is neither.
+    /// A GPU: a hardware adapter if there is one, otherwise a software adapter, otherwise an error.
     Gpu,
     /// The CPU in f64.
     Cpu,
 }
 
-/// An adapter the system offers.
+/// An adapter of the system.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterSummary {
-    /// Its name.
+    /// Name of the adapter.
     pub name: String,
     /// `"discrete GPU"`, `"integrated GPU"`, `"virtual GPU"`, `"software"` or `"other"`.
     pub kind: &'static str,
     /// Driver name and version.
     pub driver: String,
-    /// The interface it is reached through: `"vulkan"`, `"metal"`, `"dx12"`.
+    /// The graphics interface: `"vulkan"`, `"metal"` or `"dx12"`.
     pub api: String,
-    /// Most bytes one array may have on it.
+    /// Most bytes of one array.
     pub max_array_bytes: u64,
-    /// Whether [`Selection::Auto`] takes it.
+    /// Whether [`Selection::Auto`] takes the adapter.
     pub auto: bool,
 }
 
-/// The backend for a selection. `Gpu` never falls back to the CPU: the caller would report the wrong timing.
+/// The backend for a selection. `Gpu` never falls back to the CPU, because the user would report a
+/// wrong timing.
 ///
 /// # Errors
-/// [`BackendError::NoAdapter`] if a GPU is asked for and there is none, [`BackendError::Device`] if the chosen one
-/// refuses to start.
+/// - [`BackendError::NoAdapter`]: the user chose a GPU and there is none
+/// - [`BackendError::Device`]: the selected adapter does not start
 pub fn select(selection: Selection) -> Result<Box<dyn Backend>, BackendError> {
     match selection {
         Selection::Cpu => Ok(Box::new(CpuBackend::new(Precision::F64))),
@@ -69,7 +70,7 @@ fn gpu() -> Result<Box<dyn Backend>, BackendError> {
 #[cfg(not(feature = "gpu"))]
 use gpu as hardware_gpu;
 
-/// The adapters the system offers: none, as this idmesh was built without the gpu feature.
+/// The system's adapters: none, because this idmesh was built without the gpu feature.
 #[cfg(not(feature = "gpu"))]
 pub fn adapters() -> Vec<AdapterSummary> {
     Vec::new()

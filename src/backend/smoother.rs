@@ -1,4 +1,5 @@
-//! Local quality optimisation as a backend sees it, the number type it is packed in, and the CPU's way to do it.
+//! Local optimisation in the layout for a backend, its conversion to a number type, and its CPU
+//! implementation.
 
 use std::ops::Range;
 
@@ -12,63 +13,66 @@ use crate::kernels::star::{FAR, Star};
 use crate::kernels::{Real, raise_worst_beta, smooth_vertices};
 use crate::mesh::csr::Csr;
 
-/// Some vertices of a mesh that are to be moved, with the tets around them. The vertices that move have the first numbers.
+/// Some vertices of a mesh and the tets around them. The moving vertices come first.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothingPatch<'a> {
-    /// Where the vertices are `[n_vertices]`.
+    /// Positions of the vertices `[n_vertices]`, in the mesh's unit.
     pub positions: &'a [DVec3],
     /// Vertices of each tet `[n_tets]`.
     pub tets: &'a [[u32; 4]],
-    /// Tets around each moving vertex `[n_moving]` rows, each entry `tet * 4 + local vertex`.
+    /// Tets around each moving vertex: `n_moving` rows, each entry is `tet * 4 + local vertex`.
     pub vertex_tets: &'a Csr,
-    /// What each moving vertex may do `[n_moving]`.
+    /// Constraint of each moving vertex `[n_moving]`.
     pub constraint: &'a [Constraint],
-    /// A ball each moving vertex stays in `[n_moving]`, none where it may go anywhere.
+    /// A ball that each moving vertex does not leave `[n_moving]`; `None` without limit.
     pub reach: &'a [Option<Ball>],
-    /// The moving vertices by colour, one colour after another. Two of one colour may not share a tet.
+    /// Ranges of the moving vertices with one colour, one colour after another. Two vertices of one
+    /// colour share no tet.
     pub colours: &'a [Range<u32>],
 }
 
-/// The places within some distance of one.
+/// A ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// Its middle.
+    /// Centre of the ball, in the mesh's unit.
     pub centre: DVec3,
-    /// Its radius.
+    /// Radius of the ball, in the mesh's unit.
     pub radius: f64,
 }
 
-/// What sweeps over a patch minimise.
+/// The objective that sweeps over a patch minimise.
 #[derive(Clone, Copy, Debug)]
 pub enum SmoothingObjective<'a> {
-    /// The sum over tets of a power of how far they are from their targets, see [`smooth_vertices`].
+    /// The sum over tets of a power of the shape and size measures, see [`smooth_vertices`].
     Shape {
-        /// Inverse of each tet's target `[n_tets]`: of the matrix whose columns are the target's edges from its first
-        /// vertex.
+        /// Inverse of each tet's target matrix `[n_tets]`, in one over the mesh's unit. The columns
+        /// of the matrix are the target's edges from its first vertex.
         inverse_target: &'a [DMat3],
-        /// Power, 1 to 15.
+        /// Power of the measure, 1 to 15.
         power: u32,
-        /// Power of the part of it that measures volume, 0 to 15.
+        /// Power of its size part, 0 to 15.
         size: u32,
-        /// Square of the regularisation, dimensionless; 0 where all tets are valid.
+        /// Square of the regularisation, without unit. 0 if all tets are valid.
         delta_squared: f64,
     },
-    /// The sum over tets of the fourth power of how far their beta falls short of a goal, see [`raise_worst_beta`].
+    /// The sum over tets of the fourth power of `max(0, 1 - beta / goal)`, see
+    /// [`raise_worst_beta`].
     Beta {
         /// The beta above which tets do not count.
         goal: f64,
-        /// A vertex stays where its step would lower the sum by less than this fraction.
+        /// A vertex stays if its step would lower the sum by less than this fraction.
         gain: f64,
     },
 }
 
-/// A device that smooths one patch after another.
+/// A device that optimises one patch after another.
 pub trait DeviceSmoother: Send {
-    /// Sweeps over a patch this many times, each time through all colours in order, the vertices of one colour at once.
-    /// Returns how far each vertex has moved `[n_vertices]`.
+    /// Sweeps over a patch `count` times. Each sweep visits all colours in order and moves the
+    /// vertices of one colour at once. Returns the displacement of each vertex `[n_vertices]`, in
+    /// the mesh's unit.
     ///
     /// # Errors
-    /// The device failed or the patch does not fit.
+    /// The device failed, or the patch does not fit.
     ///
     /// # Panics
     /// The patch's arrays do not belong to one mesh.
@@ -85,9 +89,9 @@ pub(super) struct PackedPatch<T> {
     constraint: Vec<[T; 4]>,
     reach: Vec<[T; 4]>,
     base: Vec<[T; 9]>,
-    /// Empty where the objective is beta.
+    /// Empty if the objective is beta.
     inverse_target: Vec<[T; 9]>,
-    /// What one of the correction stands for, a power of two near the shortest edge.
+    /// Unit of the correction, in the mesh's unit: a power of two near the shortest edge.
     unit: f64,
 }
 
@@ -97,7 +101,7 @@ impl<T: Real> PackedPatch<T> {
         assert!(n_moving <= n_vertices, "the moving vertices are vertices");
         assert_eq!(patch.vertex_tets.n_rows(), n_moving, "one row of tets per moving vertex");
         assert_eq!(patch.reach.len(), n_moving, "one reach per moving vertex");
-        // A GPU reads zero outside an array and says nothing.
+        // A GPU returns zero outside an array, without an error.
         assert!(patch.tets.iter().flatten().all(|&vertex| (vertex as usize) < n_vertices), "every corner is a vertex");
         let entries = &patch.vertex_tets.entries;
         assert!(entries.iter().all(|&entry| (entry as usize) < 4 * n_tets), "every entry is in a tet");
@@ -124,7 +128,8 @@ impl<T: Real> PackedPatch<T> {
                 let greatest = inverse_target.iter().flat_map(DMat3::to_cols_array).map(f64::abs).fold(0.0, f64::max);
                 let unit = power_of_two(greatest).recip();
                 let of_tets = patch.tets.par_iter().zip(inverse_target);
-                // In f64: where a tet is near its target, S is near 1, and small edges must not lose their digits.
+                // The product is computed in f64: where a tet is near its target, S is near 1, and
+                // small edges must not lose their digits.
                 let base = of_tets.map(|(tet, inverse)| pack(edges(tet) * *inverse)).collect();
                 let inverse_target =
                     inverse_target.par_iter().map(|inverse| pack(inverse.transpose() * unit)).collect();
@@ -167,10 +172,10 @@ impl<T: Real> PackedPatch<T> {
     }
 }
 
-/// Vertices in a task: a vertex takes some 5 microseconds, handing a task over about two.
+/// Vertices in a task. A vertex takes about 5 microseconds, the scheduling of a task about two.
 const CHUNK: usize = 16;
 
-/// Smooths in the CPU's memory.
+/// Local optimisation in the CPU's memory.
 pub(super) struct CpuSmoother<T> {
     correction: Vec<[T; 4]>,
     /// New corrections of the vertices of one colour.
@@ -178,19 +183,19 @@ pub(super) struct CpuSmoother<T> {
     tolerance: T,
 }
 
-/// A vertex stays where its step would lower the objective by less than this fraction: the rounding of a sum over its
-/// tets, seen to be a few units.
+/// A vertex stays if its step would lower the objective by less than this fraction: the rounding
+/// error of a sum over its tets, which was found to be a few units.
 pub(super) fn tolerance(epsilon: f64) -> f64 {
     8.0 * epsilon
 }
 
 impl<T: Real> CpuSmoother<T> {
-    /// `epsilon`: unit roundoff of `T`.
+    /// - `epsilon`: unit roundoff of `T`
     pub(super) fn new(epsilon: f64) -> Self {
         Self { correction: Vec::new(), moved: Vec::new(), tolerance: T::from_f64(tolerance(epsilon)) }
     }
 
-    /// Visits all colours in order, `run` moving consecutive vertices from a first one on.
+    /// Visits all colours in order. `run` moves consecutive vertices, given the first of them.
     fn visit(&mut self, colours: &[Range<u32>], run: impl Fn(usize, &[[T; 4]], &mut [[T; 4]]) + Sync) {
         for colour in colours {
             let colour = colour.start as usize..colour.end as usize;

@@ -1,7 +1,8 @@
 //! Prescribed displacements: a table of `x,y,z,dx,dy,dz` for the vertices of one family.
 //!
-//! Rows are matched to vertices by original position, so they may stand in any order; but each vertex must have exactly
-//! one row and each row a vertex: half a surface motion is a mistake, not a default.
+//! Rows are matched to vertices by original position, so they may stand in any order; but each
+//! vertex must have exactly one row and each row a vertex: half a surface motion is a mistake, not
+//! a default.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -144,9 +145,10 @@ pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
 
 /// Reads the text of a displacement file; `path` names it in errors.
 ///
-/// The six numbers of a row are separated by commas, semicolons or white space. A header before them may say which columns
-/// they are, in any order and among others, in the names of ParaView too (`Points:0`, `Displacement:0`). From `#`, `!` or `%` on
-/// a line is a comment; one before the first row may hold the header.
+/// The six numbers of a row are separated by commas, semicolons or white space. A header before
+/// them may say which columns they are, in any order and among others, in the names of ParaView too
+/// (`Points:0`, `Displacement:0`). From `#`, `!` or `%` on a line is a comment; one before the
+/// first row may hold the header.
 ///
 /// # Errors
 /// The text has no row, a header lacks columns, or a line is not six finite numbers.
@@ -166,7 +168,8 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         let fields = fields(row);
         let is_header = is_empty && header::is_header(&fields);
         if is_empty && fields.len() == Columns::DEFAULT.n {
-            // Other words in the comment count as columns, too; the order that it names is that of a table without a header.
+            // Other words in the comment count as columns, too; the order that it names is that of
+            // a table without a header.
             columns = columns.filter(|of_comment| of_comment.n == fields.len() || !of_comment.of.is_sorted());
         }
         is_empty = false;
@@ -232,7 +235,8 @@ pub fn match_displacements(
 ///
 /// - `vertices` `[n_vertices]`: original positions of the whole mesh
 /// - `family_vertices`: the family's vertices, each once
-/// - `tolerance`: a row belongs to the nearest vertex not further away than this; mesh's unit, `>= 0`
+/// - `tolerance`: a row belongs to the nearest vertex not further away than this; mesh's unit,
+///   `>= 0`
 ///
 /// # Errors
 /// A row without a vertex, two rows for one vertex, or a vertex without a row.
@@ -288,7 +292,8 @@ pub struct Matched {
     pub rows: Vec<DisplacementRow>,
 }
 
-/// Compares the displacements of vertices that several families share; `positions` `[n_vertices]` are those of the mesh.
+/// Compares the displacements of vertices that several families share; `positions` `[n_vertices]`
+/// are those of the mesh.
 ///
 /// # Errors
 /// The first two rows of one vertex that [`differ`].
@@ -313,7 +318,8 @@ pub fn check_shared(families: &[Matched], positions: &[DVec3]) -> Result<(), Dis
     Ok(())
 }
 
-/// The family's vertices in cubes no smaller than the tolerance, so that a row's vertex is in its cube or one beside it.
+/// The family's vertices in cubes no smaller than the tolerance, so that a row's vertex is in its
+/// cube or one beside it.
 struct Grid<'a> {
     vertices: &'a [DVec3],
     family_vertices: &'a [u32],
@@ -340,7 +346,8 @@ impl<'a> Grid<'a> {
         position.to_array().map(|coordinate| (coordinate / self.cell).floor() as i64)
     }
 
-    /// Index in `family_vertices` of the nearest vertex within the tolerance; the first of equally near ones.
+    /// Index in `family_vertices` of the nearest vertex within the tolerance; the first of equally
+    /// near ones.
     fn nearest(&self, position: DVec3) -> Option<usize> {
         let [x, y, z] = self.key(position);
         let around = |centre: i64| (-1..=1).map(move |step| centre.saturating_add(step));

@@ -1,7 +1,7 @@
 //! A TOML document that remembers where everything stands.
 //!
-//! The document is walked by hand rather than deserialised: keys keep their own places, so an unknown key is reported at
-//! the key, and messages name the table the way the user wrote it.
+//! The document is walked by hand rather than deserialised: keys keep their own places, so an
+//! unknown key is reported at the key, and messages name the table the way the user wrote it.
 
 use std::borrow::Cow;
 use std::path::Path;

@@ -1,6 +1,7 @@
 //! Do the case and the mesh speak of the same families?
 //!
-//! Names of tables may be patterns. A family belongs to the table of its own name, else to the one pattern that fits it.
+//! Names of tables may be patterns. A family belongs to the table of its own name, else to the one
+//! pattern that fits it.
 
 use std::collections::BTreeMap;
 
@@ -26,13 +27,15 @@ pub(super) fn no_profiles(family: &str) -> String {
 }
 
 impl Case {
-    /// The case for a mesh with these families: each has its settings, and each wing its families, by their own names.
+    /// The case for a mesh with these families: each has its settings, and each wing its families,
+    /// by their own names.
     ///
     /// Tables of profiles that name the same files are one wing.
     ///
     /// # Errors
-    /// [`CaseError::Families`], naming all that lack their other half and, where two names are alike, the likely one;
-    /// [`CaseError::Invalid`] where two patterns fit a family, or a wing has no profiles or two tables of them.
+    /// [`CaseError::Families`], naming all that lack their other half and, where two names are
+    /// alike, the likely one; [`CaseError::Invalid`] where two patterns fit a family, or a wing has
+    /// no profiles or two tables of them.
     pub fn for_families(&self, mesh_families: &[String]) -> Result<Self, CaseError> {
         let families = self.named_families(mesh_families)?;
         let profiles = self.named_profiles(&families)?;

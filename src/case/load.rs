@@ -61,7 +61,7 @@ pub enum LoadError {
     ProfileFiles {
         /// The files.
         paths: Vec<PathBuf>,
-        /// What is wrong.
+        /// The cause.
         error: ProfileError,
     },
     /// The new profiles of a wing do not fit its old ones, or cannot be cut from the mesh.
@@ -71,7 +71,7 @@ pub enum LoadError {
         paths: Vec<PathBuf>,
         /// The wing.
         wing: String,
-        /// What is wrong.
+        /// The cause.
         error: ProfileError,
     },
     /// The mesh, its roles and its profiles do not go together, or a design does not fit them.
@@ -79,7 +79,7 @@ pub enum LoadError {
     InFile {
         /// The file that is to blame: the mesh or the case.
         path: PathBuf,
-        /// What is wrong.
+        /// The cause.
         error: Box<MoveError>,
     },
     /// The mesh cannot be moved for another reason.
@@ -123,8 +123,8 @@ impl Case {
     /// Reads a case file, the mesh, the profiles and the displacements that it names.
     ///
     /// # Errors
-    /// A file cannot be read or is wrong, or the files do not go together. The message names the file,
-    /// and the line where there is one.
+    /// A file cannot be read or is wrong, or the files do not go together. The message names the
+    /// file, and the line where there is one.
     pub fn load(path: impl AsRef<Path>) -> Result<LoadedCase, LoadError> {
         Self::load_telling(path.as_ref(), &|_| {})
     }

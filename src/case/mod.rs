@@ -1,9 +1,11 @@
-//! The case file: which mesh, which new profiles, what each family does, how to solve and where to write.
+//! The case file: which mesh, which new profiles, what each family does, how to solve and where to
+//! write.
 //!
 //! [`Case::load`] reads the case file, the mesh and the profiles, and makes a mover of them.
-//! [`Case::read`] turns the TOML file alone into a [`Case`] in which every value is checked and every path is resolved against
-//! the file's folder. Its errors name the line and column, so that the file can be corrected without this documentation.
-//! What only the mesh can tell (its families) is checked by [`Case::for_families`].
+//! [`Case::read`] turns the TOML file alone into a [`Case`] in which every value is checked and
+//! every path is resolved against the file's folder. Its errors name the line and column, so that
+//! the file can be corrected without this documentation. What only the mesh can tell (its families)
+//! is checked by [`Case::for_families`].
 
 mod document;
 mod families;
@@ -33,7 +35,8 @@ pub struct Case {
     pub path: PathBuf,
     /// The mesh to move.
     pub mesh: PathBuf,
-    /// New (and perhaps old) profiles of each wing: of one family or several whose role is [`Role::Wing`].
+    /// New (and perhaps old) profiles of each wing: of one family or several whose role is
+    /// [`Role::Wing`].
     pub profiles: BTreeMap<String, ProfileSource>,
     /// What each family does, by name; before [`Case::for_families`] a name may be a pattern.
     pub families: BTreeMap<String, FamilySettings>,
@@ -65,8 +68,8 @@ pub struct ProfileSource {
 pub struct FamilySettings {
     /// What the family does.
     pub role: Role,
-    /// The CSV file with rows `x,y,z,dx,dy,dz` by which a family with the role [`Role::Prescribed`] moves, see
-    /// [`displacement`].
+    /// The CSV file with rows `x,y,z,dx,dy,dz` by which a family with the role [`Role::Prescribed`]
+    /// moves, see [`displacement`].
     pub displacement: Option<PathBuf>,
     /// Where its table begins.
     pub position: Position,
@@ -126,7 +129,8 @@ impl Case {
     /// Reads and checks a case file.
     ///
     /// # Errors
-    /// [`CaseError::Unreadable`] if the file cannot be read, [`CaseError::Invalid`] with the place of the first mistake.
+    /// [`CaseError::Unreadable`] if the file cannot be read, [`CaseError::Invalid`] with the place
+    /// of the first mistake.
     pub fn read(path: &Path) -> Result<Self, CaseError> {
         let bytes = std::fs::read(path).map_err(|source| CaseError::Unreadable { path: path.to_path_buf(), source })?;
         match String::from_utf8(bytes) {
@@ -145,7 +149,8 @@ impl Case {
         }
     }
 
-    /// Checks the text of a case file; `path` names it in errors, and paths in it are relative to its folder.
+    /// Checks the text of a case file; `path` names it in errors, and paths in it are relative to
+    /// its folder.
     ///
     /// # Errors
     /// [`CaseError::Invalid`] with the place of the first mistake.

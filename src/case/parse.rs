@@ -275,7 +275,8 @@ fn quality(top: &TomlTable, default: Option<QualityTarget>) -> Result<Option<Qua
     })
 }
 
-/// The method and the stopping rule that the table `[solver]` asks for, with defaults for what it leaves out.
+/// The method and the stopping rule that the table `[solver]` asks for, with defaults for what it
+/// leaves out.
 fn solver(top: &TomlTable, method: Method, stopping: Stopping) -> Result<(Method, Stopping), CaseError> {
     let (mut method, mut stopping) = (method, stopping);
     let Some(table) = top.get("solver") else { return Ok((method, stopping)) };
@@ -333,7 +334,8 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
     Ok(output)
 }
 
-/// `moved` with the input's extension, both parts of a compressed one: `wing.msh.gz` gives `moved.msh.gz`.
+/// `moved` with the input's extension, both parts of a compressed one: `wing.msh.gz` gives
+/// `moved.msh.gz`.
 fn default_name(mesh: &Path) -> String {
     let name = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let parts: Vec<&str> = name.split('.').collect();

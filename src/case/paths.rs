@@ -50,16 +50,17 @@ pub(super) fn is_pattern(text: &str) -> bool {
     text.contains(['*', '?'])
 }
 
-/// Whether a name fits a pattern: `*` is any run of characters, `?` any one. Like a shell's, `*` does not match a leading
-/// dot.
+/// Whether a name fits a pattern: `*` is any run of characters, `?` any one. Like a shell's, `*`
+/// does not match a leading dot.
 pub(super) fn matches(pattern: &str, name: &str) -> bool {
     if name.starts_with('.') && !pattern.starts_with('.') {
         return false;
     }
     let pattern: Vec<char> = pattern.chars().collect();
     let name: Vec<char> = name.chars().collect();
-    // `fits[n]`: the pattern so far fits the first `n` characters. One row a character of the pattern takes time of their
-    // product, where trying every run for every `*` would take a power of it.
+    // `fits[n]`: the pattern so far fits the first `n` characters. One row a character of the
+    // pattern takes time of their product, where trying every run for every `*` would take a power
+    // of it.
     let mut fits = vec![false; name.len() + 1];
     fits[0] = true;
     for &wanted in &pattern {

@@ -19,10 +19,12 @@ use crate::session::{
 /// Arguments of `idmesh batch`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The case file (TOML), whole as for `run`; each design replaces its new profiles or its prescribed displacement.
+    /// The case file (TOML), whole as for `run`; each design replaces its new profiles or its
+    /// prescribed displacement.
     case: PathBuf,
-    /// The designs: a folder of profile files, or a text file that names them, one a line. With several tables
-    /// [profiles.TABLE] a design is a folder with a file TABLE.csv for each, or files NAME.TABLE.csv.
+    /// The designs: a folder of profile files, or a text file that names them, one a line. With
+    /// several tables [profiles.TABLE] a design is a folder with a file TABLE.csv for each, or
+    /// files NAME.TABLE.csv.
     #[arg(long, value_name = "DIR|LIST")]
     designs: PathBuf,
     /// Where to compute.
@@ -174,7 +176,8 @@ fn check(
     Ok(folder)
 }
 
-/// What an earlier run of these designs left: lines of designs whose outputs are there, and of designs not asked for.
+/// What an earlier run of these designs left: lines of designs whose outputs are there, and of
+/// designs not asked for.
 fn kept(designs: &[DesignFiles], pattern: &Outputs, arguments: &Arguments) -> Result<Kept, Failure> {
     match &arguments.json {
         _ if !arguments.resume => Ok(Kept::default()),

@@ -108,7 +108,8 @@ impl Console {
         }
     }
 
-    /// Writes data to standard output. A reader that has gone away (`idmesh ... | head -1`) has seen enough.
+    /// Writes data to standard output. A reader that has gone away (`idmesh ... | head -1`) has
+    /// seen enough.
     ///
     /// # Errors
     /// Standard output cannot be written for another reason, such as a full disk.

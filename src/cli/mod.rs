@@ -1,8 +1,8 @@
 //! The command line: one file a subcommand.
 //!
-//! Data goes to standard output, everything else to standard error through `console::Console`; a command that fails
-//! returns a `failure::Failure`, which is printed here, once, and decides the exit code. Nothing below this module
-//! prints.
+//! Data goes to standard output, everything else to standard error through `console::Console`; a
+//! command that fails returns a `failure::Failure`, which is printed here, once, and decides the
+//! exit code. Nothing below this module prints.
 
 mod adapters;
 mod batch;

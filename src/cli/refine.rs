@@ -20,8 +20,8 @@ pub(super) struct Arguments {
     output: PathBuf,
 }
 
-/// Memory for a tet of the fine mesh, its share of vertices and of the coarse one's topology, and to write it: 40 to 55 measured
-/// with 7.4 million of them, by format.
+/// Memory for a tet of the fine mesh, its share of vertices and of the coarse one's topology, and
+/// to write it: 40 to 55 measured with 7.4 million of them, by format.
 const BYTES: u64 = 60;
 
 /// Runs the command.

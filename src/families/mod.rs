@@ -1,4 +1,4 @@
-//! What each family does, and so what each vertex may do.
+//! The roles of a mesh's families, and the constraints that follow for each vertex.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -22,7 +22,7 @@ use crate::{
 };
 use shape::{FamilyShape, ShapeAtVertex};
 
-/// Why a mesh and its roles do not go together.
+/// An error of a mesh and its roles.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SetupError {
@@ -33,43 +33,43 @@ pub enum SetupError {
         advice(*least)
     )]
     NotPlane {
-        /// The family.
+        /// Name of the family.
         family: String,
-        /// Largest distance of a vertex from the plane.
+        /// Largest distance of a vertex from the fitted plane, in the mesh's unit.
         distance: f64,
-        /// What counts as flat.
+        /// The allowed distance, in the mesh's unit.
         allowed: f64,
-        /// The least `flat` that would take it.
+        /// The least `flat` that would accept the family.
         least: f64,
     },
     /// A carenage could not be continued across the hole under a wing.
     #[error("family `{family}`: {error}")]
     Continuation {
-        /// The family.
+        /// Name of the family.
         family: String,
-        /// What went wrong.
+        /// The cause.
         error: ContinuationError,
     },
     /// A wing's old profiles do not fit its surface.
     #[error("profiles of family `{family}`: {error}")]
     Profiles {
-        /// The family.
+        /// Name of the family.
         family: String,
-        /// What went wrong.
+        /// The cause.
         error: ProfileError,
     },
     /// A family belongs to two wings.
     #[error("family `{family}` belongs to two sets of profiles, expected one")]
     SeveralProfiles {
-        /// The family.
+        /// Name of the family.
         family: String,
     },
     /// A family of a wing has another role.
     #[error("family `{family}` belongs to the profiles of `{wing}`, but has not the role wing")]
     NoWing {
-        /// The wing.
+        /// Name of the wing's family.
         wing: String,
-        /// The family.
+        /// Name of the family.
         family: String,
     },
     /// A wing reaches far beyond its sections.
@@ -81,9 +81,9 @@ pub enum SetupError {
         if *mirrored { "" } else { "; give profiles nearer to its ends, or, if the other half is its mirror image, mirror = \"y\"" }
     )]
     Reach {
-        /// The wing.
+        /// Name of the wing's family.
         wing: String,
-        /// How far it reaches, as shares of the span between the outermost profiles.
+        /// Reach beyond the first and the last profile, as shares of the span between them.
         reach: [f64; 2],
         /// Whether it has a mirror plane.
         mirrored: bool,
@@ -105,34 +105,34 @@ pub enum SetupError {
     /// A wing of no family.
     #[error("the wing `{wing}` has no families, expected at least one")]
     NoFamilies {
-        /// The wing.
+        /// Name of the wing's family.
         wing: String,
     },
     /// A wing has no old profiles.
     #[error("family `{family}` has the role wing, but no old profiles")]
     NoProfiles {
-        /// The family.
+        /// Name of the family.
         family: String,
     },
-    /// Plane families that shall be partners are none.
+    /// Two plane families cannot be partners.
     #[error("`{family}` and `{partner}` shall be partners: {why}")]
     Partners {
-        /// The first family.
+        /// Name of the first family.
         family: String,
-        /// The second family.
+        /// Name of the second family.
         partner: String,
-        /// What is wrong.
+        /// The cause.
         why: String,
     },
-    /// Wingtip families that touch, and so move as one, shall start differently.
+    /// Wingtip families that touch move as one, but their starts differ.
     #[error(
         "the wingtip families `{family}` and `{other}` touch, so they move as one, but their `start` differs, expected \
          the same for both"
     )]
     TipStarts {
-        /// The first of the families.
+        /// Name of the first family.
         family: String,
-        /// One that differs from it.
+        /// Name of a family with another start.
         other: String,
     },
     /// The backend failed.
@@ -140,7 +140,7 @@ pub enum SetupError {
     Backend(#[from] BackendError),
 }
 
-/// A `flat` above this is a mistake: what lies so far off is no plane.
+/// A larger `flat` is refused: such a family is no plane.
 pub const MOST_FLAT: f64 = 0.1;
 
 fn advice(least: f64) -> String {
@@ -150,27 +150,31 @@ fn advice(least: f64) -> String {
     format!("; with `flat = {least:e}` in its table every vertex keeps its own distance from that plane")
 }
 
-/// The roles of a mesh's families and what follows from them for its vertices.
+/// The roles of a mesh's families, and the constraints of its vertices.
 pub struct Families {
     /// Role of each family `[n_families]`.
     pub roles: Vec<Role>,
     /// Shape of each carenage and plane family `[n_families]`.
     pub shapes: Vec<Option<FamilyShape>>,
-    /// Which stage places each vertex `[n_vertices]`.
+    /// The stage that places each vertex `[n_vertices]`.
     pub placed_by: Vec<PlacedBy>,
-    /// The carenage and plane families each vertex touches `[n_vertices]` rows.
+    /// The carenage and plane families of each vertex: `n_vertices` rows.
     touches: Csr,
-    /// How far each vertex of a plane family that is not quite flat lies off it, along the normal, by family.
+    /// For each plane family with `flat`, the signed distance of each vertex from the plane, in the
+    /// mesh's unit.
     offsets: BTreeMap<FamilyId, HashMap<u32, f64>>,
-    /// Vertices of periodic planes, which move alike.
+    /// Vertices of periodic planes that move alike.
     pub partners: Partners,
 }
 
 impl Families {
-    /// Works out what each vertex may do.
+    /// Derives the constraints of all vertices.
+    ///
+    /// - `roles` `[n_families]`
     ///
     /// # Errors
-    /// A plane family is not flat, a hole cannot be closed, or planes that shall be partners do not match.
+    /// A plane family is not flat, a hole cannot be closed, or planes that shall be partners do not
+    /// match.
     pub fn new(mesh: &TetMesh, surface: &Surface, roles: Vec<Role>) -> Result<Self, SetupError> {
         let mut placed_by = vec![PlacedBy::Volume; mesh.vertices.len()];
         let mut touching = Vec::new();
@@ -203,19 +207,20 @@ impl Families {
         Ok(Self { roles, shapes, placed_by, touches, offsets, partners })
     }
 
-    /// The families with a role that this stage places, in order.
+    /// The families whose vertices this stage places, in order.
     pub fn families_of(&self, placed_by: PlacedBy) -> impl Iterator<Item = FamilyId> + '_ {
         (0..self.roles.len())
             .filter(move |&index| self.roles[index].placed_by() == placed_by)
             .map(|index| FamilyId(index as u16))
     }
 
-    /// The families that are moved by the design or follow what is; planes only slide along.
+    /// The families that move: by the design, or because they follow families that do. Planes do
+    /// not count, as they only slide.
     pub fn moved(&self) -> impl Iterator<Item = FamilyId> + '_ {
         (0..self.roles.len()).filter(|&index| self.roles[index].placed_by().moves()).map(|index| FamilyId(index as u16))
     }
 
-    /// The shapes a vertex must stay on: of the carenages and planes it touches.
+    /// The shapes that a vertex must stay on: the carenages and planes it touches.
     pub fn shapes_at(&self, vertex: u32) -> impl Iterator<Item = ShapeAtVertex<'_>> + '_ {
         self.touches.row(vertex as usize).iter().filter_map(move |&family| self.kept(FamilyId(family as u16), vertex))
     }
@@ -231,13 +236,13 @@ impl Families {
         self.shapes_at(vertex).any(|kept| matches!(kept.shape, FamilyShape::Surface(_)))
     }
 
-    /// The shape of a carenage or plane family as one of its vertices keeps to it.
+    /// The shape of a carenage or plane family, with the offset of one of its vertices.
     pub fn kept(&self, family: FamilyId, vertex: u32) -> Option<ShapeAtVertex<'_>> {
         let offset = self.offsets.get(&family).and_then(|of| of.get(&vertex)).copied().unwrap_or(0.0);
         Some(ShapeAtVertex { shape: self.shapes[family.index()].as_ref()?, offset })
     }
 
-    /// What the plane families a vertex touches leave it to do.
+    /// The constraint of a vertex by the plane families it touches.
     pub fn plane_constraint(&self, vertex: u32) -> Constraint {
         let normals: Vec<DVec3> = self
             .shapes_at(vertex)
@@ -247,7 +252,7 @@ impl Families {
             })
             .collect();
         let Some((&first, rest)) = normals.split_first() else { return Constraint::Free };
-        // Planes that meet at less than a tenth of a degree are one plane for this.
+        // Planes that meet at less than a tenth of a degree count as one plane.
         let mut line: Option<DVec3> = None;
         for normal in rest {
             let direction = first.cross(*normal);
@@ -261,12 +266,13 @@ impl Families {
         line.map_or(Constraint::InPlane(first), Constraint::OnLine)
     }
 
-    /// The place nearest to `at` on all shapes a vertex must stay on.
+    /// The point nearest to `at` on all shapes that a vertex must stay on, in the mesh's unit.
     pub fn settle(&self, vertex: u32, at: DVec3) -> DVec3 {
         self.settle_along(vertex, at, None)
     }
 
-    /// The place on all shapes a vertex must stay on, reached along a direction where one shape allows it.
+    /// The point on all shapes that a vertex must stay on. If there is one shape, the point is
+    /// reached from `at` along the unit vector `direction`; otherwise it is the nearest one.
     pub fn settle_along(&self, vertex: u32, at: DVec3, direction: Option<DVec3>) -> DVec3 {
         let shapes: Vec<ShapeAtVertex> = self.shapes_at(vertex).collect();
         match (&shapes[..], direction) {

@@ -1,11 +1,13 @@
-//! Periodic planes: two plane families of which one is the other shifted, vertex for vertex.
+//! Periodic planes: two plane families, the second of which is a shifted copy of the first, vertex
+//! for vertex.
 //!
-//! A solver takes the one for the other, so partners must stay apart by the same vector. The surface stages place each family by
-//! itself; after each of them partners get the mean of their displacements. In the volume partners slide freely first, get the
-//! mean of where that takes them, and the inside relaxes once more with them held ([`super::volume`]). Local optimisation
-//! holds them.
+//! A solver identifies the two planes, so the vector between two partners must not change. The
+//! surface stages place each family on its own. After each of them partners take the mean of their
+//! displacements. In the volume partners first slide freely, then take their mean displacement, and
+//! the inside relaxes again with the partners held ([`crate::volume`]). Local optimisation holds
+//! partners.
 //!
-//! Only shifts are known, no rotations about an axis: those planes are refused as partners.
+//! Planes that are rotated copies of each other are refused. The paper has no periodic planes.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -16,40 +18,44 @@ use crate::geometry::{NOWHERE, bounds};
 use crate::mesh::Displacement;
 use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
 
-/// Vertices are partners where the shift takes one to the other within this fraction of the larger family's size.
+/// Largest distance between a shifted vertex and its partner, as a fraction of the larger family's
+/// size.
 const MATCH: f64 = 1e-6;
 
-/// The same as a fraction of the families' shortest edge, if that is more: files of single precision still match.
+/// The same distance as a fraction of the families' shortest edge. The larger of the two counts, so
+/// vertices in single precision still match.
 const MATCH_EDGE: f64 = 1e-3;
 
-/// Sine of the angle between planes that are no longer parallel: a tenth of a degree.
+/// Sine of the least angle between planes that are not parallel: a tenth of a degree.
 const PARALLEL: f64 = 2e-3;
 
-/// Two plane families of which the second is the first, shifted.
+/// Two plane families; the second is a shifted copy of the first.
 #[derive(Clone, Debug)]
 pub struct Pair {
-    /// The families.
+    /// The two families.
     pub families: [FamilyId; 2],
-    /// A vertex of the first and its partner of the second, each vertex once.
+    /// Each vertex of the first family with its partner in the second.
     pub vertices: Vec<[u32; 2]>,
 }
 
 /// The periodic planes of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Partners {
-    /// Those that shall stay partners.
+    /// Pairs that the case names.
     pub pairs: Vec<Pair>,
-    /// Those of which nobody says so, but which look like it.
+    /// Pairs that match, but which the case does not name.
     pub alike: Vec<Pair>,
-    /// Vertices that move alike, at least two each: partners, and partners of partners.
+    /// Sets of at least two vertices that move alike: partners, and partners of partners.
     sets: Vec<Vec<u32>>,
-    /// Whether a vertex is in a set `[n_vertices]`.
+    /// Whether each vertex is in a set `[n_vertices]`.
     tied: Vec<bool>,
 }
 
 impl Pair {
-    /// How far partners have left the places they had beside each other, at most, and the first of them; `vertices` and `moved`
-    /// `[n_vertices]` are the original mesh and the moved one.
+    /// Largest change of the vector between two partners, in the mesh's unit, and the first
+    /// partner's vertex.
+    ///
+    /// - `vertices`, `moved` `[n_vertices]`: positions in the original and the moved mesh
     pub fn apart(&self, vertices: &[DVec3], moved: &[DVec3]) -> (f64, u32) {
         let apart = |&[a, b]: &[u32; 2]| {
             let across = |at: &[DVec3]| at[b as usize] - at[a as usize];
@@ -63,11 +69,11 @@ impl Pair {
 impl Partners {
     /// Finds the partner of every vertex of periodic planes.
     ///
-    /// - `shapes` `[n_families]`: that of the second of two partners gets the normal of the first
+    /// - `shapes` `[n_families]`: the second of two partners takes the normal of the first
     /// - `placed_by` `[n_vertices]`
     ///
     /// # Errors
-    /// Families that shall be partners do not match, vertex for vertex, or what else their vertices touch differs.
+    /// The families do not match vertex for vertex, or partners are placed by different stages.
     pub(super) fn new(
         mesh: &TetMesh,
         surface: &Surface,
@@ -112,7 +118,7 @@ impl Partners {
                 let why = "they are not parallel, expected one to be the other, shifted (rotations about an axis are not known)";
                 return Err(finder.error(families, why.to_owned()));
             }
-            let vertices = finder.matched(families).map_err(|lonely| finder.lonely(families, &lonely))?;
+            let vertices = finder.matched(families).map_err(|unmatched| finder.unmatched(families, &unmatched))?;
             if let Some(FamilyShape::Plane(_, second)) = &mut shapes[other.index()] {
                 *second = first;
             }
@@ -151,17 +157,18 @@ impl Partners {
         Ok(Self { pairs, alike, sets, tied })
     }
 
-    /// Whether a vertex has a partner it must stay with.
+    /// Whether a vertex has a partner.
     pub fn is_tied(&self, vertex: u32) -> bool {
         self.tied.get(vertex as usize).copied().unwrap_or(false)
     }
 
-    /// The sets of vertices that move alike and slide in planes alone.
+    /// The sets of vertices that move alike and that the plane stage places.
     pub(crate) fn sliding(&self, placed_by: &[PlacedBy]) -> Vec<Vec<u32>> {
         self.sets.iter().filter(|set| placed_by[set[0] as usize] == PlacedBy::Plane).cloned().collect()
     }
 
-    /// Gives partners the mean of their displacements, but for those that do not move or whose user says how.
+    /// Gives partners the mean of their displacements `[n_vertices]`. Fixed and prescribed vertices
+    /// and inner vertices are left out.
     pub fn even(&self, families: &Families, displacement: &mut Displacement) {
         for set in &self.sets {
             if (PlacedBy::Wing..=PlacedBy::Plane).contains(&families.placed_by[set[0] as usize]) {
@@ -171,9 +178,10 @@ impl Partners {
         }
     }
 
-    /// Changes `slide` `[n_vertices]`, which comes on top of `displacement`, so that partners among some vertices end alike.
+    /// Changes `slide` so that partners among some vertices have the same total displacement.
     ///
     /// - `own`: the vertices whose slide is known, ascending
+    /// - `displacement`, `slide` `[n_vertices]`: added up, in the mesh's unit
     pub fn even_slide(&self, own: &[u32], displacement: &Displacement, slide: &mut Displacement) {
         for set in self.sets.iter().filter(|set| set.iter().all(|vertex| own.binary_search(vertex).is_ok())) {
             let ends = set.iter().map(|&vertex| displacement[vertex as usize] + slide[vertex as usize]);
@@ -183,7 +191,8 @@ impl Partners {
     }
 }
 
-/// Gives some vertices the mean of their displacements, or the first's: the mean of two places on a curved surface lies off it.
+/// Gives some vertices the mean of their displacements, or the displacement of the first. On a
+/// curved surface the first is used, because the mean of two places lies off the surface.
 pub fn even(set: &[u32], displacement: &mut Displacement, by_first: bool) {
     let first = displacement[set[0] as usize];
     if set.iter().all(|&vertex| displacement[vertex as usize] == first) {
@@ -193,7 +202,8 @@ pub fn even(set: &[u32], displacement: &mut Displacement, by_first: bool) {
     set.iter().for_each(|&vertex| displacement[vertex as usize] = if by_first { first } else { mean });
 }
 
-/// The vertices that are partners, directly or through others, and which they are.
+/// The sets of vertices that are partners, directly or through others, and whether each vertex is
+/// in a set `[n_vertices]`.
 fn sets(n_vertices: usize, pairs: &[Pair]) -> (Vec<Vec<u32>>, Vec<bool>) {
     if pairs.is_empty() {
         return (Vec::new(), Vec::new());
@@ -243,7 +253,7 @@ impl Finder<'_> {
         bounds(self.surface.vertices_of(family).iter().map(|&vertex| self.at(vertex))).unwrap_or(NOWHERE)
     }
 
-    /// The partners, or the vertices that have none.
+    /// The pairs of partners, or the vertices without a partner.
     fn matched(&self, families: [FamilyId; 2]) -> Result<Vec<[u32; 2]>, Vec<u32>> {
         let [[low, high], [other_low, other_high]] = families.map(|family| self.bounds(family));
         let shift = 0.5 * ((other_low - low) + (other_high - high));
@@ -252,7 +262,7 @@ impl Finder<'_> {
         let shortest = edges.map(|[a, b]| self.at(a).distance(self.at(b))).fold(f64::INFINITY, f64::min);
         let size = low.distance(high).max(other_low.distance(other_high));
         let tolerance = (MATCH * size).max(MATCH_EDGE * shortest);
-        // Below 1e-12 of the coordinates a cube's number would no longer be exact.
+        // Below 1e-12 of the coordinates the index of a cell would no longer be exact.
         let cell = (2.0 * tolerance).max(1e-12 * other_low.abs().max(other_high.abs()).max_element());
         let key = |at: DVec3| at.to_array().map(|x| (x / cell).floor() as i64);
         let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
@@ -267,15 +277,15 @@ impl Finder<'_> {
             near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, vertex)| vertex)
         };
         let mut taken = HashMap::new();
-        let (mut pairs, mut lonely) = (Vec::new(), Vec::new());
+        let (mut pairs, mut unmatched) = (Vec::new(), Vec::new());
         for &vertex in self.surface.vertices_of(families[0]) {
             match nearest(self.at(vertex) + shift) {
                 Some(partner) if taken.insert(partner, vertex).is_none() => pairs.push([vertex, partner]),
-                _ => lonely.push(vertex),
+                _ => unmatched.push(vertex),
             }
         }
-        lonely.extend(self.surface.vertices_of(families[1]).iter().filter(|vertex| !taken.contains_key(vertex)));
-        if lonely.is_empty() { Ok(pairs) } else { Err(lonely) }
+        unmatched.extend(self.surface.vertices_of(families[1]).iter().filter(|vertex| !taken.contains_key(vertex)));
+        if unmatched.is_empty() { Ok(pairs) } else { Err(unmatched) }
     }
 
     fn error(&self, families: [FamilyId; 2], why: String) -> SetupError {
@@ -283,10 +293,10 @@ impl Finder<'_> {
         SetupError::Partners { family, partner, why }
     }
 
-    fn lonely(&self, families: [FamilyId; 2], lonely: &[u32]) -> SetupError {
+    fn unmatched(&self, families: [FamilyId; 2], unmatched: &[u32]) -> SetupError {
         let all: usize = families.iter().map(|&family| self.surface.vertices_of(family).len()).sum();
-        let first = self.at(lonely[0]);
-        let why = format!("{} of their {all} vertices have no partner, the first at {first}", lonely.len());
+        let first = self.at(unmatched[0]);
+        let why = format!("{} of their {all} vertices have no partner, the first at {first}", unmatched.len());
         self.error(families, why)
     }
 }

@@ -1,55 +1,57 @@
-//! The roles of families, one row each in [`ROLES`].
+//! The roles of families. Each role is a variant of [`Role`] and a row in [`ROLES`].
 //!
-//! A new role is a variant of [`Role`] and a row. The case file, the stages and local optimisation read the rows.
+//! The case file, the stages and local optimisation read the rows.
 
 use std::mem::discriminant;
 
-/// The start that the conservative springs of a wingtip pull back to.
+/// The start to which the conservative springs of a wingtip pull back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TipStart {
-    /// The start, carried along by the best affine motion of the tip's boundary: a wing that is bent up and gets a
-    /// longer tip chord takes its tip with it.
+    /// The undeformed place, moved by the best affine motion of the tip's boundary. So the tip
+    /// follows a wing that is bent up and gets a longer tip chord.
     #[default]
     Affine,
-    /// The start, carried along by the best rigid motion of the tip's boundary.
+    /// The undeformed place, moved by the best rigid motion of the tip's boundary.
     Rigid,
-    /// The start where it was: the paper's words.
+    /// The undeformed place itself, as in the paper.
     Original,
 }
 
-/// What a family does when the wing changes.
+/// The motion of a family when the wing changes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Role {
-    /// Moved by its profiles.
+    /// The family is moved by its profiles.
     Wing,
-    /// The strip behind a blunt wing: follows the wing, as a curve and then as a surface.
+    /// The strip behind a blunt wing. It follows the wing, first as a curve and then as a surface.
     TrailingEdge,
-    /// The cap of a wing: follows it, held back by conservative springs.
+    /// The cap of a wing. It follows the wing, and conservative springs hold it back.
     Wingtip {
-        /// Conservative springs' coefficient, `0` (rigid) to `1` (freely deformable).
+        /// Coefficient of the conservative springs, from 0 (rigid) to 1 (freely deformable),
+        /// without unit.
         coefficient: f64,
-        /// The place the conservative springs pull back to.
+        /// The start to which the conservative springs pull back.
         start: TipStart,
     },
-    /// Elastic shape: slides on its original surface.
+    /// Elastic shape: the family slides on its original surface.
     Carenage,
-    /// Slides in its plane.
+    /// The family slides in its plane.
     Plane {
-        /// How far its vertices may lie off the plane fitted to them, as a fraction of the family's size (the largest
-        /// distance of a vertex from their centre): each keeps its own distance from it. Without it the family must be flat
-        /// to 1e-6.
+        /// Largest distance of a vertex from the plane fitted to the family, as a fraction of the
+        /// family's size (the largest distance of a vertex from their centre). Each vertex keeps
+        /// its own distance from the plane. With `None` the family must be flat to 1e-6.
         flat: Option<f64>,
-        /// Name of the plane family that is this one, shifted: matching vertices move alike. One of the two may name the
-        /// other, or both.
+        /// Name of the plane family that is a shifted copy of this one: matching vertices move
+        /// alike. One of the two families names the other, or both do.
         partner: Option<String>,
     },
-    /// Does not move.
+    /// The family does not move.
     Fixed,
-    /// Moved as its user says.
+    /// The family takes the displacement that its user gives.
     Prescribed,
 }
 
-/// Which stage places a vertex.
+/// The stage that places a vertex. If a vertex lies on several families, the first stage in this
+/// order places it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the names are those of the roles")]
 pub enum PlacedBy {
@@ -64,26 +66,27 @@ pub enum PlacedBy {
 }
 
 impl PlacedBy {
-    /// The name of the role whose vertices the stage places.
+    /// The name of the role whose vertices this stage places.
     pub fn name(self) -> &'static str {
         ROLES.iter().find(|row| row.placed_by == self).map_or("volume", |row| row.name)
     }
 
-    /// Whether vertices of such families slide on their surface in local optimisation.
+    /// Whether local optimisation may slide the vertices on their surface.
     pub fn slides(self) -> bool {
         matches!(self, Self::Wing | Self::TrailingEdge | Self::Wingtip | Self::Carenage)
     }
 
-    /// Whether such families are moved by the design or follow what is; planes only slide along.
+    /// Whether the families move: by the design, or because they follow families that do. Planes do
+    /// not count, as they only slide.
     pub fn moves(self) -> bool {
         !matches!(self, Self::Fixed | Self::Plane | Self::Volume)
     }
 }
 
-/// Everything that the table of a family may say beside its role.
+/// The options in a family's table beside its role.
 #[derive(Clone, Debug, Default)]
 pub struct RoleOptions {
-    /// See [`Role::Wingtip`]; 0.5 if nothing is said.
+    /// See [`Role::Wingtip`]; 0.5 if `None`.
     pub coefficient: Option<f64>,
     /// See [`Role::Wingtip`].
     pub start: TipStart,
@@ -96,19 +99,19 @@ pub struct RoleOptions {
 /// A row of [`ROLES`].
 #[derive(Debug)]
 pub struct RoleRow {
-    /// Its name in case files.
+    /// The name in case files.
     pub name: &'static str,
-    /// Other names by which case files may call it.
+    /// Other names in case files.
     pub aliases: &'static [&'static str],
-    /// The keys that belong to it alone.
+    /// The keys that only this role has.
     pub keys: &'static [&'static str],
-    /// The stage that places its vertices.
+    /// The stage that places the vertices.
     pub placed_by: PlacedBy,
-    /// The role with these options.
+    /// Makes the role from its options.
     pub make: fn(RoleOptions) -> Role,
 }
 
-/// Every role.
+/// All roles.
 pub const ROLES: &[RoleRow] = &[
     RoleRow { name: "wing", aliases: &[], keys: &[], placed_by: PlacedBy::Wing, make: |_| Role::Wing },
     RoleRow {
@@ -150,31 +153,31 @@ pub const ROLES: &[RoleRow] = &[
 ];
 
 impl Role {
-    /// A flat plane family that slides by itself.
+    /// A flat plane family without a partner.
     pub const PLANE: Self = Self::Plane { flat: None, partner: None };
 
-    /// The role of this name or alias, with these options.
+    /// The role with this name or alias, made from its options.
     pub fn named(name: &str, options: RoleOptions) -> Option<Self> {
         RoleRow::named(name).map(|row| (row.make)(options))
     }
 
-    /// Its row in the table.
+    /// The row of the role.
     pub fn row(&self) -> &'static RoleRow {
         let is = |row: &&RoleRow| discriminant(&(row.make)(RoleOptions::default())) == discriminant(self);
         ROLES.iter().find(is).expect("every role has a row; a test looks")
     }
 
-    /// Its name in case files.
+    /// The name in case files.
     pub fn name(&self) -> &'static str {
         self.row().name
     }
 
-    /// The stage that places vertices of a family with this role.
+    /// The stage that places the vertices of a family with this role.
     pub fn placed_by(&self) -> PlacedBy {
         self.row().placed_by
     }
 
-    /// Whether it slides in a plane.
+    /// Whether the family slides in a plane.
     pub fn is_plane(&self) -> bool {
         matches!(self, Self::Plane { .. })
     }

@@ -1,4 +1,5 @@
-//! What vertices slide on: the original surface of a carenage, the plane of a plane family.
+//! The shapes on which vertices slide: the original surface of a carenage, the plane of a plane
+//! family.
 
 use glam::DVec3;
 
@@ -9,28 +10,28 @@ use crate::{
     projection::{TargetSurface, continuation},
 };
 
-/// A plane family is flat to this fraction of its size, if its user says nothing else.
+/// Default for the flatness of a plane family, as a fraction of its size.
 const FLAT: f64 = 1e-6;
 
-/// The surface a carenage slides on, or the plane a plane family lies in.
+/// The surface of a carenage, or the plane of a plane family.
 #[derive(Clone, Debug)]
 pub enum FamilyShape {
-    /// The original triangles, continued across the wings' roots.
+    /// The original triangles of a carenage, continued across the wings' roots.
     Surface(TargetSurface),
-    /// A plane through a point with a unit normal.
+    /// A point of the plane, and the plane's unit normal.
     Plane(DVec3, DVec3),
 }
 
-/// A shape as one vertex keeps to it.
+/// A shape for one vertex.
 #[derive(Clone, Copy)]
 pub struct ShapeAtVertex<'a> {
     pub(super) shape: &'a FamilyShape,
-    /// How far the vertex stays off a plane, along its normal.
+    /// Signed distance of the vertex from a plane, along the plane's normal, in the mesh's unit.
     pub(super) offset: f64,
 }
 
 impl ShapeAtVertex<'_> {
-    /// The vertex's place nearest to `at`.
+    /// The allowed point of the vertex nearest to `at`, in the mesh's unit.
     pub fn closest(&self, at: DVec3) -> DVec3 {
         match self.shape {
             FamilyShape::Surface(target) => target.closest(at).point,
@@ -46,17 +47,19 @@ impl ShapeAtVertex<'_> {
         }
     }
 
-    /// Where the line through `from` along a unit direction meets the vertex's places; the closest one if it hardly does.
+    /// The point where the line through `from` along a unit direction meets the allowed points of
+    /// the vertex. The nearest allowed point if the line is nearly parallel to the shape.
     pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
         match self.shape {
             FamilyShape::Surface(target) => target.along(from, direction),
             FamilyShape::Plane(point, normal) => {
                 let slope = normal.dot(direction);
-                // As in `TargetSurface::along`: a line that nearly runs in the plane meets it too far away.
+                // As in `TargetSurface::along`: a line nearly parallel to the plane meets it too
+                // far away.
                 if slope.abs() < 0.2 {
                     self.closest(from)
                 } else {
-                    // Rounding must not leave it off the plane.
+                    // A second projection, so that rounding does not leave the point off the plane.
                     self.closest(from - direction * ((normal.dot(from - *point) - self.offset) / slope))
                 }
             }
@@ -64,11 +67,13 @@ impl ShapeAtVertex<'_> {
     }
 }
 
-/// The plane of a family, whose vertices may lie off it by `flat` of its size: of the largest distance of a vertex from their
-/// centre.
+/// The plane fitted to a family.
+///
+/// - `flat`: allowed distance of a vertex from the plane, as a fraction of the largest distance of
+///   a vertex from their centre
 ///
 /// # Errors
-/// They lie farther off.
+/// [`SetupError::NotPlane`]: a vertex lies farther off.
 pub(super) fn fit_plane(
     mesh: &TetMesh,
     surface: &Surface,
@@ -80,12 +85,12 @@ pub(super) fn fit_plane(
     let centre = vertices.iter().map(|&vertex| at(vertex)).sum::<DVec3>() / vertices.len().max(1) as f64;
     let area: DVec3 = surface.corners_of(family).map(|corners| triangle_normal(corners.map(at))).sum();
     let mut normal = area.normalize_or(DVec3::Y);
-    // Rounding must not tilt a coordinate plane: then "in the plane" can hold to the last bit.
+    // Rounding must not tilt a coordinate plane. Then "in the plane" can hold to the last bit.
     if let Some(axis) = DVec3::AXES.into_iter().find(|axis| axis.dot(normal).abs() > 1.0 - 1e-12) {
         normal = axis;
     }
     let off = |normal: DVec3| vertices.iter().map(|&vertex| normal.dot(at(vertex) - centre).abs()).fold(0.0, f64::max);
-    // Nor must noise: where a coordinate plane fits about as well, the file means that.
+    // Noise must not tilt it either: a coordinate plane is taken if it fits about as well.
     let near =
         |axis: &DVec3| flat.is_some() && axis.cross(normal).length() < MOST_FLAT && off(*axis) <= 2.0 * off(normal);
     if let Some(axis) = DVec3::AXES.into_iter().find(near) {
@@ -101,16 +106,19 @@ pub(super) fn fit_plane(
     Ok(FamilyShape::Plane(centre, normal))
 }
 
-/// The least number of two digits that is not below `x > 0`.
+/// The smallest number with two digits that is not below `x > 0`.
 fn rounded_up(x: f64) -> f64 {
     let digit = 10f64.powi(x.log10().floor() as i32 - 1);
-    // Read back from its digits, as its user will write it.
+    // The number is parsed from its two digits, as a case file holds it.
     let written = |count: f64| format!("{:.1e}", count * digit).parse::<f64>().unwrap_or(x);
     let count = (x / digit).ceil();
     if written(count) < x { written(count + 1.0) } else { written(count) }
 }
 
-/// A carenage's triangles and a patch over every hole that wings leave in it.
+/// The surface of a carenage: its triangles, and a patch over every hole under a wing.
+///
+/// # Errors
+/// [`SetupError::Continuation`]: a hole cannot be closed.
 pub(super) fn continued(
     mesh: &TetMesh,
     surface: &Surface,

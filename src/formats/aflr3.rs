@@ -1,8 +1,14 @@
-//! AFLR3 files, `.ugrid`: ascii, or binary as the extension before it says (`.b8.ugrid`), with the names of the families
-//! in a `.mapbc` file beside.
+//! AFLR3 files, `.ugrid`: ASCII, or binary if an extension before it says so (`.b8.ugrid`). The
+//! names of the families are in a `.mapbc` file beside the mesh.
 //!
-//! `b` is big-endian, `lb` little-endian, `r` and `lr` the same in Fortran's records; 8 or 4 is the size of a coordinate;
-//! a last `l` makes counts and indices 64 bits wide. What follows the cells in the file is kept.
+//! | part of the extension | meaning |
+//! |---|---|
+//! | `b`, `lb` | binary, big-endian or little-endian |
+//! | `r`, `lr` | the same, in Fortran's records |
+//! | `8`, `4` | bytes of a coordinate |
+//! | `l` at the end | counts and indices with 64 bits |
+//!
+//! Data after the cells are kept when the file is written back.
 //!
 //! Source: the UG_IO documentation of the SimCenter, "3D Grid File Type UGRID".
 
@@ -22,7 +28,7 @@ use super::scanner::{Encoding, Endian, Scanner, Width};
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "AFLR3";
 
-/// The extensions of its variants.
+/// The extensions of the variants.
 const EXTENSIONS: &[&str] = &[
     "ugrid",
     "b8.ugrid",
@@ -48,17 +54,17 @@ pub(super) const FORMAT: Format = Format {
     companion: Some(companion),
 };
 
-/// Where the corners of a pyramid stand in the file: its base is 2, 1, 4, 5 there, its apex 3.
+/// Places of a pyramid's corners in the file: its base is 2, 1, 4, 5 there, and its apex is 3.
 const PYRAMID: [usize; 5] = [1, 0, 3, 4, 2];
 
-/// How numbers are written.
+/// The encoding of a variant.
 #[derive(Clone, Copy)]
 struct Variant {
     encoding: Encoding,
     width: Width,
-    /// Counts and indices are 64 bits wide.
+    /// Whether counts and indices have 64 bits.
     long: bool,
-    /// The counts and the rest are records of Fortran.
+    /// Whether counts and the other data are records of Fortran.
     records: bool,
 }
 
@@ -87,20 +93,22 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// A count or an index.
+    /// Reads a count or an index.
     #[inline]
     fn index(&mut self, what: &'static str) -> Result<i64, ReadError> {
         if self.variant.long { self.scanner.long(what) } else { self.scanner.int(what).map(i64::from) }
     }
 
-    /// A count of things of at least so many bytes in a text file and numbers in a binary one.
+    /// Reads a count. An entity has at least `text` bytes in a text file, and `binary` bytes in a
+    /// binary one.
     fn count(&mut self, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
         let count = self.index(what)?;
         let count = u64::try_from(count).map_err(|_| self.scanner.malformed(what, count.to_string()))?;
         self.scanner.checked(what, count, text, binary)
     }
 
-    /// The length that Fortran puts before and after a record; `expected` where it is known.
+    /// Reads the length that Fortran writes before and after a record, and compares it with
+    /// `expected` if this is given.
     fn record(&mut self, expected: Option<i32>) -> Result<(), ReadError> {
         if self.variant.records {
             let found = self.scanner.int("the length of a record")?;
@@ -146,7 +154,7 @@ impl Reader<'_> {
     }
 }
 
-/// Reads an AFLR3 file from its (decompressed) bytes; beside `path` a `.mapbc` file is looked for.
+/// Reads an AFLR3 file from its (decompressed) bytes. The `.mapbc` file is searched beside `path`.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let variant = Variant::of(extension);
     let mut reader = Reader { scanner: Scanner::new(path, &bytes), variant };
@@ -214,12 +222,13 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     })
 }
 
-/// Where the names of the families stand.
+/// Path of the file with the names of the families.
 fn mapbc_path(path: &Path) -> PathBuf {
     mapbc::path_beside(path, EXTENSIONS)
 }
 
-/// Writes an AFLR3 file whose arrays have been checked. References are the families' numbers, counted from 1.
+/// Writes an AFLR3 file whose arrays have been checked. The references are the families' numbers,
+/// counted from 1.
 fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let variant = Variant::of(new_file.extension);
     let index = |out: &mut Out, value: u64, end: &str| match variant.encoding {
@@ -230,7 +239,8 @@ fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let shapes = CellKind::FACES.into_iter().chain(CellKind::CELLS);
     let counts: Vec<usize> = iter::once(n_vertices).chain(shapes.map(|shape| new_file.of(shape).len())).collect();
     let record = |out: &mut Out, length: usize| match variant.encoding {
-        // Longer records than their length can say are written by others modulo its range, too.
+        // Records longer than their length field can hold get the length modulo its range, as in
+        // other programs.
         Encoding::Binary(Endian::Little) if variant.records => out.write_all(&(length as u32).to_le_bytes()),
         Encoding::Binary(Endian::Big) if variant.records => out.write_all(&(length as u32).to_be_bytes()),
         _ => Ok(()),
@@ -298,13 +308,13 @@ fn write_index(out: &mut Out, value: u64, endian: Endian, long: bool) -> io::Res
     })
 }
 
-/// The `.mapbc` file of a new mesh: the families' names, without boundary conditions.
+/// The `.mapbc` file of a new mesh: the names of the families, without boundary conditions.
 fn companion(new_file: &NewFile) -> Companion {
     let names = mapbc::names(new_file);
     Companion { path: mapbc_path, bytes: Some(mapbc::without_conditions(&names)), names }
 }
 
-/// What a new file holds otherwise: no boundary conditions, names without spaces, perhaps single precision.
+/// Losses of a new file: boundary conditions, spaces in names, perhaps double precision.
 fn limits(new_file: &NewFile) -> Vec<String> {
     let mut limits = mapbc::limits(new_file);
     limits.push("boundary conditions: the .mapbc file beside it gives every family the number 0".to_string());

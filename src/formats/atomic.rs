@@ -1,4 +1,4 @@
-//! Files that appear complete or not at all.
+//! Files that appear whole or not at all.
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
 
-/// Writes a file through a temporary one in the same folder, which takes the path's name when it is complete.
+/// Writes a file through a temporary one in the same folder. The temporary file takes the path's
+/// name when it is complete.
 ///
-/// If `write` fails, or the process dies, whatever stood at `path` before is untouched. The file gets the permissions
-/// of any new file. A symbolic link keeps pointing at the file that is replaced; a path that is no regular file
-/// (`/dev/stdout`, a pipe) is written to directly.
+/// If `write` fails, or the process dies, the old file at `path` is untouched. The file gets the
+/// permissions of any new file. A symbolic link still points to the replaced file. A path that is
+/// no regular file (`/dev/stdout`, a pipe) is written directly.
 ///
 /// # Errors
 ///
-/// What `write` returns, and what goes wrong when the temporary file is made, filled or renamed.
+/// The error of `write`, or an error of making, filling or renaming the temporary file.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
         let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
@@ -29,7 +30,8 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     Ok(())
 }
 
-/// Checks that [`write_atomically`] to `path` can work, by making and removing an empty temporary file beside it.
+/// Checks that [`write_atomically`] to `path` can work: makes and removes an empty temporary file
+/// beside it.
 pub(crate) fn check(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
@@ -39,8 +41,8 @@ pub(crate) fn check(path: &Path) -> io::Result<()> {
     without_name(temporary(&target(path)?.1))
 }
 
-/// Writes the files of a folder, which is made if it is missing. All are complete before the first takes its place, and the
-/// last, without which the folder is no mesh, takes it last.
+/// Writes the files of a folder, which is made if it is missing. All files are complete before the
+/// first takes its place. The last file, without which the folder is no mesh, takes its place last.
 pub(super) fn write_folder(path: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
     let (target, parent) = target(path)?;
     let stage = Builder::new().prefix(".idmesh-").tempdir_in(&parent)?;
@@ -64,12 +66,12 @@ pub(super) fn check_folder(path: &Path) -> io::Result<()> {
     without_name(Builder::new().prefix(".idmesh-").tempdir_in(target(path)?.1))
 }
 
-/// The error of making a temporary file without the file's name, which nobody asked for and which would only confuse.
+/// The error of making a temporary file, without the temporary name, which would confuse the user.
 fn without_name<T>(made: io::Result<T>) -> io::Result<()> {
     made.map(drop).map_err(|error| error.kind().into())
 }
 
-/// The file to replace, with symbolic links followed, and its folder.
+/// The file to replace and its folder. Symbolic links are followed.
 fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let folder = match target.parent() {
@@ -87,8 +89,8 @@ fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(".idmesh-");
-    // Temporary files are private by default (0600); this one becomes a result that others may read. The umask still
-    // applies.
+    // Temporary files are private by default (0600). This file becomes a result that others may
+    // read. The umask still applies.
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

@@ -1,4 +1,4 @@
-//! The bytes of a mesh file that was read, and where its coordinates stand in them.
+//! The bytes of a mesh file, and the places of its coordinates in them.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -11,41 +11,43 @@ use rayon::prelude::*;
 use super::out::Out;
 use super::scanner::{Encoding, Width, find_byte, next_token, parse_double};
 
-/// A mesh file's source with the places of its coordinates: all that is needed to write it back moved.
+/// The source of a mesh with the places of its coordinates: everything needed to write the file
+/// back with moved vertices.
 #[derive(Debug)]
 pub(super) struct SourceFile {
     /// Name of the file's format in [`super::FORMATS`].
     pub format: &'static str,
-    /// The extension that selected the format, and in some formats the variant.
+    /// The extension, which selects the format, and in some formats the variant.
     pub extension: &'static str,
-    /// The file, decompressed.
+    /// The decompressed bytes of the file.
     pub bytes: Vec<u8>,
-    /// Where and how its coordinates are written.
+    /// Places and encoding of the coordinates.
     pub coordinates: Box<dyn Coordinates>,
-    /// What the file holds beside the mesh, in words: lost in a new file of another format.
+    /// Parts of the file besides the mesh, in words. A new file of another format loses them.
     pub beside: Vec<String>,
-    /// A file that belongs to it and is not changed.
+    /// A file that belongs to the mesh file and does not change.
     pub companion: Option<Companion>,
-    /// Of a mesh that is a folder: the other files in it, as they are.
+    /// For a mesh that is a folder: the other files of the folder, unchanged.
     pub siblings: NamedFiles,
-    /// Families that the file calls periodic, each with its neighbour.
+    /// Pairs of families that the file declares periodic.
     pub partners: Vec<[String; 2]>,
 }
 
-/// Files of a folder: their names and contents.
+/// Names and contents of the files of a folder.
 pub(super) type NamedFiles = Vec<(String, Vec<u8>)>;
 
 /// What the references of a mesh's faces are called.
 pub(super) type Names = BTreeMap<i32, String>;
 
-/// A small file beside a mesh file, that holds what the mesh file cannot.
+/// A small file beside a mesh file, with names that the mesh file cannot hold.
 #[derive(Debug)]
 pub(super) struct Companion {
-    /// Its path, from that of the mesh file.
+    /// Computes the path from the path of the mesh file.
     pub path: fn(&Path) -> PathBuf,
-    /// Its contents; none if the mesh has no such file, but another one's must not be mistaken for it.
+    /// Contents of the file. `None` if the mesh has no such file; the file of another mesh must
+    /// then not be taken for it.
     pub bytes: Option<Vec<u8>>,
-    /// What the references of the mesh's faces are called.
+    /// Names of the references of the mesh's faces.
     pub names: Names,
 }
 
@@ -70,38 +72,41 @@ impl SourceFile {
         }
     }
 
-    /// Writes the file with the vertices moved to `vertices` `[n_vertices]`: every byte but the coordinates is copied.
+    /// Writes the file with its vertices at `vertices` `[n_vertices]`. All other bytes are copied.
     pub fn write(&self, out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         self.coordinates.write(&self.bytes, out, vertices)
     }
 }
 
-/// How a kind of file holds its coordinates.
+/// The coordinates in a kind of file.
 pub(super) trait Coordinates: fmt::Debug + Send + Sync {
-    /// Writes `bytes` with the vertices moved to `vertices` `[n_vertices]`; all other bytes stay as they are.
+    /// Writes `bytes` with the vertices at `vertices` `[n_vertices]`. All other bytes are copied.
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()>;
 }
 
-/// Coordinates that stand in the file vertex by vertex, each as three plain numbers.
+/// Coordinates in the order of the vertices, each vertex with three plain numbers.
 #[derive(Debug)]
 pub(super) struct Slots {
     pub encoding: Encoding,
     /// Size of a number in a binary file.
     pub width: Width,
-    /// Offset of each vertex's x `[n_vertices]`, increasing; y and z follow it, in a text file after white space.
+    /// Offset of each vertex's x `[n_vertices]`, ascending. y and z follow x, in a text file after
+    /// white space.
     pub slots: Vec<usize>,
 }
 
-/// Vertices in a task of writing text, and tasks whose text is kept until it is written.
+/// Vertices per task when text is written, and number of tasks whose text is kept at a time.
 const VERTICES: usize = 2048;
 const TASKS: usize = 64;
 
 impl Slots {
-    /// Writes a text file: coordinates whose value did not change keep their digits. Digits are made in parallel.
+    /// Writes a text file. A coordinate whose value did not change keeps its digits. Digits are
+    /// made in parallel.
     fn write_text(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let Some(&first) = self.slots.first() else { return out.write_all(bytes) };
         out.write_all(&bytes[..first])?;
-        // The text from a task's first coordinate to the next one's, and where that is.
+        // The text from a task's first coordinate to the next task's first one, and the offset of
+        // its end.
         let of_task = |task: usize| {
             let (begin, end) = (task * VERTICES, self.slots.len().min((task + 1) * VERTICES));
             let mut text = Vec::with_capacity(80 * (end - begin));
@@ -147,7 +152,8 @@ impl Coordinates for Slots {
     }
 }
 
-/// Copies from `copied` to the end of the vertex's last coordinate and returns that end.
+/// Copies from `copied` to the end of the vertex's last coordinate, with its new value. Returns the
+/// offset of this end.
 fn write_vertex(
     bytes: &[u8],
     out: &mut impl Write,
@@ -158,7 +164,7 @@ fn write_vertex(
     let mut at = slot;
     for value in vertex.to_array() {
         let mut token = next_token(bytes, at);
-        // OpenFOAM's comments may stand before a number.
+        // Comments of OpenFOAM may stand before a number.
         while matches!(bytes[token.clone()], [b'/', b'/' | b'*', ..]) {
             token = next_token(bytes, token.start + comment(&bytes[token.start..]));
         }
@@ -166,7 +172,7 @@ fn write_vertex(
         let ends = |byte: &u8| matches!(byte, b'%' | b'<' | b')' | b'/');
         token.end = bytes[token.clone()].iter().position(ends).map_or(token.end, |length| token.start + length);
         at = token.end;
-        // Shorter or longer digits of the same number must stay as they are: compare values, by their bits.
+        // Other digits of the same number must not change, so values are compared, by their bits.
         if parse_double(&bytes[token.clone()]).map(f64::to_bits) != Some(value.to_bits()) {
             out.write_all(&bytes[copied..token.start])?;
             write_shortest(out, value)?;
@@ -177,7 +183,8 @@ fn write_vertex(
     Ok(at)
 }
 
-/// Length of the comment of C++ that a text begins with: up to its line's end, or with its `*/`.
+/// Length of the C++ comment at the start of a text: up to the end of its line, or including its
+/// `*/`.
 pub(super) fn comment(text: &[u8]) -> usize {
     let inside = text.get(2..).unwrap_or_default();
     let length = match text.get(1) {
@@ -187,7 +194,10 @@ pub(super) fn comment(text: &[u8]) -> usize {
     (length.unwrap_or(inside.len()) + 2).min(text.len())
 }
 
-/// A coordinate in single precision, if it has a place there.
+/// A coordinate in single precision.
+///
+/// # Errors
+/// The coordinate is too large.
 pub(super) fn narrow(value: f64) -> io::Result<f32> {
     let narrow = value as f32;
     if narrow.is_finite() {
@@ -197,7 +207,8 @@ pub(super) fn narrow(value: f64) -> io::Result<f32> {
     Err(io::Error::new(io::ErrorKind::InvalidData, message))
 }
 
-/// The fewest digits that read back as the same number; with an exponent where zeros would pile up.
+/// Writes the fewest digits that read back as the same number, with an exponent where there would
+/// be many zeros.
 pub(super) fn write_shortest(out: &mut impl Write, value: f64) -> io::Result<()> {
     if value == 0.0 || (1e-5..1e16).contains(&value.abs()) { write!(out, "{value}") } else { write!(out, "{value:e}") }
 }

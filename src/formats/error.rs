@@ -1,4 +1,4 @@
-//! Why a mesh file could not be read or written.
+//! Errors of reading and writing mesh files.
 
 use std::fmt;
 use std::io;
@@ -7,16 +7,17 @@ use std::path::PathBuf;
 use glam::DVec3;
 use thiserror::Error;
 
-/// Where in a file: a line of a text file, a byte of a binary one (of its decompressed contents), a node of a tree.
+/// A place in a file: a line of a text file, a byte of the decompressed contents of a binary file,
+/// or a node of a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Location {
-    /// Line of a text file, from 1.
+    /// A line of a text file, from 1.
     Line(PathBuf, usize),
-    /// Offset in a binary file, from 0.
+    /// An offset in a binary file, from 0.
     Byte(PathBuf, usize),
-    /// Node of a CGNS file by the names that lead to it, such as `/Base/Zone/GridCoordinates`.
+    /// A node of a CGNS file: the names on the way to it, such as `/Base/Zone/GridCoordinates`.
     Node(PathBuf, String),
-    /// The file as a whole.
+    /// The whole file.
     File(PathBuf),
 }
 
@@ -31,86 +32,86 @@ impl fmt::Display for Location {
     }
 }
 
-/// Why a mesh could not be read.
+/// An error of reading a mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The file is missing or cannot be read.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The file's gzip stream is broken.
     #[error("{}: cannot be unzipped, the file is damaged or cut short: {source}", path.display())]
     Zipped {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
-        /// What is wrong with the stream.
+        /// The error in the stream.
         source: io::Error,
     },
-    /// No format has that extension.
+    /// No format has this extension.
     #[error("{}: unknown mesh format; known are {known}, each also with .gz", path.display())]
     UnknownFormat {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
         /// The extensions that can be read.
         known: String,
     },
-    /// The file holds nothing.
+    /// The file is empty.
     #[error("{}: the file is empty", path.display())]
     Empty {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
     },
-    /// A version or variant of the format that is not read.
+    /// The version or variant of the format is not supported.
     #[error("{}: {found} is not read; {hint}", path.display())]
     Unsupported {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
-        /// What the file says it is.
+        /// Name of the version or variant.
         found: String,
-        /// What to do about it.
+        /// Advice for the user.
         hint: &'static str,
     },
-    /// Something else stands where the format asks for something.
+    /// The file holds something else than the format requires.
     #[error("{place}: expected {expected}, found {found}")]
     Malformed {
-        /// Where.
+        /// Place in the file.
         place: Location,
-        /// What the format asks for.
+        /// The contents that the format requires.
         expected: String,
-        /// What stands there.
+        /// The contents found.
         found: String,
     },
     /// The file ends too early.
     #[error("{place}: the file ends where {expected} should stand")]
     Truncated {
-        /// The file's end.
+        /// End of the file.
         place: Location,
-        /// What the format asks for there.
+        /// The contents that the format requires there.
         expected: String,
     },
-    /// A count that the rest of the file is too short for.
+    /// A count is too large for the rest of the file.
     #[error("{place}: {what} is {count}, but only {remaining} bytes of the file are left")]
     AbsurdCount {
-        /// Where the count stands.
+        /// Place of the count.
         place: Location,
-        /// What is counted.
+        /// The counted entities.
         what: &'static str,
         /// The count.
         count: u64,
-        /// Bytes after it.
+        /// Number of bytes after the count.
         remaining: usize,
     },
     /// A coordinate is NaN or infinite.
     #[error("{place}: vertex {vertex} has coordinate {value}, not a finite number")]
     NotFinite {
-        /// Where the coordinate stands.
+        /// Place of the coordinate.
         place: Location,
-        /// The vertex's tag in the file.
+        /// Tag of the vertex in the file.
         vertex: u64,
         /// The coordinate.
         value: f64,
@@ -118,43 +119,43 @@ pub enum ReadError {
     /// Two vertices have the same tag.
     #[error("{place}: the vertex with these coordinates has tag {tag}, which an earlier vertex has too")]
     DuplicateVertex {
-        /// Where the second one's coordinates stand.
+        /// Place of the second vertex's coordinates.
         place: Location,
-        /// Their common tag.
+        /// The common tag.
         tag: u64,
     },
     /// An element names a vertex that the file does not define.
     #[error("{place}: {entity} {element} names vertex {vertex}, but the file defines {defined}")]
     UnknownVertex {
-        /// Where the name stands.
+        /// Place of the vertex's name.
         place: Location,
         /// `tet` or `triangle`.
         entity: &'static str,
-        /// The element's tag in the file.
+        /// Tag of the element in the file.
         element: u64,
-        /// The vertex's tag.
+        /// Tag of the vertex.
         vertex: String,
-        /// How many vertices there are and in which range their tags lie.
+        /// Number of vertices and range of their tags, in words.
         defined: String,
     },
-    /// The mesh has other cells and faces than tets and triangles.
+    /// The mesh has cells or faces other than tets and triangles.
     #[error(
         "{}: only meshes of linear tets and triangles can be moved, but the file has {found}", path.display()
     )]
     Elements {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
-        /// Counts and names of the others.
+        /// Counts and names of these cells and faces.
         found: String,
     },
-    /// A part of the mesh is not in the file.
+    /// A part of the mesh is missing in the file.
     #[error("{}: the file has no {what}; {hint}", path.display())]
     Missing {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
         /// The missing part.
         what: &'static str,
-        /// What to do about it.
+        /// Advice for the user.
         hint: &'static str,
     },
     /// Some triangles belong to no family.
@@ -164,13 +165,13 @@ pub enum ReadError {
         path.display()
     )]
     WithoutFamily {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
-        /// How many triangles.
+        /// Number of these triangles.
         count: usize,
-        /// Of how many.
+        /// Number of all triangles.
         n_triangles: usize,
-        /// Where the first of them is.
+        /// Place of the first of these triangles.
         detail: String,
     },
     /// A triangle belongs to two families.
@@ -179,100 +180,100 @@ pub enum ReadError {
         path.display()
     )]
     TwoFamilies {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
         /// The surface or triangle.
         what: String,
-        /// One family.
+        /// Name of the first family.
         first: String,
-        /// The other.
+        /// Name of the second family.
         second: String,
     },
-    /// More vertices or families than can be numbered.
+    /// There are more vertices or families than can be numbered.
     #[error("{}: {count} {what} are too many (at most {limit})", path.display())]
     TooMany {
-        /// The mesh file.
+        /// Path of the mesh file.
         path: PathBuf,
-        /// Vertices or families.
+        /// The counted entities.
         what: &'static str,
-        /// How many.
+        /// The count.
         count: usize,
-        /// How many can be numbered.
+        /// The largest count allowed.
         limit: usize,
     },
 }
 
-/// Why a mesh could not be written.
+/// An error of writing a mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WriteError {
     /// The file cannot be made.
     #[error("cannot write {}: {source}", path.display())]
     Io {
-        /// The file to write.
+        /// Path of the file to write.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// No format has that extension.
+    /// No format has this extension.
     #[error("cannot write {}: unknown mesh format; known are {known}, each also with .gz", path.display())]
     UnknownFormat {
-        /// The file to write.
+        /// Path of the file to write.
         path: PathBuf,
         /// The extensions that can be written.
         known: String,
     },
-    /// An array does not fit the mesh.
+    /// An array does not have the mesh's length.
     #[error("{found} {what} do not fit a mesh that has {expected}")]
     Length {
-        /// What the array holds.
+        /// Contents of the array.
         what: &'static str,
-        /// Its length.
+        /// Length of the array.
         found: usize,
-        /// The length that fits.
+        /// The length required.
         expected: usize,
     },
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} is at {position}: not finite, so the mesh is not written")]
     NotFinite {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
-        /// Where it is said to be.
+        /// Position of the vertex.
         position: DVec3,
     },
-    /// A file beside the one to write would give its families wrong names.
+    /// A file beside the one to write has other names for the families.
     #[error(
         "{} is there already and is not this mesh's: {what}; remove it, or write the mesh under another name", path.display()
     )]
     Stale {
-        /// The file beside.
+        /// Path of the file beside.
         path: PathBuf,
-        /// Where they differ.
+        /// The difference.
         what: String,
     },
-    /// Two meshes to write would have one file beside them that gives the families of one of them wrong names.
+    /// Two meshes to write need the same file beside them, with different names for the families.
     #[error(
         "{} and {} number the families of the mesh otherwise, but would both find their names in {}; give one of them \
          another name", first.display(), second.display(), path.display()
     )]
     Shared {
-        /// The file beside.
+        /// Path of the file beside.
         path: PathBuf,
-        /// One mesh file.
+        /// Path of the first mesh file.
         first: PathBuf,
-        /// The other.
+        /// Path of the second mesh file.
         second: PathBuf,
     },
-    /// A cell names a vertex that is not there.
+    /// A cell names a vertex that does not exist.
     #[error("{entity} {index} names vertex {vertex}, but there are {n_vertices} vertices")]
     VertexOutOfRange {
         /// `tet` or `triangle`.
         entity: &'static str,
-        /// Which of them.
+        /// Index of the cell.
         index: usize,
-        /// The vertex it names.
+        /// Index of the vertex.
         vertex: u32,
-        /// How many there are.
+        /// Number of vertices.
         n_vertices: usize,
     },
 }

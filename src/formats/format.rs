@@ -12,33 +12,35 @@ use crate::mesh::{OtherCells, TetMesh};
 /// One mesh file format: a row of [`FORMATS`](super::FORMATS). Every format may also be gzipped
 /// (`.msh.gz`).
 pub struct Format {
-    /// What messages call it.
+    /// Name in messages.
     pub name: &'static str,
-    /// Extensions that select it, lower case, without the dot.
+    /// Extensions that select the format, in lower case, without the dot.
     pub extensions: &'static [&'static str],
-    /// What it holds, one line.
+    /// Description in one line.
     pub description: &'static str,
     pub(super) read: Reader,
     pub(super) create: Create,
-    /// What a new file will not hold or hold otherwise, in words.
+    /// Losses of a new file, in words.
     pub(super) limits: fn(&NewFile) -> Vec<String>,
-    /// A small file that belongs to a new one.
+    /// Makes the small file that belongs to a new file.
     pub(super) companion: Option<fn(&NewFile) -> Companion>,
 }
 
-/// Reads the (decompressed) bytes of the file at that path, which that extension selected.
+/// Reads the (decompressed) bytes of a file, given its path and the extension that selected the
+/// format.
 pub(super) type Reader = fn(&Path, &'static str, Vec<u8>) -> Result<Parsed, ReadError>;
 
-/// How a new mesh is written.
+/// The writer of a new mesh.
 pub(super) enum Create {
     File(Creator),
-    /// Names and contents of the files of a folder, the one that makes it a mesh last.
+    /// Gives names and contents of the files of a folder. The file that makes the folder a mesh is
+    /// last.
     Folder(fn(&NewFile) -> io::Result<NamedFiles>),
 }
 
 pub(super) type Creator = fn(&mut Out, &NewFile) -> io::Result<()>;
 
-/// What a reader makes of a file.
+/// The result of a reader.
 pub(super) struct Parsed {
     pub mesh: TetMesh,
     pub others: OtherCells,
@@ -46,7 +48,7 @@ pub(super) struct Parsed {
 }
 
 impl Format {
-    /// How a new file is written, if it is one file.
+    /// The writer of a new file, if a mesh of this format is one file.
     pub(super) fn creator(&self, path: &Path) -> Result<Creator, WriteError> {
         match self.create {
             Create::File(create) => Ok(create),
@@ -54,14 +56,14 @@ impl Format {
         }
     }
 
-    /// Whether a mesh of this format is a folder, which its whole name selects, and cannot be read
-    /// from one file's bytes.
+    /// Whether a mesh of this format is a folder. The folder's name selects the format, and one
+    /// file's bytes are not enough to read it.
     pub fn is_folder(&self) -> bool {
         matches!(self.create, Create::Folder(_))
     }
 }
 
-/// The error that a new mesh of a folder's format has another name.
+/// The error of a new mesh in a folder's format with a wrong name.
 pub(super) fn needs_folder(path: &Path) -> WriteError {
     let message = "a new OpenFOAM mesh is a folder with the name polyMesh";
     WriteError::Io { path: path.into(), source: io::Error::new(io::ErrorKind::InvalidInput, message) }

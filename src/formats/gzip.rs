@@ -1,7 +1,8 @@
 //! Gzip: files are packed on all threads, and unpacked.
 //!
-//! A gzip file may consist of members one after another, which unpack to one whole (RFC 1952, section 2.2). Here every
-//! member holds as many bytes of the file as another, however many threads there are, so the file is always the same.
+//! A gzip file may consist of several members, which unpack to one file (RFC 1952, section 2.2).
+//! Here every member holds the same number of plain bytes, independent of the number of threads, so
+//! the file is always the same.
 
 use std::borrow::Cow;
 use std::io::{self, Read, Write};
@@ -12,35 +13,36 @@ use rayon::prelude::*;
 
 use super::error::ReadError;
 
-/// Bytes of the plain file in a member.
+/// Plain bytes of a member.
 const MEMBER: usize = 1 << 19;
 
-/// How hard to try. Binary meshes hardly shrink further: one of 98 000 tets is 1 % larger than with the usual level 6, in less than
-/// a third of the time.
+/// Compression level. Binary meshes hardly shrink further with higher levels: a mesh of 98 000 tets
+/// is 1 % larger than with the usual level 6, in less than a third of the time.
 const LEVEL: Compression = Compression::new(2);
 
-/// Packs what is written to it.
+/// A writer that compresses.
 pub(super) struct Gzip<'a> {
     out: &'a mut dyn Write,
-    /// Not packed yet; less than a batch.
+    /// Plain bytes that are not compressed yet, less than a batch.
     plain: Vec<u8>,
-    /// Members are packed so many at a time.
+    /// Number of members that are compressed at a time.
     batch: usize,
 }
 
 impl<'a> Gzip<'a> {
-    /// Packs into `out`.
+    /// Compresses into `out`.
     pub(super) fn new(out: &'a mut dyn Write) -> Self {
         let batch = 2 * rayon::current_num_threads();
         Self { out, plain: Vec::with_capacity(MEMBER), batch }
     }
 
-    /// Packs what is left.
+    /// Compresses the remaining bytes.
     pub(super) fn finish(mut self) -> io::Result<()> {
         self.pack()
     }
 
-    /// Packs what there is: whole members, but for the last one of the file.
+    /// Compresses the plain bytes in whole members. Only the last member of the file may be
+    /// shorter.
     fn pack(&mut self) -> io::Result<()> {
         let member = |plain: &[u8]| {
             let mut encoder = GzEncoder::new(Vec::new(), LEVEL);
@@ -65,13 +67,13 @@ impl Write for Gzip<'_> {
         Ok(taken.len())
     }
 
-    /// A member is packed when it is full or the last.
+    /// A member is compressed when it is full or the last one, so a flush does nothing.
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
 }
 
-/// The contents of a file that may be gzipped; `path` is for messages.
+/// The contents of a file that may be gzipped. `path` is for messages.
 pub(super) fn unzipped<'a>(path: &Path, bytes: Cow<'a, [u8]>) -> Result<Cow<'a, [u8]>, ReadError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes);

@@ -1,4 +1,4 @@
-//! Reads a text file line by line, without its comments, and knows where things stood.
+//! Reads a text file line by line without its comments, and keeps the offsets of words.
 
 use std::path::Path;
 
@@ -9,16 +9,17 @@ use super::scanner::{find_byte, next_token, parse_double, parse_unsigned, shown}
 pub(super) struct Lines<'a> {
     path: &'a Path,
     bytes: &'a [u8],
-    /// Each begins a comment that goes to the line's end.
+    /// Each byte begins a comment that ends with the line.
     comments: &'static [u8],
     at: usize,
 }
 
-/// A line without its comment and the white space around it; its words are taken one after another.
+/// A line without its comment and without white space around it. Its words are taken one after
+/// another.
 #[derive(Clone)]
 pub(super) struct Line<'a> {
     pub text: &'a [u8],
-    /// Offset in the file.
+    /// Offset of the line in the file.
     pub start: usize,
     at: usize,
 }
@@ -49,13 +50,16 @@ impl<'a> Lines<'a> {
         None
     }
 
-    /// The next line that is not blank, as `expected`.
+    /// The next line that is not blank.
+    ///
+    /// # Errors
+    /// [`ReadError::Truncated`]: there is none.
     pub fn demand(&mut self, expected: &str) -> Result<Line<'a>, ReadError> {
         self.next_line()
             .ok_or_else(|| ReadError::Truncated { place: self.place(self.bytes.len()), expected: expected.to_string() })
     }
 
-    /// Goes to an offset at which a line begins.
+    /// Goes to an offset at the begin of a line.
     pub fn go_to(&mut self, at: usize) {
         self.at = at;
     }
@@ -64,17 +68,21 @@ impl<'a> Lines<'a> {
         self.path
     }
 
-    /// `at` in the words of a message. Counts lines, so call it for errors only.
+    /// The place of an offset, for messages. It counts lines, so it is slow.
     pub fn place(&self, at: usize) -> Location {
         Location::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
     }
 
-    /// The error that something else than `expected` stands at an offset.
+    /// The error of other contents than `expected` at an offset.
     pub fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         ReadError::Malformed { place: self.place(at), expected: expected.into(), found: found.into() }
     }
 
-    /// `count`, which stands at that offset, as a length, if that many lines of so many bytes can still follow.
+    /// Converts `count`, at the offset `at`, if the file still has this many lines of so many
+    /// bytes.
+    ///
+    /// # Errors
+    /// [`ReadError::AbsurdCount`]
     pub fn checked(&self, at: usize, what: &'static str, count: u64, bytes: u64) -> Result<usize, ReadError> {
         let remaining = self.bytes.len() - self.at;
         if count.checked_mul(bytes).is_none_or(|bytes| bytes > remaining as u64 + 1) {
@@ -83,13 +91,13 @@ impl<'a> Lines<'a> {
         Ok(count as usize)
     }
 
-    /// The next word of a line as a number that counts or numbers something.
+    /// The next word of a line as a whole number that is not negative.
     #[inline]
     pub fn unsigned(&self, line: &mut Line, what: &'static str) -> Result<u64, ReadError> {
         self.number(line, what, parse_unsigned)
     }
 
-    /// The next word of a line as a number; NaN and infinity are numbers.
+    /// The next word of a line as a number, which may be NaN or infinite.
     #[inline]
     pub fn double(&self, line: &mut Line, what: &'static str) -> Result<f64, ReadError> {
         self.number(line, what, parse_double)
@@ -109,7 +117,7 @@ impl<'a> Lines<'a> {
         parse(word).ok_or_else(|| self.malformed(at, what, shown(word)))
     }
 
-    /// Fails if a line has more than `most` further words.
+    /// Checks that a line has at most `most` further words.
     pub fn ends(&self, line: &mut Line, most: usize) -> Result<(), ReadError> {
         for _ in 0..most {
             line.word();
@@ -122,7 +130,7 @@ impl<'a> Lines<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// What stands before the first `separator` and after it.
+    /// The text before the first `separator`, and the line after it.
     pub fn split(&self, separator: u8) -> Option<(&'a [u8], Line<'a>)> {
         let (key, rest) = self.text.split_at(self.text.iter().position(|&byte| byte == separator)?);
         let value = rest[1..].trim_ascii_start();
@@ -130,12 +138,12 @@ impl<'a> Line<'a> {
         Some((key.trim_ascii(), Line { text: value, start, at: 0 }))
     }
 
-    /// What is left of the line.
+    /// The rest of the line.
     pub fn rest(&self) -> &'a [u8] {
         self.text[self.at..].trim_ascii()
     }
 
-    /// The next word with its offset in the file; empty at the end.
+    /// The next word with its offset in the file. The word is empty at the end of the line.
     #[inline]
     pub fn word(&mut self) -> (usize, &'a [u8]) {
         let word = next_token(self.text, self.at);

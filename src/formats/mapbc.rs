@@ -1,8 +1,9 @@
-//! `.mapbc` files: names and boundary conditions of the references of a mesh file's faces, beside that file.
+//! `.mapbc` files: names and boundary conditions of the references of a mesh file's faces, beside
+//! the mesh file.
 //!
-//! FUN3D's form is a count and that many lines `reference condition name`. VGRID's has no count, but up to four lines of
-//! header, and lines `patch condition family #surfaces surfaces... name`. In both, `#` and `!` begin comments, and the name may be
-//! missing or have blanks.
+//! FUN3D's form is a count and as many lines `reference condition name`. VGRID's form has no count,
+//! but up to four lines of header and lines `patch condition family #surfaces surfaces... name`. In
+//! both forms `#` and `!` begin comments. The name may be missing or contain blanks.
 //!
 //! Source: the FUN3D manual, "Grid Formats"; NASA's TetrUSS documentation.
 
@@ -19,32 +20,34 @@ use super::new_file::{NewFile, clean_names, renamed};
 use super::scanner::shown;
 use crate::text::decode;
 
-/// What a file says.
+/// The contents of a file.
 #[derive(Debug, Default)]
 pub(super) struct Mapbc {
     pub names: Names,
-    /// There are boundary conditions other than 0.
+    /// Whether there are boundary conditions other than 0.
     pub has_conditions: bool,
-    /// The file.
+    /// The bytes of the file, if there is one.
     pub bytes: Option<Vec<u8>>,
 }
 
 /// Header lines of VGRID's form.
 const HEADER: usize = 4;
 
-/// Where the names of a mesh stand: `wing.mapbc` of `wing.b8.ugrid.gz`. `extensions` are those of the mesh's format.
+/// Path of the file with the names of a mesh: `wing.mapbc` for `wing.b8.ugrid.gz`.
+///
+/// - `extensions`: extensions of the mesh's format
 pub(super) fn path_beside(path: &Path, extensions: &[&str]) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let lower = name.to_ascii_lowercase();
     let stem = lower.strip_suffix(".gz").unwrap_or(&lower);
     let ends = |extension: &&&str| stem.ends_with(&format!(".{extension}"));
     let longest = extensions.iter().filter(ends).map(|extension| extension.len() + 1).max().unwrap_or(0);
-    // Letters that change their length in lower case do not occur before an ASCII extension's length from the end.
+    // Letters whose lower case has another length do not occur within the ASCII extension.
     let stem = name.get(..stem.len().saturating_sub(longest)).unwrap_or(&name);
     path.with_file_name(format!("{stem}.mapbc"))
 }
 
-/// Reads the file at `path`, which may be missing.
+/// Reads the file at `path`. The result is empty if there is no file.
 pub(super) fn read(path: &Path) -> Result<Mapbc, ReadError> {
     match fs::read(path) {
         Ok(bytes) => Ok(Mapbc { bytes: Some(bytes.clone()), ..parse(path, &bytes)? }),
@@ -61,7 +64,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Mapbc, ReadError> {
     let header_end = header.map_or(bytes.len(), |(at, _)| at);
     let first = loop {
         let line = lines.demand("the number of boundaries, or a reference and its boundary condition")?;
-        // A line that begins with a number is never passed over: it may name a patch.
+        // A line that begins with a number is never skipped, because it may name a patch.
         if number(line.clone().word().1).is_some() || line.start > header_end {
             break line;
         }
@@ -97,7 +100,7 @@ fn number(word: &[u8]) -> Option<i32> {
 }
 
 impl Mapbc {
-    /// Takes a line in; `patch` says that it may be VGRID's.
+    /// Adds a line. `patch`: whether the line may have VGRID's form.
     fn add(&mut self, lines: &Lines, mut line: Line, patch: bool) -> Result<(), ReadError> {
         let (start, word) = line.word();
         let reference =
@@ -120,14 +123,14 @@ impl Mapbc {
         }
     }
 
-    /// What a reference is called.
+    /// The name of a reference.
     pub fn name(&self, reference: i32) -> String {
         name(&self.names, reference)
     }
 }
 
-/// A line after VGRID's family, number of surfaces, and surfaces (one of them even if there is none), if all of these stand
-/// there.
+/// The rest of a line after VGRID's family, number of surfaces, and surfaces (at least one, even if
+/// the number is 0). The whole line if these are not all there.
 fn after_surfaces(line: Line) -> Line {
     let mut rest = line.clone();
     let mut next = || number(rest.word().1);
@@ -140,18 +143,18 @@ fn after_surfaces(line: Line) -> Line {
     rest
 }
 
-/// The names of a new mesh, whose references are the families' numbers, counted from 1.
+/// The names of a new mesh. Its references are the families' numbers, counted from 1.
 pub(super) fn names(new_file: &NewFile) -> Names {
     (1..).zip(clean_names(new_file.cells.families, fits)).collect()
 }
 
-/// A new file, in FUN3D's form.
+/// The bytes of a new file, in FUN3D's form.
 pub(super) fn without_conditions(names: &Names) -> Vec<u8> {
     let lines = names.iter().map(|(reference, name)| format!("{reference} 0 {name}\n"));
     format!("{}\n{}", names.len(), lines.collect::<String>()).into_bytes()
 }
 
-/// What it holds otherwise: names with blanks.
+/// Losses of a new file: blanks in names.
 pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
     renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits))
 }
@@ -160,10 +163,10 @@ fn fits(letter: char) -> bool {
     !letter.is_whitespace() && !letter.is_control() && !matches!(letter, '#' | '!')
 }
 
-/// Fails if a file at `path` gives the families of a mesh other names than `companion`, which belongs to the mesh.
+/// Checks that a file at `path` has the same names as `companion`, which belongs to the mesh.
 ///
 /// # Errors
-/// [`WriteError::Stale`], also if it cannot be read.
+/// [`WriteError::Stale`], also if the file cannot be read.
 pub(super) fn check(path: &Path, companion: &Companion) -> Result<(), WriteError> {
     if companion.bytes.is_none() && companion.names.is_empty() {
         return Ok(());
@@ -182,12 +185,12 @@ pub(super) fn check(path: &Path, companion: &Companion) -> Result<(), WriteError
     }
 }
 
-/// Whether each reference has the same name in both.
+/// Whether every reference has the same name in both.
 pub(super) fn agree(a: &Names, b: &Names) -> bool {
     difference(a, b).is_none()
 }
 
-/// A reference with two names.
+/// A reference with different names, if there is one.
 fn difference(a: &Names, b: &Names) -> Option<i32> {
     a.keys().chain(b.keys()).copied().find(|&reference| name(a, reference) != name(b, reference))
 }

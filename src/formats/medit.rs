@@ -1,7 +1,7 @@
-//! Medit files: `.mesh` as text, `.meshb` binary in versions 1 to 4 and both byte orders.
+//! Medit files: `.mesh` as text, `.meshb` as binary in versions 1 to 4 and both byte orders.
 //!
-//! A family is a reference of the faces. Text files that idmesh wrote hold the names in a comment; others may have them in a
-//! `.mapbc` file beside.
+//! A family is a reference of faces. Text files written by idmesh hold the names in a comment.
+//! Other files may have names in a `.mapbc` file beside them.
 //!
 //! Source: L. Maréchal, *Handling unstructured meshes with the libMeshb library*.
 
@@ -38,21 +38,21 @@ pub(super) const FORMAT: Format = Format {
     companion: Some(companion),
 };
 
-/// A kind of section: its keyword, its number in a binary file.
+/// A kind of section: its keyword, and its number in a binary file.
 struct Keyword {
     name: &'static str,
     number: i32,
     new_file: MeditSection,
 }
 
-/// What a section holds.
+/// The contents of a section.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum MeditSection {
     Vertices,
     Elements(CellKind),
-    /// Elements of so many vertices that are not read, under that name.
+    /// Elements that are refused, with their name.
     Refused(&'static str),
-    /// Elements that do not belong to the mesh.
+    /// Elements that do not belong to the mesh, with their name.
     PassedOver(&'static str),
 }
 
@@ -60,7 +60,7 @@ const fn keyword(name: &'static str, number: i32, new_file: MeditSection) -> Key
     Keyword { name, number, new_file }
 }
 
-/// The sections that say something about the mesh; others are passed over.
+/// The sections that belong to the mesh. Other sections are skipped.
 const KEYWORDS: [Keyword; 12] = [
     keyword("Vertices", 4, MeditSection::Vertices),
     keyword("Edges", 5, MeditSection::PassedOver("edges")),
@@ -76,14 +76,15 @@ const KEYWORDS: [Keyword; 12] = [
     keyword("HexahedraQ2", 33, MeditSection::Refused("second-order hexahedra")),
 ];
 
-/// Number of the section that ends a binary file, and of the one that says the number of dimensions.
+/// Numbers of the section that ends a binary file, and of the section with the number of
+/// dimensions.
 const END: i32 = 54;
 const DIMENSION: i32 = 3;
 
-/// What the sections of the file have given so far.
+/// The parts of a mesh read so far.
 struct Reader<'a> {
     scanner: Scanner<'a>,
-    /// Indices and counts of a binary file are 64 bits wide.
+    /// Whether indices and counts of a binary file have 64 bits.
     long: bool,
     dimension: bool,
     positions: Option<Vec<DVec3>>,
@@ -93,7 +94,7 @@ struct Reader<'a> {
     beside: Vec<String>,
 }
 
-/// Reads a Medit file from its (decompressed) bytes; `path` is for messages.
+/// Reads a Medit file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut reader = Reader {
         scanner: Scanner::new(path, &bytes),
@@ -118,7 +119,8 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let of_comment = |tag: i32| names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
     let mut unnamed: Vec<i32> = mesh_builder.used_tags();
     unnamed.retain(|&tag| of_comment(tag).is_none());
-    // The comment is of the same file. Where it names all, what lies beside may be another mesh's.
+    // The comment belongs to the same file. If it names all references, a `.mapbc` file beside may
+    // belong to another mesh.
     let mapbc = if unnamed.is_empty() { Mapbc::default() } else { mapbc::read(&mapbc_path(path))? };
     if mapbc.has_conditions {
         beside.push("boundary conditions of the .mapbc file".to_string());
@@ -133,7 +135,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     Ok(Parsed { mesh, others, document })
 }
 
-/// Where names of families may stand.
+/// Path of the file that may hold names of families.
 fn mapbc_path(path: &Path) -> PathBuf {
     mapbc::path_beside(path, EXTENSIONS)
 }
@@ -162,7 +164,7 @@ impl Reader<'_> {
                     match KEYWORDS.iter().find(|keyword| keyword.name == name) {
                         Some(keyword) => self.section(keyword)?,
                         None if token[0].is_ascii_alphabetic() => {
-                            // The numbers of a section that idmesh does not know.
+                            // Skips the numbers of an unknown section.
                             while self
                                 .scanner
                                 .peek_byte()
@@ -179,7 +181,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads the sections of a binary file: number, where the next begins, contents.
+    /// Reads the sections of a binary file: number, offset of the next section, contents.
     fn binary(&mut self) -> Result<(), ReadError> {
         self.scanner.encoding = Encoding::Binary(Endian::Little);
         let one = self.scanner.block::<4>("the number 1")?;
@@ -246,7 +248,7 @@ impl Reader<'_> {
         if self.long { self.scanner.long(what) } else { self.scanner.int(what).map(i64::from) }
     }
 
-    /// Reads a count and that many vertices or elements, each with its reference.
+    /// Reads a count and as many vertices or elements, each with its reference.
     fn section(&mut self, keyword: &Keyword) -> Result<(), ReadError> {
         let index_bytes = if self.long { 8 } else { 4 };
         let (text, binary) = match keyword.new_file {
@@ -330,7 +332,7 @@ impl Reader<'_> {
     }
 }
 
-/// The sections of elements of a new file.
+/// The sections of elements in a new file.
 fn sections(new_file: &NewFile) -> impl Iterator<Item = (&'static Keyword, CellKind)> {
     KEYWORDS.iter().filter_map(|keyword| match keyword.new_file {
         MeditSection::Elements(shape) if new_file.of(shape).len() > 0 => Some((keyword, shape)),
@@ -338,13 +340,15 @@ fn sections(new_file: &NewFile) -> impl Iterator<Item = (&'static Keyword, CellK
     })
 }
 
-/// The elements of a shape with their references: the families' numbers, counted from 1, and 0 for cells.
+/// The elements of a shape with their references: the families' numbers, counted from 1, and 0 for
+/// cells.
 fn elements<'a>(new_file: &NewFile<'a>, shape: CellKind) -> impl Iterator<Item = (&'a [u32], i32)> {
     let families = new_file.families_of(shape).iter().map(|family| i32::from(family.0) + 1);
     new_file.of(shape).zip(families.chain(iter::repeat(0)))
 }
 
-/// Writes a Medit file whose arrays have been checked: version 2, or 3 where version 2 cannot say the file's size.
+/// Writes a Medit file whose arrays have been checked: version 2, or version 3 if the file is too
+/// large for version 2.
 fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     if new_file.extension == "mesh" { create_text(out, new_file) } else { create_binary(out, new_file) }
 }
@@ -383,7 +387,8 @@ fn create_binary(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let mut at = 8;
     int(out, 1)?;
     int(out, version)?;
-    // A section's number and where the next begins, `length` bytes of contents later.
+    // Writes a section's number and the offset of the next section, `length` bytes after the
+    // contents begin.
     let mut begin = |out: &mut Out, number: i32, length: usize| {
         at += 4 + position + length;
         out.write_all(&number.to_le_bytes())?;
@@ -409,13 +414,14 @@ fn create_binary(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     out.write_all(&[0; 8][..position])
 }
 
-/// What references a new binary file has, so that no other mesh's `.mapbc` names them. A text file says its names itself.
+/// The names of a new binary file's references, so that the `.mapbc` file of another mesh is not
+/// taken for it. A text file holds its names itself.
 fn companion(new_file: &NewFile) -> Companion {
     let names = if new_file.extension == "mesh" { Names::new() } else { mapbc::names(new_file) };
     Companion { path: mapbc_path, bytes: None, names }
 }
 
-/// What a binary Medit file does not hold: names.
+/// Losses of a new file: names, in a binary file.
 fn limits(new_file: &NewFile) -> Vec<String> {
     if new_file.extension == "mesh" {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! The cells and faces of a file, whatever its format, as a mesh with families.
+//! Makes a mesh with families of the cells and faces of a file, in any format.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
@@ -9,7 +9,7 @@ use super::error::{Location, ReadError};
 use crate::mesh::{FamilyId, OtherCells, TetMesh};
 use crate::quality;
 
-/// A kind of cell or face that a mesh is made of.
+/// A kind of cell or face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CellKind {
     Triangle,
@@ -21,13 +21,13 @@ pub(super) enum CellKind {
 }
 
 impl CellKind {
-    /// Those that fill the volume, in the order in which files hold them where they do not say another.
+    /// The kinds that fill the volume, in the usual order of files.
     pub const CELLS: [CellKind; 4] = [CellKind::Tet, CellKind::Pyramid, CellKind::Prism, CellKind::Hexahedron];
 
-    /// Those that bound it.
+    /// The kinds that bound the volume.
     pub const FACES: [CellKind; 2] = [CellKind::Triangle, CellKind::Quadrilateral];
 
-    /// How many vertices it has.
+    /// Number of vertices.
     pub const fn n_vertices(self) -> usize {
         match self {
             CellKind::Triangle => 3,
@@ -38,7 +38,7 @@ impl CellKind {
         }
     }
 
-    /// What messages call one of them.
+    /// Name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             CellKind::Triangle => "triangle",
@@ -50,24 +50,24 @@ impl CellKind {
         }
     }
 
-    /// Whether it bounds the volume rather than filling it.
+    /// Whether the kind bounds the volume.
     pub const fn is_face(self) -> bool {
         matches!(self, CellKind::Triangle | CellKind::Quadrilateral)
     }
 }
 
-/// What a kind of element is to idmesh.
+/// The meaning of a kind of element for idmesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A part of the mesh.
     Mesh(CellKind),
-    /// Points and lines of that name: not part of the mesh.
+    /// Points or lines, with their name: not part of the mesh.
     PassOver(&'static str),
-    /// Counted under that name, so that the message can say what there is.
+    /// Refused elements, with their name for the message.
     Refuse(&'static str),
 }
 
-/// More vertices than this cannot be numbered.
+/// Largest number of vertices that can be numbered.
 pub(super) const MOST_VERTICES: usize = u32::MAX as usize;
 
 /// Cells and faces while they are read.
@@ -75,18 +75,19 @@ pub(super) const MOST_VERTICES: usize = u32::MAX as usize;
 pub(super) struct MeshBuilder {
     pub tets: Vec<[u32; 4]>,
     pub triangles: Vec<[u32; 3]>,
-    /// What the file has instead of a family for each triangle `[n_triangles]`: a marker, a group, a reference.
+    /// Tag of each triangle `[n_triangles]`: a marker, a group or a reference in the file.
     pub triangle_tags: Vec<i32>,
-    /// Pyramids, prisms, hexahedra and quadrilaterals; families come with [`MeshBuilder::finish`].
+    /// Pyramids, prisms, hexahedra and quadrilaterals. Their families are set by
+    /// [`MeshBuilder::finish`].
     pub others: OtherCells,
-    /// The same as for triangles `[n_quadrilaterals]`.
+    /// Tag of each quadrilateral `[n_quadrilaterals]`.
     pub quadrilateral_tags: Vec<i32>,
     refused: BTreeMap<&'static str, usize>,
     passed_over: BTreeMap<&'static str, usize>,
 }
 
 impl MeshBuilder {
-    /// Makes room for `count` elements, a count that was checked against the size of the file.
+    /// Reserves memory for `count` elements. The count was checked against the size of the file.
     pub fn reserve(&mut self, shape: CellKind, count: usize) {
         match shape {
             CellKind::Triangle => {
@@ -104,7 +105,7 @@ impl MeshBuilder {
         }
     }
 
-    /// Adds a cell or face with the vertices that `corner` gives one after another; `tag` counts for faces.
+    /// Adds a cell or face. `corner` gives its vertices one after another. Only faces use `tag`.
     #[inline]
     pub fn push<E>(&mut self, shape: CellKind, tag: i32, corner: impl FnMut() -> Result<u32, E>) -> Result<(), E> {
         match shape {
@@ -124,7 +125,7 @@ impl MeshBuilder {
         Ok(())
     }
 
-    /// Counts elements that are not read.
+    /// Counts refused elements.
     pub fn refuse(&mut self, name: &'static str, count: usize) {
         *self.refused.entry(name).or_default() += count;
     }
@@ -143,7 +144,10 @@ impl MeshBuilder {
             .collect()
     }
 
-    /// Fails if the file has elements that are not read.
+    /// Checks that the file has no refused elements.
+    ///
+    /// # Errors
+    /// [`ReadError::Unsupported`]
     pub fn check_refused(&self, path: &Path) -> Result<(), ReadError> {
         if self.refused.is_empty() {
             return Ok(());
@@ -157,8 +161,9 @@ impl MeshBuilder {
         Err(ReadError::Unsupported { path: path.into(), found: format!("a mesh with {found}"), hint })
     }
 
-    /// Turns the prisms round if most of their volume is negative. VTK has said of its wedge both that the base's normal
-    /// points into it and that it points out, and programs write either.
+    /// Turns all prisms over if their total volume is negative. VTK's documentation has said both
+    /// that the normal of a wedge's base points into it and that it points out, and programs write
+    /// either.
     pub fn orient_prisms(&mut self, positions: &[DVec3]) {
         let prisms = OtherCells { prisms: std::mem::take(&mut self.others.prisms), ..OtherCells::default() };
         let at = |vertex: u32| positions[vertex as usize];
@@ -172,8 +177,11 @@ impl MeshBuilder {
         }
     }
 
-    /// Joins the parts to a mesh. Families are the tags that have faces, ascending; `name` says what each is called,
-    /// and tags of one name are one family.
+    /// Makes the mesh. The families are the tags of the faces, ascending. `name` gives the name of
+    /// a tag; tags with one name are one family.
+    ///
+    /// # Errors
+    /// [`ReadError`]: refused elements, no cells, no faces, or too many families.
     pub fn finish(
         self,
         path: &Path,
@@ -185,14 +193,14 @@ impl MeshBuilder {
         self.finish_in_order(path, positions, &used, name)
     }
 
-    /// The tags of the faces, each once, in the order in which they come.
+    /// The tags of the faces, each once, in the order of their first use.
     pub fn used_tags(&self) -> Vec<i32> {
         let mut seen = HashSet::new();
         let of_faces = runs(&self.triangle_tags).chain(runs(&self.quadrilateral_tags));
         of_faces.map(|(tag, _)| tag).filter(|&tag| seen.insert(tag)).collect()
     }
 
-    /// As [`MeshBuilder::finish`], with the families in the order of `used`, which holds every tag.
+    /// [`MeshBuilder::finish`] with the families in the order of `used`, which holds every tag.
     pub fn finish_in_order(
         self,
         path: &Path,
@@ -234,7 +242,8 @@ impl MeshBuilder {
     }
 }
 
-/// Equal tags that follow each other, and how many: most files hold the faces of a family together, and few are then looked up.
+/// Runs of equal tags and their lengths. Most files hold the faces of a family together, so there
+/// are few runs.
 fn runs(tags: &[i32]) -> impl Iterator<Item = (i32, usize)> {
     tags.chunk_by(|a, b| a == b).map(|run| (run[0], run.len()))
 }
@@ -248,7 +257,7 @@ fn corners<const N: usize, E>(mut corner: impl FnMut() -> Result<u32, E>) -> Res
     Ok(corners)
 }
 
-/// Fails if a coordinate of the vertex of that tag is NaN or infinite.
+/// Checks that the coordinates of the vertex with this tag are finite.
 #[inline]
 pub(super) fn check_finite_at(
     position: [f64; 3],
@@ -261,7 +270,7 @@ pub(super) fn check_finite_at(
     }
 }
 
-/// The family name of faces that have a number only.
+/// The family name of faces with a number only.
 pub(super) fn surface(tag: i32) -> String {
     format!("surface {tag}")
 }

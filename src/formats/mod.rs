@@ -1,8 +1,8 @@
-//! Mesh files: reading a mesh, and writing it back with its vertices moved.
+//! Mesh files: reads a mesh, and writes it back with its vertices moved.
 //!
-//! A file that was read is written back as its own bytes with only the coordinates replaced, so that sections this
-//! crate knows nothing of survive, and a mesh that did not move gives the very same file. Written in another format, the
-//! mesh and its families go into a new file.
+//! A file is written back as its own bytes with only the coordinates replaced. So sections that
+//! idmesh does not know survive, and a mesh that did not move gives the same file. In another
+//! format mesh and families go into a new file.
 //!
 //! To add a format: write its file here with a `FORMAT`, add that to [`FORMATS`] in `table.rs`.
 //!

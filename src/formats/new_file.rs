@@ -1,4 +1,4 @@
-//! What goes into a new file.
+//! The contents of a new file.
 
 use std::collections::HashSet;
 use std::slice::ChunksExact;
@@ -9,7 +9,7 @@ use super::error::WriteError;
 use super::mesh_builder::CellKind;
 use crate::mesh::{FamilyId, OtherCells, TetMesh};
 
-/// Cells of a mesh: all of them, or the few worth looking at.
+/// Cells of a mesh: all cells, or a selection.
 #[derive(Clone, Copy, Debug)]
 pub struct Cells<'a> {
     /// Vertices of each tet `[n_tets]`.
@@ -30,33 +30,34 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Results written beside the mesh by the formats that can hold them (new VTU files; others keep only the mesh).
+/// Results beside the mesh, in formats that can hold them (new VTU files; other formats hold only
+/// the mesh).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fields<'a> {
-    /// New minus old position `[n_vertices]`, in the unit of the mesh.
+    /// New minus old position of each vertex `[n_vertices]`, in the mesh's unit.
     pub displacement: Option<&'a [DVec3]>,
-    /// Quality `V / l_max^3` of each tet `[n_tets]`.
+    /// Quality `V / l_max^3` of each tet `[n_tets]`, without unit.
     pub beta: Option<&'a [f64]>,
 }
 
-/// A mesh as a new file gets it.
+/// The contents of a new mesh file.
 #[derive(Clone, Copy)]
 pub(super) struct NewFile<'a> {
     pub vertices: &'a [DVec3],
     pub cells: Cells<'a>,
     pub others: &'a OtherCells,
     pub fields: Fields<'a>,
-    /// The extension that selected the format, and in some formats the variant.
+    /// The extension, which selects the format, and in some formats the variant.
     pub extension: &'static str,
 }
 
 impl<'a> NewFile<'a> {
-    /// The vertices of each cell or face of a shape.
+    /// The vertices of each cell or face of one kind.
     pub fn of(&self, shape: CellKind) -> ChunksExact<'a, u32> {
         self.vertices_of(shape).chunks_exact(shape.n_vertices())
     }
 
-    /// The same, one after another.
+    /// The vertices of all cells or faces of one kind, one after another.
     pub fn vertices_of(&self, shape: CellKind) -> &'a [u32] {
         let NewFile { cells, others, .. } = *self;
         match shape {
@@ -69,7 +70,7 @@ impl<'a> NewFile<'a> {
         }
     }
 
-    /// The family of each face of a shape; none for cells.
+    /// The family of each face of one kind. Empty for cells.
     pub fn families_of(&self, shape: CellKind) -> &'a [FamilyId] {
         match shape {
             CellKind::Triangle => self.cells.triangle_family,
@@ -78,13 +79,13 @@ impl<'a> NewFile<'a> {
         }
     }
 
-    /// The cells that fill the volume: tets, pyramids, prisms, hexahedra, each in their order.
+    /// The cells that fill the volume: tets, pyramids, prisms, hexahedra, each kind in its order.
     pub fn volume_cells(&self) -> impl Iterator<Item = (CellKind, &'a [u32])> + use<'a> {
         let new_file = *self;
         CellKind::CELLS.into_iter().flat_map(move |shape| new_file.of(shape).map(move |cell| (shape, cell)))
     }
 
-    /// The boundary faces with their families: triangles, quadrilaterals, each in their order.
+    /// The boundary faces with their families: triangles, quadrilaterals, each kind in its order.
     pub fn faces(&self) -> impl Iterator<Item = (CellKind, &'a [u32], FamilyId)> + use<'a> {
         let new_file = *self;
         CellKind::FACES.into_iter().flat_map(move |shape| {
@@ -93,19 +94,19 @@ impl<'a> NewFile<'a> {
         })
     }
 
-    /// The boundary faces of each family `[n_families]`: its triangles, then its quadrilaterals.
+    /// The boundary faces of each family `[n_families]`: triangles, then quadrilaterals.
     pub fn faces_by_family(&self) -> Vec<Vec<(CellKind, &'a [u32])>> {
         let mut faces = vec![Vec::new(); self.cells.families.len()];
         self.faces().for_each(|(shape, face, family)| faces[family.index()].push((shape, face)));
         faces
     }
 
-    /// How many cells and faces there are.
+    /// Number of cells and faces.
     pub fn n_elements(&self) -> usize {
         CellKind::CELLS.into_iter().chain(CellKind::FACES).map(|shape| self.of(shape).len()).sum()
     }
 
-    /// Cells, then faces.
+    /// All cells, then all faces.
     pub fn elements(&self) -> impl Iterator<Item = (CellKind, &'a [u32])> + use<'a> {
         self.volume_cells().chain(self.faces().map(|(shape, face, _)| (shape, face)))
     }
@@ -136,7 +137,8 @@ impl<'a> NewFile<'a> {
     }
 }
 
-/// Names with every letter replaced by `_` that the format does not take, and all different.
+/// Names in which `_` replaces every letter that the format does not accept. All names are
+/// different.
 pub(super) fn clean_names(names: &[String], takes: impl Fn(char) -> bool) -> Vec<String> {
     let mut seen = HashSet::new();
     let clean = |name: &String| {
@@ -147,7 +149,7 @@ pub(super) fn clean_names(names: &[String], takes: impl Fn(char) -> bool) -> Vec
     names.iter().map(clean).collect()
 }
 
-/// Says which families get another name.
+/// Messages about families whose names change.
 pub(super) fn renamed(names: &[String], new: &[String]) -> Vec<String> {
     let changed = names.iter().zip(new).filter(|(old, new)| old != new);
     changed.map(|(old, new)| format!("the family '{old}' is called '{new}'")).collect()

@@ -1,4 +1,4 @@
-//! The types of numbers in the arrays of binary files, and whole numbers read where they stand.
+//! Number types of arrays in binary files, and whole numbers that are read in place.
 
 use std::borrow::Cow;
 
@@ -20,7 +20,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// By VTK's name in XML files (`Int32`) or in legacy files (`int`).
+    /// The type with VTK's name in XML files (`Int32`) or in legacy files (`int`).
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "Int8" | "char" | "signed_char" => Number::I8,
@@ -37,7 +37,7 @@ impl Number {
         })
     }
 
-    /// Size in a binary file.
+    /// Size in a binary file, in bytes.
     pub fn bytes(self) -> usize {
         match self {
             Number::I8 | Number::U8 => 1,
@@ -47,7 +47,8 @@ impl Number {
         }
     }
 
-    /// Binary numbers as doubles; whole ones that are too large for 64 bits with a sign are left out.
+    /// Converts binary numbers to doubles. The result is empty if a whole number does not fit a
+    /// signed integer of 64 bits.
     pub fn doubles(self, bytes: &[u8], endian: Endian) -> Vec<f64> {
         let mut whole = Vec::new();
         match self {
@@ -60,7 +61,7 @@ impl Number {
         }
     }
 
-    /// Adds binary numbers as integers; none if one is no whole number or too large.
+    /// Appends binary numbers as integers. `None` if one is no whole number, or too large.
     fn convert(self, bytes: &[u8], endian: Endian, values: &mut Vec<i64>) -> Option<()> {
         match self {
             Number::I8 => values.extend(bytes.iter().map(|&byte| i64::from(byte as i8))),
@@ -84,7 +85,7 @@ impl Number {
         Some(())
     }
 
-    /// Whether each number of this type is an integer of 64 bits, too.
+    /// Whether every number of this type fits a signed integer of 64 bits.
     fn is_whole(self) -> bool {
         !matches!(self, Number::U64 | Number::F32 | Number::F64)
     }
@@ -100,23 +101,23 @@ fn all<const N: usize, T, U: From<T>>(bytes: &[u8], endian: Endian, of: fn([u8; 
     })
 }
 
-/// How many numbers are converted at a time.
+/// Numbers converted at a time.
 const BLOCK: usize = 1024;
 
-/// An array of whole numbers. Those of a binary file are converted block by block where they stand: memory for all of them
-/// would take longer to get than the rest of reading.
+/// An array of whole numbers. The numbers of a binary file are converted in place, block by block:
+/// memory for all of them would take more time than the rest of reading.
 pub(super) struct Integers<'a> {
     bytes: Cow<'a, [u8]>,
     number: Number,
     endian: Endian,
     len: usize,
-    /// The values from `start` on.
+    /// The converted numbers from index `start` on.
     block: Vec<i64>,
     start: usize,
 }
 
 impl<'a> Integers<'a> {
-    /// The numbers of that type in `bytes`; none if one is no whole number or too large.
+    /// The numbers of this type in `bytes`. `None` if one is no whole number, or too large.
     pub fn stored(bytes: Cow<'a, [u8]>, number: Number, endian: Endian) -> Option<Self> {
         if !number.is_whole() {
             let mut values = Vec::new();
@@ -131,7 +132,7 @@ impl<'a> Integers<'a> {
         self.len
     }
 
-    /// The number at `index`; fast for one after another.
+    /// The number at `index`. Fast for consecutive indices.
     #[inline]
     pub fn get(&mut self, index: usize) -> Option<i64> {
         match self.block.get(index.wrapping_sub(self.start)) {
@@ -140,7 +141,7 @@ impl<'a> Integers<'a> {
         }
     }
 
-    /// Converts the block from `index` on.
+    /// Converts the block that begins at `index`.
     #[cold]
     fn load(&mut self, index: usize) -> Option<i64> {
         if index >= self.len {
@@ -166,7 +167,8 @@ impl From<Vec<i64>> for Integers<'_> {
 mod tests {
     use super::*;
 
-    /// In order, backwards and at random, over several blocks and past the end, in either byte order.
+    /// In order, backwards and at random, over several blocks and past the end, in either byte
+    /// order.
     #[test]
     fn integers_are_those_of_the_bytes() {
         let values: Vec<i32> = (0..3 * BLOCK as i32 + 5).map(|index| (index - 700).wrapping_mul(1_234_567)).collect();

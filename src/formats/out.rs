@@ -1,4 +1,4 @@
-//! What mesh files are written into.
+//! The writer of mesh files.
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -7,10 +7,11 @@ use super::atomic::write_atomically;
 use super::error::WriteError;
 use super::gzip::Gzip;
 
-/// Takes numbers one by one: with a virtual call for each, it would be that which takes the time.
+/// A buffered writer. Numbers are written one by one, and a virtual call for each would take most
+/// of the time.
 pub(super) type Out<'a> = BufWriter<&'a mut dyn Write>;
 
-/// Gathers what is written into blocks for `out`.
+/// Runs `write` with a buffer in front of `out`.
 pub(super) fn in_blocks(out: &mut dyn Write, write: impl FnOnce(&mut Out) -> io::Result<()>) -> io::Result<()> {
     let mut blocks = Out::with_capacity(1 << 16, out);
     write(&mut blocks)?;

@@ -1,4 +1,4 @@
-//! Reading a mesh file of any format, plain or gzipped.
+//! Reads a mesh file of any format, plain or gzipped.
 
 use std::fs;
 use std::path::Path;
@@ -12,37 +12,37 @@ use super::openfoam;
 use super::table::{format_of, known};
 use crate::mesh::{OtherCells, TetMesh};
 
-/// A mesh together with the file it came from.
+/// A mesh together with its source file.
 #[derive(Clone, Debug)]
 pub struct MeshFile {
-    /// The mesh: tets and triangles. [`MeshFile::write`] takes the moved vertices separately: this stays as read.
+    /// The mesh as read: tets and triangles. [`MeshFile::write`] takes moved vertices separately.
     pub mesh: TetMesh,
-    /// Its cells and boundary faces of other shapes; none if [`read()`] read it.
+    /// Cells and boundary faces of other shapes. Empty if [`read()`] read the file.
     pub others: OtherCells,
     pub(super) document: Option<Arc<SourceFile>>,
 }
 
 impl MeshFile {
-    /// A mesh that came from no file.
+    /// A mesh without a source file.
     pub fn from_mesh(mesh: TetMesh) -> Self {
         Self { mesh, others: OtherCells::default(), document: None }
     }
 
-    /// Families that the file calls periodic, each with its neighbour.
+    /// Pairs of families that the file declares periodic.
     pub fn partners(&self) -> &[[String; 2]] {
         self.document.as_ref().map_or(&[], |document| &document.partners)
     }
 }
 
-/// Reads a mesh of tets from a file, plain or gzipped, of the format that its extension selects.
+/// Reads a mesh of tets from a file, plain or gzipped. The extension selects the format.
 ///
-/// Gzip is recognised by the file's first bytes, whatever the file is called.
+/// The first bytes of a file show whether it is gzipped, so its name does not matter.
 ///
 /// # Errors
 ///
 /// - [`ReadError::Elements`]: the mesh has cells or faces other than tets and triangles.
-/// - other [`ReadError`]s: the extension is unknown, the file cannot be read, or its contents are broken; the message
-///   says where.
+/// - other [`ReadError`]s: the extension is unknown, the file cannot be read, or its contents are
+///   broken. The message gives the place.
 pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
     let file = read_mixed(path)?;
     if file.others.is_empty() {
@@ -52,11 +52,12 @@ pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
     Err(ReadError::Elements { path: path.into(), found: found.join(", ") })
 }
 
-/// Reads a mesh that may also have pyramids, prisms, hexahedra and boundary quadrilaterals; otherwise as [`read()`].
+/// Reads a mesh that may also have pyramids, prisms, hexahedra and boundary quadrilaterals.
+/// Otherwise as [`read()`].
 ///
 /// # Errors
 ///
-/// [`ReadError`], as [`read()`].
+/// [`ReadError`], as for [`read()`].
 pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
     let (format, _) = input_format(path)?;
     let path = &if format.is_folder() { openfoam::points_path(path) } else { path.to_path_buf() };
@@ -64,12 +65,14 @@ pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
     read_bytes(path, bytes)
 }
 
-/// As [`read_mixed`], from the file's bytes, plain or gzipped; `path` selects the format, is named in messages, and says
-/// where a file that belongs to it is looked for.
+/// [`read_mixed`] from a file's bytes, plain or gzipped.
+///
+/// - `path`: selects the format, is named in messages, and is the place beside which other files of
+///   the mesh are searched
 ///
 /// # Errors
 ///
-/// [`ReadError`], as [`read()`].
+/// [`ReadError`], as for [`read()`].
 pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     let (format, extension) = input_format(path)?;
     let bytes = unzipped(path, bytes.into())?.into_owned();

@@ -1,4 +1,4 @@
-//! Reads numbers from a text or binary file, and knows where they stood.
+//! Reads numbers from a text or binary file, and keeps their offsets.
 
 use std::io::BufRead;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use std::path::Path;
 use super::error::{Location, ReadError};
 pub(super) use crate::text::parse_double;
 
-/// How numbers are written in a file.
+/// The encoding of numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Text,
@@ -21,7 +21,7 @@ pub(super) enum Endian {
     Big,
 }
 
-/// Size of a binary file's coordinates: four bytes or eight.
+/// Size of a binary file's coordinates: four or eight bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Width {
     Single,
@@ -38,7 +38,7 @@ impl Width {
 }
 
 impl Endian {
-    /// The number of which these are the bytes in this order.
+    /// The integer with these bytes.
     #[inline]
     pub fn int(self, bytes: [u8; 4]) -> i32 {
         match self {
@@ -47,7 +47,7 @@ impl Endian {
         }
     }
 
-    /// The same of twice the width.
+    /// The integer of 64 bits with these bytes.
     #[inline]
     pub fn long(self, bytes: [u8; 8]) -> i64 {
         match self {
@@ -56,7 +56,7 @@ impl Endian {
         }
     }
 
-    /// The bytes of a number in this order.
+    /// The bytes of a number.
     pub fn double(self, value: f64) -> [u8; 8] {
         match self {
             Endian::Little => value.to_le_bytes(),
@@ -64,7 +64,7 @@ impl Endian {
         }
     }
 
-    /// The bytes of a number of half the width in this order.
+    /// The bytes of a number in single precision.
     pub fn single(self, value: f32) -> [u8; 4] {
         match self {
             Endian::Little => value.to_le_bytes(),
@@ -73,7 +73,8 @@ impl Endian {
     }
 }
 
-/// Where a byte first stands: by the standard library's own search, which goes by many at a time.
+/// Index of the first occurrence of a byte. The standard library's search tests many bytes at a
+/// time.
 #[inline]
 pub(super) fn find_byte(bytes: &[u8], byte: u8) -> Option<usize> {
     let mut rest = bytes;
@@ -81,7 +82,7 @@ pub(super) fn find_byte(bytes: &[u8], byte: u8) -> Option<usize> {
     passed.checked_sub(1).filter(|&last| bytes[last] == byte)
 }
 
-/// The token after the white space at `at`; empty at the end of the file.
+/// Range of the next token after white space. Empty at the end of the file.
 pub(super) fn next_token(bytes: &[u8], at: usize) -> Range<usize> {
     let mut start = at;
     while start < bytes.len() && bytes[start] <= b' ' {
@@ -104,29 +105,29 @@ pub(super) fn parse_unsigned(digits: &[u8]) -> Option<u64> {
     })
 }
 
-/// A whole number that may be negative.
+/// A whole number, which may be negative.
 pub(super) fn parse_signed(token: &[u8]) -> Option<i64> {
     let digits = token.strip_prefix(b"-");
     let size = i64::try_from(parse_unsigned(digits.unwrap_or(token))?).ok()?;
     Some(if digits.is_some() { -size } else { size })
 }
 
-/// Bytes as a message shows them: quoted, printable, not too long.
+/// Bytes for messages: quoted, printable and not too long.
 pub(super) fn shown(bytes: &[u8]) -> String {
     let dots = if bytes.len() > 40 { "..." } else { "" };
     let printable = bytes[..bytes.len().min(40)].escape_ascii().to_string();
     format!("'{}{dots}'", printable.replace("\\\"", "\""))
 }
 
-/// A position in a file's bytes. Each `what` names the thing expected, for messages.
+/// A position in a file's bytes. The arguments `what` name the expected contents in messages.
 pub(super) struct Scanner<'a> {
     bytes: &'a [u8],
     path: &'a Path,
     at: usize,
-    /// Where the number read last begins.
+    /// Offset of the last number read.
     pub last: usize,
     pub encoding: Encoding,
-    /// Width of the coordinates in a binary file.
+    /// Size of the coordinates in a binary file.
     pub width: Width,
 }
 
@@ -139,7 +140,7 @@ impl<'a> Scanner<'a> {
         self.path
     }
 
-    /// Where the next number begins: in a text file, behind the white space.
+    /// Offset of the next number: in a text file after the white space.
     #[inline]
     pub fn next_number(&mut self) -> usize {
         if self.encoding == Encoding::Text {
@@ -154,7 +155,7 @@ impl<'a> Scanner<'a> {
         self.bytes.len() - self.at
     }
 
-    /// `at` in the words of a message. Counts lines, so call it for errors only.
+    /// The place of an offset, for messages. It counts lines, so it is slow.
     pub fn place(&self, at: usize) -> Location {
         match self.encoding {
             Encoding::Text => {
@@ -165,7 +166,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// The error that something else than `expected` stood where the last number was read.
+    /// The error of other contents than `expected` at the last number read.
     pub fn malformed(&self, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         ReadError::Malformed { place: self.place(self.last), expected: expected.into(), found: found.into() }
     }
@@ -174,7 +175,7 @@ impl<'a> Scanner<'a> {
         ReadError::Truncated { place: self.place(self.bytes.len()), expected: expected.into() }
     }
 
-    /// The rest of the line, without its end; the position goes to the next line.
+    /// The rest of the line without its end. The position moves to the next line.
     pub fn line(&mut self) -> &'a [u8] {
         let rest = &self.bytes[self.at..];
         let length = find_byte(rest, b'\n').unwrap_or(rest.len());
@@ -183,7 +184,7 @@ impl<'a> Scanner<'a> {
         rest[..length].trim_ascii()
     }
 
-    /// The next line that is not blank, also in a binary file; empty at the end of the file.
+    /// The next line that is not blank, also in a binary file. Empty at the end of the file.
     pub fn filled_line(&mut self) -> &'a [u8] {
         while self.remaining() > 0 {
             let line = self.line();
@@ -194,20 +195,20 @@ impl<'a> Scanner<'a> {
         b""
     }
 
-    /// The next line that is not blank, without going past it.
+    /// The next line that is not blank. The position does not move.
     pub fn peek_line(&self) -> &'a [u8] {
         let mut ahead = Scanner { bytes: self.bytes, path: self.path, ..*self };
         ahead.filled_line()
     }
 
-    /// The rest of the line, as it is.
+    /// The rest of the line, with white space at its start.
     pub fn rest_of_line(&mut self) -> &'a [u8] {
         let start = self.at;
         self.line();
         self.bytes[start..self.at].trim_ascii_end()
     }
 
-    /// The next byte that is no white space.
+    /// The next byte that is no white space. The position does not move.
     pub fn peek_byte(&self) -> Option<u8> {
         self.bytes[self.at..].iter().copied().find(|&byte| byte > b' ')
     }
@@ -221,27 +222,27 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// What is left of the file.
+    /// The rest of the file.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
 
-    /// The byte so far ahead.
+    /// The byte `ahead` places after the position.
     pub fn byte(&self, ahead: usize) -> Option<u8> {
         self.bytes.get(self.at + ahead).copied()
     }
 
-    /// Goes past so many bytes, at most to the end.
+    /// Moves the position by `length` bytes, at most to the end.
     pub fn advance(&mut self, length: usize) {
         self.at = (self.at + length).min(self.bytes.len());
     }
 
-    /// Where the next thing is read.
+    /// The position.
     pub fn at(&self) -> usize {
         self.at
     }
 
-    /// The next so many bytes of a binary file.
+    /// The next `length` bytes of a binary file.
     pub fn take(&mut self, length: usize, what: &'static str) -> Result<&'a [u8], ReadError> {
         match self.bytes[self.at..].get(..length) {
             Some(bytes) => {
@@ -253,7 +254,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// The next token of text, also in a binary file; empty at the end of the file.
+    /// The next token of text, also in a binary file. Empty at the end of the file.
     pub fn token(&mut self) -> &'a [u8] {
         let token = next_token(self.bytes, self.at);
         self.last = token.start;
@@ -282,7 +283,7 @@ impl<'a> Scanner<'a> {
         parse(token).ok_or_else(|| self.malformed(what, shown(token)))
     }
 
-    /// A C `int`.
+    /// Reads a C `int`.
     #[inline]
     pub fn int(&mut self, what: &'static str) -> Result<i32, ReadError> {
         match self.encoding {
@@ -292,7 +293,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A whole number of eight bytes.
+    /// Reads a whole number of eight bytes.
     #[inline]
     pub fn long(&mut self, what: &'static str) -> Result<i64, ReadError> {
         match self.encoding {
@@ -302,14 +303,14 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A C `int` that counts or numbers something.
+    /// Reads a C `int` that is not negative.
     #[inline]
     pub fn unsigned_int(&mut self, what: &'static str) -> Result<u64, ReadError> {
         let value = self.int(what)?;
         u64::try_from(value).map_err(|_| self.malformed(what, value.to_string()))
     }
 
-    /// A C `size_t` of eight bytes.
+    /// Reads a C `size_t` of eight bytes.
     #[inline]
     pub fn size(&mut self, what: &'static str) -> Result<u64, ReadError> {
         match self.encoding {
@@ -319,7 +320,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A C `double`, which may be NaN or infinite.
+    /// Reads a C `double`, which may be NaN or infinite.
     #[inline]
     pub fn double(&mut self, what: &'static str) -> Result<f64, ReadError> {
         match self.encoding {
@@ -329,7 +330,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// A C `float`, which may be NaN or infinite.
+    /// Reads a C `float`, which may be NaN or infinite.
     #[inline]
     pub fn single(&mut self, what: &'static str) -> Result<f64, ReadError> {
         match self.encoding {
@@ -339,7 +340,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Three finite coordinates of the vertex with that tag.
+    /// Reads three finite coordinates of the vertex with this tag.
     #[inline]
     pub fn coordinates(&mut self, vertex: u64) -> Result<[f64; 3], ReadError> {
         let mut position = [0.0; 3];
@@ -355,8 +356,11 @@ impl<'a> Scanner<'a> {
         Ok(position)
     }
 
-    /// `count`, just read, as a length, if that many things of at least so many bytes can still follow. What is
-    /// allocated is thereby bounded by the file's size.
+    /// Converts a count that was just read, if the file still has this many entities of at least
+    /// `text` or `binary` bytes. So the size of the file bounds the memory that is allocated.
+    ///
+    /// # Errors
+    /// [`ReadError::AbsurdCount`]
     pub fn checked(&self, what: &'static str, count: u64, text: u64, binary: u64) -> Result<usize, ReadError> {
         let bytes = if self.encoding == Encoding::Text { text } else { binary };
         if count.checked_mul(bytes).is_none_or(|bytes| bytes > self.remaining() as u64) {
@@ -366,13 +370,13 @@ impl<'a> Scanner<'a> {
         Ok(count as usize)
     }
 
-    /// A `size_t` count of things of at least so many bytes each.
+    /// Reads a `size_t` count of entities with at least `text` or `binary` bytes each.
     pub fn count(&mut self, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
         let count = self.size(what)?;
         self.checked(what, count, text, binary)
     }
 
-    /// Demands that `found` equals the declared count.
+    /// Checks that `found` equals the declared count.
     pub fn same(&self, what: &str, declared: usize, found: usize) -> Result<(), ReadError> {
         if declared == found {
             return Ok(());
@@ -380,7 +384,7 @@ impl<'a> Scanner<'a> {
         Err(self.malformed(format!("{declared} {what}, as the section declares"), format!("{found}")))
     }
 
-    /// Goes past the next occurrence of `marker` at a line's start.
+    /// Moves past the next occurrence of `marker` at the start of a line.
     pub fn skip_past(&mut self, marker: &[u8]) -> Result<(), ReadError> {
         let mut at = self.at;
         while let Some(dollar) = self.bytes[at..].iter().position(|&byte| byte == b'$') {

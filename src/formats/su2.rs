@@ -1,7 +1,7 @@
 //! SU2's native mesh files, `.su2`.
 //!
-//! A family is a marker. Comments, FFD boxes and whatever else stands in the file are passed over and kept, because the
-//! file is written back as it was, see [`super::document`].
+//! A family is a marker. Comments, FFD boxes and other contents are skipped. They survive because
+//! the file is written back with only its coordinates replaced, see [`super::document`].
 //!
 //! Source: the SU2 documentation, "Mesh File".
 
@@ -35,7 +35,7 @@ pub(super) const FORMAT: Format = Format {
     companion: None,
 };
 
-/// What the sections of the file have given so far.
+/// The parts of a mesh read so far.
 #[derive(Default)]
 struct Parts {
     three_dimensional: bool,
@@ -44,20 +44,20 @@ struct Parts {
     positions: Vec<DVec3>,
     slots: Vec<usize>,
     mesh_builder: MeshBuilder,
-    /// For each section of elements, the greatest vertex it names and where its lines begin.
+    /// For each section of elements, its greatest vertex and the offset of its lines.
     greatest: Vec<(u64, usize)>,
     n_markers: Option<u64>,
     markers: Vec<String>,
-    /// The last marker has no elements yet.
+    /// Whether the last marker has no elements yet.
     open_marker: bool,
     beside: Vec<String>,
 }
 
-/// Reads an SU2 file from its (decompressed) bytes; `path` is for messages.
+/// Reads an SU2 file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
     let mut lines = Lines::new(path, &bytes, b"%");
-    // Lines without a keyword are fine after one that idmesh does not know.
+    // Whether the last keyword is unknown to idmesh. Lines without a keyword may follow it.
     let mut foreign = false;
     while let Some(line) = lines.next_line() {
         match line.split(b'=') {
@@ -89,7 +89,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
-/// Reads what a keyword announces; false if idmesh does not know it.
+/// Reads the section of a keyword. Returns `false` for an unknown keyword.
 fn read_section(lines: &mut Lines, key: &[u8], value: &mut Line, parts: &mut Parts) -> Result<bool, ReadError> {
     let unsupported =
         |lines: &Lines, found: String, hint| ReadError::Unsupported { path: lines.path().into(), found, hint };
@@ -159,7 +159,7 @@ fn check_open_marker(lines: &Lines, parts: &Parts, at: usize) -> Result<(), Read
     }
 }
 
-/// Reads lines of `x y z`, perhaps with the vertex's index.
+/// Reads lines of `x y z`, which may end with the vertex's index.
 fn read_points(lines: &mut Lines, value: &mut Line, parts: &mut Parts) -> Result<(), ReadError> {
     if !parts.three_dimensional {
         return Err(lines.malformed(value.start, "NDIME= 3 before NPOIN=", "none"));
@@ -187,7 +187,8 @@ fn read_points(lines: &mut Lines, value: &mut Line, parts: &mut Parts) -> Result
     Ok(())
 }
 
-/// Reads lines of `type vertices...`, perhaps with the element's index: cells, or the faces of a marker.
+/// Reads lines of `type vertices...`, which may end with the element's index: cells, or the faces
+/// of a marker.
 fn read_elements(
     lines: &mut Lines,
     value: &mut Line,
@@ -237,7 +238,7 @@ fn read_elements(
     Ok(())
 }
 
-/// The error of the first element from `start` on that names a vertex beyond the last.
+/// The error of the first element from `start` on that names a vertex beyond the last one.
 fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> ReadError {
     let mut lines = Lines::new(path, bytes, b"%");
     lines.go_to(start);
@@ -288,12 +289,12 @@ fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     Ok(())
 }
 
-/// What an SU2 file holds otherwise: names with spaces.
+/// Losses of a new file: spaces in names.
 fn limits(new_file: &NewFile) -> Vec<String> {
     renamed(new_file.cells.families, &clean_names(new_file.cells.families, clean))
 }
 
-/// SU2 drops white space from a marker's name, and `%` begins a comment.
+/// SU2 removes white space from a marker's name, and `%` begins a comment.
 fn clean(letter: char) -> bool {
     !letter.is_whitespace() && !letter.is_control() && letter != '%'
 }

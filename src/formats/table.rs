@@ -20,14 +20,14 @@ pub const FORMATS: &[Format] = &[
     cgns::FORMAT,
 ];
 
-/// The format that the path's extension selects, and that extension: of several that fit, the
-/// longest.
+/// The format that a path's extension selects, and the extension. If several extensions fit,
+/// the longest counts.
 pub(super) fn format_of(path: &Path) -> Option<(&'static Format, &'static str)> {
     let name = path.file_name()?.to_string_lossy().to_lowercase();
     let stem = name.strip_suffix(".gz").unwrap_or(&name);
     let all = FORMATS.iter().flat_map(|format| format.extensions.iter().map(move |&extension| (format, extension)));
     let fits = |format: &Format, extension: &str| match format.is_folder() {
-        // `polyMesh.invalid` is one, too.
+        // `polyMesh.invalid` is a folder of the format too.
         true => stem.strip_prefix(extension).is_some_and(|rest| matches!(rest, "" | ".invalid")),
         false => stem.strip_suffix(extension).is_some_and(|stem| stem.ends_with('.')),
     };

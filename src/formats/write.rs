@@ -1,4 +1,4 @@
-//! Writing a mesh: its own file with other coordinates, or a new one.
+//! Writes a mesh: its source file with other coordinates, or a new file.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,20 +17,19 @@ use super::read::MeshFile;
 use super::table::{format_of, known};
 
 impl MeshFile {
-    /// Writes the mesh with its vertices at `vertices` `[n_vertices]` to `path`, in the format that the extension of
-    /// `path` selects, gzipped if it ends in `.gz`.
+    /// Writes the mesh with its vertices at `vertices` `[n_vertices]` to `path`. The extension of
+    /// `path` selects the format; the file is gzipped if it ends in `.gz`.
     ///
-    /// In the format of the file that was read it is that file with only the changed coordinates replaced; in another
-    /// one, a new file, which holds the mesh, its families and perhaps `fields` ([`MeshFile::losses`] says what it does
-    /// not hold). The file appears complete or not at all.
+    /// In the format of the source file only the changed coordinates are replaced in it. In another
+    /// format a new file holds the mesh, its families and perhaps `fields`; [`MeshFile::losses`]
+    /// lists everything it does not hold. The file appears whole or not at all.
     ///
     /// # Errors
     ///
-    /// - [`WriteError::UnknownFormat`]: as [`MeshFile::check_output`].
+    /// - [`WriteError::UnknownFormat`], [`WriteError::Stale`]: as for [`MeshFile::check_output`].
     /// - [`WriteError::Length`]: `vertices` or a field has another length than the mesh.
     /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
     /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
-    /// - [`WriteError::Stale`]: as [`MeshFile::check_output`].
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
@@ -53,12 +52,12 @@ impl MeshFile {
         })
     }
 
-    /// As [`MeshFile::write`], but into `out` and never gzipped; `path` selects the format only. Files that belong to it
-    /// are not written.
+    /// [`MeshFile::write`] into `out`, never gzipped. `path` only selects the format. Files that
+    /// belong to the mesh file are not written.
     ///
     /// # Errors
     ///
-    /// [`WriteError`], as [`MeshFile::write`].
+    /// [`WriteError`], as for [`MeshFile::write`].
     pub fn write_to(
         &self,
         out: &mut dyn Write,
@@ -83,14 +82,14 @@ impl MeshFile {
         written.map_err(|source| WriteError::Io { path: path.into(), source })
     }
 
-    /// Checks that [`MeshFile::write`] to `path` can work, before anything is computed: the format is known, and the
-    /// folder exists and takes files.
+    /// Checks that [`MeshFile::write`] to `path` can work, before anything is computed: the format
+    /// is known, and the folder exists and accepts files.
     ///
     /// # Errors
     ///
-    /// - [`WriteError::UnknownFormat`]: no format has that extension.
-    /// - [`WriteError::Stale`]: a `.mapbc` file is there that calls the families otherwise.
-    /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or takes no new files.
+    /// - [`WriteError::UnknownFormat`]: no format has this extension.
+    /// - [`WriteError::Stale`]: a `.mapbc` file beside `path` has other names for the families.
+    /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or accepts no new files.
     pub fn check_output(&self, path: &Path) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
         let checked = match format.is_folder() && names_folder(path) {
@@ -106,14 +105,16 @@ impl MeshFile {
         checked.map_err(|source| WriteError::Io { path: path.into(), source })
     }
 
-    /// Checks that no file beside `paths` gives the mesh at one of them other names of families: neither one that is there
-    /// already, nor the one of another of these meshes. They may have other names than [`MeshFile::check_output`] was asked of.
+    /// Checks that no file beside `paths` gives other names to the families of the meshes there:
+    /// neither an existing file nor the file of another of these meshes. The paths may differ from
+    /// the path of [`MeshFile::check_output`].
     ///
     /// # Errors
     ///
-    /// - [`WriteError::UnknownFormat`]: no format has that extension.
-    /// - [`WriteError::Stale`]: a `.mapbc` file is there that calls the families otherwise.
-    /// - [`WriteError::Shared`]: two of these meshes need the same `.mapbc` file with other names in it.
+    /// - [`WriteError::UnknownFormat`]: no format has this extension.
+    /// - [`WriteError::Stale`]: a `.mapbc` file beside a path has other names for the families.
+    /// - [`WriteError::Shared`]: two of these meshes need the same `.mapbc` file with different
+    ///   names.
     pub fn check_beside(&self, paths: &[&Path]) -> Result<(), WriteError> {
         let mut named: Vec<(PathBuf, Names, &Path)> = Vec::new();
         for &path in paths {
@@ -143,12 +144,12 @@ impl MeshFile {
         Ok(())
     }
 
-    /// What a file that [`MeshFile::write`] makes at `path` will not hold or hold otherwise, in words; nothing where the
-    /// file that was read is written back.
+    /// Everything that the file made by [`MeshFile::write`] at `path` does not hold, or holds in
+    /// another form, in words. Empty if the source file is written back.
     ///
     /// # Errors
     ///
-    /// [`WriteError::UnknownFormat`]: no format has that extension.
+    /// [`WriteError::UnknownFormat`]: no format has this extension.
     pub fn losses(&self, path: &Path) -> Result<Vec<String>, WriteError> {
         let (format, extension) = output_format(path)?;
         if self.source(format, extension).is_some() {
@@ -161,7 +162,7 @@ impl MeshFile {
         Ok(losses)
     }
 
-    /// Writes a mesh that is a folder: that of the source with other points, or a new one.
+    /// Writes a mesh that is a folder: the source folder with other points, or a new folder.
     fn write_folder(&self, path: &Path, format: &Format, vertices: &[DVec3]) -> Result<(), WriteError> {
         let io = |source| WriteError::Io { path: path.into(), source };
         let files = match (self.source(format, ""), &format.create) {
@@ -183,7 +184,7 @@ impl MeshFile {
         atomic::write_folder(path, &files).map_err(io)
     }
 
-    /// The file that was read, if it is of this format and variant.
+    /// The source file, if it has this format and variant.
     fn source(&self, format: &Format, extension: &str) -> Option<&SourceFile> {
         let document = self.document.as_deref()?;
         let same_variant = document.extension == extension || format.is_folder();
@@ -199,18 +200,19 @@ fn output_format(path: &Path) -> Result<(&'static Format, &'static str), WriteEr
     format_of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known() })
 }
 
-/// Whether a path of a folder's format names the folder, not the file in it.
+/// Whether a path in a folder's format names the folder, and not the file in it.
 fn names_folder(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     name.starts_with(openfoam::NAMES[0])
 }
 
-/// Fails if what stands in the place of the file that belongs to the one at `path` is another mesh's.
+/// Checks that an existing companion file beside `path` belongs to this mesh.
 fn check_companion(path: &Path, companion: Option<&Companion>) -> Result<(), WriteError> {
     companion.map_or(Ok(()), |companion| mapbc::check(&(companion.path)(path), companion))
 }
 
-/// Writes a file, and the one that belongs to it, unless that is there: it may hold what its owner wrote.
+/// Writes a file and its companion. An existing companion is kept, because its owner may have added
+/// to it.
 fn with_companion(
     path: &Path,
     companion: Option<&Companion>,

@@ -1,11 +1,11 @@
-//! Boxes along the axes, each by its lowest and its highest corner.
+//! Boxes along the axes, each given by its lowest and its highest corner.
 
 use glam::DVec3;
 
-/// The box of no points: nothing lies in it, and it has no point in common with any box.
+/// The empty box. No point lies in it, and no box overlaps it.
 pub const NOWHERE: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
-/// The box around some points, in their unit; none if there are none.
+/// The smallest box around some points, in their unit. `None` if there are no points.
 #[inline]
 pub fn bounds(points: impl IntoIterator<Item = DVec3>) -> Option<[DVec3; 2]> {
     let mut points = points.into_iter();
@@ -13,7 +13,8 @@ pub fn bounds(points: impl IntoIterator<Item = DVec3>) -> Option<[DVec3; 2]> {
     Some(points.fold([first, first], |[low, high], at| [low.min(at), high.max(at)]))
 }
 
-/// The diagonal of the box around some points, in their unit; 0 if there are none.
+/// The length of the diagonal of the box around some points, in their unit. 0 if there are no
+/// points.
 pub fn diagonal(points: impl IntoIterator<Item = DVec3>) -> f64 {
     bounds(points).map_or(0.0, |[low, high]| low.distance(high))
 }

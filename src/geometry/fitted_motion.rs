@@ -1,9 +1,16 @@
-//! The rigid or affine motion that best explains where a set of points went.
+//! Rigid and affine motions fitted to the displacements of a set of points by least squares.
+//!
+//! The rotation of a rigid motion comes from Horn's quaternion method or from a polar
+//! decomposition. An affine motion stretches only the directions in which the points extend far
+//! enough. The paper has no such fit. The wingtip stage and the rotation of the volume's springs
+//! use these motions.
 
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
-/// A linear map about a centre and a translation.
+/// A linear map about a centre, followed by a translation.
+///
+/// `x -> to + linear (x - from)`
 #[derive(Clone, Copy, Debug)]
 pub struct FittedMotion {
     from: DVec3,
@@ -11,20 +18,22 @@ pub struct FittedMotion {
     linear: Matrix3<f64>,
 }
 
-/// A direction in which the points extend less than a third as far as in the next one counts as flat: what happens
-/// across it is taken from the rotation.
+/// A direction counts as flat if the points extend in it less than a third as far as in the next
+/// wider one: the fraction applies to squared lengths. In a flat direction the affine motion equals
+/// the rigid one.
 const FLAT: f64 = 0.1;
 
-/// Determinant, at the size of a rotation, from which on Newton's iteration for the nearest rotation is quick and safe.
+/// Least determinant, after scaling to the size of a rotation, for which Newton's iteration for the
+/// nearest rotation is quick and safe.
 const UPRIGHT: f64 = 1e-3;
 
 impl FittedMotion {
-    /// No motion.
+    /// The motion that leaves every point in its place.
     pub fn identity() -> Self {
         Self { from: DVec3::ZERO, to: DVec3::ZERO, linear: Matrix3::identity() }
     }
 
-    /// The rotation that turns the first of each pair of vectors closest to the second.
+    /// The rotation `R` that minimises `sum |R p - q|^2` over the pairs `(p, q)` of vectors.
     pub fn rotation_of(pairs: impl Iterator<Item = (DVec3, DVec3)>) -> DQuat {
         // sum q p^T
         let s = pairs.fold(DMat3::ZERO, |s, (p, q)| s + DMat3::from_cols(q * p.x, q * p.y, q * p.z));
@@ -34,20 +43,22 @@ impl FittedMotion {
         }
     }
 
-    /// The centre of the points before and after.
+    /// The weighted centre of the points before and after the motion, in their unit.
     pub fn centres(&self) -> (DVec3, DVec3) {
         (self.from, self.to)
     }
 
-    /// The rotation part of a rigid motion.
+    /// The rotation of a rigid motion. Not meaningful for an affine motion.
     pub fn rotation(&self) -> DQuat {
         let l = self.linear;
         DQuat::from_mat3(&DMat3::from_cols_array_2d(&l.data.0))
     }
 
-    /// The rotation and translation that bring the first points closest to the second, in the least-squares sense.
+    /// The rigid motion that brings the first point of each pair closest to the second, by weighted
+    /// least squares.
     ///
-    /// Each pair has a weight `>= 0`, and one at least more than 0.
+    /// - `pairs`: point before, point after (same unit), weight `>= 0`; at least one weight is
+    ///   positive
     pub fn rigid(pairs: &[(DVec3, DVec3, f64)]) -> Self {
         let (from, to) = centres(pairs);
         let s: Matrix3<f64> =
@@ -56,8 +67,13 @@ impl FittedMotion {
         Self { from, to, linear: Matrix3::from_columns(&rotation.map(Vector3::from)) }
     }
 
-    /// The affine motion that brings the first points closest to the second. Directions in which the points hardly
-    /// extend, such as the normal of a flat wingtip, move with the best rigid motion. Weights as in [`Self::rigid`].
+    /// The affine motion that brings the first point of each pair closest to the second, by
+    /// weighted least squares.
+    ///
+    /// Directions in which the points hardly extend, such as the normal of a flat wingtip, follow
+    /// the best rigid motion.
+    ///
+    /// - `pairs`: as in [`Self::rigid`]
     pub fn affine(pairs: &[(DVec3, DVec3, f64)]) -> Self {
         let rigid = Self::rigid(pairs);
         let back = rigid.linear.transpose();
@@ -75,7 +91,8 @@ impl FittedMotion {
         let mut wider = f64::INFINITY;
         for (rank, axis) in order.into_iter().enumerate() {
             let extent = eigen.eigenvalues[axis];
-            // The two widest directions span the tip; they count unless the points lie on a line or in one place.
+            // The two widest directions span the tip. They count unless the points lie on a line or
+            // in one place.
             let least = if rank < 2 { 1e-6 * eigen.eigenvalues[order[0]] } else { FLAT * wider };
             if extent.is_nan() || extent <= least {
                 break;
@@ -87,15 +104,18 @@ impl FittedMotion {
         Self { linear: rigid.linear * stretch, ..rigid }
     }
 
-    /// Where the motion takes a point, less the point.
+    /// Displacement of a point by the motion, in the unit of the points.
     pub fn displacement(&self, at: DVec3) -> DVec3 {
         let turned = self.linear * column(at - self.from);
         self.to + DVec3::new(turned.x, turned.y, turned.z) - at
     }
 }
 
-/// The rotation nearest to a matrix that is far from turning anything over or flat, by Newton's iteration with Higham's scaling
-/// (SIAM J. Sci. Stat. Comput. 7, 1986): a handful of inversions. It maximises what [`horn`] does.
+/// The rotation nearest to a matrix, by Newton's iteration with Higham's scaling (SIAM J. Sci.
+/// Stat. Comput. 7, 1986).
+///
+/// The rotation maximises the same sum as [`horn`], and takes a handful of inversions. `None` for a
+/// matrix that is close to singular, or whose determinant is not positive.
 fn polar(s: DMat3) -> Option<DMat3> {
     let size = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>();
     let mut rotation = s * (3.0 / size(s)).sqrt();
@@ -115,8 +135,10 @@ fn polar(s: DMat3) -> Option<DMat3> {
     None
 }
 
-/// The rotation that best maps the first factors of `s = sum p q^T` to the second: the quaternion of the largest eigenvalue
-/// of Horn's matrix (J. Opt. Soc. Am. A 4(4), 1987), which never reflects.
+/// The rotation that best maps the first factors of `s = sum p q^T` to the second.
+///
+/// Its quaternion is the eigenvector of Horn's matrix for the largest eigenvalue (J. Opt. Soc. Am.
+/// A 4(4), 1987). The result is never a reflection.
 fn horn(s: &Matrix3<f64>) -> DQuat {
     #[rustfmt::skip]
     let matrix = Matrix4::new(
@@ -171,7 +193,8 @@ mod tests {
         check(FittedMotion::affine, &cloud(), moved);
     }
 
-    /// Off its plane a flat set moves rigidly: a stretch in the plane does not change its thickness.
+    /// Off its plane a flat set moves rigidly: a stretch in the plane does not change its
+    /// thickness.
     #[test]
     fn a_flat_set_stretches_in_its_plane_only() {
         let flat: Vec<DVec3> = (0..12).map(|i| DVec3::new((i % 4) as f64, 2.0, (i / 4) as f64)).collect();
@@ -182,8 +205,8 @@ mod tests {
         assert!((above + displacement.displacement(above) - stretch(above)).length() < 1e-12);
     }
 
-    /// Axes that are stretched symmetrically and turned give the turn, also where they are pressed flat and, less than they are
-    /// stretched otherwise, turned over.
+    /// Axes that are stretched symmetrically and turned give the turn, also where they are pressed
+    /// flat and, less than they are stretched otherwise, turned over.
     #[test]
     fn stretched_arms_give_the_turn() {
         for angle in [0.0, 1e-9, 0.3, 1.6, 3.1] {

@@ -1,6 +1,6 @@
-//! Geometry that knows nothing of meshes: points, triangles, segments, boxes.
+//! Geometry without meshes: points, triangles, segments, boxes and fitted motions.
 //!
-//! Every formula stands here once, so the same question gets the same bits wherever it is asked.
+//! Every formula has one place here, so the same question gets the same bits everywhere.
 
 mod boxes;
 pub mod fitted_motion;
@@ -13,12 +13,13 @@ pub use triangles::{closest_on_triangle, triangle_normal, unit_normal, vertex_no
 
 use glam::DVec3;
 
-/// The places of some vertices, such as the corners of a tet or a triangle.
+/// The positions of some vertices, for example the corners of a tet or a triangle.
 ///
-/// - `at` `[n_vertices]`
+/// - `at` `[n_vertices]`: positions of all vertices, in any unit
+/// - `vertices`: indices into `at`
 #[inline]
 pub fn corners<const N: usize>(at: &[DVec3], vertices: [u32; N]) -> [DVec3; N] {
-    // In hot loops `vertices.map(..)` stays a call.
+    // In hot loops the compiler does not inline `vertices.map(..)`.
     let mut corners = [DVec3::ZERO; N];
     for (corner, vertex) in corners.iter_mut().zip(vertices) {
         *corner = at[vertex as usize];

@@ -1,8 +1,9 @@
-//! Straight lines between two points.
+//! Straight segments between two points.
 
 use glam::DVec3;
 
-/// The point of the segment from `a` to `b` nearest to `point`, and where it stands between them, 0 to 1; `a` where both are one.
+/// The point of the segment from `a` to `b` nearest to `point`, and its parameter: 0 at `a`, 1 at
+/// `b`. A segment of length 0 gives `a` and 0.
 #[inline]
 pub fn nearest_on_segment(point: DVec3, a: DVec3, b: DVec3) -> (DVec3, f64) {
     let along = b - a;

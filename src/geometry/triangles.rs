@@ -1,25 +1,26 @@
-//! Triangles.
+//! Normals of triangles, and the closest point of a triangle.
 
 use glam::DVec3;
 
 use super::corners;
 
-/// Normal of a triangle by the right-hand rule, as long as twice its area.
+/// Normal of a triangle by the right-hand rule. Its length is twice the triangle's area.
 #[inline]
 pub fn triangle_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Unit normal of a triangle by the right-hand rule; zero where it has no area.
+/// Unit normal of a triangle by the right-hand rule. Zero for a triangle without area.
 #[inline]
 pub fn unit_normal(corners: [DVec3; 3]) -> DVec3 {
     triangle_normal(corners).normalize_or_zero()
 }
 
-/// Unit normals of a surface at its points `[n_points]`: those of the triangles around each, weighted by area. Zero where they
-/// cancel, and where there is no triangle.
+/// Unit normals of a surface at its points `[n_points]`: the normals of the triangles around each
+/// point, weighted by area. Zero where the normals cancel, and where a point has no triangle.
 ///
-/// - `triangles` `[n_triangles]`: all turned to the same side
+/// - `points` `[n_points]`: in any unit
+/// - `triangles` `[n_triangles]`: indices into `points`, all with the same orientation
 pub fn vertex_normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; points.len()];
     for triangle in triangles {
@@ -30,8 +31,11 @@ pub fn vertex_normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
     normals
 }
 
-/// The point of a triangle closest to `p`, and its barycentric coordinates. The regions of the plane are told apart by the signs of
-/// edge products (Ericson, Real-Time Collision Detection, section 5.1.5); degenerate triangles fall to their edges.
+/// The point of a triangle closest to `p`, and the barycentric coordinates of that point.
+///
+/// The signs of edge products tell in which region of the plane `p` lies (Ericson, Real-Time
+/// Collision Detection, section 5.1.5). For a degenerate triangle the closest point lies on one of
+/// its edges.
 pub fn closest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> (DVec3, [f64; 3]) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));

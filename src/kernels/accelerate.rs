@@ -1,4 +1,5 @@
-//! The end of a multigrid cycle; twin of `kernels/accelerate.wgsl`.
+//! The last step of a multigrid cycle: acceleration by Chebyshev's coefficients. Twin of
+//! `kernels/accelerate.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -12,23 +13,28 @@ use super::convergence::BLOCK;
 pub struct Params {
     /// Number of vertices.
     pub n_vertices: u32,
-    /// Factor of the cycle's correction, dimensionless.
+    /// Factor of the cycle's correction, without unit.
     pub relaxation: f32,
-    /// Factor of the last change, dimensionless.
+    /// Factor of the last change, without unit.
     pub momentum: f32,
     /// Not used.
     pub padding: u32,
 }
 
-/// Blocks of [`BLOCK`] vertices: `e_new = start + P (relaxation (e - start) + momentum (start - previous))`.
+/// Accelerates blocks of [`BLOCK`] vertices: `e_new = start + P (relaxation (e - start) + momentum
+/// (start - previous))`.
 ///
-/// - `constraint` `[vertices of the blocks]`: see [`project`]. Cycles keep to it already; but with it, as in a sweep, no compiler
-///   of shaders takes the sum apart and rounds otherwise
-/// - `start`, `previous` `[vertices of the blocks]`: correction before the cycle, and one cycle earlier
-/// - `e` `[vertices of the blocks]`: on entry the correction the cycle ended with, on exit the new one
-/// - `inverse_length` `[vertices of the blocks]`: one over the length of each vertex's shortest edge
-/// - `largest` `[blocks]`: largest `|P (...) * inverse_length|^2`; a NaN in a block comes out as NaN. Not taken from
-///   `e_new - start`, which lavapipe rounded otherwise than this
+/// - `constraint` `[vertices of the blocks]`: `P` is [`project`]. A cycle keeps to the constraints
+///   already. The product with `P` stays because without it compilers of shaders rearrange the sum,
+///   which then rounds differently
+/// - `start`, `previous` `[vertices of the blocks]`: correction before the cycle, and one cycle
+///   earlier, in the unit of a displacement
+/// - `e` `[vertices of the blocks]`: on entry the correction at the end of the cycle, on exit the
+///   new correction
+/// - `inverse_length` `[vertices of the blocks]`: one over the length of each vertex's shortest
+///   edge
+/// - `largest` `[blocks]`: largest `|P (...) * inverse_length|^2` of each block, NaN if the block
+///   has a NaN. The difference `e_new - start` is not used: lavapipe rounds it differently
 ///
 /// Source: Chebyshev semi-iteration (Golub and Varga 1961) with a cycle in place of a sweep.
 pub fn run<T: Real>(

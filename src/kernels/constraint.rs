@@ -1,23 +1,31 @@
-//! What a vertex may do; twin of `kernels/constraint.wgsl`.
+//! The constraint of a vertex: free, held, in a plane or on a line. Twin of
+//! `kernels/constraint.wgsl`.
 
 use super::Real;
 
-/// What the fourth component of a constraint says of the other three.
+/// Kinds of constraints. A constraint is a vector of four components; the fourth is its kind.
 pub mod kind {
-    /// Nothing: the vertex moves freely.
+    /// The vertex moves freely. The other components are not used.
     pub const FREE: f64 = 0.0;
-    /// Nothing: the vertex does not move.
+    /// The vertex does not move. The other components are not used.
     pub const HELD: f64 = 1.0;
-    /// They are the unit normal of the plane the vertex moves in.
+    /// The vertex moves in a plane. The other components are the plane's unit normal.
     pub const IN_PLANE: f64 = 2.0;
-    /// They are the unit direction the vertex moves along.
+    /// The vertex moves on a line. The other components are the line's unit direction.
     pub const ON_LINE: f64 = 3.0;
 }
 
-/// The part of a vector its vertex may follow: all of it, none, without its component along the normal, or only its
-/// component along the direction.
+/// Projects a vector on the directions that a constraint allows.
 ///
-/// - `v`: the vector, and idle components if any, which stay what they are but at held vertices
+/// | kind | result |
+/// |---|---|
+/// | free | `v` |
+/// | held | 0 |
+/// | in a plane with normal `n` | `v - n (n . v)` |
+/// | on a line with direction `d` | `d (d . v)` |
+///
+/// - `v` `[N]`, `N >= 3`: the vector in its first three components. Further components change at
+///   held vertices only
 #[inline(always)]
 pub fn project<T: Real, const N: usize>(constraint: &[T; 4], mut v: [T; N]) -> [T; N] {
     let [x, y, z, of_kind] = *constraint;

@@ -1,4 +1,4 @@
-//! How far a network still has to go; twin of `kernels/convergence.wgsl`.
+//! Measures of the distance of a network from equilibrium. Twin of `kernels/convergence.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -6,7 +6,7 @@ use super::Real;
 use super::constraint::project;
 use super::row::{Rows, residual};
 
-/// Rows of one block, the kernel's workgroup.
+/// Rows of one block: the size of the kernel's workgroup.
 pub const BLOCK: usize = 256;
 
 /// Parameters of one dispatch.
@@ -15,17 +15,18 @@ pub const BLOCK: usize = 256;
 pub struct Params {
     /// First row of the chunk, a multiple of [`BLOCK`].
     pub first_row: u32,
-    /// Number of its rows.
+    /// Number of the chunk's rows.
     pub n_rows: u32,
 }
 
-/// Measures blocks of [`BLOCK`] rows: the sum of `|P r|^2` and the largest `|(e - snapshot) * inverse_length|^2`.
+/// Measures blocks of [`BLOCK`] rows: the sum of `|P r|^2`, and the largest
+/// `|(e - snapshot) * inverse_length|^2`.
 ///
 /// - `first_row`: first row of the first block, a multiple of [`BLOCK`]
 /// - `e` `[n_vertices]`: correction, in the unit of a displacement
 /// - `snapshot` `[rows of the blocks]`: the correction at the last measure
 /// - `inverse_length` `[n_vertices]`: one over the length of each vertex's shortest edge
-/// - `partials` `[blocks]`: the results; a NaN in a block comes out as NaN
+/// - `partials` `[blocks]`: sum and largest change of each block, NaN if the block has a NaN
 ///
 /// Sums run over a binary tree, as in the kernel, so both sides round alike.
 pub fn run<T: Real>(

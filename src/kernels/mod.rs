@@ -1,11 +1,12 @@
-//! The kernels: WGSL in `kernels/`, and here the CPU twin of each under the same stem.
+//! The kernels: WGSL in `kernels/`, and here the CPU twin of each kernel, in a file of the same
+//! name.
 //!
-//! A twin is one generic function that computes what one or many invocations of its kernel compute, with the same
-//! formula and the same order of operations: as `run::<f32>` it is the kernel, as `run::<f64>` the reference. The CPU
-//! backend that users run is made of these same functions.
+//! A twin is one generic function. It computes what one or many invocations of its kernel compute,
+//! with the same formula and the same order of operations. `run::<f32>` computes in the kernel's
+//! precision, `run::<f64>` is the reference. The CPU backend runs these same functions.
 //!
-//! Only `+ - * / sqrt` are used: they are rounded correctly everywhere, so a kernel and its twin agree to the bit
-//! wherever the compiler does not contract `a * b + c`.
+//! Only `+ - * / sqrt` are used. Every machine rounds them correctly, so a kernel and its twin
+//! agree to the bit wherever the compiler does not contract `a * b + c`.
 
 pub mod accelerate;
 pub mod constraint;
@@ -27,39 +28,39 @@ pub use real::Real;
 /// A compute shader.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel {
-    /// Stem of its file, name of its entry point and of its twin.
+    /// Name of its file without the extension, of its entry point and of its twin.
     pub name: &'static str,
-    /// Stems of the files that stand before its own in `source`.
+    /// Names of the shared files that stand before its own file in `source`.
     pub parts: &'static [&'static str],
-    /// The whole shader in WGSL. Bindings, access and workgroup size are read from it.
+    /// The whole shader in WGSL. Bindings, access and workgroup size are read from this text.
     pub source: &'static str,
 }
 
-/// The text of a file of `kernels/`.
+/// The text of a file in `kernels/`.
 macro_rules! wgsl {
     ($stem:ident) => {
         include_str!(concat!("../../kernels/", stringify!($stem), ".wgsl"))
     };
 }
 
-/// The table: a row names a kernel's file, entry point and twin, and the parts that stand before it in the shader. A row whose
-/// file or twin is missing does not compile.
+/// Makes the table. A row names a kernel's file, entry point and twin, and the shared files before
+/// it in the shader. A row whose file or twin is missing does not compile.
 macro_rules! kernels {
     ($($name:ident: $($part:ident),*;)*) => {
         $(
-            // Names the twin, so that the compiler misses it.
+            // Names the twin: a missing one is a compiler error.
             #[allow(unused_imports)]
             use $name::run as _;
         )*
 
-        /// Every kernel, one file each.
+        /// All kernels. Each has its own file.
         pub const KERNELS: [Kernel; [$(stringify!($name)),*].len()] = [$(Kernel {
             name: stringify!($name),
             parts: &[$(stringify!($part)),*],
             source: concat!($(wgsl!($part),)* wgsl!($name)),
         }),*];
 
-        /// Something of each kernel, such as what a device makes of it.
+        /// One value per kernel, for example its pipeline on a device.
         #[derive(Clone, Copy, Debug)]
         pub struct OfKernels<P> {
             $(
@@ -69,10 +70,10 @@ macro_rules! kernels {
         }
 
         impl<P> OfKernels<P> {
-            /// Makes it of one kernel after another.
+            /// Makes the value of each kernel, one after another.
             ///
             /// # Errors
-            /// The first that `make` gives.
+            /// The first error of `make`.
             pub fn new<E>(mut make: impl FnMut(&Kernel) -> Result<P, E>) -> Result<Self, E> {
                 let [$($name),*] = &KERNELS;
                 Ok(Self { $($name: make($name)?),* })
@@ -92,5 +93,5 @@ kernels! {
     raise_worst_beta: place, constraint, vector, star;
 }
 
-/// Stems of the files several kernels share.
+/// Names of the files that several kernels share.
 pub const PARTS: [&str; 5] = ["place", "constraint", "vector", "row", "star"];

@@ -1,7 +1,7 @@
-//! The host's side of `kernels/place.wgsl`: how many workgroups give every row an invocation.
+//! The host's part of `kernels/place.wgsl`: the number of workgroups of a dispatch.
 
-/// Number of workgroups in x and y that cover so many invocations. They fill x first; the last row in y may be longer than
-/// needed.
+/// Number of workgroups in x and y for so many invocations. They fill x first, so the last row in y
+/// may have more invocations than needed.
 ///
 /// - `size`: invocations of a workgroup, not 0
 /// - `most`: most workgroups in one dimension, not 0

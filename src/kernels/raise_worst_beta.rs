@@ -1,12 +1,16 @@
-//! One step that raises the worst beta at some vertices; twin of `kernels/raise_worst_beta.wgsl`.
+//! One step that raises the worst beta around some vertices. Twin of
+//! `kernels/raise_worst_beta.wgsl`.
 //!
-//! A vertex moves downhill on `E = sum over its tets of max(0, 1 - beta / goal)^4`, all others fixed. Tets above the goal
-//! do not count, and are not pushed below it for the sake of others; the power lets the worst count most. Climbing on
-//! the smallest beta around a vertex alone reaches the goal too, but lays many good tets down to its level: on a wing
-//! turned by 180 degrees the mean beta falls to 0.023, with the fourth power to 0.043. With the second power the
-//! smallest beta stops at a fifth of the goal.
+//! A vertex takes a gradient step that lowers `E = sum over its tets of max(0, 1 - beta / goal)^4`.
+//! All other vertices stay fixed. Tets above the goal do not count, and a step that pushes them
+//! below the goal raises `E`. The fourth power gives the worst tets the greatest share.
 //!
-//! The paper measures beta (equation 1) and leaves the mesh as the springs made it.
+//! Other objectives were tried. Raising the smallest beta around a vertex alone also reaches the
+//! goal, but many good tets fall to the level of the smallest: on a wing turned by 180 degrees the
+//! mean beta falls to 0.023, with the fourth power to 0.043. With the second power the smallest
+//! beta stops at a fifth of the goal.
+//!
+//! The paper measures beta (equation 1) and has no local optimisation.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -19,37 +23,40 @@ use super::vector::{cross, difference, dot, scaled, sum};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Params {
-    /// The dispatch's first vertex.
+    /// First vertex of the dispatch.
     pub first: u32,
-    /// Number of its vertices.
+    /// Number of the dispatch's vertices.
     pub n_vertices: u32,
-    /// Six times the beta below which tets count: compilers may join constant factors, and round otherwise.
+    /// Six times the goal. The factor is applied on the host, because compilers may join constant
+    /// factors and then round differently.
     pub six_goal: f32,
-    /// A vertex stays where its step would lower `E` by less than this fraction.
+    /// A vertex stays if its step would lower `E` by less than this fraction.
     pub gain: f32,
 }
 
-/// Most tets around a vertex times this many is what the loops of one invocation run over.
+/// Loop iterations of one invocation per tet around its vertex.
 pub const PASSES: u32 = 1 + HALVINGS;
 
-/// What is minimised.
+/// The objective `E`.
 #[derive(Clone, Copy, Debug)]
 pub struct WorstBetaObjective<T> {
     /// Six times the beta below which tets count.
     pub six_goal: T,
-    /// A vertex stays where its step would lower `E` by less than this fraction.
+    /// A vertex stays if its step would lower `E` by less than this fraction.
     pub gain: T,
 }
 
-/// Moves some vertices that share no tet, each against the gradient as its constraint allows, by a quarter of its
-/// shortest edge or the first half, quarter and so on of that which lowers `E`: tets that are not among the worst let
-/// no longer steps pass.
+/// Moves some vertices that share no tet, each along the projected negative gradient of `E`.
 ///
-/// - `first`: the first of the vertices, which follow one another; none of them may be in a tet with another
+/// The first step tried has a quarter of the length of the vertex's shortest edge. It is halved
+/// until it lowers `E` enough, at most 8 times; otherwise the vertex stays. A longer first step is
+/// of no use, as the tets that are not among the worst stop it.
+///
+/// - `first`: the first of the vertices, which follow one another; no two of them share a tet
 /// - `star`: its `base` holds each tet's edge vectors from its first vertex
-/// - `correction` `[n_vertices]`: where all vertices are, counted from where `base` was taken; the fourth component is
-///   not used
-/// - `moved` `[n]`: the new correction of each of them
+/// - `correction` `[n_vertices]`: displacements of all vertices since `base` was taken; the fourth
+///   component is not used
+/// - `moved` `[n]`: receives the new corrections of the vertices
 pub fn run<T: Real>(
     first: usize,
     star: &Star<T>,
@@ -78,7 +85,7 @@ fn step<T: Real>(
     let local = derivatives(corners, objective, at);
     let direction = project(&star.constraint[vertex], local.uphill);
     let length = dot(direction, direction).sqrt();
-    // False of a NaN too.
+    // Also false for a NaN.
     let leads_somewhere = length > T::ZERO;
     if !leads_somewhere {
         return at;
@@ -95,25 +102,26 @@ fn step<T: Real>(
     at
 }
 
-/// `E` around a vertex and the way down from it.
+/// `E` around a vertex, and its gradient.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<T> {
-    /// `E`.
+    /// `E`, without unit.
     pub energy: T,
-    /// Its gradient with respect to the vertex times `-6 goal / 4`.
+    /// Gradient of `E` with respect to the vertex, times `-6 goal / 4`: a direction of descent.
     pub uphill: [T; 3],
     /// Square of the vertex's shortest edge.
     pub shortest: T,
 }
 
-/// Whether `E` at `at` is below a bound. Its terms are not negative: the sum ends where it reaches the bound.
+/// Whether `E` at `at` is below a bound. No term of `E` is negative, so the sum stops as soon as it
+/// reaches the bound.
 fn is_below<T: Real>(corners: &[Corner<T>], objective: &WorstBetaObjective<T>, at: [T; 3], bound: T) -> bool {
     let mut total = T::ZERO;
     for corner in corners {
         let short = corner.edges(at).shortfall(objective.six_goal);
         let squared = short * short;
         total = total + squared * squared;
-        // False of a NaN too.
+        // Also false for a NaN.
         let below = total < bound;
         if !below {
             return false;
@@ -122,7 +130,7 @@ fn is_below<T: Real>(corners: &[Corner<T>], objective: &WorstBetaObjective<T>, a
     true
 }
 
-/// `E` around a vertex at `at`, from its tets, and its gradient.
+/// `E` and its gradient for a vertex at `at`, from the tets around it.
 pub fn derivatives<T: Real>(corners: &[Corner<T>], objective: &WorstBetaObjective<T>, at: [T; 3]) -> Local<T> {
     let mut local = Local { energy: T::ZERO, uphill: [T::ZERO; 3], shortest: T::ZERO };
     for (place, corner) in corners.iter().enumerate() {
@@ -139,12 +147,13 @@ pub fn derivatives<T: Real>(corners: &[Corner<T>], objective: &WorstBetaObjectiv
     local
 }
 
-/// A tet as one of its vertices sees it, while that moves.
+/// A tet with one moving vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner<T> {
-    /// The vectors to the other three before any of the four moved, in an order that keeps the sign of the volume.
+    /// Vectors from the moving vertex to the other three, before any of the four moved. Their order
+    /// keeps the sign of the volume.
     base: [[T; 3]; 3],
-    /// How far those three have moved.
+    /// Corrections of the other three vertices.
     others: [[T; 3]; 3],
 }
 
@@ -180,19 +189,19 @@ impl<T: Real> Corner<T> {
     }
 }
 
-/// A tet as one of its vertices sees it.
+/// Edges of a tet at its moving vertex.
 struct Edges<T> {
-    /// The vectors to the other three.
+    /// Vectors to the other three vertices.
     u: [T; 3],
     v: [T; 3],
     w: [T; 3],
-    /// Squared length of the longest edge of all.
+    /// Squared length of the longest of all six edges.
     longest: T,
 }
 
 impl<T: Real> Edges<T> {
-    /// Six times beta, the signed volume over the cube of the longest edge; by lengths over that edge: they stay inside
-    /// f32.
+    /// Six times beta: the signed volume over the cube of the longest edge. The edges are divided
+    /// by the longest one first, so products stay in the range of f32.
     #[inline(always)]
     fn six_beta(&self) -> T {
         let shrink = T::ONE / self.longest.sqrt();
@@ -200,21 +209,21 @@ impl<T: Real> Edges<T> {
         dot(cross(u, v), w)
     }
 
-    /// `max(0, 1 - beta / goal)`. A NaN stays one.
+    /// `max(0, 1 - beta / goal)`. A NaN stays a NaN.
     #[inline(always)]
     fn shortfall(&self, six_goal: T) -> T {
         let short = T::ONE - self.six_beta() / six_goal;
         if short < T::ZERO { T::ZERO } else { short }
     }
 
-    /// Squared length of the shortest edge at the vertex.
+    /// Squared length of the shortest edge at the moving vertex.
     #[inline(always)]
     fn shortest(&self) -> T {
         let lesser = |a: T, b: T| if b < a { b } else { a };
         lesser(lesser(dot(self.u, self.u), dot(self.v, self.v)), dot(self.w, self.w))
     }
 
-    /// Gradient of six times beta with respect to the vertex.
+    /// Gradient of six times beta with respect to the moving vertex.
     #[inline(always)]
     fn slope(&self) -> [T; 3] {
         let shrink = T::ONE / self.longest.sqrt();

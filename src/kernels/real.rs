@@ -1,8 +1,8 @@
-//! The two number types a twin is compiled for.
+//! The two number types of a twin.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A floating-point number: `f32` as on the GPU, `f64` as the reference.
+/// A floating-point number: `f32` for the GPU's precision, `f64` for the reference.
 pub trait Real:
     Copy
     + PartialOrd
@@ -22,19 +22,19 @@ pub trait Real:
     /// 1.
     const ONE: Self;
 
-    /// Nearest number of this type.
+    /// The nearest number of this type.
     fn from_f64(value: f64) -> Self;
 
-    /// The same number in f64, exactly.
+    /// The same number in f64. The conversion is exact.
     fn to_f64(self) -> f64;
 
-    /// Square root, correctly rounded.
+    /// The square root, correctly rounded.
     fn sqrt(self) -> Self;
 
-    /// The greater of two numbers; a NaN is dropped.
+    /// The greater of two numbers. If one is a NaN, the other is returned.
     fn max(self, other: Self) -> Self;
 
-    /// The number of greater magnitude, without its sign; NaN counts as the greatest, so that it is never lost.
+    /// The greater of two magnitudes. A NaN counts as the greatest, so it is never lost.
     fn max_magnitude(self, other: Self) -> Self;
 }
 

@@ -1,4 +1,4 @@
-//! One sweep over a spring network; twin of `kernels/relax_sweep.wgsl`.
+//! One sweep over a spring network. Twin of `kernels/relax_sweep.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -12,11 +12,11 @@ use super::row::{Rows, residual};
 pub struct Params {
     /// First row of the chunk, a multiple of 256.
     pub first_row: u32,
-    /// Number of its rows.
+    /// Number of the chunk's rows.
     pub n_rows: u32,
-    /// Factor of the residual, dimensionless.
+    /// Factor of the residual, without unit.
     pub relaxation: f32,
-    /// Factor of the last change, dimensionless.
+    /// Factor of the last change, without unit.
     pub momentum: f32,
 }
 
@@ -24,13 +24,15 @@ pub struct Params {
 ///
 /// - `first_row`: row of the chunk's first element
 /// - `e` `[n_vertices]`: correction, in the unit of a displacement
-/// - `e_previous` `[n_rows of the chunk]`: on entry the correction one sweep earlier, on exit the new one; a row reads
-///   no other row of it. The fourth components of both are 0
+/// - `e_previous` `[n_rows of the chunk]`: on entry the correction one sweep earlier, on exit the
+///   new correction. A row reads only its own element. The fourth components of `e` and
+///   `e_previous` are 0
 ///
-/// `r` is [`residual`], `P` is [`project`]. A row without stiffness keeps its correction, and so does a held one.
+/// `r` is [`residual`], `P` is [`project`]. A row without stiffness keeps its correction, and so
+/// does a held one.
 ///
-/// Source: weighted Jacobi for `momentum = 0`; with both the second-order recurrence of Chebyshev semi-iteration
-/// (Golub and Varga 1961).
+/// Source: weighted Jacobi for `momentum = 0`; with both factors the second-order recurrence of
+/// Chebyshev semi-iteration (Golub and Varga 1961).
 pub fn run<T: Real>(
     first_row: usize,
     rows: &Rows<T>,

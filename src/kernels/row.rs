@@ -1,41 +1,48 @@
-//! What the kernels that walk the rows of a spring network share; twin of `kernels/row.wgsl`.
+//! Rows of a spring network and their residual, shared by several kernels. Twin of
+//! `kernels/row.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
 
-/// One spring of a row as the GPU stores it.
+/// One spring of a row in the layout of the GPU.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Entry {
-    /// The neighbour.
+    /// The neighbour at the spring's other end.
     pub column: u32,
-    /// Stiffness of the spring to it over its row's total.
+    /// Stiffness of the spring over the row's total stiffness.
     pub stiffness: f32,
 }
 
-/// A spring network as the twins read it.
+/// A spring network in the layout of the twins.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a, T> {
-    /// Where each row starts in `columns` and `stiffness` `[n_vertices + 1]`.
+    /// Start of each row in `columns` and `stiffness` `[n_vertices + 1]`.
     pub row_start: &'a [u32],
-    /// Neighbours `[n_entries]`.
+    /// Neighbour of each entry `[n_entries]`.
     pub columns: &'a [u32],
-    /// Stiffness of the spring to each neighbour over its row's total, anchor included `[n_entries]`.
+    /// Stiffness of each entry's spring over its row's total, which includes the anchor
+    /// `[n_entries]`.
     pub stiffness: &'a [T],
-    /// Unit normal or direction, and a [`kind`](super::constraint::kind) `[n_vertices]`.
+    /// Constraint of each vertex `[n_vertices]`: unit normal or direction, and a
+    /// [`kind`](super::constraint::kind).
     pub constraint: &'a [[T; 4]],
-    /// Load, a displacement, and in the fourth component the anchor over its row's total `[n_vertices]`.
+    /// Load of each vertex `[n_vertices]`, in the unit of a displacement. The fourth component is
+    /// the anchor over the row's total.
     pub load: &'a [[T; 4]],
 }
 
-/// Residual of a row: `sum_j k_ij (e_j - e_i) - anchor_i e_i + load_i`, `k` and `anchor` over the row's total.
+/// Residual of a row: `sum_j k_ij (e_j - e_i) - anchor_i e_i + load_i`. Here `k` and `anchor` are
+/// divided by the row's total.
 ///
-/// - `e` `[n_vertices]`: correction to the displacement; its fourth component is 0, and so is the residual's: with it a
-///   compiler fills whole vector registers
+/// - `e` `[n_vertices]`: correction, in the unit of a displacement
 ///
-/// Entries are added in CSR order. Differences rather than a weighted mean: where `e`
-/// is smooth the mean of the neighbours would cancel against `e_i` in f32.
+/// The fourth components of `e` and of the residual are 0. With them a compiler fills whole vector
+/// registers.
+///
+/// Entries are added in CSR order. Differences are summed instead of a weighted mean: where `e` is
+/// smooth, the mean of the neighbours would cancel against `e_i` in f32.
 ///
 /// Source: Jacobi's method for the equilibrium of linear springs (Batina 1990), in residual form.
 #[inline(always)]

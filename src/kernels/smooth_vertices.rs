@@ -1,14 +1,25 @@
-//! One step of the local quality optimisation at some vertices; twin of `kernels/smooth_vertices.wgsl`.
+//! One Newton step of local optimisation at some vertices. Twin of `kernels/smooth_vertices.wgsl`.
 //!
-//! A vertex moves to lower `E = sum over its tets of (q w^size)^power`, all others fixed. Of a tet with edge vectors `A`
-//! (columns) and target `W`: `S = A W^-1`, `f = |S|_F^2`, `sigma = det S`, `r = sqrt(sigma^2 + 4 delta^2)`,
-//! `h = (sigma + r) / 2`, `q = f^3 / (27 h^2)`, `w = (h + 1 / h) / 2`. `q` is 1 where the tet has its target's shape in
-//! any size, `w` where it has its target's volume, and both are greater elsewhere; `delta > 0` keeps them finite in an
+//! A vertex moves to lower `E = sum over its tets of (q w^size)^power`. All other vertices stay
+//! fixed. For a tet with edge vectors `A` (columns) and target `W`:
+//!
+//! | symbol | formula | meaning |
+//! |---|---|---|
+//! | `S` | `A W^-1` | map from the target to the tet |
+//! | `f` | `\|S\|_F^2` | |
+//! | `sigma` | `det S` | volume over the target's volume |
+//! | `r` | `sqrt(sigma^2 + 4 delta^2)` | |
+//! | `h` | `(sigma + r) / 2` | regularised volume, positive for `delta > 0` |
+//! | `q` | `f^3 / (27 h^2)` | shape: 1 for the target's shape in any size, else greater |
+//! | `w` | `(h + 1 / h) / 2` | size: 1 for the target's volume, else greater |
+//!
+//! The values for shape and size hold for `delta = 0`. `delta > 0` keeps `q` and `w` finite in an
 //! inverted tet.
 //!
-//! Source: regularised inverse mean ratio, Escobar et al. 2003 (CMAME 192, 2775-2787). Theirs is `|S|^2 / (3 h^(2/3))`;
-//! `q` is its third power, which needs no cube root. Size as a factor beside the shape: Knupp 2003 (Finite Elements in
-//! Analysis and Design 39, 217-241), whose `min(sigma, 1 / sigma)` is not smooth.
+//! Source: regularised inverse mean ratio, Escobar et al. 2003 (CMAME 192, 2775-2787). Their
+//! measure is `|S|^2 / (3 h^(2/3))`; `q` is its third power and needs no cube root. Size as a
+//! factor beside the shape: Knupp 2003 (Finite Elements in Analysis and Design 39, 217-241), with
+//! `min(sigma, 1 / sigma)`, which is not smooth.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -21,55 +32,60 @@ use super::vector::{cross, difference, dot, each, scaled, sum};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Params {
-    /// The dispatch's first vertex.
+    /// First vertex of the dispatch.
     pub first: u32,
-    /// Number of its vertices.
+    /// Number of the dispatch's vertices.
     pub n_vertices: u32,
     /// Power of `q w^size`, 1 to 15.
     pub power: u32,
     /// Power of `w`, 0 to 15.
     pub size: u32,
-    /// Square of the regularisation `delta`, dimensionless.
+    /// Square of the regularisation `delta`, without unit.
     pub delta_squared: f32,
-    /// A vertex stays where its step would lower `E` by less than this fraction.
+    /// A vertex stays if its step would lower `E` by less than this fraction.
     pub tolerance: f32,
 }
 
-/// Most tets around a vertex times this many is what the loops of one invocation run over.
+/// Loop iterations of one invocation per tet around its vertex.
 pub const PASSES: u32 = 2 + HALVINGS;
 
-/// Shifts of the Hessian tried: none, then from 1e-3 of its size up by tens, until it is positive definite.
+/// Shifts of the Hessian tried: none, then from 1e-3 of its size upwards by factors of ten, until
+/// it is positive definite.
 const SHIFTS: u32 = 6;
 
-/// Tets as the twin reads them, their `base` the `S` of each, dimensionless.
+/// Tets in the layout of the twin. `base` of the star holds `S` of each tet, without unit.
 #[derive(Clone, Copy, Debug)]
 pub struct Tets<'a, T> {
     /// The tets around the moving vertices.
     pub star: Star<'a, T>,
-    /// `W^-1` of each tet `[n_tets]`, its three rows one after another, one over the unit of a correction.
+    /// `W^-1` of each tet `[n_tets]`, its three rows one after another, in one over the unit of a
+    /// correction.
     pub inverse_target: &'a [[T; 9]],
 }
 
-/// What is minimised.
+/// The objective `E`.
 #[derive(Clone, Copy, Debug)]
 pub struct MeanRatioObjective<T> {
     /// Power of `q w^size`, 1 to 15.
     pub power: u32,
-    /// Power of `w`, 0 to 15. 0: only the shape counts.
+    /// Power of `w`, 0 to 15. With 0 only the shape counts.
     pub size: u32,
-    /// Square of the regularisation; zero asks for valid tets and keeps them so.
+    /// Square of the regularisation `delta`. With 0 all tets must be valid, and they stay valid.
     pub delta_squared: T,
-    /// A vertex stays where its step would lower `E` by less than this fraction.
+    /// A vertex stays if its step would lower `E` by less than this fraction.
     pub tolerance: T,
 }
 
-/// Moves some vertices that share no tet, each by a Newton step as its constraint allows, at most half the size of its
-/// tets, and only if `E` falls.
+/// Moves some vertices that share no tet, each by a Newton step in the directions of its
+/// constraint.
 ///
-/// - `first`: the first of the vertices, which follow one another; none of them may be in a tet with another
-/// - `correction` `[n_vertices]`: where all vertices are, counted from where `base` was taken; the fourth component is
-///   not used
-/// - `moved` `[n]`: the new correction of each of them
+/// A step is at most half as long as the size of the vertex's tets. It is halved until `E` falls,
+/// at most 8 times; otherwise the vertex stays.
+///
+/// - `first`: the first of the vertices, which follow one another; no two of them share a tet
+/// - `correction` `[n_vertices]`: displacements of all vertices since `base` was taken; the fourth
+///   component is not used
+/// - `moved` `[n]`: receives the new corrections of the vertices
 pub fn run<T: Real>(
     first: usize,
     tets: &Tets<T>,
@@ -100,7 +116,7 @@ fn step<T: Real>(
     let mut step = project(constraint, step);
     let half = T::from_f64(0.5);
     let falls = -dot(local.gradient, step) * half;
-    // False of a NaN too.
+    // Also false for a NaN.
     let worthwhile = falls > objective.tolerance * local.energy;
     if !worthwhile {
         return at;
@@ -122,22 +138,25 @@ fn step<T: Real>(
     at
 }
 
-/// `E` around a vertex, its gradient and Hessian with respect to that vertex, and the size of its tets.
+/// `E` around a vertex, its gradient and Hessian with respect to the vertex, and the size of the
+/// tets there.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<T> {
-    /// `E`, times the scale's power.
+    /// `E` of the scaled measures, see [`energy`].
     pub energy: T,
-    /// Gradient.
+    /// Gradient of `E`.
     pub gradient: [T; 3],
-    /// Hessian, its entries xx, yy, zz.
+    /// Entries xx, yy, zz of the Hessian.
     pub diagonal: [T; 3],
-    /// Hessian, its entries xy, xz, yz.
+    /// Entries xy, xz, yz of the Hessian.
     pub off_diagonal: [T; 3],
-    /// Mean height of the target tets over the face opposite the vertex.
+    /// Mean height of the target tets over the face opposite the vertex, in the unit of a
+    /// correction.
     pub size: T,
 }
 
-/// `E` around a vertex at `at`, of `27 q w^size` times `scale`; none where a tet would have to be valid and is not.
+/// `E` for a vertex at `at`, from `27 q w^size` times `scale` of each tet. `None` if a tet must be
+/// valid and is not.
 pub fn energy<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
@@ -154,7 +173,7 @@ pub fn energy<T: Real>(
     Some(sum)
 }
 
-/// [`energy`] with its derivatives. All tets must be valid where they have to be.
+/// [`energy`] with its derivatives. With `delta = 0` all tets around the vertex must be valid.
 pub fn derivatives<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
@@ -184,12 +203,12 @@ pub fn derivatives<T: Real>(
         let cofactor = [cross(s[1], s[2]), cross(s[2], s[0]), shape.normal];
         let of_sigma = each(|axis| cofactor[0][axis] * g[0] + cofactor[1][axis] * g[1] + cofactor[2][axis] * g[2]);
         let (to_f, to_r) = (T::ONE / f, T::ONE / r);
-        // d ln w / d ln h, and - d ln (q w^size) / d ln h.
+        // `d ln w / d ln h`, and `- d ln (q w^size) / d ln h`.
         let h_squared = h * h;
         let to_one = T::ONE / (h_squared + T::ONE);
         let grows = (h_squared - T::ONE) * to_one;
         let of_h = two - size * grows;
-        // Gradient of ln (q w^size), and the factors of its Hessian's parts.
+        // Gradient of `ln (q w^size)`, and the factors of its Hessian's parts.
         let a = each(|axis| three * to_f * of_f[axis] - of_h * to_r * of_sigma[axis]);
         let g_squared = dot(g, g);
         let by_unit = six * g_squared * to_f;
@@ -214,7 +233,8 @@ pub fn derivatives<T: Real>(
     local
 }
 
-/// Greatest `27 q w^size` around a vertex: `E` is computed of them over it, so that its powers stay inside f32.
+/// Greatest `27 q w^size` around a vertex. `E` is computed from the quotients by this number, so
+/// powers stay in the range of f32.
 fn greatest<T: Real>(
     vertex: usize,
     tets: &Tets<T>,
@@ -229,11 +249,12 @@ fn greatest<T: Real>(
     (greatest > T::ZERO).then_some(greatest)
 }
 
-/// A tet with one vertex somewhere.
+/// A tet with its moving vertex at a given place.
 struct TetShape<T> {
     /// Columns of `S`.
     s: [[T; 3]; 3],
-    /// Gradient of each of `S`'s columns with respect to the vertex: the same in every component.
+    /// Gradient of each of `S`'s columns with respect to the vertex. All components of a column
+    /// have the same gradient.
     g: [T; 3],
     /// Cross product of the first two columns.
     normal: [T; 3],
@@ -272,7 +293,7 @@ impl<T: Real> TetShape<T> {
         Self { s, g, normal, f: dot(s[0], s[0]) + dot(s[1], s[1]) + dot(s[2], s[2]), sigma: dot(normal, s[2]) }
     }
 
-    /// `27 q w^size`; none where it is infinite.
+    /// `27 q w^size`, or `None` if it is infinite.
     #[inline(always)]
     fn quality(&self, objective: &MeanRatioObjective<T>) -> Option<T> {
         if objective.delta_squared == T::ZERO && self.sigma <= T::ZERO {
@@ -290,7 +311,7 @@ fn measure<T: Real>(f: T, h: T, size: u32) -> T {
     to_h * to_h * f * power(T::from_f64(0.5) * (h + T::ONE / h), size)
 }
 
-/// `r = sqrt(sigma^2 + 4 delta^2)` and `h = (sigma + r) / 2`, the latter without cancellation.
+/// `r = sqrt(sigma^2 + 4 delta^2)` and `h = (sigma + r) / 2`. `h` is computed without cancellation.
 #[inline(always)]
 fn regularised<T: Real>(sigma: T, delta_squared: T) -> (T, T) {
     let r = (sigma * sigma + T::from_f64(4.0) * delta_squared).sqrt();
@@ -299,8 +320,9 @@ fn regularised<T: Real>(sigma: T, delta_squared: T) -> (T, T) {
     (r, h)
 }
 
-/// The Newton step in the subspace of the constraint: `-(H + shift)^-1 gradient` by Cholesky's factors, with the least
-/// shift tried that makes them exist.
+/// The Newton step in the subspace of the constraint: `-(H + shift)^-1 gradient` by Cholesky's
+/// factors. The shift is the least one tried for which the factors exist; `None` if they exist for
+/// no shift.
 fn newton<T: Real>(constraint: &[T; 4], local: &Local<T>) -> Option<[T; 3]> {
     let [mut xx, mut yy, mut zz] = local.diagonal;
     let [mut xy, mut xz, mut yz] = local.off_diagonal;
@@ -309,7 +331,7 @@ fn newton<T: Real>(constraint: &[T; 4], local: &Local<T>) -> Option<[T; 3]> {
     let of_diagonal = magnitude(xx) + magnitude(yy) + magnitude(zz);
     let size = of_diagonal + T::from_f64(2.0) * (magnitude(xy) + magnitude(xz) + magnitude(yz));
     let [x, y, z, of_kind] = *constraint;
-    // P H P, and the Hessian's size in the directions that P takes away.
+    // `P H P`. The directions that `P` removes get the Hessian's size instead.
     let v = [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z];
     let along = x * v[0] + y * v[1] + z * v[2];
     if of_kind == T::from_f64(kind::IN_PLANE) {

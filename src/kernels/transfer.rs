@@ -1,4 +1,5 @@
-//! From one level of a hierarchy of networks to the next, either way; twin of `kernels/transfer.wgsl`.
+//! Transfer between two levels of a multigrid hierarchy, in either direction. Twin of
+//! `kernels/transfer.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -11,31 +12,31 @@ use super::constraint::project;
 pub struct Params {
     /// First row of the chunk, a multiple of 256.
     pub first_row: u32,
-    /// Number of its rows.
+    /// Number of the chunk's rows.
     pub n_rows: u32,
-    /// Factor of what stands in the target.
+    /// Factor of the target's old value, without unit.
     pub keep: f32,
     /// Not used.
     pub padding: u32,
 }
 
-/// Weights between the vertices of two levels as the twin reads them.
+/// Weights between the vertices of two levels, in the layout of the twin.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<'a, T> {
-    /// Where each row starts in `columns` and `weights` `[n_targets + 1]`.
+    /// Start of each row in `columns` and `weights` `[n_targets + 1]`.
     pub row_start: &'a [u32],
-    /// Sources `[n_entries]`.
+    /// Source vertex of each entry `[n_entries]`.
     pub columns: &'a [u32],
-    /// Weight of each source `[n_entries]`.
+    /// Weight of each entry `[n_entries]`, without unit.
     pub weights: &'a [T],
 }
 
-/// A chunk of rows: `target_i = keep target_i + P_i sum_j w_ij source_j`. The fourth component of `target` stays.
+/// Transfers a chunk of rows: `target_i = keep target_i + P_i sum_j w_ij source_j`.
 ///
 /// - `first_row`: row of the chunk's first element
-/// - `constraint` `[n_targets]`: see [`project`]
-/// - `source` `[n_sources]`: its fourth component is 0
-/// - `target` `[n_rows of the chunk]`
+/// - `constraint` `[n_targets]`: `P` is [`project`]
+/// - `source` `[n_sources]`: in the unit of a displacement; the fourth component is 0
+/// - `target` `[n_rows of the chunk]`: the fourth component does not change
 pub fn run<T: Real>(
     first_row: usize,
     weights: &Weights<T>,
@@ -46,7 +47,7 @@ pub fn run<T: Real>(
 ) {
     for (row, target) in (first_row..).zip(target) {
         let range = weights.row_start[row] as usize..weights.row_start[row + 1] as usize;
-        // Four components, of which one is idle: they fill whole vector registers.
+        // Four components, one of them idle, fill whole vector registers.
         let mut sum = [T::ZERO; 4];
         for (&column, &weight) in weights.columns[range.clone()].iter().zip(&weights.weights[range]) {
             let source = &source[column as usize];

@@ -1,4 +1,7 @@
-//! Vectors of three components; twin of `kernels/vector.wgsl`. They are arrays of any [`Real`]: `glam` has none of both kinds.
+//! Vectors of three components. Twin of `kernels/vector.wgsl`.
+//!
+//! The vectors are arrays of any [`Real`], because `glam` has no vector type for both kinds of
+//! numbers.
 
 use super::Real;
 
@@ -27,7 +30,7 @@ pub(super) fn difference<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Something of each axis. Unlike `map` of an array it is inlined in every build.
+/// One value per axis. Unlike `map` of an array, this function is inlined in every build.
 #[inline(always)]
 pub(super) fn each<R>(of_axis: impl Fn(usize) -> R) -> [R; 3] {
     [of_axis(0), of_axis(1), of_axis(2)]

@@ -1,11 +1,12 @@
-//! Compressed sparse rows: the one way idmesh stores "for each of these, a list of those".
+//! Compressed sparse rows: the one storage of idmesh for a list of indices per vertex, edge, face
+//! or family.
 
 /// Rows of indices, stored back to back.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Csr {
-    /// Where each row starts in `entries` `[n_rows + 1]`.
+    /// Start of each row in `entries` `[n_rows + 1]`.
     pub row_start: Vec<u32>,
-    /// The rows' entries `[row_start[n_rows]]`.
+    /// Entries of all rows, one row after another `[row_start[n_rows]]`.
     pub entries: Vec<u32>,
 }
 
@@ -20,12 +21,12 @@ impl Csr {
         &self.entries[self.range(row)]
     }
 
-    /// Where one row's entries stand in `entries`.
+    /// Range of one row's entries in `entries`.
     pub fn range(&self, row: usize) -> std::ops::Range<usize> {
         self.row_start[row] as usize..self.row_start[row + 1] as usize
     }
 
-    /// Collects `(row, entry)` pairs into rows; within a row entries keep the order of the pairs.
+    /// Collects `(row, entry)` pairs into rows. Within a row, entries keep the order of the pairs.
     pub fn from_pairs(n_rows: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
         let mut row_start = vec![0u32; n_rows + 1];
         for (row, _) in pairs.clone() {
@@ -44,13 +45,18 @@ impl Csr {
         Self { row_start, entries }
     }
 
-    /// Collects `0..rows.len()` into the rows that `rows` names; within a row they ascend.
+    /// The inverse of `rows`: row `r` holds all `i` with `rows[i] = r`, ascending.
     pub fn of_rows(n_rows: usize, rows: &[u32]) -> Self {
         Self::from_pairs(n_rows, rows.iter().copied().zip(0..))
     }
 
-    /// The rows that count as vertices of a graph, breadth first: each connected part from its first row outwards, so that
-    /// neighbours come close together (Cuthill and McKee, 1969).
+    /// The vertices of a graph in breadth-first order, so that neighbours get close numbers
+    /// (Cuthill and McKee, 1969).
+    ///
+    /// Row `i` holds the neighbours of vertex `i`. Each connected part begins with its lowest
+    /// vertex.
+    ///
+    /// - `counts`: whether a row is a vertex of the graph; other rows are left out
     pub fn breadth_first(&self, counts: impl Fn(usize) -> bool) -> Vec<u32> {
         let mut seen = vec![false; self.n_rows()];
         let mut order = Vec::with_capacity(self.n_rows());

@@ -1,4 +1,4 @@
-//! The edges of the tets, the tets around each edge, and the vertex graph they span.
+//! The edges of the tets, the tets around each edge, and the graph of vertices joined by edges.
 
 use std::{ops::Range, sync::Arc};
 
@@ -6,22 +6,23 @@ use rayon::prelude::*;
 
 use super::{csr::Csr, in_pieces};
 
-/// Local vertices of a tet's six edges.
+/// Local vertices of a tet's six local edges.
 pub const EDGE: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// The edges of a tet mesh.
 #[derive(Clone, Debug)]
 pub struct TetEdges {
-    /// The two vertices of each edge `[n_edges]`, the lower first, in lexicographic order.
+    /// The two vertices of each edge `[n_edges]`, the lower one first, in lexicographic order.
     pub edges: Vec<[u32; 2]>,
-    /// Tets around each edge `[n_edges]` rows, each entry `tet * 6 + local edge`.
+    /// Tets around each edge: `n_edges` rows, each entry is `tet * 6 + local edge`.
     pub edge_tets: Csr,
-    /// The edges of each tet `[n_tets]`, each `edge * 2 + (1 if the tet runs it from its higher vertex)`.
+    /// Edges of each tet `[n_tets]`, each stored as `edge * 2 + r`. `r` is 1 if the local edge
+    /// begins at the edge's higher vertex, and 0 otherwise.
     pub tet_edges: Vec<[u32; 6]>,
 }
 
 impl TetEdges {
-    /// Collects the edges of the tets.
+    /// Collects the edges of the tets `[n_tets]`.
     pub fn new(n_vertices: usize, tets: &[[u32; 4]]) -> Self {
         let ends = |slot: u32| {
             let tet = tets[slot as usize / 6];
@@ -32,12 +33,14 @@ impl TetEdges {
         let lowest: Vec<[u32; 6]> = tets.par_iter().map(lowest_of_edges).collect();
         let by_lowest = Csr::of_rows(n_vertices, lowest.as_flattened());
         drop(lowest);
-        // The edges of some lowest vertices, how many slots each has, and these.
+        // For a range of lowest vertices: the edges, the number of slots of each edge, and the
+        // slots (`tet * 6 + local edge`).
         let edges_of = |vertices: Range<usize>| {
             let n_entries = by_lowest.row_start[vertices.end] - by_lowest.row_start[vertices.start];
             let (mut edges, mut lengths) = (Vec::new(), Vec::new());
             let mut entries = Vec::with_capacity(n_entries as usize);
-            // The other end above, the slot below: numbers are sorted faster than pairs of them.
+            // The edge's other end in the upper bits, the slot in the lower bits: numbers are
+            // sorted faster than pairs.
             let mut row: Vec<u64> = Vec::new();
             for vertex in vertices {
                 row.clear();
@@ -75,17 +78,17 @@ impl TetEdges {
     }
 }
 
-/// A graph of vertices joined by edges, with the edge behind every entry.
+/// A graph of vertices joined by edges. Each entry of its rows knows the edge behind it.
 #[derive(Clone, Debug, Default)]
 pub struct VertexGraph {
-    /// Neighbours of each vertex; networks along these edges share it.
+    /// Neighbours of each vertex: `n_vertices` rows. Networks along the same edges share them.
     pub neighbours: Arc<Csr>,
-    /// For each entry of `neighbours` the edge it stands for.
+    /// The edge behind each entry of `neighbours` `[n_entries]`.
     pub entry_edge: Vec<u32>,
 }
 
 impl VertexGraph {
-    /// The graph of these edges.
+    /// The graph with these edges `[n_edges]`.
     pub fn new(n_vertices: usize, edges: &[[u32; 2]]) -> Self {
         let both = edges.iter().enumerate().flat_map(|(edge, &[a, b])| [(a, edge as u32), (b, edge as u32)]);
         let Csr { row_start, entries: entry_edge } = Csr::from_pairs(n_vertices, both);
@@ -102,7 +105,7 @@ impl VertexGraph {
     }
 }
 
-/// The edges of these triangles, the lower vertex first, in lexicographic order, each once.
+/// The edges of these triangles, each once, the lower vertex first, in lexicographic order.
 pub fn triangle_edges(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 2]> {
     let mut edges: Vec<[u32; 2]> =
         triangles.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).map(|[a, b]| [a.min(b), a.max(b)]).collect();

@@ -1,9 +1,14 @@
-//! Surface half-edge structure (SHE): the oriented boundary triangles, their neighbours and their families.
+//! Surface half-edge structure (SHE): the oriented boundary triangles, their neighbours and their
+//! families.
 //!
-//! Array-based: half-edge `3 * triangle + k` runs from the triangle's vertex `k` to the next one. Files come with mixed
-//! orientation, so the triangles are turned here: their normal points into the tets, that is *out of the body*. Formats
-//! also list them in different orders, family by family or not, so they are sorted, and one mesh gives one surface. The
-//! paper (section 4) asks of SHE the traversal of a family's triangles, vertices and boundary curves.
+//! The structure is made of arrays: half-edge `3 * triangle + k` runs from the triangle's vertex
+//! `k` to its next vertex.
+//!
+//! Files hold triangles of mixed orientation. Here every triangle is oriented: its normal points
+//! into the tets, *out of the body*. Formats also list triangles in different orders. Here they are
+//! sorted, so one mesh gives one surface.
+//!
+//! The paper (section 4) uses SHE to traverse a family's triangles, vertices and boundary curves.
 
 use std::collections::HashMap;
 
@@ -12,37 +17,39 @@ use glam::DVec3;
 use super::{FamilyId, MeshError, TetMesh, csr::Csr, half_face, lowest_of};
 use crate::geometry::{self, triangle_normal};
 
-/// A run of boundary edges of a family with the same family on the other side.
+/// A curve along the boundary between one family and another: a run of edges with the same family
+/// on the other side.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BoundaryCurve {
-    /// Vertices in order along the curve, the family on the left seen from the fluid; a closed curve does not repeat
-    /// its first vertex.
+    /// Vertices in order along the curve. Seen from the fluid, the family lies on the left. A
+    /// closed curve does not repeat its first vertex.
     pub vertices: Vec<u32>,
-    /// Whether the last vertex joins the first.
+    /// Whether an edge joins the last vertex to the first.
     pub closed: bool,
 }
 
 /// The oriented boundary surface.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Vertices of each triangle `[n_triangles]`, the lowest first, normal out of the body; ascending, not in the file's
-    /// order.
+    /// Vertices of each triangle `[n_triangles]`, the lowest one first, with the normal out of the
+    /// body. Sorted, not in the order of the file.
     pub triangles: Vec<[u32; 3]>,
     /// Family of each triangle `[n_triangles]`.
     pub family: Vec<FamilyId>,
-    /// For each half-edge `[3 * n_triangles]` its twin in the neighbouring triangle.
+    /// The twin of each half-edge in the neighbouring triangle `[3 * n_triangles]`.
     pub opposite: Vec<u32>,
-    /// For each triangle that of the mesh `[n_triangles]`.
+    /// Index of each triangle in [`TetMesh::triangles`] `[n_triangles]`.
     of_mesh: Vec<u32>,
     of_family: Csr,
     vertices_of_family: Csr,
 }
 
 impl Surface {
-    /// Orients the mesh's triangles from its tets and joins them along their edges.
+    /// Orients the mesh's triangles by its tets and joins them along their edges.
     ///
     /// # Errors
-    /// The triangles are not exactly the boundary of the tets, or three or more of them meet in an edge.
+    /// A triangle stands in the mesh twice, the triangles are not exactly the boundary of the tets,
+    /// or the number of triangles at an edge is not two.
     pub fn new(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Self, MeshError> {
         let mut sorted: Vec<_> = oriented_triangles(mesh, faces)?.into_iter().zip(0..).collect();
         sorted.sort_unstable();
@@ -62,7 +69,7 @@ impl Surface {
         Ok(Self { triangles, family, opposite, of_mesh, of_family, vertices_of_family })
     }
 
-    /// The indices of these triangles in the mesh, ascending.
+    /// Indices of these triangles in [`TetMesh::triangles`], ascending.
     pub fn in_mesh(&self, triangles: &[u32]) -> Vec<u32> {
         let mut indices: Vec<u32> = triangles.iter().map(|&triangle| self.of_mesh[triangle as usize]).collect();
         indices.sort_unstable();
@@ -84,12 +91,14 @@ impl Surface {
         self.vertices_of_family.row(family.index())
     }
 
-    /// All vertices of the surface, those of one family after those of another: a vertex of several comes as often.
+    /// The vertices of all families, one family after another. A vertex on several families occurs
+    /// once for each of them.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices_of_family.entries
     }
 
-    /// The closed curves that bound a family, each as a loop of half-edges of the family's own triangles.
+    /// The closed curves that bound a family. Each is a loop of half-edges of the family's own
+    /// triangles.
     pub fn boundary_loops(&self, family: FamilyId) -> Vec<Vec<u32>> {
         let mut seen = vec![false; self.triangles_of(family).len() * 3];
         let first = |half_edge: u32| {
@@ -119,7 +128,7 @@ impl Surface {
         loops
     }
 
-    /// The curves a family shares with another one, each as long as possible.
+    /// The curves that a family shares with another one, each as long as possible.
     pub fn shared_curves(&self, family: FamilyId, other: FamilyId) -> Vec<BoundaryCurve> {
         let shared = |half_edge: u32| self.family[self.opposite[half_edge as usize] as usize / 3] == other;
         let mut curves = Vec::new();
@@ -149,13 +158,15 @@ impl Surface {
         self.family[self.opposite[half_edge as usize] as usize / 3]
     }
 
-    /// The vertex a half-edge starts from.
+    /// The first vertex of a half-edge.
     pub fn origin(&self, half_edge: u32) -> u32 {
         self.triangles[half_edge as usize / 3][half_edge as usize % 3]
     }
 
-    /// Unit normals at the vertices of a family, out of the body, from that family's triangles only, weighted by area;
-    /// in the order of [`Self::vertices_of`].
+    /// Unit normals at the vertices of a family, out of the body, in the order of
+    /// [`Self::vertices_of`]. Only the family's own triangles count, weighted by area.
+    ///
+    /// - `vertices` `[n_vertices]`: positions, in any unit
     pub fn normals_of(&self, family: FamilyId, vertices: &[DVec3]) -> Vec<DVec3> {
         let own = self.vertices_of(family);
         let mut normals = vec![DVec3::ZERO; own.len()];
@@ -173,12 +184,13 @@ impl Surface {
     }
 }
 
-/// The following half-edge of the same triangle.
+/// The next half-edge of the same triangle.
 pub fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
-/// The mesh's triangles in their order, each from its lowest vertex, normal out of the body.
+/// The mesh's triangles in their order. Each begins with its lowest vertex, and its normal points
+/// out of the body.
 fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Vec<[u32; 3]>, MeshError> {
     let sorted = |mut triangle: [u32; 3]| {
         triangle.sort_unstable();
@@ -195,7 +207,8 @@ fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Ve
             }
             Some((half_face, taken)) => {
                 *taken = true;
-                // A tet's faces look out of the fluid; the surface looks out of the body.
+                // The normal of a tet's face points out of the fluid, the surface's out of the
+                // body: two vertices swap.
                 let [a, b, c] = half_face::face_vertices(mesh, *half_face);
                 let mut outward = [a, c, b];
                 let lowest = lowest_of(&outward);

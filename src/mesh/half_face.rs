@@ -1,7 +1,8 @@
-//! Half-face structure (HF) of the tets: which tet lies behind each face of each tet.
+//! Half-face structure (HF) of the tets: the neighbour of each tet behind each of its faces.
 //!
-//! Array-based: half-face `4 * tet + face` is the face opposite the tet's local vertex `face`; `opposite` holds the
-//! half-face on the other side. The paper (section 4) uses HF for its volume mesh; it gives no layout.
+//! The structure is made of arrays: half-face `4 * tet + face` is the face opposite the tet's local
+//! vertex `face`, and `opposite` holds the half-face on the other side. The paper (section 4) uses
+//! HF for its volume mesh and gives no layout.
 
 use std::ops::Range;
 
@@ -9,16 +10,17 @@ use rayon::prelude::*;
 
 use super::{MeshError, TetMesh, csr::Csr, in_pieces};
 
-/// Marks a half-face with no tet behind it.
+/// Marks a half-face on the boundary: there is no tet behind it.
 pub const BOUNDARY: u32 = u32::MAX;
 
-/// Local vertices of the face opposite each local vertex, seen from outside a positive tet counter-clockwise.
+/// Local vertices of the face opposite each local vertex. Seen from outside a tet of positive
+/// volume they turn counter-clockwise.
 pub const FACE: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// The faces of a tet mesh and what lies behind them.
+/// The faces of a tet mesh and the tets behind them.
 #[derive(Clone, Debug)]
 pub struct HalfFaces {
-    /// For each half-face `[4 * n_tets]` the half-face on its other side, or [`BOUNDARY`].
+    /// The half-face on the other side of each half-face `[4 * n_tets]`, or [`BOUNDARY`].
     pub opposite: Vec<u32>,
 }
 
@@ -26,8 +28,8 @@ impl HalfFaces {
     /// Pairs the faces of all tets.
     ///
     /// # Errors
-    /// [`MeshError::FaceOfManyTets`] when more than two tets share a face, [`MeshError::DuplicateTet`] when two of them
-    /// have the same four vertices.
+    /// - [`MeshError::FaceOfManyTets`]: more than two tets share a face
+    /// - [`MeshError::DuplicateTet`]: two tets have the same four vertices
     pub fn new(mesh: &TetMesh) -> Result<Self, MeshError> {
         let n = mesh.tets.len() * 4;
         let lowest_of_faces = |&[a, b, c, d]: &[u32; 4]| {
@@ -40,7 +42,8 @@ impl HalfFaces {
         let pairs_of = |vertices: Range<usize>| {
             let n_faces = by_lowest.row_start[vertices.end] - by_lowest.row_start[vertices.start];
             let mut pairs = Vec::with_capacity(n_faces as usize / 2);
-            // The face's other vertices above, the half-face below: numbers are sorted faster than tuples of them.
+            // The face's other vertices in the upper bits, the half-face in the lower bits: numbers
+            // are sorted faster than tuples.
             let key = |&half_face: &u32| {
                 let [_, middle, highest] = sorted_face(mesh, half_face).map(u128::from);
                 middle << 64 | highest << 32 | u128::from(half_face)
@@ -79,19 +82,19 @@ impl HalfFaces {
         Ok(Self { opposite })
     }
 
-    /// The tet behind a tet's face, if any.
+    /// The tet behind a face of a tet. `None` on the boundary.
     pub fn neighbour(&self, tet: u32, face: usize) -> Option<u32> {
         let opposite = self.opposite[4 * tet as usize + face];
         (opposite != BOUNDARY).then_some(opposite / 4)
     }
 
-    /// The half-faces with no tet behind them, ascending.
+    /// The half-faces on the boundary, ascending.
     pub fn boundary(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.opposite.len() as u32).filter(|&half_face| self.opposite[half_face as usize] == BOUNDARY)
     }
 }
 
-/// Vertices of a half-face, counter-clockwise seen from outside its tet.
+/// Vertices of a half-face. Seen from outside its tet they turn counter-clockwise.
 pub fn face_vertices(mesh: &TetMesh, half_face: u32) -> [u32; 3] {
     let tet = mesh.tets[half_face as usize / 4];
     FACE[half_face as usize % 4].map(|local| tet[local])

@@ -1,7 +1,7 @@
 //! The tet mesh with its named surface families, and the topology derived from it.
 //!
-//! Coordinates are f64 and stand in the file's order, or in an [`Order`] made for speed; everything else in idmesh refers to
-//! vertices, tets and triangles by their index here.
+//! Coordinates are f64. They stand in the order of the file, or in an [`Order`] made for speed. The
+//! other modules refer to vertices, tets and triangles by their indices here.
 
 pub mod csr;
 pub mod edges;
@@ -49,7 +49,7 @@ pub struct TetMesh {
 }
 
 impl TetMesh {
-    /// The family of that name.
+    /// The family with this name.
     pub fn family(&self, name: &str) -> Option<FamilyId> {
         self.families.iter().position(|family| family == name).map(|index| FamilyId(index as u16))
     }
@@ -60,12 +60,13 @@ impl TetMesh {
         members.map(|(&triangle, _)| triangle).collect()
     }
 
-    /// Turns every tet so that its two lowest vertices come first, ascending; its orientation stays.
+    /// Turns every tet so that its two lowest vertices come first, ascending; its orientation
+    /// stays.
     ///
-    /// Formats begin a tet with different vertices, and OpenFOAM keeps only its faces: turned, a mesh gives the same sums
-    /// to the last bit whatever file it came from.
+    /// Formats begin a tet with different vertices, and OpenFOAM stores only its faces. After the
+    /// rotation sums over a mesh have the same bits, whatever file the mesh came from.
     pub fn turn_tets(&mut self) {
-        // Each is an even permutation, which keeps the orientation.
+        // Each row is an even permutation, so the orientation does not change.
         const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
         const SECOND: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2]];
         for tet in &mut self.tets {
@@ -75,15 +76,17 @@ impl TetMesh {
     }
 }
 
-/// The place of the lowest of a cell's or face's vertices.
+/// Position of the lowest vertex among the vertices of a cell or a face.
 fn lowest_of(vertices: &[u32]) -> usize {
     (1..vertices.len()).fold(0, |lowest, place| if vertices[place] < vertices[lowest] { place } else { lowest })
 }
 
-/// Items in a task: some tens of microseconds of work. Fixed, so that nothing depends on the number of threads.
+/// Items in a task: some tens of microseconds of work. The number is fixed, so no result depends on
+/// the number of threads.
 const PIECE: usize = 2048;
 
-/// What comes of the items `0..n_items`, piece by piece, in parallel; in their order.
+/// Applies `work` to the items `0..n_items`, piece by piece in parallel. The results are in the
+/// order of the pieces.
 pub(crate) fn in_pieces<T: Send>(n_items: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let pieces = 0..n_items.div_ceil(PIECE);
     pieces.into_par_iter().map(|piece| work(piece * PIECE..n_items.min((piece + 1) * PIECE))).collect()

@@ -1,27 +1,28 @@
-//! Cells and boundary faces of other shapes than tets and triangles, and the tets they split into.
+//! Cells that are not tets, boundary faces that are not triangles, and the tets that cells split
+//! into.
 
 use super::{FamilyId, lowest_of};
 
-/// The pyramids, prisms, hexahedra and boundary quadrilaterals of a mesh, beside the tets and triangles of its
-/// [`super::TetMesh`], whose vertices and families they name.
+/// The pyramids, prisms, hexahedra and boundary quadrilaterals of a mesh. They use the vertices and
+/// families of a [`super::TetMesh`], which holds the tets and triangles.
 ///
-/// Vertices of a cell stand in the order of the CGNS standard (SIDS, section 3.3): the base so that its normal points
-/// into the cell, then the apex or the top over the base.
+/// The vertices of a cell have the order of the CGNS standard (SIDS, section 3.3): first the base,
+/// whose normal points into the cell, then the apex, or the top above the base.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OtherCells {
-    /// Base of four and apex `[n_pyramids]`.
+    /// Four vertices of the base, then the apex `[n_pyramids]`.
     pub pyramids: Vec<[u32; 5]>,
-    /// Base of three and top `[n_prisms]`.
+    /// Three vertices of the base, then three of the top `[n_prisms]`.
     pub prisms: Vec<[u32; 6]>,
-    /// Base of four and top `[n_hexahedra]`.
+    /// Four vertices of the base, then four of the top `[n_hexahedra]`.
     pub hexahedra: Vec<[u32; 8]>,
-    /// Boundary quadrilaterals `[n_quadrilaterals]`, orientation as in the file.
+    /// Vertices of each boundary quadrilateral `[n_quadrilaterals]`, orientation as in the file.
     pub quadrilaterals: Vec<[u32; 4]>,
     /// Family of each quadrilateral `[n_quadrilaterals]`.
     pub quadrilateral_family: Vec<FamilyId>,
 }
 
-/// Faces of a cell by its corners, normals outward; of three corners or four.
+/// Faces of a cell as local vertices, three or four each, with normals outward.
 type Faces = &'static [&'static [usize]];
 
 const TET: Faces = &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]];
@@ -30,17 +31,17 @@ const PRISM: Faces = &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2
 const HEXAHEDRON: Faces = &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
 
 impl OtherCells {
-    /// Whether the mesh has tets and triangles only.
+    /// Whether the mesh has only tets and triangles.
     pub fn is_empty(&self) -> bool {
         self.n_cells() == 0 && self.quadrilaterals.is_empty()
     }
 
-    /// How many cells there are, quadrilaterals not counted.
+    /// Number of pyramids, prisms and hexahedra. Quadrilaterals do not count.
     pub fn n_cells(&self) -> usize {
         self.pyramids.len() + self.prisms.len() + self.hexahedra.len()
     }
 
-    /// How many there are of each shape, those that there are: `("pyramids", 12)`.
+    /// The shapes that occur and the number of each, for example `("pyramids", 12)`.
     pub fn counts(&self) -> impl Iterator<Item = (&'static str, usize)> {
         let counts = [
             ("pyramids", self.pyramids.len()),
@@ -51,11 +52,13 @@ impl OtherCells {
         counts.into_iter().filter(|&(_, count)| count > 0)
     }
 
-    /// The tets the cells split into: two of a pyramid, three of a prism, six of a hexahedron, in that order of shapes.
+    /// The tets that the cells split into: two per pyramid, three per prism, six per hexahedron, in
+    /// this order of shapes.
     ///
-    /// A cell is split from its lowest vertex, and each quadrilateral along the diagonal from its lowest, so that
-    /// neighbours agree on the face between them (J. Dompierre and others, *How to Subdivide Pyramids, Prisms and
-    /// Hexahedra into Tetrahedra*, 1999). The tets of a valid cell with plane faces have positive volumes.
+    /// A cell is split from its lowest vertex, and each quadrilateral along the diagonal from its
+    /// lowest vertex. So neighbours agree on the split of their common face (J. Dompierre and
+    /// others, *How to Subdivide Pyramids, Prisms and Hexahedra into Tetrahedra*, 1999). The tets
+    /// of a valid cell with plane faces have positive volumes.
     pub fn tets(&self) -> Vec<[u32; 4]> {
         let mut tets = Vec::with_capacity(2 * self.pyramids.len() + 3 * self.prisms.len() + 6 * self.hexahedra.len());
         self.pyramids.iter().for_each(|cell| split(cell, PYRAMID, &mut tets));
@@ -65,7 +68,8 @@ impl OtherCells {
     }
 }
 
-/// The faces of a cell of 4, 5, 6 or 8 vertices by its corners, normals outward; none of another.
+/// Faces of a cell with 4, 5, 6 or 8 vertices as local vertices, with normals outward. Empty for
+/// any other number.
 pub fn cell_faces(n_vertices: usize) -> &'static [&'static [usize]] {
     match n_vertices {
         4 => TET,
@@ -76,7 +80,7 @@ pub fn cell_faces(n_vertices: usize) -> &'static [&'static [usize]] {
     }
 }
 
-/// Joins the lowest vertex of a cell to the triangles of the faces that do not touch it.
+/// Joins the lowest vertex of a cell to the triangles of the faces that do not hold this vertex.
 fn split(cell: &[u32], faces: Faces, tets: &mut Vec<[u32; 4]>) {
     let apex = cell[lowest_of(cell)];
     for face in faces {
@@ -87,7 +91,8 @@ fn split(cell: &[u32], faces: Faces, tets: &mut Vec<[u32; 4]>) {
             continue;
         }
         corners.rotate_left(lowest_of(corners));
-        // Seen from inside, the outward triangle turns the other way: its normal points at the apex.
+        // Seen from inside, an outward triangle turns the other way: its normal then points at the
+        // apex.
         for pair in corners[1..].windows(2) {
             tets.push([corners[0], pair[1], pair[0], apex]);
         }

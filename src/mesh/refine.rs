@@ -1,18 +1,20 @@
-//! Every tet into eight: the mesh once finer in all directions.
+//! Uniform refinement: every tet is cut into eight.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{MeshError, TetMesh, edges::EDGE, edges::TetEdges, validate};
 
-/// Cuts every tet at the middles of its edges into eight, and every boundary triangle into four of the same family.
+/// Cuts every tet at the middles of its edges into eight, and every boundary triangle into four of
+/// the same family.
 ///
-/// The mesh's own vertices come first, then the middles of its edges in the order of [`TetEdges`]; the pieces of a tet stand
-/// together. Four pieces are the tet at half its size; the octahedron between them is cut along the shortest of its three
-/// diagonals, which spoils the shapes least. Surfaces stay as flat between the old vertices as they were.
+/// The vertices of the mesh come first, then the middles of its edges in the order of [`TetEdges`].
+/// The eight pieces of a tet follow one another. Four pieces are the tet at half its size. The
+/// octahedron between them is cut along the shortest of its three diagonals, which gives the best
+/// shapes. Surfaces stay flat between the old vertices.
 ///
 /// # Errors
-/// The mesh is not valid.
+/// The mesh is not valid; see [`validate()`].
 pub fn refine(mesh: &TetMesh) -> Result<TetMesh, MeshError> {
     validate(mesh)?;
     let n = mesh.vertices.len();
@@ -36,13 +38,14 @@ pub fn refine(mesh: &TetMesh) -> Result<TetMesh, MeshError> {
     Ok(TetMesh { vertices, tets, triangles, triangle_family, families: mesh.families.clone() })
 }
 
-/// The pieces of a tet, given the middles of its edges in the order of [`EDGE`].
+/// The eight pieces of a tet, given the middles of its edges in the order of [`EDGE`].
 fn pieces_of_tet(corners: [u32; 4], middles: [u32; 6], vertices: &[DVec3]) -> [[u32; 4]; 8] {
     let between = |a: usize, b: usize| {
         let edge = EDGE.iter().position(|edge| *edge == [a.min(b), a.max(b)]);
         middles[edge.expect("two different corners span an edge")]
     };
-    // The corners turned so that one of the three diagonals joins the middles of 01 and 23; none of these mirrors the tet.
+    // Even permutations of the corners. In each, another of the three diagonals joins the middles
+    // of the edges 01 and 23.
     let turned = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2]];
     let diagonal = |[a, b, c, d]: [usize; 4]| {
         let [from, to] = [between(a, b), between(c, d)].map(|vertex| vertices[vertex as usize]);

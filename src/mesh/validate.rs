@@ -1,4 +1,4 @@
-//! The checks a mesh must pass before anything is built on it.
+//! The checks that a mesh must pass before anything is built on it.
 
 use glam::DVec3;
 use thiserror::Error;
@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::{TetMesh, half_edge::Surface, half_face::HalfFaces};
 use crate::{geometry, quality};
 
-/// What is wrong with a mesh. Vertices, tets and triangles are numbered from 0 in the order of the file.
+/// A fault of a mesh. Vertices, tets and triangles are numbered from 0, in the order of the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages name the fields")]
@@ -44,30 +44,31 @@ pub enum MeshError {
     NonManifoldEdge { vertices: [u32; 2], triangles: usize, at: DVec3 },
 }
 
-/// A checked mesh's topology.
+/// The topology of a checked mesh.
 #[derive(Clone, Debug)]
 pub struct Topology {
-    /// The tets' faces.
+    /// The faces of the tets.
     pub faces: HalfFaces,
-    /// The oriented boundary.
+    /// The oriented boundary surface.
     pub surface: Surface,
-    /// Vertices no tet uses, ascending: they stay where they are.
+    /// Vertices that no tet uses, ascending. They are not moved.
     pub unused_vertices: Vec<u32>,
 }
 
 /// Checks a mesh and builds its topology.
 ///
 /// # Errors
-/// The first thing found wrong, in the order of [`MeshError`].
+/// The first fault found, in the order of [`MeshError`].
 pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
     check(mesh)?;
     Topology::new(mesh)
 }
 
-/// Checks each vertex, tet and triangle by itself: what stands in one exists, and no tet is inverted.
+/// Checks each vertex, tet and triangle alone: coordinates are finite, all named vertices exist,
+/// none is named twice in a tet or triangle, and no tet is inverted.
 ///
 /// # Errors
-/// The first thing found wrong, in the order of [`MeshError`].
+/// The first fault found, in the order of [`MeshError`].
 pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
     if mesh.tets.is_empty() {
         return Err(MeshError::NoTets);
@@ -92,10 +93,10 @@ pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
 }
 
 impl Topology {
-    /// The topology of a mesh that has passed [`check`].
+    /// Builds the topology of a mesh that has passed [`check`].
     ///
     /// # Errors
-    /// The first way in which tets and triangles do not go together, in the order of [`MeshError`].
+    /// The first mismatch of tets and triangles, in the order of [`MeshError`].
     pub fn new(mesh: &TetMesh) -> Result<Self, MeshError> {
         let faces = HalfFaces::new(mesh)?;
         let surface = Surface::new(mesh, &faces)?;

@@ -18,7 +18,8 @@ pub(super) struct FoldCheck<'a> {
     families: &'a Families,
     /// Where the surface's vertices were when it was last looked at, in its order.
     last: Vec<DVec3>,
-    /// Folded triangles of each family that has some, there; see [`crate::quality::faults::folded`].
+    /// Folded triangles of each family that has some, there; see
+    /// [`crate::quality::faults::folded`].
     pub(super) folded: BTreeMap<FamilyId, usize>,
     /// Stages after which a triangle of a family placed so far was folded, with their number.
     pub(super) folds: Vec<(&'static str, usize)>,

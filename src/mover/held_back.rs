@@ -1,7 +1,9 @@
-//! Vertices that a design moves and another family holds: a wing's or a prescribed family's that a fixed or prescribed one has too.
+//! Vertices that a design moves and another family holds: a wing's or a prescribed family's that a
+//! fixed or prescribed one has too.
 //!
-//! The surface is bent there, however good its triangles are: nobody but the user can say whether that is meant. So it is told,
-//! and where it goes beyond the shortest edge at a vertex the result is not taken.
+//! The surface is bent there, however good its triangles are: nobody but the user can say whether
+//! that is meant. So it is told, and where it goes beyond the shortest edge at a vertex the result
+//! is not taken.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +12,8 @@ use glam::DVec3;
 use super::Mover;
 use crate::{geometry, mesh::Displacement, mesh::FamilyId, stage::Wanted};
 
-/// A vertex that is held back by less than this fraction of its family's size is where it should be.
+/// A vertex that is held back by less than this fraction of its family's size is where it should
+/// be.
 const BACK: f64 = 1e-9;
 
 /// The vertices of one family that another holds back.
@@ -26,7 +29,8 @@ pub struct HeldBack {
     pub max_distance: f64,
     /// Where that vertex was.
     pub at: DVec3,
-    /// Of the vertex that is held back the most against its shortest edge in the family, if it is by more than that.
+    /// Of the vertex that is held back the most against its shortest edge in the family, if it is
+    /// by more than that.
     pub beyond: Option<Beyond>,
 }
 

@@ -1,10 +1,12 @@
 //! [`Mover`]: the one door to idmesh. Set up once per mesh, run once per design.
 //!
-//! Everything that depends on the mesh alone (topology, wing vertices' places among the old profiles, continued
-//! surfaces, stiffness, spectra, device buffers) is made by [`MoverBuilder::build`]; [`Mover::update`] starts from the undeformed
-//! mesh every time, so its result depends on the design alone, unless it is told to start from the last design.
+//! Everything that depends on the mesh alone (topology, wing vertices' places among the old
+//! profiles, continued surfaces, stiffness, spectra, device buffers) is made by
+//! [`MoverBuilder::build`]; [`Mover::update`] starts from the undeformed mesh every time, so its
+//! result depends on the design alone, unless it is told to start from the last design.
 //!
-//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is in that of the mesh.
+//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is
+//! in that of the mesh.
 
 mod builder;
 mod fold_check;
@@ -52,11 +54,11 @@ use crate::{
 /// One design: what replaces the old shape.
 #[derive(Clone, Debug, Default)]
 pub struct Design {
-    /// New profiles of each wing, by the wing's name, in the mesh's unit. Numbers pair them with the
-    /// old ones.
+    /// New profiles of each wing, by the wing's name, in the mesh's unit. Numbers pair them with
+    /// the old ones.
     pub profiles: BTreeMap<String, Vec<Profile>>,
-    /// Displacement of each prescribed family's vertices, by the family's name, in the mesh's unit and
-    /// in the order of [`Mover::family_vertices`].
+    /// Displacement of each prescribed family's vertices, by the family's name, in the mesh's unit
+    /// and in the order of [`Mover::family_vertices`].
     pub prescribed: BTreeMap<String, Vec<DVec3>>,
 }
 
@@ -197,7 +199,8 @@ pub struct Mover {
 /// Greatest share of the chord by which a wing's vertices may miss their new profiles.
 pub const MISSED: f64 = 2e-3;
 
-/// Memory that a mover takes at most for each tet, updates included, beside the mesh it is given; measured with 6.5 million tets.
+/// Memory that a mover takes at most for each tet, updates included, beside the mesh it is given;
+/// measured with 6.5 million tets.
 const BYTES: u64 = 600;
 
 impl Mover {
@@ -307,14 +310,15 @@ impl Mover {
     /// Moves the undeformed mesh to a design.
     ///
     /// # Errors
-    /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that did not converge are
-    /// results: see [`Outcome`].
+    /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that
+    /// did not converge are results: see [`Outcome`].
     pub fn update(&mut self, design: &Design) -> Result<Outcome, MoveError> {
         self.run(design, None)
     }
 
-    /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the displacement so far
-    /// `[n_vertices]`, and may change it. What it makes is judged like the stage's own work.
+    /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the
+    /// displacement so far `[n_vertices]`, and may change it. What it makes is judged like the
+    /// stage's own work.
     ///
     /// # Errors
     /// As [`Mover::update`].
@@ -387,7 +391,8 @@ impl Mover {
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let self_intersecting = self.stages.volume.newly_self_intersecting(&self.ordered, &vertices);
-        // Where the vertices are in the end: those that are held have been there since the wing's stage.
+        // Where the vertices are in the end: those that are held have been there since the wing's
+        // stage.
         let held_back = self.held_back(&wanted, &displacement);
         let families = self.family_reports(&vertices, &folded, &self_intersecting, &held_back);
         let missed = self.stages.wings.missed(&vertices);

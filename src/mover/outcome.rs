@@ -1,9 +1,9 @@
 //! [`Outcome`]: what an update made, and whether it may be used.
 //!
 //! The moved vertices stand behind a check. [`Outcome::valid`] gives them where the mesh is what
-//! was asked for, and says why where it is not; [`Outcome::even_if_invalid`] gives them to those who
-//! want to look at a bad result. Field names of the types that serialise are part of the interface:
-//! the report holds them.
+//! was asked for, and says why where it is not; [`Outcome::even_if_invalid`] gives them to those
+//! who want to look at a bad result. Field names of the types that serialise are part of the
+//! interface: the report holds them.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -96,7 +96,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// The moved mesh, whatever is wrong with it: to look at or to measure, not to compute a flow on.
+    /// The moved mesh, whatever is wrong with it: to look at or to measure, not to compute a flow
+    /// on.
     pub fn even_if_invalid(&self) -> &Moved {
         &self.moved
     }
@@ -121,24 +122,24 @@ impl Outcome {
     }
 }
 
-/// The states of the mesh that are measured (the paper's Table 1).
+/// The states of a mesh that are measured (the paper's Table 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StageName {
-    /// As read.
+    /// The mesh as read.
     Original,
-    /// After the wing's vertices moved.
+    /// The mesh after the wing's vertices have moved.
     Deformed,
-    /// After the other families moved.
+    /// The mesh after the other families have moved.
     Corrected,
-    /// After the volume moved.
+    /// The mesh after the volume has moved.
     Final,
 }
 
 /// Quality of the mesh at one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StageQuality {
-    /// Which stage.
+    /// The state of the mesh.
     pub name: StageName,
     /// Smallest beta.
     pub beta_min: f64,
@@ -146,44 +147,45 @@ pub struct StageQuality {
     pub beta_max: f64,
     /// Mean beta over the tets.
     pub beta_mean: f64,
-    /// Tets whose beta is not positive.
+    /// Number of tets whose beta is not positive.
     pub inverted: usize,
-    /// Time from the stage before to this one, s.
+    /// Time since the stage before, in seconds.
     pub seconds: f64,
 }
 
 impl StageQuality {
-    /// The row of a stage.
+    /// The row of a stage in the report. `seconds` is the time since the stage before.
     pub fn new(name: StageName, beta: &Statistics, seconds: f64) -> Self {
         let &Statistics { min, max, mean, inverted } = beta;
         Self { name, beta_min: min, beta_max: max, beta_mean: mean, inverted, seconds }
     }
 }
 
-/// How true a family stayed to its shape, in the mesh's unit.
+/// Deviations of a family from its shape. Distances are in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FamilyReport {
-    /// Largest distance of a carenage's vertices to its original surface.
+    /// Largest distance of a carenage's vertices from its original surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_original_surface: Option<f64>,
-    /// Largest distance of a plane family's vertices to its plane; where it is not quite flat, to their own distances from it.
+    /// Largest distance of a plane family's vertices from its plane. With `flat`, the largest
+    /// change of the vertices' own distances from the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_plane: Option<f64>,
-    /// Largest distance of a periodic plane's vertices from their places beside their partners.
+    /// Largest change of the vector between two partners of periodic planes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_of_partners: Option<f64>,
-    /// Vertices that a design moves with another family, and this one holds.
+    /// Vertices that this family holds although a design moves them with another family.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_back: Option<HeldBackSummary>,
-    /// Triangles that are turned over against those around them.
+    /// Number of triangles that are turned over against the triangles around them.
     #[serde(skip_serializing_if = "is_zero")]
     pub folded_triangles: usize,
-    /// Triangles that the moved surface passes through, and did not before.
+    /// Number of triangles that self-intersect after the motion and did not before.
     #[serde(skip_serializing_if = "is_zero")]
     pub pierced_triangles: usize,
 }
 
-/// Vertices that are held back, in the mesh's unit.
+/// Vertices that are held back. Distances are in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct HeldBackSummary {
     /// How many they are.
@@ -200,31 +202,33 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// How true a wing is to its new profiles.
+/// Deviations of a wing from its new profiles.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProfileReport {
-    /// Largest distance between the moved wing's facets, cut in the planes of its new profiles, and these, in the mesh's unit;
-    /// the facets' sag is in it.
+    /// Largest distance between the new profiles and the moved wing's facets, cut in the planes of
+    /// the profiles, in the mesh's unit. It includes the sag of the facets.
     pub max_distance_to_new_profiles: Option<f64>,
-    /// How much farther the wing's vertices beside these planes lie from the new profiles than they lay from the old ones, at
-    /// most, as share of the profile's length (about its chord).
+    /// Deviation of the wing's vertices beside the profiles' planes: the largest increase of a
+    /// vertex's distance, from the distance to the old profile to the distance to the new one, as a
+    /// share of the profile's length (about its chord).
     pub max_miss_of_vertices: Option<f64>,
-    /// Whether the new profiles were compared with flat cuts through the wing's facets, because the old ones are such cuts or
-    /// the new ones continue them; else they are compared with the sections that the vertices say, or with other old ones.
+    /// Whether the new profiles were compared with flat cuts through the wing's facets: the old
+    /// profiles are such cuts, or the new ones continue them. Otherwise they were compared with the
+    /// sections that the vertices define, or with other old profiles.
     #[serde(skip_serializing_if = "is_false")]
     pub compared_with_flat_cuts: bool,
-    /// Why one of them could not be measured.
+    /// The reason why a deviation could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_measured: Option<String>,
 }
 
-/// How the volume's network was relaxed.
+/// The relaxation of the volume's network.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Solver {
-    /// `"jacobi"`, `"chebyshev"`, ...
+    /// The method: `"jacobi"`, `"chebyshev"` or `"multigrid"`.
     pub method: String,
     /// Sweeps over the network.
     pub sweeps: usize,
-    /// Norm of the last residual over that of the first.
+    /// Norm of the last residual over the norm of the first.
     pub relative_residual: f64,
 }

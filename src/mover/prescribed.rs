@@ -10,7 +10,8 @@ use crate::{
     stage::Wanted,
 };
 
-/// Two displacements of one vertex agree to this fraction of the larger one: text files with seven digits do.
+/// Two displacements of one vertex agree to this fraction of the larger one: text files with seven
+/// digits do.
 const AGREE: f64 = 1e-6;
 
 /// Whether two displacements of the vertex at `position` are more than rounding apart.
@@ -21,8 +22,8 @@ pub fn differ(one: DVec3, other: DVec3, position: DVec3) -> bool {
     apart.is_nan() || apart > AGREE * one.length().max(other.length()) + rounding
 }
 
-/// Writes the design's displacements of the prescribed families into `displacement`, which is in `order`, and for vertices that others
-/// place into `wanted`.
+/// Writes the design's displacements of the prescribed families into `displacement`, which is in
+/// `order`, and for vertices that others place into `wanted`.
 ///
 /// - `mesh`: in `order`
 /// - `family_vertices` `[n_families]`: those of the mesh that was given

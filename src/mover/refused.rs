@@ -69,8 +69,8 @@ impl Outcome {
         Ok(())
     }
 
-    /// What is wrong with a mesh that is not valid, since which stage, where the worst of it is, and
-    /// what to try.
+    /// What is wrong with a mesh that is not valid, since which stage, where the worst of it is,
+    /// and what to try.
     fn invalid(&self) -> Refused {
         let mesh = self.mesh();
         let clusters = faults::clusters(&self.moved.vertices, &mesh.tets, &self.beta);
@@ -146,7 +146,8 @@ impl Outcome {
     }
 }
 
-/// Where a surface passes through itself: at a triangle and the first one that crosses it, and how these stood before.
+/// Where a surface passes through itself: at a triangle and the first one that crosses it, and how
+/// these stood before.
 fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let of =
         |vertices: &[DVec3], triangle: u32| mesh.triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
@@ -159,7 +160,8 @@ fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let crossing = |other: &u32| crosses(moved, mesh.triangles[first as usize], mesh.triangles[*other as usize]);
     let Some(other) = (0..mesh.triangles.len() as u32).find(crossing) else { return place(first) };
     let [one, two] = [first, other].map(|triangle| of(&mesh.vertices, triangle));
-    // Triangles of one edge look nearly the same or nearly opposite ways: the surface is thin there.
+    // Triangles of one edge look nearly the same or nearly opposite ways: the surface is thin
+    // there.
     let angle = triangle_normal(one).angle_between(triangle_normal(two)).to_degrees();
     format!(
         "{} with {}, which were {} apart before, their planes at {:.0} degrees",

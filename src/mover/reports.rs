@@ -1,4 +1,5 @@
-//! What an [`Outcome`](super::Outcome) says of the moved mesh: how true its surfaces are, and what is wrong with them.
+//! What an [`Outcome`](super::Outcome) says of the moved mesh: how true its surfaces are, and what
+//! is wrong with them.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +14,8 @@ use crate::{
     relaxation::Convergence,
 };
 
-/// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane family may deviate from
-/// one in the first place.
+/// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane
+/// family may deviate from one in the first place.
 const STRAYED: f64 = 1e-6;
 
 /// Partners in periodic planes have parted beyond this fraction of the mesh's size.
@@ -39,11 +40,13 @@ impl Mover {
         off_surface.collect()
     }
 
-    /// The periodic planes that do not match any more, by name, with the largest distance of partners from their places.
+    /// The periodic planes that do not match any more, by name, with the largest distance of
+    /// partners from their places.
     pub(super) fn parted(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
         let low = self.ordered.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
         let high = self.ordered.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
-        // Far from the origin, coordinates are rounded more than the mesh's size tells, in every step anew.
+        // Far from the origin, coordinates are rounded more than the mesh's size tells, in every
+        // step anew.
         let allowed = PARTED * low.distance(high) + 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
         let parted = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_of_partners?;
@@ -101,7 +104,8 @@ impl Mover {
         reports
     }
 
-    /// How true the moved wings are to their new profiles, by the name of the wing and of each of its families.
+    /// How true the moved wings are to their new profiles, by the name of the wing and of each of
+    /// its families.
     ///
     /// - `missed`: the worst vertex of each profile, by wing
     /// - `flat_cuts`: the wings whose new profiles were compared with flat cuts
@@ -143,7 +147,8 @@ impl Mover {
         reports
     }
 
-    /// The wings that miss their new profiles by more than what is allowed, with their worst vertex in the mesh's order.
+    /// The wings that miss their new profiles by more than what is allowed, with their worst vertex
+    /// in the mesh's order.
     pub(super) fn beyond(&self, missed: BTreeMap<String, Vec<Missed>>) -> BTreeMap<String, Missed> {
         let worst = |(wing, missed): (String, Vec<Missed>)| {
             let worst = missed.into_iter().max_by(|a, b| a.share.total_cmp(&b.share))?;

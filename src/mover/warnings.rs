@@ -7,7 +7,8 @@ use glam::DVec3;
 use super::{Design, HeldBack, Mover};
 use crate::profile::Missed;
 
-/// Planes that match are said to have parted beyond this fraction of their size: less is the tolerance of relaxations.
+/// Planes that match are said to have parted beyond this fraction of their size: less is the
+/// tolerance of relaxations.
 const PARTED: f64 = 1e-6;
 
 /// Something about a result that may be wrong.
@@ -19,7 +20,8 @@ pub enum Warning {
         /// Their number by family name; see [`crate::quality::faults::folded`].
         families: BTreeMap<String, usize>,
     },
-    /// Two plane families match vertex for vertex, nobody calls them partners, and they no longer match.
+    /// Two plane families match vertex for vertex, nobody calls them partners, and they no longer
+    /// match.
     Parted {
         /// The families.
         families: [String; 2],
@@ -30,8 +32,8 @@ pub enum Warning {
     },
     /// A family holds vertices that the design moves with another.
     HeldBack(HeldBack),
-    /// Planes of profiles cross no edge of their wing, as that of a section inside the fuselage: nothing tells whether the wing
-    /// has these profiles.
+    /// Planes of profiles cross no edge of their wing, as that of a section inside the fuselage:
+    /// nothing tells whether the wing has these profiles.
     NotJudged {
         /// The wing.
         wing: String,

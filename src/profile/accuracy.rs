@@ -1,9 +1,13 @@
-//! How far the moved wing misses its new profiles, judged by its vertices.
+//! Accuracy of the moved wing: deviation of its vertices from the new profiles.
 //!
-//! Facets miss a curved section by their sag, on a coarse mesh by half a percent of the chord, and nobody is at fault. So the
-//! *vertices* at the edges that cross a profile's plane are carried into it, along the wing's own span-wise lines, and
-//! compared with the profile: before with the old one, after with the new one. What has grown is the wing's fault.
-//! The undeformed wing's lines are straight there; the moved wing's are where the profiles lead these.
+//! Facets miss a curved section by their sag, on a coarse mesh by half a percent of the chord, also
+//! in a correct mesh. So the check takes vertices instead of facets. The *vertices* at the edges
+//! that cross a profile's plane are carried into the plane along the wing's span-wise lines. Their
+//! distances from the old profile before the motion, and from the new profile after it, are
+//! compared; an increase is a deviation of the wing. The span-wise lines of the undeformed wing are
+//! straight there. The lines of the moved wing follow the profiles.
+//!
+//! The paper has no such check.
 
 use std::collections::BTreeSet;
 
@@ -17,42 +21,45 @@ use super::matching::OldSection;
 use super::span::Span;
 use super::{Plane, Profile, ProfileError, extent};
 
-/// Where another body cuts the wing's section short, the vertices beside a plane lie within this share of the old profile's length from it. Carried there along straight lines
-/// they may be a little off it where the wing turns, and off a profile of few points.
+/// Largest distance of the vertices beside a plane from the old profile, as a share of its length,
+/// where another body cuts the wing's section short. Vertices carried along straight lines may be a
+/// little off the profile where the wing turns, and where the profile has few points.
 const OFF_WING: f64 = 0.03;
 
-/// The half that is a mirror image lies from an old profile no more than this share of its length farther than the profile's own
-/// half.
+/// Largest excess, as a share of the profile's length, of the mirrored half's distance from an old
+/// profile over the distance of the profile's own half.
 const OFF_MIRROR: f64 = 0.01;
 
 /// A direction that rises by less than this share of its length does not lead into the plane.
 const GRAZING: f64 = 0.1;
 
-/// The vertex that misses a new profile the most.
+/// The vertex with the largest deviation from a new profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Missed {
     /// Number of the profile.
     pub profile: i64,
-    /// How much farther the vertex lies from the new profile than it lay from the old one, as share of the new profile's
-    /// length (about its chord); 0 where none lies farther.
+    /// Increase of the vertex's distance, from the old profile before to the new profile after the
+    /// motion, as a share of the new profile's length (about its chord). 0 if no distance has
+    /// grown.
     pub share: f64,
-    /// The vertex, as place among the wing's.
+    /// Index of the vertex among the wing's vertices.
     pub vertex: usize,
 }
 
-/// The vertices to watch.
+/// The vertices that are checked.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
-    /// Of each section the vertices at the edges that cross its plane.
+    /// For each section, the vertices at the edges that cross its plane.
     sections: Vec<Watched>,
 }
 
-/// What is watched at one section.
+/// The checked vertices of one section.
 #[derive(Clone, Debug)]
 struct Watched {
     vertices: Vec<Carried>,
-    /// Largest distance of these vertices, carried into the plane, from the old section. One that others cut from facets is
-    /// off by their sag, at one place less than at the next, and a vertex may come to the next.
+    /// Largest distance of the carried vertices from the old section. An old section that another
+    /// program cut from facets is off by the sag, which differs from place to place, and a vertex
+    /// may slide to a place with more sag.
     old: f64,
 }
 
@@ -60,17 +67,20 @@ struct Watched {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Carried {
     pub vertex: usize,
-    /// Where it arrives in the plane.
+    /// The point at which the vertex arrives in the plane.
     pub at: DVec3,
 }
 
 impl Watch {
-    /// - `sections`: the old ones, smooth
-    /// - `compared`: whether a section was compared with the wing's own already
+    /// Chooses the vertices and checks them against the old sections.
+    ///
+    /// - `sections`: the old sections, smooth
+    /// - `compared`: whether a section was already compared with the wing's own section
     /// - `along`: unit span-wise direction of the undeformed wing at a vertex
     ///
     /// # Errors
-    /// [`ProfileError::OffWing`], [`ProfileError::OffMirror`]: the vertices beside a plane are far off its old profile.
+    /// [`ProfileError::OffWing`], [`ProfileError::OffMirror`]: the vertices beside a plane are far
+    /// off its old profile.
     pub fn new(
         span: &Span,
         sections: &[OldSection],
@@ -82,7 +92,8 @@ impl Watch {
             let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
             let beside = |triangles: &[[u32; 3]]| -> Vec<Carried> {
                 let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-                // A vertex in the plane counts where the wing goes on from it; inside a cap that lies in the plane it does not.
+                // A vertex in the plane counts if the wing continues from it. Inside a cap that
+                // lies in the plane it does not.
                 let counts = |[end, other]: [u32; 2]| {
                     let [height, beyond] = [end, other].map(|end| heights[end as usize]);
                     height * beyond < 0.0 || height == 0.0 && beyond != 0.0
@@ -96,8 +107,8 @@ impl Watch {
                 vertices.into_iter().map(carried).collect()
             };
             let mut vertices = beside(surface.triangles);
-            // Whether a profile of few points means a smooth curve or straight lines nobody says: a vertex lay as far off as
-            // the farther of them, and will lie as far off as the nearer one.
+            // A profile of few points may stand for a smooth curve or for straight lines. Before
+            // the motion the larger of the two distances counts, after the motion the smaller one.
             let both = |carried: &Carried| (section.distance(carried.at), section.distance_to_lines(carried.at));
             let (mut old, mut distance): (f64, f64) = (0.0, 0.0);
             for (to_curve, to_lines) in vertices.par_iter().map(both).collect::<Vec<_>>() {
@@ -120,19 +131,21 @@ impl Watch {
         Ok(Self { sections: span.planes.iter().zip(sections).zip(compared).map(watched).collect::<Result<_, _>>()? })
     }
 
-    /// Those of a section.
+    /// The checked vertices of a section.
     pub fn of_section(&self, section: usize) -> &[Carried] {
         &self.sections[section].vertices
     }
 
-    /// All of them.
+    /// Indices of all checked vertices.
     pub fn vertices(&self) -> impl Iterator<Item = usize> {
         self.sections.iter().flat_map(|watched| watched.vertices.iter().map(|carried| carried.vertex))
     }
 
-    /// The worst vertex of each section that has any; infinitely bad where there is no section to compare with.
+    /// The vertex with the largest deviation in each section that has vertices. The deviation is
+    /// infinite where there is no section to compare with.
     ///
-    /// - `positions`, `moved` `[n_positions]`: the wing's vertices, before and in the end
+    /// - `positions`: positions before the motion, by vertex
+    /// - `moved` `[n_positions]`: positions at the end
     pub fn missed(
         &self,
         motion: &ProfileDisplacement,
@@ -148,14 +161,14 @@ impl Watch {
             let mut curve: Option<Vec<DVec3>> = None;
             let mut worst: Option<Missed> = None;
             for (&Carried { vertex, .. }, &carried) in watched.vertices.iter().zip(carried) {
-                // What later stages made of the vertex, or what held it back, counts as much in the plane; a way along the span
-                // does not.
+                // A change by later stages, or by a family that holds the vertex, counts in the
+                // plane. A slide along the span does not.
                 let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
                 let at = into(plane, at, motion.span_direction[vertex]);
                 let mut distance = distance(at, &lines);
                 let limit = watched.old + length * worst.map_or(0.0, |worst| worst.share);
-                // The curve may be nearer than the lines between its points. Only then is it looked at: it is followed in small
-                // steps.
+                // The curve may be nearer than the lines between its points. It is evaluated only
+                // if the lines are too far, because it has many small steps.
                 if distance > limit {
                     let curve = match &mut curve {
                         Some(curve) => curve,
@@ -175,7 +188,8 @@ impl Watch {
     }
 }
 
-/// Where a point arrives in a plane along a unit direction; straight, where that hardly leads there.
+/// The point at which a point arrives in a plane along a unit direction. If the direction hardly
+/// leads there, along the normal.
 fn into(plane: &Plane, point: DVec3, along: DVec3) -> DVec3 {
     let rise = along.dot(plane.normal);
     let height = plane.distance(point);

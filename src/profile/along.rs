@@ -1,14 +1,14 @@
-//! The cubic along a section: which knots count at a point of it, and how much.
+//! The cubic along a section: the knots and weights at a point of the section.
 
 use super::curve::bracket;
 use super::matching::OldSection;
 
-/// Where the knots of one section lie along it.
+/// Arc lengths of the knots of one section.
 #[derive(Clone, Debug)]
 pub(super) struct SectionArcs {
-    /// First knot of the sides, and the arc lengths of the sides' knots.
+    /// First knot of the two sides, and the arc lengths of the sides' knots.
     pub(super) sides: (usize, Vec<f64>),
-    /// The same of a blunt base, where there is one.
+    /// First knot and arc lengths of a blunt base, if there is one.
     pub(super) base: Option<(usize, Vec<f64>)>,
 }
 
@@ -29,7 +29,8 @@ pub(super) fn cubic_at(arcs: &SectionArcs, section: &OldSection, tau: f64) -> (u
     (first + knot, weights)
 }
 
-/// First knot and weights of the cubic at arc length `x`: Hermite, with the slopes of the parabolas through three neighbours.
+/// First knot and weights of the cubic at arc length `x`. The cubic is Hermite's, with the slopes
+/// of the parabolas through three neighbouring knots.
 ///
 /// - `knots`: ascending arc lengths, at least two
 fn cubic(knots: &[f64], x: f64) -> (usize, [f64; 4]) {
@@ -40,7 +41,7 @@ fn cubic(knots: &[f64], x: f64) -> (usize, [f64; 4]) {
     let mut weights = [0.0; 4];
     weights[i - first] += (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t);
     weights[i + 1 - first] += t * t * (3.0 - 2.0 * t);
-    // Slope of the parabola through knots k - 1, k, k + 1 at k, times `share`.
+    // Adds the slope at knot k of the parabola through knots k - 1, k, k + 1, times `share`.
     let mut slope = |k: usize, share: f64| {
         let (l, r) = (knots[k] - knots[k - 1], knots[k + 1] - knots[k]);
         weights[k - 1 - first] -= share * r / (l * (l + r));
@@ -48,7 +49,8 @@ fn cubic(knots: &[f64], x: f64) -> (usize, [f64; 4]) {
         weights[k + 1 - first] += share * l / (r * (l + r));
     };
     let (start, end) = (h * t * (1.0 - t) * (1.0 - t), -h * t * t * (1.0 - t));
-    // At an end of the curve: twice the chord's slope less the other knot's, that is the parabola's.
+    // At an end of the curve the slope is the parabola's: twice the chord's slope minus the slope
+    // at the other knot.
     let mut chord = 0.0;
     match (i > 0, i + 2 < n) {
         (true, true) => {

@@ -1,14 +1,20 @@
 //! Sections from a wing's vertices instead of its facets.
 //!
-//! A plane cuts facets below the smooth surface they stand for: on a coarse mesh by half a percent of the chord. The ends
-//! of the edges that cross the plane stand on the surface. Each is carried into the plane along the wing's own span-wise
-//! direction, which two sections give at equal parameter (see `curve`): the plane's own and a guide beside it, on the side
-//! where the vertex stands. On a ruled surface, as wings are between their kinks, that leads along the surface.
+//! A plane cuts facets below the smooth surface, on a coarse mesh by half a percent of the chord.
+//! The ends of the edges that cross the plane are vertices on the surface. Each of them is carried
+//! into the plane along the wing's span-wise direction. Two sections give this direction at equal
+//! parameter (see `curve`): the plane's own section, and a second section, the guide, in a parallel
+//! plane on the vertex's side. On a ruled surface, which a wing is between its kinks, this
+//! direction lies in the surface.
 //!
-//! The first directions come from flat sections. Their errors shrink by the ratio of a vertex's way to the guide's distance:
-//! after a few turns with the sections made of carried vertices they are gone.
+//! The first directions come from flat cuts. Each iteration takes the directions from the sections
+//! of carried vertices, and reduces the error by the ratio of the vertex's distance to the guide's
+//! distance. After a few iterations the error is gone.
 //!
-//! The ends of an open section, and the corners of a sharp trailing edge, stay the crossings of the wing's own edge lines.
+//! The ends of an open section, and the corners of a sharp trailing edge, stay where the wing's
+//! edge lines cross the plane.
+//!
+//! The paper cuts old profiles from the facets.
 
 use std::collections::HashMap;
 
@@ -20,43 +26,51 @@ use super::cut::{FlatSection, flat_section};
 use super::distance::distance;
 use crate::geometry::nearest_on_segment;
 
-/// Turns of directions and sections. The third changes a point by less than 1e-5 of the chord on wings of 25 points a chord.
+/// Iterations of directions and sections. The third changes a point by less than 1e-5 of the chord
+/// on wings of 25 points a chord.
 const TURNS: usize = 4;
 
-/// Guides stand this many times farther from the plane than the vertices beside it, if the wing reaches there.
+/// Distance of a guide from the plane, over the largest distance of a vertex beside the plane, if
+/// the wing reaches there.
 const FAR: f64 = 6.0;
-/// Guides stand at least this share of the section's length from the plane, if the wing reaches there.
+/// Least distance of a guide from the plane, as a share of the section's length, if the wing
+/// reaches there.
 const GUIDE: f64 = 0.25;
-/// Shares of the guide's distance that are tried where the wing ends before. Nearer guides than twice a vertex's way would
-/// make errors grow.
+/// Shares of the guide's distance that are tried in turn where the wing ends before. A guide nearer
+/// than twice a vertex's distance would make errors grow.
 const NEARER: [f64; 4] = [1.0, 0.75, 0.5, 0.34];
 
-/// Bent lines make the smoother section where it turns by less than this share of what straight ones make. On a straight wing
-/// both are alike, and rounding must not decide.
+/// Bent lines are taken if their section turns by less than this share of the turn with straight
+/// lines. On a straight wing both are alike, and rounding must not decide.
 const SMOOTHER: f64 = 0.9;
 
-/// A section that turns by more than this many times what the flat one does may do better with bent lines.
+/// Bent lines are tried if the section turns by more than this many times the turn of the flat cut.
 const ROUGH: f64 = 1.05;
 
-/// A section that turns by more than this many times what the flat one does was carried along no wing.
+/// A carried section is refused if it turns by more than this many times the turn of the flat cut.
 const ROUGHER: f64 = 1.2;
 
-/// Facets with less sag than this share of the section's length are the surface itself.
+/// Facets with a smaller sag, as a share of the section's length, count as the surface itself.
 const FLAT: f64 = 1e-6;
 
-/// Vertices that arrive this share of the section's length from the flat one were carried along no wing: facets have less
-/// sag.
+/// A carried section is refused if a vertex arrives farther from the flat cut than this share of
+/// the section's length: facets have less sag.
 const LOST: f64 = 0.05;
 
-/// A guide is of the same wing: its length is within this factor of the section's.
+/// A guide belongs to the same wing if its length is within this factor of the section's length.
 const ALIKE: f64 = 1.5;
 
-/// Carried vertices nearer to a kept one than this share of the spacing along the section are left out: those next to the
-/// plane stay.
+/// A carried vertex is left out if it is nearer to a kept one than this share of the spacing along
+/// the section. The vertices next to the plane are kept first.
 const CROWDED: f64 = 0.15;
 
-/// The section that the vertices beside the plane say, in the order of the flat one. It is the flat one where the wing has no
-/// full section on either side, far enough from the plane, that tells the direction.
+/// The section defined by the vertices beside a plane, in the order of the flat cut.
+///
+/// It equals the flat cut if no complete section in the distance of a guide gives the direction on
+/// either side.
+///
+/// - `vertices` `[n_vertices]`: positions, in the mesh's unit
+/// - `triangles`: the wing's triangles
 pub(super) fn carried(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane, flat: &FlatSection) -> Vec<DVec3> {
     let mut strips = vec![Strip::new(vertices, *plane, flat)];
     let length = strips[0].length;
@@ -104,22 +118,24 @@ pub(super) fn carried(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane,
     if found(&carried) { carried } else { flat }
 }
 
-/// How the wing's span-wise lines run near the plane. A wing with a kink there has straight lines on both sides, one that is
-/// bent along its span has none: the lines that make the smoother section are right.
+/// The shape of the wing's span-wise lines near the plane. At a kink the wing has straight lines on
+/// both sides. A wing bent along its span has curved ones. The shape with the smoother section is
+/// taken.
 #[derive(Clone, Copy)]
 enum Lines {
-    /// From the plane to the guide on either side.
+    /// Straight from the plane to the guide on either side.
     Straight,
     /// Parabolas through both guides.
     Bent,
 }
 
-/// By how much a curve turns, left and right alike.
+/// Total angle by which a curve turns, in radians; left and right turns count alike.
 fn turning(points: &[DVec3]) -> f64 {
     points.windows(3).map(|corner| (corner[1] - corner[0]).angle_between(corner[2] - corner[1])).sum()
 }
 
-/// The way from a height above a plane into it, along the parabola through all sections at one parameter.
+/// The displacement into a plane from a height above it, along the parabola through all sections at
+/// one parameter.
 fn bent(into: &Strip, strips: &[Strip], tau: f64, height: f64) -> DVec3 {
     let heights: Vec<f64> = strips.iter().map(|strip| into.plane.distance(strip.plane.point)).collect();
     let weight = |i: usize, x: f64| -> f64 {
@@ -130,18 +146,18 @@ fn bent(into: &Strip, strips: &[Strip], tau: f64, height: f64) -> DVec3 {
     (0..strips.len()).map(way).sum()
 }
 
-/// A plane's section with the vertices beside it.
+/// A plane's section with the vertices beside the plane.
 #[derive(Clone)]
 struct Strip {
     plane: Plane,
     beside: Vec<Beside>,
-    /// First and last point, and the corner where a base begins: they stay.
+    /// First and last point, and the corner where a base begins. They do not change.
     corners: Vec<DVec3>,
     closed: bool,
-    /// The section as it is known so far.
+    /// The section after the last iteration.
     points: Vec<DVec3>,
     line: Line,
-    /// Extent of the section.
+    /// Extent of the section, in the mesh's unit.
     length: f64,
 }
 
@@ -151,12 +167,15 @@ struct Beside {
     position: DVec3,
     /// Signed distance from the plane.
     height: f64,
-    /// Where its edges cross the plane: the shares of the section's arc length between which it is looked for.
+    /// Range of shares of the section's arc length in which the vertex's parameter is searched:
+    /// around the crossings of its edges.
     window: [f64; 2],
-    /// Place of its first crossing along the section, and distance to the next vertex on its side of the plane.
+    /// Position of the vertex's first crossing along the section, and distance to the next vertex
+    /// on its side of the plane.
     order: f64,
     spacing: f64,
-    /// About how the section runs there: at a thin leading edge it tells the sides apart.
+    /// Approximate direction of the section there. At a thin leading edge it distinguishes the two
+    /// sides.
     along: DVec3,
 }
 
@@ -165,7 +184,7 @@ struct Beside {
 struct Line {
     path: Vec<DVec3>,
     tau: Vec<f64>,
-    /// Share of the arc length.
+    /// Share of the arc length at each step.
     share: Vec<f64>,
 }
 
@@ -183,10 +202,10 @@ impl Line {
         Self { path, tau, share: arc.iter().map(|s| s / total).collect() }
     }
 
-    /// Parameter and share of the point nearest to `at` between two shares of the arc length, where the curve runs along a
-    /// direction.
+    /// Parameter and share of arc length of the point nearest to `at`, between two shares of the
+    /// arc length.
     ///
-    /// - `along`: the direction; zero is any
+    /// - `along`: only steps in this direction count; with zero all steps count
     fn nearest(&self, at: DVec3, window: [f64; 2], along: DVec3) -> (f64, f64) {
         let n = self.path.len();
         let first = self.share.partition_point(|&share| share < window[0]).clamp(1, n - 1);
@@ -219,7 +238,7 @@ impl Strip {
         let n = points.len();
         let mut found: HashMap<u32, Beside> = HashMap::new();
         for (i, crossing) in flat.crossings.iter().enumerate() {
-            // The lines of the ends stay as they are crossed.
+            // The ends do not change.
             if i == 0 || i + 1 == n || Some(i) == flat.base {
                 continue;
             }
@@ -242,7 +261,7 @@ impl Strip {
             }
         }
         let mut beside: Vec<Beside> = found.into_values().collect();
-        // Where all vertices on one side stand in the plane, they are the section.
+        // If all vertices on one side lie in the plane, they are the section.
         let (below, above) = beside.iter().fold((0.0, 0.0), |(l, h), b| (f64::min(l, b.height), f64::max(h, b.height)));
         if (below == 0.0 || above == 0.0) && beside.iter().any(|beside| beside.height == 0.0) {
             beside.retain(|beside| beside.height == 0.0);
@@ -264,10 +283,11 @@ impl Strip {
         Self { plane, beside, corners, closed: flat.is_closed(), points, line, length }
     }
 
-    /// Where each vertex beside the plane arrives in it, `strips[own]` being this one.
+    /// The point at which each vertex beside the plane arrives in it. `strips[own]` is `self`.
     fn carry(&self, strips: &[Self], own: usize, lines: Lines) -> Vec<DVec3> {
         let carry = |beside: &Beside| {
-            // The pair of sections on the vertex's side of the plane, or the other one where the wing ends here.
+            // The pair of sections on the vertex's side of the plane, or the other pair where the
+            // wing ends.
             let low = if beside.height < 0.0 { own.saturating_sub(1) } else { own.min(strips.len().saturating_sub(2)) };
             let straight = beside.position - self.plane.normal * beside.height;
             let mut at = straight;
@@ -287,10 +307,10 @@ impl Strip {
         self.beside.iter().map(carry).collect()
     }
 
-    /// Makes the section of carried vertices.
+    /// Makes the section of the carried vertices.
     fn take(&mut self, carried: Vec<DVec3>) {
         let last = self.corners.len() - 1;
-        // The shares of the arc length order the points; corners keep the ends of their sides.
+        // The shares of the arc length order the points. Corners keep the ends of their sides.
         let corner_shares: Vec<f64> = match last {
             2 => vec![0.0, self.line.nearest(self.corners[1], [0.0, 1.0], DVec3::ZERO).1, 1.0],
             _ => vec![0.0, 1.0],

@@ -1,5 +1,5 @@
-//! What is found wrong with profiles before anything moves: old ones that are not the wing's, new ones that are no changed
-//! old ones.
+//! Checks of profiles before the wing moves: old profiles that do not belong to the wing, and new
+//! profiles that are no changed old ones. The paper has no such checks.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,53 +13,57 @@ use super::section::OwnSection;
 use super::span::Span;
 use super::{Plane, Profile, ProfileError, carry, extent};
 
-/// An old profile lies within this share of its length from the wing's section in its plane.
+/// Largest distance between an old profile and the wing's section in its plane, as a share of the
+/// section's length.
 const OFF_WING: f64 = 0.01;
 
-/// The end of a wing beside a profile: vertices within this share of its length from the nearest one to its plane. They lie
-/// within this other share from the straight interpolation between the profiles, which does not know of kinks.
+/// Vertices beside a profile outside the wing are at its end if their distance from the profile's
+/// plane exceeds the nearest vertex's by less than the first share of the profile's length. Their
+/// distance from the straight interpolation between the profiles, which ignores kinks, must be less
+/// than the second share.
 const AT_END: f64 = 0.1;
 const OFF_END: f64 = 0.05;
 
-/// Cosine of the angle to the plane's normal, 75 degrees, up to which a vertex looks along the span: it is of a cap, or of its
-/// rim.
+/// A vertex belongs to a cap, or to its rim, if the cosine of the angle between its normal and the
+/// plane's normal is greater: an angle below 75 degrees.
 const CAP: f64 = 0.26;
 
-/// A section's plane turns by less than this, as cosine: 75 degrees.
+/// Least cosine of the angle between the planes of an old and a new section: 75 degrees.
 const TURNED: f64 = 0.26;
 
-/// A curve round a section is at most this many times as long as the section: a circle is pi times as long.
+/// Largest length of the curve round a section, over the section's extent. For a circle it is pi.
 const ROUND: f64 = 3.3;
 
-/// Profiles of one section differ in length by less than this factor: inverse design does not change the chord that much, and
-/// units of length are farther apart.
+/// Largest factor between the lengths of profiles of one section. Inverse design changes the chord
+/// by less, and units of length differ by more.
 const SIZE: f64 = 2.5;
 
-/// A wing is up to so many times longer across its span than a section: by its sweep, and with all its sections.
+/// Largest extent of a wing across its span, over the length of a section, because of sweep.
 const WING_SIZE: f64 = 30.0;
 
-/// A section goes no farther than so many times the wing's extent.
+/// Largest way of a section, over the wing's extent.
 const FAR: f64 = 2.0;
 
-/// Sections in the order of the span change places when one has passed the other by this share of the way between them.
+/// Two neighbouring sections are in the wrong order if one has passed the other by this share of
+/// their distance.
 const PASSED: f64 = 0.5;
 
-/// An old profile has a blunt trailing edge from this share of its length on.
+/// Least thickness of a blunt trailing edge of an old profile, as a share of its length.
 const BLUNT: f64 = 2e-3;
-/// A new trailing edge is closed when it is thinner than this share of the old one.
+/// A new trailing edge is closed if it is thinner than this share of the old one.
 const CLOSED: f64 = 0.05;
 
-/// How near profiles come to being refused.
+/// The check that comes nearest to refusing the profiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Closeness {
-    /// 0 far from it, 1 refused.
+    /// 0 far from a refusal, 1 at a refusal.
     pub share: f64,
-    /// What comes nearest, in words.
+    /// The check, in words.
     pub what: String,
 }
 
 impl Closeness {
-    /// The nearer one to being refused.
+    /// The nearer one of two checks to a refusal.
     pub fn max(self, other: Self) -> Self {
         if other.share > self.share { other } else { self }
     }
@@ -78,11 +82,14 @@ impl std::fmt::Display for Closeness {
     }
 }
 
-/// Compares old profiles with the wing's own sections in their planes.
+/// Compares old profiles with the wing's own sections in their planes. Returns the wing's own
+/// sections, where the wing can be cut.
 ///
 /// - `positions`, `triangles`: the wing's vertices and triangles
 ///
-/// Returns the wing's own sections, where it can be cut.
+/// # Errors
+/// [`ProfileError::OffWing`], [`ProfileError::Size`], and [`ProfileError::PlaneMisses`] if all
+/// planes miss the wing.
 pub(super) fn against_wing(
     sections: &[OldSection],
     span: &Span,
@@ -125,11 +132,14 @@ pub(super) fn against_wing(
     Ok((own, closeness))
 }
 
-/// Refuses an old profile whose plane misses the wing and that no straight interpolation to the profile beside it can bring onto the
-/// wing's end.
+/// Refuses an old profile whose plane misses the wing, if no straight interpolation to the next
+/// profile reaches the wing's end.
 ///
 /// - `compared`: whether a section was compared with the wing's own
-/// - `off` `[n_positions]`: distance of the wing's vertices from the section between the profiles
+/// - `off` `[n_positions]`: distance of the wing's vertices from the interpolated section
+///
+/// # Errors
+/// [`ProfileError::OffWing`]
 pub(super) fn beside_wing(
     sections: &[OldSection],
     compared: &[bool],
@@ -145,7 +155,7 @@ pub(super) fn beside_wing(
             continue;
         }
         let nearest = low.abs().min(high.abs());
-        // A cap that closes the wing there lies inside the section.
+        // A cap that closes the wing lies inside the section.
         let is_cap = surface.normals.iter().map(|outward| outward.dot(plane.normal).abs() > CAP);
         let at_end = heights.iter().map(|height| height.abs() <= nearest + AT_END * section.length());
         let at_end = at_end.zip(is_cap).map(|(at_end, is_cap)| at_end && !is_cap);
@@ -158,7 +168,7 @@ pub(super) fn beside_wing(
     Ok(())
 }
 
-/// The wing's own section.
+/// The wing's own section in a plane.
 fn own_section(
     number: i64,
     plane: &Plane,
@@ -177,10 +187,10 @@ fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileE
     if !(SIZE.recip()..=SIZE).contains(&times) {
         return Err(ProfileError::Size { profile, times, of: "the wing's section there" });
     }
-    // The base of a blunt trailing edge may belong to the one and not to the other.
+    // The base of a blunt trailing edge may belong to one of the two only.
     let off = |point: DVec3, from: &OldSection| {
         let ends = [from.path()[0], from.path()[from.path().len() - 1]];
-        // A profile of few points may mean a smooth curve or straight lines.
+        // A profile of few points may stand for a smooth curve or for straight lines.
         from.distance(point).min(from.distance_to_lines(point)).min(distance(point, &ends))
     };
     let given = section.profile().points.iter().map(|&point| off(point, &own.carried).min(off(point, &own.flat)));
@@ -198,14 +208,16 @@ fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileE
     Ok(Closeness { share, what }.max(Closeness::of_size(profile, times, "the wing's section there")))
 }
 
-/// Compares the sizes of old and new profiles with the same number: other units are found before anything else is.
+/// Compares the lengths of old and new profiles with the same number. So a wrong unit of length is
+/// found before other faults.
 ///
 /// # Errors
-/// [`ProfileError::Size`] for the first new profile that is much larger or smaller than its old one.
+/// [`ProfileError::Size`] for the first new profile that is much larger or smaller than its old
+/// one.
 pub fn compare_sizes(old: &[Profile], new: &[Profile]) -> Result<(), ProfileError> {
     for new in new {
         let Some(old) = old.iter().find(|old| old.number == new.number) else { continue };
-        // What is no profile at all is told elsewhere.
+        // Other checks find profiles that are no curve at all.
         if new.distinct_points().is_err() {
             continue;
         }
@@ -225,7 +237,10 @@ fn of_size(new: &Profile, old: f64) -> Result<(), ProfileError> {
 /// Compares new profiles with the old ones.
 ///
 /// - `new`: in the order of the sections
-/// - `wing`: extent of the wing
+/// - `wing`: extent of the wing, in the mesh's unit
+///
+/// # Errors
+/// The variants of [`ProfileError`] for new profiles that are no changed old ones.
 pub(super) fn against_old(
     old: &[OldSection],
     new: &[&Profile],

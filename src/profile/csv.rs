@@ -1,7 +1,7 @@
-//! Profile files: CSV with the columns `profile,x,y,z`, one row a point.
+//! Profile files: CSV with the columns `profile,x,y,z`, one row per point.
 //!
-//! Points of a profile stand together and in order along the curve. Nothing here opens a file: the caller hands over the
-//! text with its path, for the messages, or a writer.
+//! The points of a profile follow one another, in order along the curve. This module opens no file:
+//! the caller passes texts with their paths (for messages), or a writer.
 
 use std::collections::HashSet;
 use std::io::Write;
@@ -15,19 +15,24 @@ use crate::text::{Mark, Row, fields, header, parse_number, rows, shorten};
 const HEADER: &str = "profile,x,y,z";
 const EXPECTED: &str = "the header profile,x,y,z";
 
-/// Reads the profiles of one or several files, in the order they stand in.
+/// Reads the profiles of one or several files, in their order.
 ///
-/// - `sources`: path (used in messages only) and text of each file
+/// - `sources`: path (for messages only) and text of each file
 ///
-/// The columns may stand in any order and among others. Their names may be quoted, in capitals, and those that ParaView
-/// gives coordinates (`Points:0`). Columns are separated by commas, semicolons or white space. From `#`, `!` or `%` on a
-/// line is a comment; one before the first row may hold the header. An integral number such as `3.0` is accepted as a
-/// profile's number, since numerical tools write that, and so are Fortran's exponents.
+/// Accepted are:
+///
+/// - columns in any order, and further columns
+/// - column names in quotes, in capitals, and ParaView's names of coordinates (`Points:0`)
+/// - commas, semicolons or white space as separators
+/// - comments from `#`, `!` or `%` to the end of a line; a comment before the first row may hold
+///   the header
+/// - a whole number such as `3.0` as the number of a profile, and Fortran's exponents
 ///
 /// # Errors
-/// [`ProfileError::Line`] with path and line for a missing header, a row of another length, coordinates that are not
-/// finite, or a profile that continues after another one or in another file; [`ProfileError::NoProfiles`] when there is
-/// not one row.
+/// - [`ProfileError::Line`] with path and line: a missing header, a row of another length,
+///   coordinates that are not finite, or a profile that continues after another one or in another
+///   file
+/// - [`ProfileError::NoProfiles`]: there is no row
 pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
     let mut profiles: Vec<Profile> = Vec::new();
     let mut seen = HashSet::new();
@@ -40,7 +45,7 @@ pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
         };
         let mut columns: Option<Columns> = None;
         let mut is_empty = true;
-        // A profile never continues from one file into the next.
+        // A profile never continues in the next file.
         let mut current = None;
         for Row { line, text: row, comment } in rows(text, Mark::Any) {
             if row.is_empty() {
@@ -94,7 +99,7 @@ pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
     if profiles.is_empty() { Err(ProfileError::NoProfiles) } else { Ok(profiles) }
 }
 
-/// The columns of a file.
+/// Indices of the columns of a file.
 struct Columns {
     n: usize,
     profile: usize,
@@ -102,7 +107,7 @@ struct Columns {
 }
 
 impl Columns {
-    /// Those that a header names. The error says what is wrong with it.
+    /// The columns of a header. The error is a message in words.
     fn of(names: &[&str]) -> Result<Self, String> {
         let found = || format!("found '{}'", shorten(&names.join(",")));
         if !header::is_header(names) {
@@ -120,7 +125,7 @@ impl Columns {
 /// Writes profiles with 17 significant digits, so that reading them gives the same bits.
 ///
 /// # Errors
-/// [`ProfileError::Write`] when the writer fails.
+/// [`ProfileError::Write`]: the writer failed.
 pub fn write(profiles: &[Profile], out: &mut dyn Write) -> Result<(), ProfileError> {
     let mut write_all = || -> std::io::Result<()> {
         writeln!(out, "{HEADER}")?;
@@ -137,7 +142,7 @@ pub fn write(profiles: &[Profile], out: &mut dyn Write) -> Result<(), ProfileErr
 fn parse_profile(field: &str) -> Option<i64> {
     field.parse().ok().or_else(|| {
         let value = parse_number(field)?;
-        // Beyond 2^53 a float no longer tells neighbouring integers apart.
+        // Beyond 2^53 a float does not distinguish neighbouring integers.
         (value.fract() == 0.0 && value.abs() < 9.0e15).then_some(value as i64)
     })
 }

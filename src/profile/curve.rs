@@ -1,10 +1,10 @@
-//! A section as a smooth curve with its two sides told apart.
+//! A section as a smooth curve with two sides.
 //!
-//! The points of a profile lie on a smooth section, or on the facets of a mesh near one. Straight lines between them
-//! would put the facets' corners into the displacement, so the curve is the cubic spline through its knots, followed in
-//! small steps.
-//! Knots are the points less those that stand very close to a neighbour, as a plane that passes near a vertex makes
-//! them: the direction of such a short piece is noise.
+//! The points of a profile lie on a smooth section, or on the facets of a mesh near one. Straight
+//! lines between the points would bring the facets' corners into the displacement. So the curve is
+//! the cubic spline through its knots, evaluated in small steps. The knots are the points, without
+//! those that lie very close to a neighbour: a plane near a vertex makes such short pieces, whose
+//! direction is noise.
 
 use glam::DVec3;
 
@@ -15,45 +15,51 @@ use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
 use crate::geometry::nearest_on_segment;
 
-/// A point this close to a kept neighbour, as share of the spacing round it, is no knot. From 0.1 on
-/// the nose of a section of 26 points is lost and matched 1 % of the chord wrong; below 0.02 nothing changes any more.
+/// A point is no knot if its distance from a kept neighbour is less than this share of the spacing
+/// around it. From 0.1 on the nose of a section of 26 points is lost, with an error of 1 % of the
+/// chord in the match. Below 0.02 nothing changes.
 const CLOSE: f64 = 0.03;
 
-/// Steps a whole curve is followed in, at least: with a leading edge of 1 % radius a step's
-/// chord is then off the curve by at most h^2 / 8r = 5e-5 of the section's chord.
+/// Least number of steps of a whole curve. With a leading edge of 1 % radius a step's chord is then
+/// off the curve by at most h^2 / 8r = 5e-5 of the section's chord.
 const STEPS: f64 = 1024.0;
-/// Steps between two knots, at least and at most.
+/// Least and largest number of steps between two knots.
 const STEPS_PER_PIECE: (f64, f64) = (4.0, 64.0);
 
-/// The first point counts as repeated at the end when it is nearer than this share of the size.
+/// The first point counts as repeated at the end if the two are closer than this share of the size.
 const CLOSED: f64 = 1e-9;
 
-/// Beyond this turn, in degrees, a knot is a corner and the curve is not smooth there. The leading edge of a coarse
-/// section turns up to 90 degrees at one point.
+/// A knot is a corner, at which the curve is not smooth, if the polygon turns there by more than
+/// this angle in degrees. The leading edge of a coarse section turns by up to 90 degrees at one
+/// point.
 const CORNER: f64 = 100.0;
 
-/// A spline over chords of length 1 has tangents of length 1, up to 1.3 where it turns by 90 degrees between two knots.
-/// Longer ones come from knots out of order; cut to this they make no loops.
+/// Longest tangent of a piece, over its chord. A spline has tangents of length 1, and up to 1.3
+/// where it turns by 90 degrees between two knots. Longer ones come from knots out of order; cut to
+/// this length they make no loops.
 const LONGEST_TANGENT: f64 = 1.5;
 
-/// The points of a profile in one direction, taken apart at the trailing edge.
+/// The points of a profile in one direction, divided at the trailing edge.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
-    /// From one side of the trailing edge round the leading edge to the other, counter-clockwise about the normal.
+    /// Points from one side of the trailing edge round the leading edge to the other,
+    /// counter-clockwise about the normal.
     pub sides: Vec<DVec3>,
-    /// The base of a blunt trailing edge that belongs to the curve, from the end of `sides` to its start; or empty.
+    /// The base of a blunt trailing edge, if it is part of the curve: from the end of `sides` to
+    /// its start. Otherwise empty.
     pub base: Vec<DVec3>,
-    /// Sharp trailing edge: `sides` ends where it starts.
+    /// Whether the trailing edge is sharp: `sides` ends at its first point.
     pub joined: bool,
 }
 
 impl Outline {
-    /// Takes a profile apart.
+    /// Divides a profile at the trailing edge.
     ///
-    /// - `plane`: the profile's; the curve shall run counter-clockwise about its normal
+    /// - `plane`: plane of the profile; the sides run counter-clockwise about its normal
     ///
     /// # Errors
-    /// [`ProfileError::CrossesItself`], and those of points that are no profile.
+    /// [`ProfileError::CrossesItself`], [`ProfileError::NotInOrder`],
+    /// [`ProfileError::ProfileCutShort`], and the errors of points that are no profile.
     pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
         let mut points = profile.distinct_points()?;
         let size = extent(&points);
@@ -91,19 +97,20 @@ impl Outline {
         }
     }
 
-    /// Distance between the ends of the sides.
+    /// Distance between the ends of the sides, in the mesh's unit.
     pub fn gap(&self) -> f64 {
         self.sides[0].distance(self.sides[self.sides.len() - 1])
     }
 }
 
-/// Turns of more than this, in degrees, are turns back.
+/// A turn by more than this angle, in degrees, is a turn back.
 const BACK: f64 = 120.0;
-/// A section turns back at its leading edge at most, if that is a corner. One that starts elsewhere does so at its trailing
-/// edge too, and one more may come from points that lie close together.
+/// Most turns back of a section. It turns back at its leading edge if that is a corner, at its
+/// trailing edge if it starts elsewhere, and perhaps once at points that lie close together.
 const TURNS_BACK: usize = 3;
 
-/// Where the points of a curve turn back and forth, as points do that are sorted by a coordinate.
+/// The first turn back of a curve that turns back too often, as points do that are sorted by a
+/// coordinate.
 fn disorder(points: &[DVec3]) -> Option<DVec3> {
     let back = BACK.to_radians().cos();
     let turns = points.windows(3).filter(|corner| {
@@ -114,14 +121,14 @@ fn disorder(points: &[DVec3]) -> Option<DVec3> {
     (turns.len() > TURNS_BACK).then(|| turns[0])
 }
 
-/// A smooth curve through knots, followed in small steps.
+/// A smooth curve through knots, in small steps.
 #[derive(Clone, Debug)]
 pub(super) struct ProfileCurve {
-    /// Which of the given points are knots, ascending, the first and the last among them.
+    /// Indices of the points that are knots, ascending, including the first and the last point.
     pub knots: Vec<usize>,
-    /// Where each knot stands in `path`.
+    /// Index in `path` of each knot.
     pub knot_step: Vec<usize>,
-    /// The curve in small steps.
+    /// The points of the curve in small steps.
     pub path: Vec<DVec3>,
 }
 
@@ -138,7 +145,7 @@ impl ProfileCurve {
         let mut knot_step = vec![0];
         for (i, &length) in lengths.iter().enumerate() {
             let [start, end] = tangents[i].map(|tangent| tangent * length);
-            // `max` first: a curve shrunk to a point has no share, and still gets its steps.
+            // `max` first: the share of a curve without length is NaN, and it still gets its steps.
             let steps = (STEPS * length / total).ceil().max(STEPS_PER_PIECE.0).min(STEPS_PER_PIECE.1);
             for step in 0..steps as usize {
                 let t = step as f64 / steps;
@@ -151,12 +158,12 @@ impl ProfileCurve {
         Self { knots, knot_step, path }
     }
 
-    /// Distance of a point from the curve.
+    /// Distance of a point from the curve, in the mesh's unit.
     pub fn distance(&self, point: DVec3) -> f64 {
         let pieces = || self.knot_step.windows(2).map(|ends| (ends[0], ends[1]));
         let chord = |(from, to): (usize, usize)| {
             let (from, to) = (self.path[from], self.path[to]);
-            // A cubic with tangents of up to 1.5 chords leaves the chord by less than half of it.
+            // A cubic with tangents of up to 1.5 chords stays within half a chord of its chord.
             (nearest_on_segment(point, from, to).0.distance(point), 0.5 * from.distance(to))
         };
         let within = pieces().map(chord).map(|(chord, off)| chord + off).fold(f64::INFINITY, f64::min);
@@ -168,8 +175,8 @@ impl ProfileCurve {
     }
 }
 
-/// Tangents at both ends of each piece: those of the cubic spline through the knots (second derivative continuous, zero
-/// at the ends), one spline from corner to corner.
+/// Tangents at both ends of each piece, from the cubic spline through the knots (second derivative
+/// continuous, zero at the ends). Each part between two corners has a spline of its own.
 fn tangents(chords: &[DVec3], lengths: &[f64]) -> Vec<[DVec3; 2]> {
     let mut pieces = Vec::with_capacity(chords.len());
     let mut start = 0;
@@ -183,10 +190,11 @@ fn tangents(chords: &[DVec3], lengths: &[f64]) -> Vec<[DVec3; 2]> {
     pieces
 }
 
-/// Tangents of the natural cubic spline over pieces of given length and direction, by elimination.
+/// Tangents of the natural cubic spline over pieces with given lengths and directions, by
+/// elimination.
 fn spline(chords: &[DVec3], lengths: &[f64]) -> Vec<DVec3> {
     let n = chords.len();
-    // Row i: lower m[i-1] + diagonal m[i] + upper m[i+1] = value.
+    // Row i of the system: `lower m[i-1] + diagonal m[i] + upper m[i+1] = value`.
     let row = |i: usize| match i {
         0 => (0.0, 2.0, 1.0, chords[0] * 3.0),
         _ if i == n => (1.0, 2.0, 0.0, chords[n - 1] * 3.0),
@@ -209,8 +217,9 @@ fn spline(chords: &[DVec3], lengths: &[f64]) -> Vec<DVec3> {
     m.into_iter().map(|m| m.clamp_length_max(LONGEST_TANGENT)).collect()
 }
 
-/// Indices of the points that become knots: of two points too close together the one with the nearer other neighbour goes,
-/// the closest two first. A curve followed the other way has the same knots.
+/// Indices of the points that become knots. Of two points too close together, the one with the
+/// nearer other neighbour is removed, the closest pair first. A curve in the other direction has
+/// the same knots.
 fn choose_knots(points: &[DVec3]) -> Vec<usize> {
     let n = points.len();
     let lengths: Vec<f64> = points.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
@@ -218,7 +227,7 @@ fn choose_knots(points: &[DVec3]) -> Vec<usize> {
     let spacings: Vec<f64> = (0..n).map(spacing).collect();
     let mut knots: Vec<usize> = (0..n).collect();
     let gap = |a: usize, b: usize| points[a].distance(points[b]);
-    // Lengths below 1e-154 square to zero.
+    // Lengths below 1e-154 have a square of zero.
     let share = |a: usize, b: usize| if gap(a, b) > 0.0 { gap(a, b) / spacings[a].max(spacings[b]) } else { 0.0 };
     while knots.len() > 2 {
         let closest = (1..knots.len()).map(|k| (share(knots[k - 1], knots[k]), k)).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -230,23 +239,24 @@ fn choose_knots(points: &[DVec3]) -> Vec<usize> {
     knots
 }
 
-/// A curve with arc length and the common parameter at each of its steps.
+/// A curve with arc length and common parameter at each step.
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
-    /// Steps of the curve `[n_steps]`.
+    /// Points of the curve `[n_steps]`, in the mesh's unit.
     pub path: Vec<DVec3>,
-    /// Arc length from the start `[n_steps]`.
+    /// Arc length from the start `[n_steps]`, in the mesh's unit.
     pub s: Vec<f64>,
-    /// Common parameter `[n_steps]`, ascending.
+    /// Common parameter at each step `[n_steps]`, ascending, without unit.
     pub tau: Vec<f64>,
 }
 
 impl Measured {
-    /// The two sides: tau 0 at the start, 1 at the leading edge, 2 at the end.
+    /// Measures the two sides: tau is 0 at the start, 1 at the leading edge and 2 at the end.
     ///
-    /// The leading edge is the point farthest from the middle of the trailing edge. Along a side tau is half arc length
-    /// and half decrease of the distance from the trailing edge: arc length alone slips when the thickness changes,
-    /// the distance alone stands still at the leading edge.
+    /// The leading edge is the point farthest from the middle of the trailing edge. Along a side
+    /// tau is the mean of two shares: of the arc length, and of the decrease of the distance from
+    /// the trailing edge. The arc length alone shifts when the thickness changes. The distance
+    /// alone is constant at the leading edge.
     pub fn sides(path: Vec<DVec3>) -> Self {
         let s = arc_length(&path);
         let n = path.len();
@@ -283,7 +293,7 @@ impl Measured {
         Self { path, s, tau }
     }
 
-    /// A base: tau from 2 to 3 by arc length.
+    /// Measures a base: tau runs from 2 to 3 by arc length.
     pub fn base(path: Vec<DVec3>) -> Self {
         let s = arc_length(&path);
         let total = s.last().copied().unwrap_or(0.0);
@@ -291,13 +301,13 @@ impl Measured {
         Self { path, s, tau }
     }
 
-    /// Point at a parameter.
+    /// The point at a parameter.
     pub fn point(&self, tau: f64) -> DVec3 {
         let (i, t) = bracket(&self.tau, tau);
         self.path[i].lerp(self.path[i + 1], t)
     }
 
-    /// Parameter of the point nearest to `at` between two parameters.
+    /// The parameter of the point nearest to `at`, between two parameters.
     pub fn nearest(&self, at: DVec3, between: [f64; 2]) -> f64 {
         let n = self.path.len();
         let first = self.tau.partition_point(|&tau| tau < between[0]).clamp(1, n - 1);
@@ -309,13 +319,13 @@ impl Measured {
         candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(self.tau[0], |(_, tau)| tau)
     }
 
-    /// Point at a parameter, and the unit tangent there.
+    /// The point at a parameter, and the unit tangent there.
     pub fn point_and_tangent(&self, tau: f64) -> (DVec3, DVec3) {
         let (i, t) = bracket(&self.tau, tau);
         (self.path[i].lerp(self.path[i + 1], t), (self.path[i + 1] - self.path[i]).normalize_or_zero())
     }
 
-    /// Arc length at a parameter.
+    /// The arc length at a parameter, in the mesh's unit.
     pub fn arc(&self, tau: f64) -> f64 {
         let (i, t) = bracket(&self.tau, tau);
         self.s[i] + (self.s[i + 1] - self.s[i]) * t
@@ -331,7 +341,8 @@ pub(super) fn arc_length(path: &[DVec3]) -> Vec<f64> {
     s
 }
 
-/// The interval of ascending `values` (at least two) that holds `x`, and where in it, 0 to 1.
+/// The interval of ascending `values` (at least two) that contains `x`, and the share of the
+/// interval before `x`, 0 to 1.
 pub(super) fn bracket(values: &[f64], x: f64) -> (usize, f64) {
     let i = values.partition_point(|&v| v <= x).clamp(1, values.len() - 1) - 1;
     let gap = values[i + 1] - values[i];

@@ -1,11 +1,12 @@
-//! Cuts profiles out of the wing's surface.
+//! Cuts profiles from the wing's surface.
 //!
-//! Which triangles a plane cuts, and how the pieces join, is decided by the signs of the vertices alone, and a crossing
-//! is known by its edge: so the curve is whole whatever the rounding. A vertex exactly on the plane counts as above it;
-//! the crossings of its edges then coincide and are merged at the end.
+//! The signs of the vertices alone decide which triangles a plane cuts, and how the pieces join. A
+//! crossing is identified by its edge. So rounding cannot break the curve. A vertex exactly on the
+//! plane counts as above it; the crossings of its edges then coincide, and are merged at the end.
 //!
-//! A cut through flat facets lies below the smooth surface that the vertices stand on, by up to the facets' sag.
-//! [`cut`] gives this flat section, [`section`] the one that the vertices beside the plane say (see `carry`).
+//! A cut through flat facets lies below the smooth surface of the vertices, by up to the facets'
+//! sag. [`cut`] gives this flat cut. [`section`] gives the section defined by the vertices beside
+//! the plane (see `carry`).
 
 use std::collections::HashMap;
 
@@ -17,33 +18,36 @@ use super::{Plane, Profile, ProfileError, carry, extent};
 /// Points closer than this share of the section's size are one point.
 const SAME: f64 = 1e-12;
 
-/// An open section ends at the trailing edge on both sides: no point stands farther behind, along the chord, than this share
-/// of its length, or than half the thickness of its base, which may be oblique. A section that another body cuts short, or one
-/// side of a wing alone, ends far from there on one side.
+/// An open section ends at the trailing edge on both sides: no point lies farther behind an end,
+/// along the chord, than this share of the length, or than half the thickness of the base, which
+/// may be oblique. A section that another body cuts short, or of one side of a wing, ends far
+/// before the trailing edge on one side.
 const BEHIND: f64 = 0.1;
 
-/// The curve in which a plane cuts a wing's facets, in order: lower side of the trailing edge, leading edge, upper
-/// side of the trailing edge. Open for a blunt trailing edge (its triangles are another family), closed with the first
-/// point repeated for a sharp one.
+/// The curve in which a plane cuts a wing's facets, in order: lower side of the trailing edge,
+/// leading edge, upper side of the trailing edge. Open for a blunt trailing edge (its triangles are
+/// another family). For a sharp one it is closed, and the first point is repeated.
 ///
-/// - `vertices`: of the whole mesh, in its unit
-/// - `triangles`: the wing's, any orientation
+/// - `vertices` `[n_vertices]`: positions of the whole mesh, in its unit
+/// - `triangles`: the wing's triangles, with any orientation
 ///
-/// "Lower" is towards -z; towards -y for a plane whose normal is z.
+/// "Lower" is the direction -z, or -y for a plane with the normal z.
 ///
 /// # Errors
-/// [`ProfileError::PlaneMisses`] with the wing's extent along the normal, [`ProfileError::Pieces`] with the number of
-/// curves, [`ProfileError::CutShort`] for an open curve that does not end at the trailing edge on both sides,
-/// [`ProfileError::Branches`] where the surface is no simple sheet, [`ProfileError::Triangle`].
+/// - [`ProfileError::PlaneMisses`] with the wing's extent along the normal
+/// - [`ProfileError::Pieces`] with the number of curves
+/// - [`ProfileError::CutShort`]: an open curve does not end at the trailing edge on both sides
+/// - [`ProfileError::Branches`]: the surface is no simple sheet
+/// - [`ProfileError::Triangle`]: a triangle names a vertex that does not exist or is not finite
 pub fn cut(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
     Ok(flat_section(vertices, triangles, plane)?.points())
 }
 
-/// The section that a wing's vertices beside a plane say, in the order of [`cut`]: each is carried into the plane along the
-/// wing's own span-wise direction.
+/// The section defined by a wing's vertices beside a plane, in the order of [`cut`]. Each vertex is
+/// carried into the plane along the wing's span-wise direction.
 ///
 /// # Errors
-/// Those of [`cut`].
+/// As for [`cut`].
 pub fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
     let flat = flat_section(vertices, triangles, plane)?;
     Ok(carry::carried(vertices, triangles, plane, &flat))
@@ -52,13 +56,13 @@ pub fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Res
 /// A section cut from facets.
 #[derive(Clone, Debug)]
 pub(super) struct FlatSection {
-    /// In the order of [`cut`]; the last repeats the first if the section is closed.
+    /// Crossings in the order of [`cut`]. If the section is closed, the last repeats the first.
     pub crossings: Vec<Crossing>,
-    /// Where the base of a blunt trailing edge begins that belongs to a closed section.
+    /// Index of the first crossing of a blunt base, if the base is part of a closed section.
     pub base: Option<usize>,
 }
 
-/// Where the plane crosses the edges of the surface.
+/// A crossing of the plane and the edges of the surface.
 #[derive(Clone, Debug)]
 pub(super) struct Crossing {
     pub at: DVec3,
@@ -80,7 +84,7 @@ fn is_closed(curve: &[Crossing]) -> bool {
     curve.len() > 3 && curve[0].at == curve[curve.len() - 1].at
 }
 
-/// What [`cut`] gives, with the edges.
+/// The section of [`cut`], with the edges.
 pub(super) fn flat_section(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -91,7 +95,8 @@ pub(super) fn flat_section(
     let normal = plane.normal;
     let mut curves = match crossing_curves(vertices, triangles, plane, true)? {
         curves if !curves.is_empty() => curves,
-        // The wing may end exactly in the plane and lie above it: then its edge vertices must count as below.
+        // The wing may end exactly in the plane and lie above it. Then vertices in the plane must
+        // count as below.
         _ => crossing_curves(vertices, triangles, plane, false)?,
     };
     match (curves.pop(), curves.len()) {
@@ -124,10 +129,10 @@ pub(super) fn short_end(curve: &[DVec3]) -> Option<DVec3> {
     (rear - end.dot(chord) > f64::max(BEHIND * length, base / 2.0)).then_some(end)
 }
 
-/// [`section`] at each of several planes, each with the number its profile shall carry.
+/// [`section`] at each of several planes. Each plane comes with the number of its profile.
 ///
 /// # Errors
-/// Those of [`cut`], for the first plane that fails.
+/// As for [`cut`], for the first plane that fails.
 pub fn cut_at_planes(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -137,7 +142,7 @@ pub fn cut_at_planes(
     planes.iter().map(profile).collect()
 }
 
-/// Every triangle's vertices exist and have finite positions.
+/// Checks that all vertices of the triangles exist and have finite positions.
 pub(super) fn check(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), ProfileError> {
     for (triangle, corners) in triangles.iter().enumerate() {
         for &vertex in corners {
@@ -149,7 +154,7 @@ pub(super) fn check(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), Pr
     Ok(())
 }
 
-/// All curves of the cut, each open or with its first point repeated, coincident points merged.
+/// All curves of the cut, with coincident points merged. A closed curve repeats its first point.
 fn crossing_curves(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -199,7 +204,7 @@ fn crossing_curves(
     let size = extent(&points);
     let mut visited = vec![false; points.len()];
     let mut curves = Vec::new();
-    // Open curves first, from an end; what is left then are loops.
+    // Open curves come first, from an end. The rest are loops.
     let is_end = |i: &usize| neighbours[*i].contains(&NONE);
     let starts: Vec<usize> = (0..points.len()).filter(is_end).chain(0..points.len()).collect();
     for start in starts {
@@ -220,7 +225,7 @@ fn crossing_curves(
             curve.push(curve[0].clone());
         }
         merge(&mut curve, SAME * size);
-        // What shrinks to a point only touches the plane.
+        // A curve that shrinks to a point only touches the plane.
         if curve.len() > 1 {
             curves.push(curve);
         }
@@ -228,14 +233,15 @@ fn crossing_curves(
     Ok(curves)
 }
 
-/// Where an edge crosses the plane, exactly in the plane for one perpendicular to an axis.
+/// The point at which an edge crosses the plane. It lies exactly in a plane perpendicular to an
+/// axis.
 fn crossing(a: DVec3, b: DVec3, plane: &Plane) -> DVec3 {
     let (da, db) = (plane.distance(a), plane.distance(b));
     let p = a + (b - a) * (da / (da - db)).clamp(0.0, 1.0);
     p - plane.normal * plane.distance(p)
 }
 
-/// Joins points that coincide with the one before; the last point stays.
+/// Merges points that coincide with the point before. The last point does not change.
 fn merge(curve: &mut Vec<Crossing>, tolerance: f64) {
     let last = curve.last().map(|crossing| crossing.at);
     curve.dedup_by(|next, kept| {
@@ -250,7 +256,7 @@ fn merge(curve: &mut Vec<Crossing>, tolerance: f64) {
     }
 }
 
-/// Turns and, if closed, rotates a curve to lower trailing edge, leading edge, upper trailing edge.
+/// Brings a curve into the order lower trailing edge, leading edge, upper trailing edge.
 fn in_order(mut curve: Vec<Crossing>, plane: &Plane) -> FlatSection {
     let up = if plane.normal.z.abs() < 0.9 { DVec3::Z } else { DVec3::Y };
     if !is_closed(&curve) {
@@ -259,7 +265,7 @@ fn in_order(mut curve: Vec<Crossing>, plane: &Plane) -> FlatSection {
         }
         return FlatSection { crossings: curve, base: None };
     }
-    // The first crossing may have joined with the last ones.
+    // The first crossing may have been merged with the last ones.
     let last = curve.pop();
     if let (Some(last), Some(first)) = (last, curve.first_mut()) {
         first.edges.extend(last.edges);
@@ -288,11 +294,12 @@ fn starts_above(curve: &[DVec3], up: DVec3) -> bool {
     let te = (curve[0] + curve[curve.len() - 1]) / 2.0;
     let le =
         curve.iter().copied().fold(te, |le, p| if p.distance_squared(te) > le.distance_squared(te) { p } else { le });
-    // Forward along the lower side, up round the leading edge and back: a turn from forward to up.
+    // The curve in order runs forward along the lower side and back along the upper one: it turns
+    // from forward to up.
     twice_area(curve).dot((le - te).cross(up)) < 0.0
 }
 
-/// Twice the area vector of a curve, closed by the straight line from its end to its start.
+/// Twice the area vector of a curve, closed by a straight line from its end to its start.
 pub(super) fn twice_area(curve: &[DVec3]) -> DVec3 {
     let Some(&origin) = curve.first() else { return DVec3::ZERO };
     curve.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()

@@ -1,18 +1,20 @@
-//! How far points lie from a profile: the check that the moved wing passes through its new profiles.
+//! Distances of points from a profile.
 
 use glam::DVec3;
 
 use crate::geometry::nearest_on_segment;
 
-/// Greatest distance of `points` from the polyline through `curve`, in the unit of the mesh; NaN if `curve` is empty and
-/// `points` is not.
+/// Largest distance of `points` from the polyline through `curve`, in the mesh's unit. NaN if
+/// `curve` is empty and `points` is not.
 ///
-/// For the report: `points` is the section of the moved wing, `curve` the new profile. No point is left out.
+/// In the report `points` is the section of the moved wing, and `curve` is the new profile. No
+/// point is left out.
 pub fn max_distance(points: &[DVec3], curve: &[DVec3]) -> f64 {
     points.iter().map(|&p| distance(p, curve)).fold(0.0, |worst, d| if d > worst || d.is_nan() { d } else { worst })
 }
 
-/// Distance of a point from the polyline through `curve`; NaN if that is empty, infinite if the point is NaN.
+/// Distance of a point from the polyline through `curve`, in the mesh's unit. NaN if `curve` is
+/// empty, infinite if the point is NaN.
 pub fn distance(point: DVec3, curve: &[DVec3]) -> f64 {
     match curve {
         [] => f64::NAN,

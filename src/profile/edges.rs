@@ -1,38 +1,42 @@
-//! Where the trailing edge of a closed section is.
+//! Finds the trailing edge of a closed section.
 //!
-//! A section is longest from leading to trailing edge, and of the two ends the trailing edge is the thinner. Near that
-//! end the corners decide: one sharp corner is a sharp trailing edge, two corners are a blunt one whose base lies between
-//! them, none is a rounded one that starts at the farthest point.
+//! The leading and the trailing edge are the two ends of a section's greatest length, and the
+//! trailing edge is the thinner end. The corners near this end decide: one sharp corner is a sharp
+//! trailing edge. Two corners are a blunt trailing edge, with its base between them. Without
+//! corners the trailing edge is round and starts at the farthest point.
 
 use glam::DVec3;
 
-/// A closed section taken apart: `loop[start]` is one trailing-edge corner; walking forward round the leading edge one
-/// arrives at `loop[end]`, the other. For a sharp trailing edge both are the same vertex; otherwise the base runs
-/// forward from `end` to `start`.
+/// The trailing edge of a closed section. `start` and `end` are the indices of its two corners.
+/// From `start` the curve runs forward round the leading edge to `end`. A blunt base runs forward
+/// from `end` to `start`. At a sharp trailing edge the two indices are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TrailingEdge {
     pub start: usize,
     pub end: usize,
 }
 
-/// Corners are looked for within this share of the section's length from its end. Blunt trailing edges are up to about
-/// 3 % thick and may be cut obliquely; at 10 % a flap's kink would come into view.
+/// Corners are searched within this share of the section's length from its end. Blunt trailing
+/// edges are up to about 3 % thick and may be oblique. At 10 % the kink of a flap could count as a
+/// corner.
 const REACH: f64 = 0.06;
 
-/// Where the thickness of the two ends is compared, as share of the length. A NACA section is there 4 to 6 times thicker
-/// at the leading edge.
+/// The thickness of the two ends is compared at this share of the length. There a NACA section is 4
+/// to 6 times thicker at the leading edge.
 const PROBE: f64 = 0.04;
 
-/// Ends whose thicknesses differ by less than this factor count as alike (a diamond): the end nearer to the curve's first
-/// point is then the trailing edge, as profile files begin there.
+/// Two ends count as alike (a diamond) if their thicknesses differ by less than this factor. Then
+/// the end nearer to the first point is the trailing edge, because profile files begin there.
 const ALIKE: f64 = 1.3;
 
-/// A turn of at least 125 degrees is a sharp trailing edge of at most 55 degrees; a square base turns twice by 90.
+/// Least turn of a sharp trailing edge, in degrees: an edge angle of at most 55 degrees. A square
+/// base turns twice by 90.
 const SHARP: f64 = 125.0;
-/// The least turn of a corner of a blunt trailing edge, degrees.
+/// Least turn of a corner of a blunt trailing edge, in degrees.
 const CORNER: f64 = 40.0;
 
-/// Finds the trailing edge of a closed curve of at least three different points, the first not repeated.
+/// Finds the trailing edge of a closed curve of at least three different points. The first point is
+/// not repeated.
 pub(super) fn trailing_edge(points: &[DVec3]) -> TrailingEdge {
     let n = points.len();
     let centre = points.iter().sum::<DVec3>() / n.max(1) as f64;
@@ -60,7 +64,7 @@ pub(super) fn trailing_edge(points: &[DVec3]) -> TrailingEdge {
     corners.sort_by(|a, b| b.0.total_cmp(&a.0));
     match corners[..] {
         [(first, a), (second, b), ..] if first < SHARP && second >= CORNER && first + second >= SHARP => {
-            // Of the two ways between the corners the base is the one that stays away from the leading edge.
+            // Of the two ways between the corners, the base is the one without the leading edge.
             let le_after_a = (le + n - a) % n < (b + n - a) % n;
             if le_after_a { TrailingEdge { start: a, end: b } } else { TrailingEdge { start: b, end: a } }
         }
@@ -74,7 +78,7 @@ fn farthest(points: &[DVec3], from: DVec3) -> usize {
     (0..points.len()).max_by(|a, b| key(a).total_cmp(&key(b))).unwrap_or(0)
 }
 
-/// Thickness of a closed curve a little inside its end `end`, towards `other`.
+/// Thickness of a closed curve near its end `end`, measured towards `other`.
 fn width(points: &[DVec3], end: usize, other: usize) -> f64 {
     let n = points.len();
     let axis = points[other] - points[end];
@@ -94,7 +98,7 @@ fn width(points: &[DVec3], end: usize, other: usize) -> f64 {
     crossing(1).distance(crossing(n - 1))
 }
 
-/// By how many degrees a closed curve turns at a point.
+/// Angle in degrees by which a closed curve turns at a point.
 fn turn(points: &[DVec3], i: usize) -> f64 {
     let n = points.len();
     let (before, after) = (points[i] - points[(i + n - 1) % n], points[(i + 1) % n] - points[i]);

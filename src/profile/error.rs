@@ -1,30 +1,30 @@
-//! What can be wrong with profiles.
+//! Errors of profiles.
 
 use std::path::PathBuf;
 
 use glam::DVec3;
 use thiserror::Error;
 
-/// Why profiles could not be read, cut, matched or interpolated.
+/// An error of reading, cutting, matching or interpolating profiles.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ProfileError {
-    /// A line of a profile file is not what it must be.
+    /// A line of a profile file is wrong.
     #[error("{}:{line}: {what}; expected {expected}", path.display())]
     Line {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Line number, from 1.
         line: usize,
-        /// What stands there.
+        /// The text found.
         what: String,
-        /// What should.
+        /// The text expected.
         expected: &'static str,
     },
-    /// A profile file cannot be read as what it is.
+    /// A profile file cannot be read.
     #[error("{what}")]
     File {
-        /// Which, where, and why.
+        /// File, place and cause, in words.
         what: String,
     },
     /// A coordinate is NaN, infinite or beyond 1e100.
@@ -37,15 +37,15 @@ pub enum ProfileError {
         /// Its coordinates.
         position: DVec3,
     },
-    /// Fewer than three different points.
+    /// A profile has fewer than three different points.
     #[error("profile {profile} has {points} different points, expected at least 3")]
     TooFewPoints {
         /// Number of the profile.
         profile: i64,
-        /// How many different points it has.
+        /// Number of different points.
         points: usize,
     },
-    /// All points lie on one line, so they fix no plane.
+    /// All points lie on one line, so they define no plane.
     #[error(
         "profile {profile}: all points lie on one line, expected a section with thickness; families that make up one wing share \
          one table with whole sections: families = [\"upper\", \"lower\"]"
@@ -59,11 +59,11 @@ pub enum ProfileError {
     NotPlane {
         /// Number of the profile.
         profile: i64,
-        /// Index of the point farthest off, from 0, duplicates not counted.
+        /// Index of the farthest point, from 0; duplicates do not count.
         point: usize,
-        /// Its distance from the fitted plane.
+        /// Distance of the point from the fitted plane, in the mesh's unit.
         distance: f64,
-        /// The greatest distance accepted.
+        /// The allowed distance.
         allowed: f64,
     },
     /// The points of a profile jump back and forth.
@@ -85,7 +85,7 @@ pub enum ProfileError {
     ProfileCutShort {
         /// Number of the profile.
         profile: i64,
-        /// Where it ends.
+        /// The end before the trailing edge.
         at: DVec3,
     },
     /// An old profile does not lie on the wing.
@@ -97,22 +97,22 @@ pub enum ProfileError {
     OffWing {
         /// Number of the profile.
         profile: i64,
-        /// Largest distance, in the unit of the mesh.
+        /// Largest distance, in the mesh's unit.
         distance: f64,
-        /// The same as share of the profile's length.
+        /// The distance as a share of the profile's length.
         share: f64,
     },
-    /// A profile is much larger or smaller than what it belongs to.
+    /// A profile is much larger or smaller than the curve it is compared with.
     #[error("profile {profile} is {}: another unit of length?", times_of(*times, of))]
     Size {
         /// Number of the profile.
         profile: i64,
-        /// Its length over the other one's.
+        /// Length of the profile over the length of the other curve.
         times: f64,
-        /// What it is compared with.
+        /// The other curve.
         of: &'static str,
     },
-    /// Beyond the mirror plane the wing is no mirror image.
+    /// Beyond the mirror plane the wing is no mirror image of its other half.
     #[error(
         "profile {profile}: beyond the mirror plane the wing lies {distance:.4} off the profile's mirror image, or is not there: \
          another mirror plane, or a wing that is not symmetric?"
@@ -120,10 +120,10 @@ pub enum ProfileError {
     OffMirror {
         /// Number of the profile.
         profile: i64,
-        /// Largest distance, in the unit of the mesh.
+        /// Largest distance, in the mesh's unit.
         distance: f64,
     },
-    /// A new profile lies in a plane across the old one's.
+    /// The planes of a new and an old profile are nearly perpendicular.
     #[error(
         "profile {profile}: the new profile's plane stands across the old one's, expected about the same: other axes?"
     )]
@@ -136,12 +136,12 @@ pub enum ProfileError {
     TooManyPoints {
         /// Number of the profile.
         profile: i64,
-        /// How many it has.
+        /// Number of points.
         points: usize,
-        /// How many are taken.
+        /// Largest number allowed.
         most: usize,
     },
-    /// A new profile is nowhere near the wing.
+    /// A new profile is far from the wing.
     #[error(
         "profile {profile} lies {distance:.4} away from the old one, the whole wing measures {wing:.4}: profiles of another \
          wing, or in another unit of length or other axes?"
@@ -149,20 +149,20 @@ pub enum ProfileError {
     FarAway {
         /// Number of the profile.
         profile: i64,
-        /// Distance between the two profiles' middles.
+        /// Distance between the middles of the two profiles, in the mesh's unit.
         distance: f64,
-        /// Extent of the wing.
+        /// Extent of the wing, in the mesh's unit.
         wing: f64,
     },
-    /// New profiles follow each other in another order along the span than the old ones.
+    /// New profiles have another order along the span than the old ones.
     #[error(
         "the new profiles {first} and {second} stand the other way round along the span than the old ones: numbered from tip \
          to root on one side, and from root to tip on the other?"
     )]
     Order {
-        /// One profile.
+        /// Number of the first profile.
         first: i64,
-        /// The other.
+        /// Number of the second profile.
         second: i64,
     },
     /// A new profile closes a blunt trailing edge.
@@ -173,9 +173,9 @@ pub enum ProfileError {
     Sharp {
         /// Number of the profile.
         profile: i64,
-        /// Thickness of the old trailing edge, in the unit of the mesh.
+        /// Thickness of the old trailing edge, in the mesh's unit.
         old: f64,
-        /// Thickness of the new one.
+        /// Thickness of the new trailing edge, in the mesh's unit.
         new: f64,
     },
     /// The two sides of a section cross each other.
@@ -183,7 +183,7 @@ pub enum ProfileError {
     CrossesItself {
         /// Number of the profile.
         profile: i64,
-        /// Where.
+        /// A point near the crossing.
         at: DVec3,
     },
     /// Profiles stand on both sides of their mirror plane.
@@ -192,21 +192,21 @@ pub enum ProfileError {
          the mirror image"
     )]
     BothSides {
-        /// The lowest signed distance from the plane.
+        /// Lowest signed distance from the plane, in the mesh's unit.
         low: f64,
-        /// The highest.
+        /// Highest signed distance from the plane, in the mesh's unit.
         high: f64,
     },
-    /// There is no profile at all.
+    /// There is no profile.
     #[error("no profiles given, expected at least one")]
     NoProfiles,
-    /// Two profiles carry the same number.
+    /// Two profiles have the same number.
     #[error("profile {profile} is given more than once, expected one of each number")]
     Doubled {
         /// The number.
         profile: i64,
     },
-    /// Old and new profiles do not carry the same numbers.
+    /// Old and new profiles have different numbers.
     #[error("old and new profiles must have the same numbers: old {old:?}, new {new:?}")]
     Numbers {
         /// Numbers of the old profiles, ascending.
@@ -217,11 +217,11 @@ pub enum ProfileError {
     /// Two old profiles lie in the same plane, or their planes are perpendicular.
     #[error("profiles {first} and {second} are {gap:e} apart along the span, expected planes one beside the other")]
     SamePlane {
-        /// One profile.
+        /// Number of the first profile.
         first: i64,
-        /// The other.
+        /// Number of the second profile.
         second: i64,
-        /// Distance between them along the mean normal.
+        /// Distance between the planes along the mean normal, in the mesh's unit.
         gap: f64,
     },
     /// A plane does not meet the surface.
@@ -229,11 +229,11 @@ pub enum ProfileError {
     PlaneMisses {
         /// The plane's normal.
         normal: DVec3,
-        /// Where the plane stands along its normal.
+        /// Coordinate of the plane along its normal.
         at: f64,
-        /// Where the surface begins along the normal.
+        /// Lowest coordinate of the surface along the normal.
         low: f64,
-        /// Where it ends.
+        /// Highest coordinate of the surface along the normal.
         high: f64,
     },
     /// A plane cuts the surface into several curves.
@@ -241,9 +241,9 @@ pub enum ProfileError {
     Pieces {
         /// The plane's normal.
         normal: DVec3,
-        /// Where the plane stands along its normal.
+        /// Coordinate of the plane along its normal.
         at: f64,
-        /// How many curves.
+        /// Number of curves.
         pieces: usize,
     },
     /// An open section does not end at the trailing edge on both sides.
@@ -254,40 +254,40 @@ pub enum ProfileError {
     CutShort {
         /// The plane's normal.
         normal: DVec3,
-        /// Where the plane stands along its normal.
+        /// Coordinate of the plane along its normal.
         at: f64,
-        /// Where the section ends.
+        /// The end before the trailing edge.
         position: DVec3,
     },
-    /// The cut branches, because three or more triangles share an edge there.
+    /// The cut branches, because three or more triangles share an edge.
     #[error("the plane at {at} along normal {normal} cuts no simple curve: it branches at {position}")]
     Branches {
         /// The plane's normal.
         normal: DVec3,
-        /// Where the plane stands along its normal.
+        /// Coordinate of the plane along its normal.
         at: f64,
-        /// Where it branches.
+        /// The point where it branches.
         position: DVec3,
     },
-    /// A triangle names a vertex that does not exist, or one with coordinates that are not numbers.
+    /// A triangle names a vertex that does not exist, or whose coordinates are not finite.
     #[error(
         "triangle {triangle} names vertex {vertex}, expected one of the {n_vertices} vertices with finite position"
     )]
     Triangle {
         /// Index of the triangle.
         triangle: usize,
-        /// The vertex it names.
+        /// Index of the vertex.
         vertex: u32,
-        /// How many vertices there are.
+        /// Number of vertices.
         n_vertices: usize,
     },
-    /// A plane was asked for in words that say none.
+    /// A text names no plane.
     #[error("'{text}' names no plane, expected x=, y= or z= and a number, for example y=1.5")]
     PlaneText {
-        /// What was given.
+        /// The text.
         text: String,
     },
-    /// Per-vertex arrays of different length.
+    /// Arrays per vertex have different lengths.
     #[error("{positions} positions but {normals} normals, expected one normal a position")]
     Lengths {
         /// Number of positions.
@@ -298,12 +298,12 @@ pub enum ProfileError {
     /// Profiles could not be written.
     #[error("profiles could not be written: {what}")]
     Write {
-        /// What the writer said.
+        /// The writer's message.
         what: String,
     },
 }
 
-/// How a profile of `times` the length of another compares, in words.
+/// Compares a profile of `times` the length of another curve with it, in words.
 fn times_of(times: f64, of: &str) -> String {
     let figure = |times: f64| if times < 100.0 { format!("{times:.1}") } else { format!("{times:.0}") };
     match times {

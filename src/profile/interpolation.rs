@@ -4,28 +4,33 @@
 //! u(X) = trend(X) + sum_k w_k(eta) sum_j c_kj(tau) [D_kj - trend(P_kj)]
 //! ```
 //!
-//! - `P_kj`, `D_kj`: knot j of old profile k and its displacement, see [`super::matching`].
-//! - `trend`: position, twist, chord and thickness, linear along the span, see `trend`. It makes an affine change of all
-//!   profiles exact to rounding at every vertex, also between the profiles and beyond the outermost planes.
-//! - `eta`, `w_k`: span coordinate of X and the planes' weights (linear for two planes, blended parabolas for more),
-//!   exactly one plane's on that plane. What is quadratic along the span is exact between the outermost planes; beyond them
-//!   the remainder is held.
-//! - `tau`, `c_kj`: the point of the section X stands at, see `locate`, and the cubic through the four knots round it.
+//! | symbol | meaning |
+//! |---|---|
+//! | `P_kj`, `D_kj` | knot j of old profile k and its displacement, see [`super::matching`] |
+//! | `trend` | position, twist, chord and thickness, linear along the span, see `trend` |
+//! | `eta`, `w_k` | span coordinate of X, and the weights of the planes, see `span` |
+//! | `tau`, `c_kj` | parameter of X along the section, see `locate`, and the cubic through the four knots around it |
 //!
-//! Blended parabolas overshoot beside a section that changes alone, without bound where planes stand unevenly. What lies
-//! off the straight way between the two neighbouring sections' displacements by more than [`OVERSHOOT`] of the change is
-//! brought back to it.
+//! The trend makes an affine change of all profiles exact to rounding at every vertex, also between
+//! the profiles and beyond the outermost planes. The weights are linear for two planes and blended
+//! parabolas for more; on a plane only this plane counts. A change that is quadratic along the span
+//! is exact between the outermost planes. Beyond them the remainder is constant.
 //!
-//! The paper's step 3 is one least-squares polynomial of degree up to two in x, y, z. It smooths: the wing would miss its
-//! new profiles by as much as the displacement differs from a quadratic. And a wing swept by more than its chord ties x
-//! to y in the data, so that the x² term is fitted on the sections and then acts between the planes, as a dihedral.
-//! Hence no x², xz, z² here, and the remainder is interpolated.
+//! Blended parabolas overshoot beside a section that changes alone, and without bound where the
+//! planes have uneven distances. So the displacement may leave the straight interpolation between
+//! the two neighbouring sections by at most [`OVERSHOOT`] of the change.
 //!
-//! Vertices move, not facets: a facet between two vertices misses a curved section by its sag, before as after.
+//! **Difference from the paper.** Step 3 of the paper is one least-squares polynomial of degree up
+//! to two in x, y, z. The polynomial smooths: the wing would miss its new profiles wherever the
+//! displacement is not quadratic. On a wing swept by more than its chord x depends on y in the
+//! data. The x² term is then fitted on the sections, and acts as a dihedral between the planes. So
+//! x², xz and z² are not used here, and the remainder is interpolated.
 //!
-//! The trend's slope across a thin wing comes from its change of thickness. Where the surface between the planes is off
-//! the straight interpolation by d, that slope moves it by slope times d: right if all space is stretched, wrong if only the
-//! sections are. Planes at the kinks of a wing keep d small.
+//! **Limits.** Vertices move, not facets: a facet between two vertices misses a curved section by
+//! its sag, before and after the motion. The trend's slope across a thin wing comes from its change
+//! of thickness. If the surface between the planes differs from the straight interpolation by d,
+//! the trend moves it by slope times d. This is right if all space is stretched, and wrong if only
+//! the sections are. Planes at the kinks of a wing keep d small.
 
 use std::collections::HashMap;
 
@@ -42,35 +47,38 @@ use super::span::{Span, SpanWeights};
 use super::trend::{Trend, TrendMap};
 use super::{Plane, Profile, ProfileError, extent};
 
-/// Greatest distance from the straight way between two neighbouring sections' displacements, as share of the largest
-/// displacement of the sections that count there, or of the largest difference between these if that is less.
+/// Largest distance from the straight interpolation between two neighbouring sections, as a share
+/// of the change. The change is the largest displacement of the sections that count, or the largest
+/// difference between these displacements if it is less.
 pub const OVERSHOOT: f64 = 0.1;
 
-/// A wing's surface: what profiles are interpolated over.
+/// A wing's surface, over which profiles are interpolated.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WingSurface<'a> {
-    /// Its vertices `[n]`, in the unit of the profiles.
+    /// Positions of the wing's vertices `[n]`, in the unit of the profiles.
     pub positions: &'a [DVec3],
-    /// Unit outward normals there `[n]`; a zero normal matches either side.
+    /// Unit outward normals at the vertices `[n]`. A zero normal matches either side.
     pub normals: &'a [DVec3],
-    /// Its triangles, as places in `positions`, any orientation. Old profiles are checked against them; without any they
-    /// are taken as they are.
+    /// The wing's triangles as indices into `positions`, with any orientation. Old profiles are
+    /// checked against them; without triangles there is no check.
     pub triangles: &'a [[u32; 3]],
-    /// Triangles of a half that is the mirror image of the other one and stands folded onto it: no sections are cut from them,
-    /// but they too must have the profiles, before and after.
+    /// Triangles of a half that is the mirror image of the other half, mirrored onto it. No
+    /// sections are cut from them, but they too must agree with the profiles, before and after the
+    /// motion.
     pub mirrored: &'a [[u32; 3]],
 }
 
-/// Everything about a wing and its old profiles that new profiles do not change. Made once per mesh.
+/// The interpolation of a wing with its old profiles. Made once per mesh, used for any number of
+/// new profiles.
 #[derive(Debug)]
 pub struct ProfileInterpolation {
     span: Span,
-    /// In the order of the span.
+    /// Old sections, in the order of the span.
     forms: Forms,
     numbers: Vec<i64>,
-    /// Where each section's knots begin among all, sides and base, and their arc lengths.
+    /// First knot and arc lengths of each section's sides and base.
     arcs: Vec<SectionArcs>,
-    /// Knots of all sections, back to back.
+    /// Knots of all sections, one section after another.
     knots: Vec<DVec3>,
     trend: Trend,
     /// Trend of the flat form.
@@ -78,55 +86,58 @@ pub struct ProfileInterpolation {
     /// The wing's vertices.
     places: Vec<Place>,
     watch: Watch,
-    /// Of each section the knots that count for the vertices of `watch`.
+    /// For each section, first knot and weights for the vertices of `watch`.
     watched: Vec<Vec<(usize, [f64; 4])>>,
     extent: f64,
-    /// How near the old profiles come to being refused.
+    /// The check that comes nearest to refusing the old profiles.
     closeness: Closeness,
 }
 
-/// What new profiles do to the wing.
+/// The displacement of the wing by new profiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileDisplacement {
-    /// Displacement of each wing vertex `[n_positions]`, in the unit of the mesh.
+    /// Displacement of each wing vertex `[n_positions]`, in the mesh's unit.
     pub displacement: Vec<DVec3>,
-    /// Unit direction along which the moved wing runs span-wise at each vertex `[n_positions]`, at constant parameter of
-    /// the sections, towards growing span coordinate.
+    /// Unit span-wise direction of the moved wing at each vertex `[n_positions]`: at constant
+    /// parameter of the sections, towards growing span coordinate.
     pub span_direction: Vec<DVec3>,
-    /// The sections that the wing's vertices shall have, in the order of the span: the new profiles, or, where these are flat
-    /// cuts through facets, the old sections from vertices, changed as the cuts are.
+    /// The sections of the moved wing's vertices, in the order of the span. They are the new
+    /// profiles. If the new profiles are flat cuts through facets, they are the old sections from
+    /// vertices with the change of the cuts.
     pub sections: Vec<Profile>,
-    /// Where the vertices beside the planes of the profiles, carried into them, are led: of each section.
+    /// For each section, the new positions of the vertices beside its plane, carried into the
+    /// plane.
     pub(super) carried: Vec<Vec<DVec3>>,
     /// The planes of the new profiles.
     pub(super) planes: Vec<Plane>,
-    /// How near the profiles come to being refused.
+    /// The check that comes nearest to refusing the profiles.
     pub closeness: Closeness,
     /// Whether the new profiles were compared with flat cuts through the wing's facets.
     pub flat_cuts: bool,
 }
 
-/// A vertex of the wing between the profiles.
+/// A wing vertex between the profiles.
 #[derive(Clone, Debug)]
 struct Place {
     position: DVec3,
     eta: f64,
-    /// The sections that count here, at most four.
+    /// The sections that count for the vertex, at most four.
     shares: Vec<Share>,
-    /// The section below, as place in `shares`, and the share of the way to the next one.
+    /// Index in `shares` of the section below the vertex, and the share of the way to the next
+    /// section.
     lower: (usize, f64),
 }
 
-/// How much one section counts at a place.
+/// The weight of one section for a vertex.
 #[derive(Clone, Copy, Debug)]
 struct Share {
-    /// The first of at most four knots, and their weights.
+    /// The first of at most four knots, and the weights of the knots.
     knot: u32,
     knots: [f64; 4],
     /// Weight of the section's remainder, and its derivative along the span coordinate.
     weight: f64,
     slope: f64,
-    /// Derivative of the section's weight for the place itself.
+    /// Derivative of the section's weight for the position.
     place_slope: f64,
 }
 
@@ -143,14 +154,17 @@ impl Share {
 }
 
 impl ProfileInterpolation {
-    /// Finds where every wing vertex stands between the old profiles, and checks these against the wing.
+    /// Finds the parameters of every wing vertex between the old profiles, and checks the profiles
+    /// against the wing.
     ///
     /// - `old`: the old profiles, at least one, in any order and direction
     ///
     /// # Errors
-    /// [`ProfileError::NoProfiles`], [`ProfileError::Doubled`], [`ProfileError::SamePlane`],
-    /// [`ProfileError::Lengths`], [`ProfileError::OffWing`] and [`ProfileError::Size`] for old profiles that are not this
-    /// wing's, and those of profiles that are no plane curves (see [`super::Plane::of_profile`]).
+    /// - [`ProfileError::NoProfiles`], [`ProfileError::Doubled`], [`ProfileError::SamePlane`],
+    ///   [`ProfileError::Lengths`]
+    /// - [`ProfileError::OffWing`], [`ProfileError::OffMirror`], [`ProfileError::Size`]: the old
+    ///   profiles do not belong to this wing
+    /// - the errors of profiles that are no plane curves, see [`super::Plane::of_profile`]
     pub fn new(old: &[Profile], surface: &WingSurface) -> Result<Self, ProfileError> {
         let WingSurface { positions, normals, triangles, .. } = *surface;
         if positions.len() != normals.len() {
@@ -232,17 +246,22 @@ impl ProfileInterpolation {
         Ok(interpolation)
     }
 
-    /// Displacement of every wing vertex for one design. Cheap: no search, a few multiplications a vertex.
+    /// Displacement of every wing vertex for one design. There is no search: the cost is a few
+    /// multiplications per vertex.
     ///
-    /// - `new`: the new profiles, with the old ones' numbers, in any order, direction and count of points
+    /// - `new`: the new profiles with the numbers of the old ones, in any order, direction and
+    ///   number of points
     ///
-    /// A profile that agrees with its old one to 12 digits moves by exactly zero, and if all do, so does every vertex.
+    /// A profile that agrees with its old one to 12 digits moves by exactly zero. If all agree, no
+    /// vertex moves.
     ///
     /// # Errors
-    /// [`ProfileError::Numbers`] when the numbers differ from the old ones, [`ProfileError::Doubled`],
-    /// [`ProfileError::Size`], [`ProfileError::Order`], [`ProfileError::NotInOrder`], [`ProfileError::Turned`],
-    /// [`ProfileError::FarAway`] and [`ProfileError::Sharp`] for new profiles that are no changed old ones, and those of
-    /// profiles that are no plane curves.
+    /// - [`ProfileError::Numbers`]: the numbers differ from the old ones
+    /// - [`ProfileError::Doubled`]: two profiles have one number
+    /// - [`ProfileError::Size`], [`ProfileError::Order`], [`ProfileError::NotInOrder`],
+    ///   [`ProfileError::Turned`], [`ProfileError::FarAway`], [`ProfileError::Sharp`]: new profiles
+    ///   that are no changed old ones
+    /// - the errors of profiles that are no plane curves
     pub fn displacements(&self, new: &[Profile]) -> Result<ProfileDisplacement, ProfileError> {
         let new = self.paired(new)?;
         let closeness = checks::against_old(self.forms.given(), &new, &self.span, self.extent)?;
@@ -298,10 +317,10 @@ impl ProfileInterpolation {
         })
     }
 
-    /// Displacement and span-wise direction at a place.
+    /// Displacement and span-wise direction of a vertex.
     ///
     /// - `remainder`, `whole`: displacement of each knot without and with the trend
-    /// - `normal`: the direction where one section alone says none
+    /// - `normal`: the direction if there is only one section
     fn at_place(
         &self,
         place: &Place,
@@ -332,12 +351,14 @@ impl ProfileInterpolation {
         (displacement, span_direction.normalize_or(normal))
     }
 
-    /// How the undeformed wing goes on along the span at constant parameter, for each unit of the span coordinate.
+    /// Derivative of the undeformed wing's position with respect to the span coordinate, at
+    /// constant parameter.
     fn place_slope(&self, place: &Place) -> DVec3 {
         place.shares.iter().map(|share| share.of(&self.knots) * share.place_slope).sum()
     }
 
-    /// Values at the knots of a flat section, brought to those of the smooth one by the common parameter.
+    /// Brings values at the knots of a flat section to the knots of the smooth one, by the common
+    /// parameter.
     fn transferred(&self, section: usize, flat: &OldSection, values: &[DVec3]) -> Vec<DVec3> {
         let smooth = &self.forms.smooth[section];
         let arcs = SectionArcs {
@@ -351,21 +372,22 @@ impl ProfileInterpolation {
         smooth.knot_parameters().into_iter().map(at).collect()
     }
 
-    /// How far the vertices beside the planes of the profiles miss the sections they shall have: see [`Missed`].
+    /// Deviation of the vertices beside the planes of the profiles from their sections: see
+    /// [`Missed`].
     ///
-    /// - `motion`: what [`Self::displacements`] made
-    /// - `moved` `[n_positions]`: where the wing's vertices are in the end
+    /// - `motion`: the result of [`Self::displacements`]
+    /// - `moved` `[n_positions]`: positions of the wing's vertices at the end, in the mesh's unit
     pub fn missed(&self, motion: &ProfileDisplacement, moved: &[DVec3]) -> Vec<Missed> {
         self.watch.missed(motion, |vertex| self.places[vertex].position, moved)
     }
 
-    /// Places of the vertices at the edges that cross the planes of the profiles.
+    /// Indices of the vertices at the edges that cross the planes of the profiles.
     pub fn beside_sections(&self) -> impl Iterator<Item = usize> + '_ {
         self.watch.vertices()
     }
 
-    /// Places of the vertices at the edges that cross the planes of the profiles, with those beyond the planes as seen from
-    /// a point.
+    /// Whether each vertex is at an edge that crosses the plane of a profile, or beyond such a
+    /// plane as seen from the point `from` `[n_positions]`.
     pub(crate) fn sections_and_beyond(&self, from: DVec3) -> Vec<bool> {
         let mut beyond: Vec<bool> = self
             .places
@@ -378,8 +400,9 @@ impl ProfileInterpolation {
         beyond
     }
 
-    /// How far the wing reaches beyond its outermost sections, as a share of the span these cover: below the first, and
-    /// above the last one. `None` for a single section, which moves the whole span alike.
+    /// Reach of the wing beyond its outermost sections, below the first and above the last one, as
+    /// a share of the span between them. `None` for a single section, which moves the whole span
+    /// alike.
     pub fn reach(&self) -> Option<[f64; 2]> {
         let (first, last) = (self.span.eta[0], self.span.eta[self.span.eta.len() - 1]);
         let etas = self.places.iter().map(|place| place.eta);
@@ -404,7 +427,8 @@ impl ProfileInterpolation {
     }
 }
 
-/// What the parabolas add to the straight way between two sections, cut where it leaves the way too far.
+/// The part of the parabolas beyond the straight interpolation between two sections, reduced where
+/// it is too large.
 ///
 /// - `whole`: displacement of each section that counts
 fn limited(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> DVec3 {
@@ -417,7 +441,7 @@ fn limited(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> DVec3 {
     if off(1.0) <= allowed {
         return bow;
     }
-    // The distance grows with the share.
+    // The distance grows with the share, so bisection finds the largest share allowed.
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {
         let middle = (low + high) / 2.0;

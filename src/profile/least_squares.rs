@@ -1,23 +1,24 @@
-//! Linear least squares that lowers its own degree where the data cannot see a direction.
+//! Linear least squares that reduces its own rank where the data do not determine a direction.
 //!
-//! Singular values by one-sided Jacobi rotations of the columns: accurate for the small ones, and free of the wrong
-//! results `nalgebra::svd` gives for nearly dependent columns, which is exactly the case here (profiles of one plane,
-//! thin profiles). Directions below [`RANK`] get no coefficient: the solution of least norm.
+//! Singular values come from one-sided Jacobi rotations of the columns. They are accurate also for
+//! small values. `nalgebra::svd` gives wrong results for nearly dependent columns, which are the
+//! rule here (profiles of one plane, thin profiles). Directions below [`RANK`] get no coefficient,
+//! so the solution has the least norm.
 
 use glam::DVec3;
 
-/// Singular values below this share of the largest count as zero. Rounding of 12-digit profile files makes 1e-12; a
-/// profile thinner than 1e-9 of the wing is none.
+/// Singular values below this share of the largest count as zero. Rounding of profile files with 12
+/// digits gives 1e-12. A profile thinner than 1e-9 of the wing does not occur.
 const RANK: f64 = 1e-10;
 
-/// A factored matrix, ready for many right-hand sides.
+/// A factored matrix, for many right-hand sides.
 #[derive(Clone, Debug)]
 pub(super) struct LeastSquares {
     /// Orthogonal columns `U S` of the kept directions, each `[n_rows]`.
     columns: Vec<Vec<f64>>,
     /// Squared singular value of each kept direction.
     squares: Vec<f64>,
-    /// Each kept direction in the unknowns `[n_unknowns]`.
+    /// Each kept direction in the space of the unknowns `[n_unknowns]`.
     directions: Vec<Vec<f64>>,
     n_unknowns: usize,
 }
@@ -28,7 +29,7 @@ impl LeastSquares {
         let n = columns.len();
         let mut directions: Vec<Vec<f64>> =
             (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-        // Quadratic convergence: five unknowns settle in 5 to 8 rounds.
+        // Convergence is quadratic: five unknowns need 5 to 8 rounds.
         for _ in 0..40 {
             let mut rotated = false;
             for p in 0..n {
@@ -62,7 +63,8 @@ impl LeastSquares {
         }
     }
 
-    /// Coefficients `[n_unknowns]` of least norm among those that fit `values` `[n_rows]` best.
+    /// Coefficients `[n_unknowns]` that fit `values` `[n_rows]` best. Among these, the ones with
+    /// the least norm.
     pub fn solve(&self, values: &[DVec3]) -> Vec<DVec3> {
         let mut solution = vec![DVec3::ZERO; self.n_unknowns];
         for ((column, square), direction) in self.columns.iter().zip(&self.squares).zip(&self.directions) {

@@ -1,8 +1,8 @@
-//! Which point of the section a wing vertex stands at.
+//! Parameter of the section point that belongs to a wing vertex.
 //!
-//! At the vertex's span coordinate a virtual section is made of the old profiles; the vertex takes the parameter of the
-//! nearest point among those whose outward normal looks the vertex's way. Without that condition vertices of a thin
-//! trailing edge would find the other side nearer.
+//! At the vertex's span coordinate the old profiles are interpolated to a virtual section. The
+//! vertex takes the parameter of the nearest point with an outward normal on the vertex's side.
+//! Without this condition a vertex of a thin trailing edge could take a point of the other side.
 
 use glam::DVec3;
 
@@ -10,19 +10,19 @@ use super::matching::OldSection;
 use super::span::SpanWeights;
 use crate::geometry::nearest_on_segment;
 
-/// Steps of the virtual section on each side. A step is 0.4 % of a side; only the parameter depends on it, not the shape
-/// that the vertex is moved to.
+/// Steps of the virtual section on each side. A step is 0.4 % of a side. Only the parameter depends
+/// on it, not the shape of the moved wing.
 const STEPS: usize = 256;
-/// Steps of a blunt trailing edge's base.
+/// Steps of the base of a blunt trailing edge.
 const BASE_STEPS: usize = 16;
 
-/// The old profiles at the same parameters.
+/// The old profiles at common parameters.
 #[derive(Debug)]
 pub(super) struct SectionGrid {
     tau: Vec<f64>,
-    /// Points of each profile at `tau` `[n_profiles][n_tau]`.
+    /// Points of each profile at the parameters `tau` `[n_profiles][n_tau]`.
     points: Vec<Vec<DVec3>>,
-    /// Direction the sections run counter-clockwise about.
+    /// The sections run counter-clockwise about this direction.
     normal: DVec3,
 }
 
@@ -38,9 +38,9 @@ impl SectionGrid {
         Self { tau, points, normal }
     }
 
-    /// Parameter of the point nearest to `position` on the section that `weights` makes of the profiles.
+    /// Parameter of the point nearest to `position` on the section interpolated with `weights`.
     ///
-    /// - `outward`: the surface's outward normal there; without a direction every point is a candidate
+    /// - `outward`: the surface's outward normal there; if it is zero, every point is a candidate
     pub fn parameter(&self, position: DVec3, outward: DVec3, weights: &SpanWeights) -> f64 {
         let section = |j: usize| {
             let share = |i: usize| self.points[weights.first + i][j] * weights.weight[i];

@@ -1,12 +1,15 @@
-//! Old and new profile brought to a common parameter: which point goes where.
+//! Matches an old and a new profile by a common parameter.
 //!
-//! Both curves are measured from the trailing edge over the leading edge (see `curve`). Such a measure is not kept by an
-//! affine map (a thicker section has relatively longer curves), so the best affine map of the old section onto the new
-//! one is fitted first, the old section is mapped by it, and what is measured is the mapped one; fit and match take
-//! turns a few times. An affine change of another sampling is thus matched to 1e-3 of the chord along the curve.
+//! Both curves are measured from the trailing edge over the leading edge (see `curve`). An affine
+//! map changes this measure: a thicker section has relatively longer curves. So the best affine map
+//! of the old section onto the new one is fitted first, and the mapped section is measured. Fit and
+//! match are iterated a few times. An affine change with another sampling is then matched to 1e-3
+//! of the chord along the curve.
 //!
-//! New profiles with as many points as the old one may be meant point by point. That match is taken when it lies nearer
-//! to an affine map than the measured one.
+//! New profiles with the old number of points may be meant point by point. The match point by point
+//! is taken if it is nearer to an affine map than the measured one.
+//!
+//! The paper (3.1, step 1) resamples the old profile to the points of the new one.
 
 use glam::DVec3;
 use nalgebra::{Matrix6, Vector6};
@@ -16,30 +19,36 @@ use super::distance::distance;
 use super::least_squares::LeastSquares;
 use super::{Plane, Profile, ProfileError, extent};
 
-/// Turns of fit and match. The first does most of it; for a blunt section 40 % thicker, 5 leave 1e-3 of the chord along
-/// the curve and 20 leave 6e-4.
+/// Iterations of fit and match. The first has most of the effect. For a blunt section 40 % thicker,
+/// 5 iterations leave 1e-3 of the chord along the curve, and 20 leave 6e-4.
 const TURNS: usize = 6;
 
-/// New points with the old ones' count are taken point by point unless that leaves this many times more of the
-/// displacement unexplained by an affine map than the measured match does.
+/// New points with the old number of points are matched point by point, unless an affine map
+/// explains the displacement worse than with the measured match, by more than this factor in what
+/// is left.
 const POINT_BY_POINT: f64 = 2.0;
 
-/// Turns of the fit across the curve; the third changes nothing any more.
+/// Iterations of the fit across the curve. The third changes nothing any more.
 const STRAIGHT_TURNS: usize = 3;
-/// Nearest points of the new curve are looked for within this parameter of the measured match.
+/// The nearest point of the new curve is searched within this parameter distance from the measured
+/// match.
 const NEAR: f64 = 0.05;
-/// Knots that are this share of the section's length from the new curve, by the affine map and on root-mean-square average,
-/// go a quarter of the way to the nearest points. What is no affine change is a design, and measured as before.
+/// Root-mean-square distance between the affinely mapped knots and the new curve, as a share of the
+/// section's length, for which knots move a quarter of the way to their nearest points. A larger
+/// change is no affine one, and keeps the measured match.
 const STRAIGHT: f64 = 0.001;
-/// A smaller share of the way than this is none: far from the curve, rounding may decide which point is nearest.
+/// A smaller share of the way counts as zero. Far from the curve, rounding could decide which point
+/// is nearest.
 const NOTHING: f64 = 0.05;
-/// Nearest points are not taken where knots come closer together than this share of the measured match.
+/// Nearest points are not taken if knots come closer together than this share of their distance in
+/// the measured match.
 const CROWDED: f64 = 0.5;
 
-/// Profiles that agree to this share of their largest coordinate are the same: files carry 12 digits.
+/// Profiles that agree to this share of their largest coordinate are the same. Files hold 12
+/// digits.
 const IDENTICAL: f64 = 1e-11;
 
-/// One old profile, ready to be matched with any number of new ones.
+/// One old profile, prepared for matches with any number of new ones.
 #[derive(Clone, Debug)]
 pub(super) struct OldSection {
     profile: Profile,
@@ -49,7 +58,7 @@ pub(super) struct OldSection {
     base: Option<ProfileCurve>,
     /// The two sides with parameter and arc length.
     pub measured: Measured,
-    /// The base of a blunt trailing edge within the curve.
+    /// The base of a blunt trailing edge, if it is part of the curve.
     pub measured_base: Option<Measured>,
     affine: PlaneAffine,
 }
@@ -67,7 +76,7 @@ impl OldSection {
         Ok(Self { profile: profile.clone(), plane: *plane, outline, sides, base, measured, measured_base, affine })
     }
 
-    /// Positions of the knots, those of the sides and then those of the base.
+    /// Positions of the knots: first of the sides, then of the base.
     pub fn knots(&self) -> Vec<DVec3> {
         let side = self.sides.knots.iter().map(|&i| self.outline.sides[i]);
         let base = self.base.iter().flat_map(|base| base.knots.iter().map(|&i| self.outline.base[i]));
@@ -97,8 +106,11 @@ impl OldSection {
         identical(&self.profile.points, &new.points)
     }
 
-    /// Displacement of each knot (order of [`Self::knots`]) that brings the section onto the new profile; exactly zero
-    /// if that is the old one.
+    /// Displacement of each knot, in the order of [`Self::knots`], from the section to the new
+    /// profile. Exactly zero if both are the same.
+    ///
+    /// # Errors
+    /// The new profile is no plane curve.
     pub fn displacements(&self, new: &Profile) -> Result<Vec<DVec3>, ProfileError> {
         let old = self.knots();
         if self.is_same(new) {
@@ -125,11 +137,12 @@ impl OldSection {
         Ok(targets.into_iter().zip(old).map(|(new, old)| new - old).collect())
     }
 
-    /// The affine map of the section's plane that is nearest to displacements of its knots, as the displacement of a point.
+    /// The affine map of the section's plane that fits displacements of its knots best, as the
+    /// displacement of a point.
     pub fn affine_change(&self, displacement: &[DVec3]) -> impl Fn(DVec3) -> DVec3 {
         let displacement = &displacement[..self.sides.knots.len()];
         let (mut map, _) = self.affine.fit(displacement);
-        // A second pass on what is left takes the rounding of the first.
+        // A second fit of what is left removes the rounding of the first.
         let left: Vec<DVec3> =
             self.affine.knots.iter().zip(displacement).map(|(&p, &d)| d - self.affine.evaluate(&map, p)).collect();
         for (coefficient, more) in map.iter_mut().zip(self.affine.fit(&left).0) {
@@ -138,8 +151,9 @@ impl OldSection {
         move |point| self.affine.evaluate(&map, point)
     }
 
-    /// How much displacements of the knots alternate from knot to knot across the curve, as share of the section's length:
-    /// the root mean square of what lies off the straight line between the neighbours', affine part apart.
+    /// Alternation of the knots' displacements across the curve, as a share of the section's
+    /// length: the root mean square of the distance from the straight line between the two
+    /// neighbours' displacements. The affine part is removed first.
     pub fn roughness(&self, displacement: &[DVec3]) -> f64 {
         let affine = self.affine_change(displacement);
         let knots = &self.affine.knots;
@@ -153,7 +167,7 @@ impl OldSection {
         (off.sum::<f64>() / knots.len() as f64).sqrt() / self.length()
     }
 
-    /// The number of the profile, and its points as given.
+    /// The profile as given.
     pub fn profile(&self) -> &Profile {
         &self.profile
     }
@@ -163,27 +177,29 @@ impl OldSection {
         &self.plane
     }
 
-    /// Extent of the section, in the unit of the mesh: about its chord.
+    /// Extent of the section, in the mesh's unit: about its chord.
     pub fn length(&self) -> f64 {
         extent(&self.profile.points)
     }
 
-    /// Where the section is: the mean of its curve.
+    /// Centre of the section: the mean of its curve.
     pub fn middle(&self) -> DVec3 {
         self.affine.centre
     }
 
-    /// Gap between the ends of the two sides: the thickness of a blunt trailing edge.
+    /// Distance between the ends of the two sides: the thickness of a blunt trailing edge.
     pub fn gap(&self) -> f64 {
         self.outline.gap()
     }
 
-    /// Distance of a point of the section's plane from the smooth curve through the section's points.
+    /// Distance of a point of the section's plane from the smooth curve through the section's
+    /// points.
     pub fn distance(&self, point: DVec3) -> f64 {
         self.sides.distance(point).min(self.base.as_ref().map_or(f64::INFINITY, |base| base.distance(point)))
     }
 
-    /// Distance of a point of the section's plane from the straight lines between the section's points.
+    /// Distance of a point of the section's plane from the straight lines between the section's
+    /// points.
     pub fn distance_to_lines(&self, point: DVec3) -> f64 {
         distance(point, &self.outline.sides).min(match self.outline.base.as_slice() {
             [] => f64::INFINITY,
@@ -191,17 +207,17 @@ impl OldSection {
         })
     }
 
-    /// [`Self::distance_to_lines`], the line between the ends of an open section included.
+    /// [`Self::distance_to_lines`], including the line between the ends of an open section.
     pub fn distance_to_closed_lines(&self, point: DVec3) -> f64 {
         let sides = &self.outline.sides;
         self.distance_to_lines(point).min(distance(point, &[sides[sides.len() - 1], sides[0]]))
     }
 
-    /// The section with its knots displaced, in the order of [`Self::knots`].
+    /// The section with displaced knots, in the order of [`Self::knots`].
     pub fn displaced(&self, displacement: &[DVec3]) -> Profile {
         let mut points: Vec<DVec3> = self.knots().iter().zip(displacement).map(|(&p, &d)| p + d).collect();
         if self.base.is_some() {
-            // The base begins where the sides end, and ends where they begin.
+            // The base begins at the end of the sides and ends at their start.
             points.remove(self.sides.knots.len());
         }
         if self.outline.joined {
@@ -217,7 +233,7 @@ impl OldSection {
         &self.measured.path
     }
 
-    /// Unit normal of the new profile's plane, on the side of the old one's.
+    /// Unit normal of the new profile's plane, on the side of the old one's normal.
     pub fn new_normal(&self, new: &Profile) -> Result<DVec3, ProfileError> {
         let normal = Plane::of_profile(new)?.normal;
         Ok(if normal.dot(self.plane.normal) < 0.0 { -normal } else { normal })
@@ -261,11 +277,13 @@ impl OldSection {
 }
 
 impl OldSection {
-    /// A match whose knots go straight across the curve where little changes.
+    /// Corrects a measured match where the new curve is nearly an affine map of the old one: the
+    /// knots then go straight across the curve.
     ///
-    /// Lengths measured along two samplings of one curve differ by 1e-3, and a match by them slides along the curve by as much.
-    /// An affine map brings the knots onto the new curve, wherever along it; each then takes the nearest point there, if
-    /// they all come near. Fit and nearest points take turns.
+    /// Lengths along two samplings of one curve differ by 1e-3, so a measured match is off by as
+    /// much along the curve. Here an affine map brings the knots onto the new curve, at any place
+    /// along it. If all knots come close to the curve, each takes its nearest point. Fit and
+    /// nearest points are iterated.
     fn settled(&self, matched: (f64, Vec<f64>), new: &Measured, plane: &Plane) -> (f64, Vec<f64>) {
         let knots = &self.affine.knots;
         let steps = &self.sides.knot_step;
@@ -283,7 +301,7 @@ impl OldSection {
                 off += (nearest[j].0.distance(at) * self.affine.weights[j]).powi(2);
             }
         }
-        // One share for all knots: a knot that is near by chance must not slide past its neighbours.
+        // One share for all knots: a knot that is near by chance must not pass its neighbours.
         let off = off.sqrt() / (STRAIGHT * self.length());
         let share = ((1.0 + off * off).powi(-2) - NOTHING) / (1.0 - NOTHING);
         if share <= 0.0 {
@@ -298,7 +316,7 @@ impl OldSection {
         }
         let moved: Vec<DVec3> = tau.iter().zip(knots).map(|(&tau, &knot)| new.point(tau) - knot).collect();
         let residual = self.affine.fit(&moved).1;
-        // Between knots the way along the curve is shared as before.
+        // Between knots the parameters keep their relative distances.
         let mut all = matched.1;
         for j in 0..tau.len() - 1 {
             let shifts = [tau[j] - start[j], tau[j + 1] - start[j + 1]];
@@ -312,24 +330,25 @@ impl OldSection {
     }
 }
 
-/// How an old section corresponds to a new one.
+/// The match of an old section with a new one.
 struct Match {
-    /// Parameter on the new curve of each step of the old one.
+    /// Parameter on the new curve for each step of the old one.
     tau: Vec<f64>,
     new: Measured,
     new_base: Measured,
-    /// The new points, where the match is point by point.
+    /// The new points, if the match is point by point.
     by_index: Option<Outline>,
 }
 
-/// Where each point of an old profile goes on the new one, in the order of `old`.
+/// The point of the new profile for each point of an old one, in the order of `old`.
 ///
-/// - `old`, `new`: two profiles of one number; any counts, directions and starting points
+/// - `old`, `new`: two profiles with one number; any numbers of points, directions and starting
+///   points
 ///
-/// [`super::ProfileInterpolation`] matches in the same way; this is for looking at the match itself.
+/// [`super::ProfileInterpolation`] matches in the same way. This function shows the match itself.
 ///
 /// # Errors
-/// Those of profiles that are no plane curves, see [`Plane::of_profile`].
+/// The errors of profiles that are no plane curves, see [`Plane::of_profile`].
 pub fn match_points(old: &Profile, new: &Profile) -> Result<Vec<DVec3>, ProfileError> {
     let section = OldSection::new(old, &Plane::of_profile(old)?)?;
     if identical(&old.points, &new.points) {
@@ -338,7 +357,7 @@ pub fn match_points(old: &Profile, new: &Profile) -> Result<Vec<DVec3>, ProfileE
     let matched = section.matched(new)?;
     let mut targets = Vec::new();
     for (i, &point) in section.outline.sides.iter().enumerate() {
-        // Between knots a point stands at its share of the piece's length.
+        // Between knots a point keeps its share of the piece's length.
         let piece = section.sides.knots.partition_point(|&k| k <= i).clamp(1, section.sides.knots.len() - 1) - 1;
         let ends = [piece, piece + 1].map(|k| (section.sides.knots[k], section.sides.knot_step[k]));
         let [from, to] = ends.map(|(knot, _)| section.outline.sides[knot].distance(point));
@@ -358,7 +377,7 @@ pub fn match_points(old: &Profile, new: &Profile) -> Result<Vec<DVec3>, ProfileE
             targets.push((point, matched.by_index.as_ref().map_or_else(by_measure, |o| o.base[i])));
         }
     }
-    // Back to the order of the file: same points, other start and direction.
+    // Back to the order of the file: the same points, with another start and direction.
     let find = |p: &DVec3| {
         let found = targets.iter().min_by(|a, b| a.0.distance_squared(*p).total_cmp(&b.0.distance_squared(*p)));
         found.map_or(*p, |target| target.1)
@@ -373,7 +392,8 @@ fn identical(old: &[DVec3], new: &[DVec3]) -> bool {
     old.len() == new.len() && (old.iter().zip(new).all(close) || old.iter().rev().zip(new).all(close))
 }
 
-/// Least-squares fit of a displacement that is affine in a section's plane. Knots count by the arc length around them.
+/// Least-squares fit of a displacement that is affine in a section's plane. The weight of a knot is
+/// the arc length around it.
 #[derive(Clone, Debug)]
 struct PlaneAffine {
     /// Mean of the curve.
@@ -387,6 +407,8 @@ struct PlaneAffine {
 }
 
 impl PlaneAffine {
+    /// Prepares the fit.
+    ///
     /// - `arcs`: arc length at each knot, ascending
     fn new(plane: &Plane, knots: &[DVec3], arcs: &[f64]) -> Self {
         let n = knots.len();
@@ -406,7 +428,8 @@ impl PlaneAffine {
         Self { centre, axes, knots: knots.to_vec(), weights, squares }
     }
 
-    /// Coefficients of the fit to the knots' displacements, and the root mean square of what it leaves.
+    /// Coefficients of the fit to the knots' displacements, and the root mean square of the
+    /// remainder.
     fn fit(&self, displacement: &[DVec3]) -> (Vec<DVec3>, f64) {
         let weighted: Vec<DVec3> = displacement.iter().zip(&self.weights).map(|(&d, &weight)| d * weight).collect();
         let map = self.squares.solve(&weighted);
@@ -417,11 +440,12 @@ impl PlaneAffine {
         (map, sum.sqrt())
     }
 
-    /// Coefficients of the map that brings the knots nearest to a curve, wherever along it; the ends go to the curve's ends.
+    /// Coefficients of the map that brings the knots closest to a curve, at any place along it. The
+    /// end knots go to the ends of the curve.
     ///
-    /// - `targets`: a point of the curve for each knot, and the curve's unit tangent there
+    /// - `targets`: a point of the curve for each knot, and the unit tangent there
     fn fit_across(&self, plane: &Plane, targets: &[(DVec3, DVec3)]) -> Option<Vec<DVec3>> {
-        /// Share of the whole curve that an end counts as.
+        /// Weight of an end, as a share of the whole curve.
         const END: f64 = 0.1;
         let (u, v) = plane.normal.any_orthonormal_pair();
         let (mut matrix, mut right) = (Matrix6::<f64>::zeros(), Vector6::<f64>::zeros());
@@ -444,7 +468,7 @@ impl PlaneAffine {
         }
         let solution = matrix.cholesky()?.solve(&right);
         let (a, b) = (|i: usize| solution[i], |i: usize| solution[i + 3]);
-        // Across the plane every knot goes as far as the mean one.
+        // Across the plane every knot moves by the mean.
         let shift = plane.normal
             * (targets.iter().zip(&self.knots).map(|(t, &k)| (t.0 - k).dot(plane.normal)).sum::<f64>()
                 / targets.len() as f64);

@@ -1,26 +1,29 @@
-//! Wing profiles: cut from the wing's surface, read and written, and their changes carried to every wing vertex.
+//! Wing profiles: cut from the wing's surface, read and written; their changes are interpolated to
+//! every wing vertex.
 //!
-//! A [`Profile`] is the curve in which a plane cuts the wing. The inverse design hands over new profiles; idmesh holds
-//! or cuts the old ones, matches each pair point by point ([`matching`]) and interpolates the displacement vectors over
-//! the wing's surface ([`interpolation`]), as in section 3.1 of the paper.
+//! A [`Profile`] is the curve in which a plane cuts the wing. The inverse design gives new
+//! profiles. The old ones are given too, or idmesh cuts them from the mesh. Each pair is matched
+//! point by point ([`matching`]). The displacement vectors are interpolated over the wing's surface
+//! ([`interpolation`]), as in section 3.1 of the paper.
 //!
-//! Where this differs from the paper, and why:
+//! Differences from the paper:
 //!
-//! - The paper adds and removes vertices of the old profile until both have the same count. Here both curves get a
-//!   common parameter from one side of the trailing edge over the leading edge to the other, so the counts never meet
-//!   and never matter.
-//! - The paper interpolates with one least-squares polynomial of degree up to two in x, y, z. That polynomial does not
-//!   pass through the new profiles, and with sweep its x² terms put a dihedral between the planes that nobody asked
-//!   for. Here least squares takes only maps that are affine in each section and linear along the span; the remainder is
-//!   interpolated along the profiles and across the planes, so the moved wing passes through the new profiles. See
-//!   [`interpolation`].
-//! - The paper cuts old profiles from the surface. Here they are what the vertices beside a plane say (`carry`), and a design
-//!   that continues flat cuts is compared with flat cuts (`section`).
-//! - The paper checks nothing. Here profiles are checked against the wing and each other (`checks`), and the wing's vertices
-//!   against the new profiles (`accuracy`).
+//! - The paper adds and removes vertices of the old profile until both have the same number. Here
+//!   both curves get a common parameter, from one side of the trailing edge over the leading edge
+//!   to the other, so the numbers do not matter.
+//! - The paper interpolates with one least-squares polynomial of degree up to two in x, y, z. The
+//!   polynomial does not pass through the new profiles, and with sweep its x² terms give a false
+//!   dihedral between the planes. Here least squares determines only maps that are affine in each
+//!   section and linear along the span. The remainder is interpolated along the profiles and across
+//!   the planes, so the moved wing passes through the new profiles. See [`interpolation`].
+//! - The paper cuts old profiles from the surface. Here the vertices beside a plane define them
+//!   (`carry`). A design that continues flat cuts is compared with flat cuts (`section`).
+//! - The paper has no checks. Here profiles are checked against the wing and each other (`checks`),
+//!   and the wing's vertices against the new profiles (`accuracy`).
 //!
-//! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles, [`ProfileInterpolation::new`] once per mesh,
-//! [`ProfileInterpolation::displacements`] once per design, [`ProfileInterpolation::missed`] and [`distance::max_distance`] to check the result.
+//! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles;
+//! [`ProfileInterpolation::new`] once per mesh; [`ProfileInterpolation::displacements`] once per
+//! design; [`ProfileInterpolation::missed`] and [`distance::max_distance`] to check the result.
 
 mod accuracy;
 mod along;
@@ -57,17 +60,19 @@ pub use plane::Plane;
 pub struct Profile {
     /// The number that pairs an old profile with its new one.
     pub number: i64,
-    /// Points in order, in the unit of the mesh: from one side of the trailing edge round the leading edge to the
-    /// other. Open for a blunt trailing edge, the first point repeated at the end for a sharp one.
+    /// Points in order, in the mesh's unit: from one side of the trailing edge round the leading
+    /// edge to the other. The curve is open for a blunt trailing edge. For a sharp one the first
+    /// point is repeated at the end.
     pub points: Vec<DVec3>,
 }
 
 impl Profile {
-    /// The points with consecutive duplicates dropped, checked to be numbers and at least three.
+    /// The points without consecutive duplicates.
     ///
     /// # Errors
-    /// [`ProfileError::NotFinite`] for NaN or infinite coordinates, [`ProfileError::TooFewPoints`] for fewer than three
-    /// different points.
+    /// - [`ProfileError::NotFinite`]: NaN or infinite coordinates
+    /// - [`ProfileError::TooManyPoints`]
+    /// - [`ProfileError::TooFewPoints`]: fewer than three different points
     pub(crate) fn distinct_points(&self) -> Result<Vec<DVec3>, ProfileError> {
         if let Some(point) = self.points.iter().position(|p| !p.is_finite() || p.abs().max_element() > LARGEST) {
             return Err(ProfileError::NotFinite { profile: self.number, point, position: self.points[point] });
@@ -86,13 +91,13 @@ impl Profile {
     }
 }
 
-/// More points than this are no section: matching them takes the square of their number.
+/// Most points of a section. The cost of a match grows with the square of their number.
 const MOST_POINTS: usize = 20_000;
 
-/// Coordinates beyond this count as infinite: their squares would be.
+/// Larger coordinates count as infinite, because their powers would be.
 const LARGEST: f64 = 1e100;
 
-/// Diagonal of the points' bounding box.
+/// Diagonal of the points' bounding box, in their unit.
 fn extent(points: &[DVec3]) -> f64 {
     crate::geometry::diagonal(points.iter().copied())
 }

@@ -1,4 +1,4 @@
-//! The plane a profile lies in.
+//! The plane of a profile.
 
 use glam::DVec3;
 use nalgebra::{Matrix3, SymmetricEigen};
@@ -8,30 +8,33 @@ use super::{Profile, ProfileError, extent};
 /// A plane in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
-    /// A point of the plane.
+    /// A point of the plane, in the mesh's unit.
     pub point: DVec3,
-    /// Its unit normal.
+    /// Unit normal of the plane.
     pub normal: DVec3,
 }
 
-/// A text file carries about 12 digits; anything beyond this share of the profile's size is no rounding.
+/// Largest distance of a point from its plane, as a share of the profile's size. Text files hold
+/// about 12 digits, so a larger distance is no rounding.
 const FLATNESS: f64 = 1e-6;
 
-/// A coordinate that varies less than this share of the profile's size is constant: the plane is then exactly
-/// perpendicular to that axis, free of the rounding of a fit.
+/// A coordinate that varies by less than this share of the profile's size is constant. Then the
+/// plane is exactly perpendicular to the axis, without the rounding of a fit.
 const AXIS: f64 = 1e-9;
 
 impl Plane {
-    /// Signed distance of a point, positive on the normal's side.
+    /// Signed distance of a point, positive on the normal's side, in the mesh's unit.
     pub fn distance(&self, point: DVec3) -> f64 {
         (point - self.point).dot(self.normal)
     }
 
-    /// The plane a profile lies in; the normal's sign is such that its largest component is positive.
+    /// The plane of a profile. The largest component of its normal is positive.
     ///
     /// # Errors
-    /// [`ProfileError::NotPlane`] when a point lies off by more than 1e-6 of the profile's size,
-    /// [`ProfileError::OnOneLine`] when the points fix no plane, and those of fewer than three or infinite points.
+    /// - [`ProfileError::NotPlane`]: a point lies off by more than 1e-6 of the profile's size
+    /// - [`ProfileError::OnOneLine`]: the points define no plane
+    /// - [`ProfileError::NotFinite`], [`ProfileError::TooFewPoints`],
+    ///   [`ProfileError::TooManyPoints`]
     pub fn of_profile(profile: &Profile) -> Result<Self, ProfileError> {
         let points = profile.distinct_points()?;
         let size = extent(&points);
@@ -48,7 +51,8 @@ impl Plane {
         let eigen = SymmetricEigen::<f64, nalgebra::U3>::new(covariance);
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-        // Variances are squares of lengths; below this a profile is a line even to the digits of a text file.
+        // Variances are squares of lengths. With a smaller one the points form a line, up to the
+        // digits of a text file.
         if eigen.eigenvalues[order[1]] <= FLATNESS * FLATNESS * eigen.eigenvalues[order[2]] {
             return Err(ProfileError::OnOneLine { profile: profile.number });
         }
@@ -60,7 +64,7 @@ impl Plane {
             }
         }
         if normal.abs().max_element() == 1.0 {
-            // A mean of equal numbers is not quite that number; a point of the profile is exact.
+            // A mean of equal numbers is not exactly that number, but a point of the profile is.
             centre = DVec3::select(normal.abs().cmpeq(DVec3::ONE), points[0], centre);
         }
         let plane = Self { point: centre, normal: main_direction(normal) };
@@ -74,7 +78,7 @@ impl Plane {
     }
 }
 
-/// The direction or its opposite, such that its largest component is positive.
+/// The direction, or its opposite, with a positive largest component.
 pub(super) fn main_direction(direction: DVec3) -> DVec3 {
     let largest = direction.to_array().into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     if largest < 0.0 { -direction } else { direction }

@@ -1,10 +1,13 @@
-//! A section of the wing in the one or two forms in which new profiles may continue it.
+//! A section of the wing in one or two forms: a flat cut and the smooth section of its vertices.
 //!
-//! Flat facets cut the section below the smooth surface that the vertices stand on. A new profile is either a changed flat cut
-//! (of idmesh 0.1 or another program) or a smooth curve. Compared with the other form, the facets' sag would count as a
-//! change: it alternates from crossing to crossing and dents the wing. Where the old profiles are the sections that the
-//! vertices say, as when they are cut from the mesh, a design that differs more smoothly from the flat cuts is compared with
-//! these. Old profiles that are flat cuts themselves are compared as they are given.
+//! Flat facets cut the section below the smooth surface of the vertices. A new profile is either a
+//! changed flat cut (of idmesh 0.1 or another program) or a smooth curve. If it were compared with
+//! the other form, the facets' sag would count as a change. This change alternates from crossing to
+//! crossing, and would dent the wing.
+//!
+//! If the old profiles are the sections of the vertices, as when they are cut from the mesh, a
+//! design is compared with the flat cuts if its difference from these is smoother. Old profiles
+//! that are flat cuts themselves are compared as given.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,54 +15,55 @@ use rayon::prelude::*;
 use super::matching::OldSection;
 use super::{Plane, Profile, ProfileError};
 
-/// The flat form is taken when its change alternates by less than this share of the smooth form's.
+/// The flat form is taken if its change alternates by less than this share of the smooth form's
+/// change.
 const CLEARLY: f64 = 0.5;
 
-/// A profile is a form of the mesh's section if it lies within this share of its length from it: files carry 6 digits and
-/// more.
+/// A profile is a form of the mesh's section if its distance from the form is less than this share
+/// of its length. Files hold 6 digits and more.
 const SAME_FORM: f64 = 1e-5;
 
-/// Sections in their forms, in the order of the span.
+/// The sections in their forms, in the order of the span.
 #[derive(Debug)]
 pub(super) struct Forms {
-    /// As the vertices or the user say.
+    /// The form of the vertices, or the sections as given.
     pub smooth: Vec<OldSection>,
-    /// As the facets are cut, where the smooth ones are the mesh's own and differ.
+    /// The flat cuts, if the smooth form belongs to the mesh and differs from them.
     pub flat: Option<Vec<OldSection>>,
     /// Whether the flat form was given.
     given_flat: bool,
 }
 
-/// A section that was cut from the wing, flat and by its vertices.
+/// A section cut from the wing in both forms.
 #[derive(Clone, Debug)]
 pub(super) struct OwnSection {
     pub flat: OldSection,
     pub carried: OldSection,
 }
 
-/// What new profiles make of the sections in the form they continue.
+/// The changes of the sections by new profiles, in the form that the new profiles continue.
 pub(super) struct Changes<'a> {
     /// The sections in this form.
     pub form: &'a [OldSection],
-    /// Displacement of each section's knots.
+    /// Displacement of each section's knots, in the mesh's unit.
     pub knots: Vec<Vec<DVec3>>,
-    /// Whether it is the flat form.
+    /// Whether the form is flat.
     pub flat: bool,
 }
 
 impl OwnSection {
-    /// Of the points that [`super::cut::cut`] and [`super::cut::section`] give.
+    /// Makes both forms from the points of [`super::cut::cut`] and [`super::cut::section`].
     pub fn new(number: i64, flat: Vec<DVec3>, carried: Vec<DVec3>, plane: &Plane) -> Result<Self, ProfileError> {
         let section = |points| OldSection::new(&Profile { number, points }, plane);
         Ok(Self { flat: section(flat)?, carried: section(carried)? })
     }
 
-    /// Whether the two forms are apart.
+    /// Whether the two forms differ.
     fn differ(&self) -> bool {
         !within(&self.carried, &self.flat)
     }
 
-    /// Whether a profile is the section that the vertices say.
+    /// Whether a profile is the section of the vertices.
     fn is_carried(&self, given: &OldSection) -> bool {
         within(given, &self.carried) && within(&self.carried, given)
     }
@@ -76,7 +80,9 @@ fn within(points: &OldSection, on: &OldSection) -> bool {
 }
 
 impl Forms {
-    /// Of given sections and, where the wing could be cut, its own ones.
+    /// The forms of the given sections.
+    ///
+    /// - `own`: the wing's own sections, where the wing could be cut
     pub fn new(given: Vec<OldSection>, own: Vec<Option<OwnSection>>) -> Self {
         let own: Option<Vec<OwnSection>> = own.into_iter().collect();
         let Some(own) = own.filter(|own| own.iter().any(OwnSection::differ)) else {
@@ -102,9 +108,12 @@ impl Forms {
         }
     }
 
-    /// What new profiles change, in the form they continue.
+    /// The changes by new profiles, in the form that they continue.
     ///
     /// - `new`: in the order of the sections
+    ///
+    /// # Errors
+    /// A new profile is no plane curve.
     pub fn changes(&self, new: &[&Profile]) -> Result<Changes<'_>, ProfileError> {
         let changes = |form: &'_ [OldSection]| -> Result<Vec<Vec<DVec3>>, ProfileError> {
             form.par_iter().zip(new).map(|(old, new)| old.displacements(new)).collect()

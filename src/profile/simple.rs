@@ -1,13 +1,14 @@
-//! Whether a section is a simple curve.
+//! Tests whether a section is a simple curve.
 
 use glam::{DVec2, DVec3};
 
 use super::{Plane, extent};
 
-/// Near the trailing edge, within this share of the size, the two sides may touch: there digits decide.
+/// Within this share of the size from the trailing edge the two sides may touch, because rounding
+/// decides there.
 const TRAILING_EDGE: f64 = 5e-3;
 
-/// A point where the two sides of a section cross, if they do.
+/// A point where the two sides of a section cross, if there is one.
 ///
 /// - `sides`: from one end of the trailing edge to the other
 pub(super) fn crossing(sides: &[DVec3], plane: &Plane) -> Option<DVec3> {

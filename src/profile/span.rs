@@ -1,21 +1,26 @@
-//! Where a point stands along the span, and how much each plane counts there.
+//! Span coordinate of a point, and the weights of the planes there.
 //!
-//! Between two neighbouring planes a point at signed distances `d_k` and `d_{k+1}` stands at `s = d_k / (d_k - d_{k+1})`:
-//! exactly 0 on the one and 1 on the other, also for planes that are not parallel. The span coordinate
-//! `eta = eta_k + s (eta_{k+1} - eta_k)` goes on beyond the outermost planes.
+//! Between two neighbouring planes a point has the signed distances `d_k` and `d_{k+1}`, and the
+//! share `s = d_k / (d_k - d_{k+1})`. The share is exactly 0 on the one plane and 1 on the other,
+//! also for planes that are not parallel. The span coordinate `eta = eta_k + s (eta_{k+1} - eta_k)`
+//! continues beyond the outermost planes.
 //!
-//! Weights: one plane counts alone; two count linearly; of three and more, the parabolas through neighbouring triples are
-//! blended linearly between the two planes they share (Overhauser), and the first and the last parabola go on to the
-//! outermost planes. Each plane is met exactly, and what is quadratic along the span is reproduced between the outermost
-//! planes. Beyond them a *change* is held, and the *place* of the sections goes on as a straight line: a parabola would run
-//! away.
+//! | planes | weights |
+//! |---|---|
+//! | 1 | the plane alone |
+//! | 2 | linear |
+//! | 3 and more | parabolas through neighbouring triples, blended linearly between the two planes they share (Overhauser); up to the outermost planes the first and the last parabola alone |
+//!
+//! On a plane only this plane counts. A function that is quadratic along the span is reproduced
+//! between the outermost planes. Beyond them a *change* is constant. The *position* of the sections
+//! continues as a straight line there, because a parabola would diverge.
 
 use glam::DVec3;
 
 use super::plane::main_direction;
 use super::{Plane, Profile, ProfileError};
 
-/// Planes nearer to each other than this share of the wing's extent along the span, or of its chord, are the same plane.
+/// Planes are the same plane if their distance is less than this share of a chord.
 const SAME_PLANE: f64 = 1e-6;
 
 /// Planes in order along the span.
@@ -29,18 +34,18 @@ pub(super) struct Span {
     pub normal: DVec3,
 }
 
-/// How much the planes count at one span coordinate.
+/// Weights of the planes at one span coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SpanWeights {
     /// The first of at most four neighbouring planes.
     pub first: usize,
-    /// How many planes count.
+    /// Number of planes that count.
     pub count: usize,
-    /// Weight of each, dimensionless; they add up to 1.
+    /// Weight of each plane, without unit. Their sum is 1.
     pub weight: [f64; 4],
-    /// Derivative of each weight along the span coordinate, one over length; they add up to 0.
+    /// Derivative of each weight along the span coordinate, in one over length. Their sum is 0.
     pub slope: [f64; 4],
-    /// The plane below, counted from `first`, and the share of the way from there to the next one, 0 to 1.
+    /// The plane below, counted from `first`, and the share of the way to the next plane, 0 to 1.
     pub lower: usize,
     pub share: f64,
 }
@@ -53,9 +58,13 @@ impl SpanWeights {
 }
 
 impl Span {
-    /// Orders the profiles' planes; returns the order too, as indices into `profiles`.
+    /// Orders the planes of profiles. Returns the order too, as indices into `profiles`.
     ///
-    /// - `size`: a chord, the length below which a share of planes' distance is nothing
+    /// - `size`: a chord, in the mesh's unit; planes that are too close for this size are refused
+    ///
+    /// # Errors
+    /// [`ProfileError::NoProfiles`], [`ProfileError::SamePlane`], and the errors of
+    /// [`Plane::of_profile`].
     pub fn new(profiles: &[Profile], size: f64) -> Result<(Self, Vec<usize>), ProfileError> {
         let mut planes = profiles.iter().map(Plane::of_profile).collect::<Result<Vec<_>, _>>()?;
         let Some(&first) = planes.first() else { return Err(ProfileError::NoProfiles) };
@@ -85,7 +94,7 @@ impl Span {
         Ok((Self { planes, eta, normal: mean }, order))
     }
 
-    /// Span coordinate of a point and the interval (index of its lower plane) it stands in.
+    /// Span coordinate of a point, and its interval: the index of the lower plane.
     pub fn coordinate(&self, point: DVec3) -> (f64, usize) {
         let n = self.planes.len();
         if n == 1 {
@@ -95,7 +104,8 @@ impl Span {
         let k = (1..n - 1).find(|&k| distances(k) < 0.0).unwrap_or(n - 1) - 1;
         let (below, above) = (distances(k), distances(k + 1));
         let gap = self.eta[k + 1] - self.eta[k];
-        // Planes that are not parallel meet somewhere outside the wing; near there only the mean normal makes sense.
+        // Planes that are not parallel intersect somewhere outside the wing. Near the intersection
+        // the mean normal is used.
         let s = if below - above > 0.1 * gap {
             below / (below - above)
         } else {
@@ -104,7 +114,8 @@ impl Span {
         (self.eta[k] + s * gap, k)
     }
 
-    /// Weights of what changes, at a span coordinate of interval `k`: held beyond the outermost planes.
+    /// Weights of a change at a span coordinate of interval `k`: constant beyond the outermost
+    /// planes.
     pub fn change(&self, eta: f64, k: usize) -> SpanWeights {
         let [lowest, highest] = [self.eta[0], self.eta[self.eta.len() - 1]];
         let mut weights = self.inside(eta.clamp(lowest, highest), k);
@@ -114,7 +125,8 @@ impl Span {
         weights
     }
 
-    /// Weights of where the sections are, at a span coordinate of interval `k`: linear beyond the outermost planes.
+    /// Weights of a position at a span coordinate of interval `k`: linear beyond the outermost
+    /// planes.
     pub fn place(&self, eta: f64, k: usize) -> SpanWeights {
         let n = self.planes.len();
         if n >= 2 && (eta < self.eta[0] || eta > self.eta[n - 1]) { self.linear(eta, k) } else { self.inside(eta, k) }
@@ -167,7 +179,8 @@ impl Span {
     }
 }
 
-/// Values and derivatives at `x` of the three parabolas that are 1 at one of the nodes and 0 at the others.
+/// Values and derivatives at `x` of the three parabolas that are 1 at one of the nodes and 0 at the
+/// others.
 fn parabola(nodes: &[f64], x: f64) -> ([f64; 3], [f64; 3]) {
     let (mut value, mut slope) = ([0.0; 3], [0.0; 3]);
     for i in 0..3 {

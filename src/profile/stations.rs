@@ -1,4 +1,4 @@
-//! Which planes to cut: evenly along the span, or named one by one.
+//! Planes for cuts: at equal distances along the span, or named one by one.
 
 use glam::DVec3;
 
@@ -6,25 +6,27 @@ use super::cut::{check, cut};
 use super::{Plane, ProfileError, extent};
 use crate::geometry;
 
-/// The outermost planes stand this share of the span away from the wing's ends, or the first of these at which there is a full
-/// section: at the root the wing may be cut obliquely by the fuselage, at the tip it may be rounded.
+/// Distance of the outermost planes from the wing's ends, as a share of the span: the first of
+/// these with a full section. The fuselage may cut the root obliquely, and the tip may be round.
 const MARGINS: [f64; 9] = [0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1];
 
-/// A full section has at least this share of the length that the sections farther inside lead to expect.
+/// A full section has at least this share of the length extrapolated from the sections farther
+/// inside.
 const FULL: f64 = 0.97;
 
-/// The axis the wing spans, as a unit vector: y or z, whichever it is longer along (x is downstream, and a swept wing
-/// may be longer along x than along its span).
+/// The axis along the wing's span, as a unit vector: y or z, whichever extent is larger. x points
+/// downstream, and a swept wing may be longer along x than along its span.
 ///
 /// # Errors
-/// [`ProfileError::Triangle`].
+/// [`ProfileError::Triangle`]
 pub fn span_axis(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<DVec3, ProfileError> {
     let [low, high] = bounds(vertices, triangles)?;
     Ok(if high.z - low.z > high.y - low.y { DVec3::Z } else { DVec3::Y })
 }
 
-/// `count` planes across the wing's span at equal distances, the first and the last as near to its ends as there are full
-/// sections, at most a tenth of the span away; a single one stands in the middle.
+/// `count` planes across the wing's span at equal distances. The first and the last are as near to
+/// the wing's ends as there are full sections, at most a tenth of the span away. A single plane
+/// stands in the middle.
 ///
 /// # Errors
 /// [`ProfileError::Triangle`], and [`ProfileError::NoProfiles`] for a count of zero.
@@ -55,7 +57,7 @@ pub fn evenly(vertices: &[DVec3], triangles: &[[u32; 3]], count: usize) -> Resul
 /// The plane named by a text such as `y=1.5`.
 ///
 /// # Errors
-/// [`ProfileError::PlaneText`] when the text is not `x=`, `y=` or `z=` and a finite number.
+/// [`ProfileError::PlaneText`]: the text is not `x=`, `y=` or `z=` and a finite number.
 pub fn parse(text: &str) -> Result<Plane, ProfileError> {
     let fail = || ProfileError::PlaneText { text: text.to_string() };
     let (axis, value) = text.split_once('=').ok_or_else(fail)?;
@@ -71,7 +73,7 @@ pub fn parse(text: &str) -> Result<Plane, ProfileError> {
     }
 }
 
-/// Bounding box of the vertices the triangles use; empty at the origin without triangles.
+/// Bounding box of the vertices of the triangles. Without triangles it is the origin.
 fn bounds(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<[DVec3; 2], ProfileError> {
     check(vertices, triangles)?;
     Ok(geometry::bounds(triangles.iter().flatten().map(|&v| vertices[v as usize])).unwrap_or_default())

@@ -1,15 +1,18 @@
-//! The part of the profiles' change that goes on along the whole span: position, twist, chord and thickness.
+//! The trend: the part of the profiles' change that continues along the whole span, in position,
+//! twist, chord and thickness.
 //!
-//! Each section's change is fitted by an affine map in its plane. The maps are fitted by least squares with
+//! Each section's change is fitted by an affine map in its plane. The maps are fitted by least
+//! squares with
 //!
 //! ```text
 //! trend(X) = b + A X + e B (X - c(eta)),    e = (eta - eta_0) / scale
 //! ```
 //!
-//! where `c(eta)` is the straight line fitted to the sections' middles and `B` acts across the span alone: maps that are linear
-//! along the span, about that line. Every section counts alike, however many points it has. An affine change of all sections
-//! is reproduced exactly at every point. Directions that the sections cannot see get no coefficient: with one section the
-//! map is its own all along the span, with two it is linear between both.
+//! `c(eta)` is the straight line fitted to the sections' middles, and `B` acts across the span
+//! only. So the map is linear along the span, about this line. Every section has the same weight,
+//! whatever its number of points. An affine change of all sections is reproduced exactly at every
+//! point. Directions that the sections do not determine get no coefficient: with one section the
+//! map is constant along the span, with two it is linear between them.
 
 use glam::DVec3;
 
@@ -20,24 +23,24 @@ use super::span::Span;
 /// Coefficients of a trend.
 pub(super) type TrendMap = Vec<DVec3>;
 
-/// What the fit needs of the sections; made once per mesh.
+/// The fit for given sections. Made once per mesh.
 #[derive(Debug)]
 pub(super) struct Trend {
     centre: DVec3,
     eta: f64,
-    /// The line through the sections' middles: its place at `eta` is `centre`, its slope this.
+    /// Slope of the line through the sections' middles. At `eta` the line passes through `centre`.
     along: DVec3,
     scale: f64,
     /// Two directions across the span.
     across: [DVec3; 2],
-    /// Points of each section that stand for its affine map, around the line.
+    /// Points of each section, around the line, at which its affine map is evaluated.
     probes: Vec<[DVec3; 4]>,
     rows: Vec<[f64; 6]>,
     squares: LeastSquares,
 }
 
 impl Trend {
-    /// Of sections in the order of the span.
+    /// Prepares the fit for sections in the order of the span.
     pub fn new<'a>(sections: impl Iterator<Item = &'a OldSection>, span: &Span) -> Self {
         let sections: Vec<&OldSection> = sections.collect();
         let n = sections.len().max(1) as f64;
@@ -86,13 +89,13 @@ impl Trend {
 
     /// The trend of the sections' changes.
     ///
-    /// - `change`: displacement at a point of section `i` by the affine map fitted to it
+    /// - `change`: displacement at a point of section `i` by the affine map fitted to the section
     pub fn fit(&self, change: impl Fn(usize, DVec3) -> DVec3) -> TrendMap {
         let targets: Vec<DVec3> = (0..self.probes.len())
             .flat_map(|section| self.probes[section].map(|probe| change(section, probe)))
             .collect();
         let mut map = self.squares.solve(&targets);
-        // A second pass on what is left takes the rounding of the first.
+        // A second fit of what is left removes the rounding of the first.
         let left: Vec<DVec3> = targets.iter().zip(&self.rows).map(|(&d, row)| d - combine(&map, row)).collect();
         for (coefficient, more) in map.iter_mut().zip(self.squares.solve(&left)) {
             *coefficient += more;
@@ -100,15 +103,16 @@ impl Trend {
         map
     }
 
-    /// Displacement at a point that stands at `eta`.
+    /// Displacement at a point with the span coordinate `eta`.
     pub fn at(&self, map: &TrendMap, point: DVec3, eta: f64) -> DVec3 {
         combine(map, &self.basis(point, eta))
     }
 
-    /// Its derivative along the span at a point that goes on by `along` for each unit of `eta`.
+    /// Derivative of the displacement along the span, at a point that moves by `along` per unit of
+    /// `eta`.
     pub fn slope(&self, map: &TrendMap, point: DVec3, eta: f64, along: DVec3) -> DVec3 {
         let at = |way: f64| self.at(map, point + along * way, eta + way);
-        // Of degree two along any line: the central difference is exact.
+        // The displacement has degree two along any line, so the central difference is exact.
         (at(self.scale) - at(-self.scale)) / (2.0 * self.scale)
     }
 }

@@ -1,11 +1,14 @@
-//! Continues a surface smoothly across a hole, so that vertices which move into the hole have a surface to lie on.
+//! Continuation of a surface across a hole, for vertices that move into the hole.
 //!
-//! A carenage ends at the wing's root. Where a new root is thinner, the junction moves into the old one, and there is no
-//! original surface. The paper does not treat this. Here the loop is closed by a polyharmonic spline (the triharmonic
-//! interpolant `r^4 ln r` with quadratic terms) through the loop and the surface around it, over the loop's own plane: it
-//! leaves the rim with the surface's tangents and curvature, and follows a paraboloid exactly. The biharmonic (thin
-//! plate) spline flattens out instead: across a cylinder it lost 3 % of the sagitta. The spline is sampled on a triangular
-//! lattice and triangulated, so that one search serves the surface and its continuation.
+//! A carenage ends at the wing's root. If the new root is thinner, the junction moves into the old
+//! root, where there is no original surface. The paper does not treat this case.
+//!
+//! Here a polyharmonic spline closes the hole: the triharmonic interpolant `r^4 ln r` with
+//! quadratic terms, through the rim and the surface around it, over the rim's own plane. At the rim
+//! it has the tangents and the curvature of the surface, and it reproduces a paraboloid exactly.
+//! The biharmonic (thin plate) spline is too flat: across a cylinder it lost 3 % of the sagitta.
+//! The spline is sampled on a triangular lattice and triangulated, so one search serves the surface
+//! and its continuation.
 
 use glam::{DVec2, DVec3};
 use nalgebra::{DMatrix, DVector};
@@ -14,22 +17,22 @@ use thiserror::Error;
 
 use crate::geometry::{corners, nearest_on_segment, triangle_normal, unit_normal};
 
-/// Why a hole could not be closed.
+/// An error of a continuation.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ContinuationError {
-    /// The loop's shadow on its own plane crosses itself.
+    /// The projection of the rim on its own plane crosses itself.
     #[error(
         "the hole's rim near {at:.6} folds over itself when seen along its axis; the surface cannot be continued across it"
     )]
     RimFolds {
-        /// A point of the rim.
+        /// A point of the rim, in the mesh's unit.
         at: DVec3,
     },
-    /// The interpolation found no solution.
+    /// The interpolation has no solution.
     #[error("the surface around the hole near {at:.6} does not determine a continuation")]
     Undetermined {
-        /// A point of the rim.
+        /// A point of the rim, in the mesh's unit.
         at: DVec3,
     },
 }
@@ -37,19 +40,25 @@ pub enum ContinuationError {
 /// Points and triangles that close a hole.
 #[derive(Clone, Debug, Default)]
 pub struct HoleFilling {
-    /// New points, numbered from the count of the old ones.
+    /// New points, in the mesh's unit. Their numbers follow the numbers of the old points.
     pub points: Vec<DVec3>,
-    /// Triangles over old (rim) and new points, oriented like the surface around.
+    /// Triangles of old points (the rim) and new points, oriented like the surface around.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// The most samples the spline interpolates: its dense system grows with the third power.
+/// Most samples that the spline interpolates. The cost of its dense system grows with the third
+/// power.
 const MOST_SAMPLES: usize = 400;
 
-/// Closes the hole bounded by `rim`, a loop of vertices in order, in the surface of `triangles`.
+/// Closes a hole in a surface.
+///
+/// - `points` `[n_points]`: in any unit
+/// - `triangles` `[n_triangles]`: the surface, as indices into `points`
+/// - `rim`: vertices of the loop around the hole, in order
 ///
 /// # Errors
-/// The rim is not simple when seen along its axis, or is too degenerate to carry a surface.
+/// - [`ContinuationError::RimFolds`]: the rim crosses itself when seen along its axis
+/// - [`ContinuationError::Undetermined`]: the rim is too degenerate to carry a surface
 pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<HoleFilling, ContinuationError> {
     let rim_points: Vec<DVec3> = rim.iter().map(|&vertex| points[vertex as usize]).collect();
     let chart = Chart::new(&rim_points, points, triangles, rim);
@@ -68,7 +77,7 @@ pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<Ho
     })
 }
 
-/// Coordinates over the rim's plane, scaled to its size.
+/// Coordinates over the rim's plane, scaled by the size of the rim.
 struct Chart {
     origin: DVec3,
     axes: [DVec3; 3],
@@ -89,7 +98,8 @@ impl Chart {
             .map(|triangle| triangle_normal(corners(points, *triangle)))
             .sum();
         let normal = area.normalize_or(DVec3::Z) * if area.dot(outward) < 0.0 { -1.0 } else { 1.0 };
-        // Axes from the rim's own shape, so that the continuation turns and scales with the mesh.
+        // The axes come from the rim's own shape, so the continuation turns and scales with the
+        // mesh.
         let (u, v) = normal.any_orthonormal_pair();
         let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
         for &point in rim_points {
@@ -121,8 +131,8 @@ impl Chart {
     }
 }
 
-/// Rim and surrounding vertices with their heights: the surface within one width of the hole, as far as it is a graph
-/// over the rim's plane.
+/// Heights of the rim's vertices and of vertices around it: the surface within one width of the
+/// hole, as far as it is a graph over the rim's plane.
 fn samples(
     points: &[DVec3],
     triangles: &[[u32; 3]],
@@ -212,12 +222,13 @@ fn kernel(r_squared: f64) -> f64 {
     if r_squared > 0.0 { 0.5 * r_squared * r_squared * r_squared.ln() } else { 0.0 }
 }
 
-/// Points inside the polygon and triangles over polygon and inner points, counter-clockwise; `None` if it crosses itself.
+/// Points inside the polygon, and triangles of the polygon's and the inner points,
+/// counter-clockwise. `None` if the polygon crosses itself.
 fn triangulate(polygon: &[DVec2]) -> Option<(Vec<DVec2>, Vec<[usize; 3]>)> {
     let n = polygon.len();
     let mut edges: Vec<f64> = (0..n).map(|at| polygon[at].distance(polygon[(at + 1) % n])).collect();
     edges.sort_unstable_by(f64::total_cmp);
-    // No more than some ten thousand inner points, whatever the rim's edges are: the chart spans [-1, 1].
+    // The chart spans [-1, 1], so the lower bound limits the inner points to about ten thousand.
     let spacing = edges[n / 2].max(0.01);
     let mut cdt: ConstrainedDelaunayTriangulation<Point2<f64>> = ConstrainedDelaunayTriangulation::new();
     let mut handles = Vec::with_capacity(n);
@@ -236,7 +247,8 @@ fn triangulate(polygon: &[DVec2]) -> Option<(Vec<DVec2>, Vec<[usize; 3]>)> {
         cdt.add_constraint(from, to);
     }
     let mut points = Vec::new();
-    // A triangular lattice: no four of its points lie on an empty circle, so rounding cannot change the triangulation.
+    // A triangular lattice. No four of its points lie on an empty circle, so rounding cannot change
+    // the triangulation.
     let rows = (1.0 / (spacing * 0.75f64.sqrt())).ceil() as i64;
     let columns = (1.0 / spacing).ceil() as i64 + 1;
     for row in -rows..=rows {
@@ -260,7 +272,7 @@ fn triangulate(polygon: &[DVec2]) -> Option<(Vec<DVec2>, Vec<[usize; 3]>)> {
     Some((points, faces))
 }
 
-/// Whether a point lies inside a polygon, by the number of its edges crossed by a ray.
+/// Whether a point lies inside a polygon, by the number of edges that a ray crosses.
 fn inside(point: DVec2, polygon: &[DVec2]) -> bool {
     let n = polygon.len();
     (0..n)

@@ -1,4 +1,5 @@
-//! Surfaces that pass through themselves: their mesh overlaps itself, though every tet may have a positive volume.
+//! Self-intersections of surfaces. The mesh of such a surface overlaps itself, although every tet
+//! may have positive volume.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,35 +7,37 @@ use rayon::prelude::*;
 use super::tree::{Leaf, TriangleTree};
 use crate::geometry::{NOWHERE, apart, bounds, triangle_normal};
 
-/// An end of an edge is beyond a triangle's plane when it is further from it than this fraction of the edge. Rounding in
-/// flat surfaces far from the origin stays below; what passes through by less than this goes unseen.
+/// An end of an edge is beyond a triangle's plane if its distance exceeds this fraction of the
+/// edge. Rounding in flat surfaces far from the origin stays below the limit. A smaller
+/// intersection is not found.
 const BEYOND: f64 = 1e-6;
 
-/// A surface that is watched for passing through itself.
+/// A surface that is tested for self-intersections. Set up once per mesh.
 ///
-/// A triangle is *self-intersecting* when an edge of another one passes through it. Triangles with a vertex in common with the edge
-/// are left out: neighbours touch.
+/// A triangle is *self-intersecting* if an edge of another triangle passes through it. Edges that
+/// share a vertex with the triangle do not count, because neighbours touch.
 pub struct Crossings {
     tree: TriangleTree,
     /// Vertices of each triangle, in the order of the tree `[n_triangles]`.
     triangles: Vec<[u32; 3]>,
-    /// The box around each, where it was looked at last `[n_triangles]`.
+    /// The box around each triangle at the last test `[n_triangles]`, in the order of the tree.
     boxes: Vec<[DVec3; 2]>,
 }
 
 impl Crossings {
-    /// A surface of these triangles.
+    /// Sets up the test.
     ///
-    /// - `vertices` `[n_vertices]`: about where they will be
+    /// - `vertices` `[n_vertices]`: positions near the later ones, in the mesh's unit
+    /// - `triangles` `[n_triangles]`
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let tree = TriangleTree::new(vertices, triangles);
         let triangles: Vec<_> = tree.order().iter().map(|&triangle| triangles[triangle as usize]).collect();
         Self { tree, boxes: vec![[DVec3::ZERO; 2]; triangles.len()], triangles }
     }
 
-    /// The triangles that intersect others with the vertices here, ascending.
+    /// The self-intersecting triangles, ascending.
     ///
-    /// - `vertices` `[n_vertices]`, finite
+    /// - `vertices` `[n_vertices]`: positions, finite, in the mesh's unit
     pub fn self_intersecting(&mut self, vertices: &[DVec3]) -> Vec<u32> {
         if self.triangles.is_empty() {
             return Vec::new();
@@ -45,7 +48,7 @@ impl Crossings {
         }
         let of_pair = |pair: [u32; 2]| {
             let mut found = Vec::new();
-            self.tree.each_pair(pair, |a, b| self.add_pierced(&a, &b, &mut found));
+            self.tree.each_pair(pair, |a, b| self.add_intersecting(&a, &b, &mut found));
             found
         };
         let found: Vec<usize> = self.tree.pairs().into_par_iter().flat_map_iter(of_pair).collect();
@@ -55,10 +58,10 @@ impl Crossings {
         found
     }
 
-    /// The triangles that intersect others after a motion and were not before, ascending; none where a vertex is no place, of
-    /// which nothing can be said.
+    /// The triangles that are self-intersecting after a motion and were not before, ascending.
+    /// Empty if a moved position is not finite.
     ///
-    /// - `original` `[n_vertices]`, finite; `moved` `[n_vertices]`
+    /// - `original` `[n_vertices]`: finite positions; `moved` `[n_vertices]`
     pub fn newly_self_intersecting(&mut self, original: &[DVec3], moved: &[DVec3]) -> Vec<u32> {
         if moved.iter().any(|at| !at.is_finite()) {
             return Vec::new();
@@ -71,8 +74,9 @@ impl Crossings {
         now
     }
 
-    /// Adds the triangles of two leaves, or of one with itself, that edges of the other one pass through, by their places.
-    fn add_pierced(&self, a: &Leaf, b: &Leaf, found: &mut Vec<usize>) {
+    /// Adds the self-intersecting triangles of a pair of leaves, or of one leaf with itself, by
+    /// their places in the tree.
+    fn add_intersecting(&self, a: &Leaf, b: &Leaf, found: &mut Vec<usize>) {
         for first in a.places.clone() {
             let around = self.boxes[first];
             if apart(around, b.bounds) {
@@ -80,19 +84,20 @@ impl Crossings {
             }
             let of_first = self.triangles[first];
             for second in b.places.clone() {
-                // Within a leaf each pair comes twice, and a triangle with itself.
+                // Within a leaf each pair comes twice, and a triangle also with itself.
                 if (a.places == b.places && second <= first) || apart(around, self.boxes[second]) {
                     continue;
                 }
                 let of_second = self.triangles[second];
                 let common = of_first.map(|vertex| of_second.contains(&vertex));
-                // Where two vertices are common, every edge touches the other triangle.
+                // With two common vertices every edge touches the other triangle.
                 if common.iter().filter(|common| **common).count() > 1 {
                     continue;
                 }
                 let [first_corners, second_corners] = [&self.tree.corners()[first], &self.tree.corners()[second]];
                 let above = Heights::new(first_corners, second_corners);
-                // A triangle beside another one's plane has no edge through it, nor has that one.
+                // If a triangle lies on one side of the other's plane, no edge of either passes
+                // through the other.
                 if above.on_one_side(common) {
                     continue;
                 }
@@ -108,9 +113,10 @@ impl Crossings {
     }
 }
 
-/// Whether an edge of one of two triangles passes through the other one, as for [`Crossings`].
+/// Whether an edge of one of two triangles passes through the other, as for [`Crossings`].
 ///
-/// - `vertices` `[n_vertices]`
+/// - `vertices` `[n_vertices]`: positions, in any unit
+/// - `a`, `b`: vertices of the triangles
 pub fn crosses(vertices: &[DVec3], a: [u32; 3], b: [u32; 3]) -> bool {
     let corners = |triangle: [u32; 3]| triangle.map(|vertex| vertices[vertex as usize]);
     let (of_a, of_b) = (corners(a), corners(b));
@@ -119,11 +125,11 @@ pub fn crosses(vertices: &[DVec3], a: [u32; 3], b: [u32; 3]) -> bool {
             || Heights::new(&of_b, &of_a).passes(b, &of_b, a, &of_a))
 }
 
-/// The corners of a triangle above the plane of another one.
+/// Heights of a triangle's corners above the plane of another triangle.
 struct Heights {
-    /// Of each corner, times the length of `normal`.
+    /// Height of each corner, times the length of `normal`.
     above: [f64; 3],
-    /// Normal of the other one, as long as twice its area.
+    /// Normal of the other triangle. Its length is twice the area.
     normal: DVec3,
 }
 
@@ -133,16 +139,17 @@ impl Heights {
         Self { above: corners.map(|corner| normal.dot(corner - other[0])), normal }
     }
 
-    /// Whether all corners but those left out are above the plane, or all below.
+    /// Whether all corners, except those left out, are above the plane, or all are below.
     fn on_one_side(&self, left_out: [bool; 3]) -> bool {
         let all = |is_there: fn(f64) -> bool| (0..3).all(|at| left_out[at] || is_there(self.above[at]));
         all(|above| above > 0.0) || all(|above| above < 0.0)
     }
 
-    /// Whether an edge of the triangle passes through the inside of the other one and does not touch it.
+    /// Whether an edge of the triangle passes through the inside of the other triangle without
+    /// touching its boundary.
     fn passes(&self, vertices: [u32; 3], corners: &[DVec3; 3], of_other: [u32; 3], &[a, b, c]: &[DVec3; 3]) -> bool {
         for [from, to] in [[0, 1], [1, 2], [2, 0]] {
-            // Each edge comes once from either side; one of them is enough.
+            // Each edge occurs once in each direction; one of them is enough.
             if vertices[from] > vertices[to] || (self.above[from] > 0.0) == (self.above[to] > 0.0) {
                 continue;
             }

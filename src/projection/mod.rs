@@ -1,7 +1,9 @@
-//! Closest points on the original surface of a family, continued across the holes under the wings, and on moved surfaces.
+//! Closest points on surfaces: on the original surface of a family, continued across the holes
+//! under the wings, and on moved surfaces.
 //!
-//! f64 on the CPU. The paper (section 3.4) projects every moved carenage vertex back onto the original surface but does
-//! not say what happens where the wing stood: there the surface ends. [`continuation`] closes it.
+//! All computations are in f64 on the CPU. The paper (section 3.4) projects every moved carenage
+//! vertex back on the original surface. It does not treat the hole under the wing; [`continuation`]
+//! closes it.
 
 pub mod continuation;
 pub mod crossing;
@@ -14,20 +16,20 @@ use glam::DVec3;
 
 use crate::geometry::{corners, vertex_normals};
 
-/// The point of a surface nearest to a query.
+/// The point of a surface nearest to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// The point itself.
+    /// The nearest point, in the unit of the query.
     pub point: DVec3,
-    /// Index of the triangle it lies on.
+    /// Index of the triangle with this point.
     pub triangle: u32,
-    /// Its barycentric coordinates there.
+    /// Barycentric coordinates of the point in the triangle.
     pub barycentric: [f64; 3],
-    /// Squared distance from the query.
+    /// Squared distance from the query point.
     pub distance_squared: f64,
 }
 
-/// A triangulated surface to project onto.
+/// A triangulated surface for closest points and intersections with lines.
 #[derive(Clone, Debug)]
 pub struct TargetSurface {
     tree: TriangleTree,
@@ -37,30 +39,38 @@ pub struct TargetSurface {
 }
 
 impl TargetSurface {
-    /// The surface of these triangles.
+    /// Builds the search tree of a surface.
+    ///
+    /// - `points` `[n_points]`: in any unit
+    /// - `triangles` `[n_triangles]`
     pub fn new(points: &[DVec3], triangles: Vec<[u32; 3]>) -> Self {
         let normals = vertex_normals(points, &triangles);
         Self { tree: TriangleTree::new(points, &triangles), normals, triangles }
     }
 
     /// The point of the surface nearest to `at`.
+    ///
+    /// # Panics
+    /// The surface has no triangle.
     pub fn closest(&self, at: DVec3) -> Closest {
         self.tree.closest(at)
     }
 
-    /// Unit normal of the surface at a point on it, continuous across its edges.
+    /// Unit normal of the surface at one of its points, continuous across edges.
     pub fn normal(&self, on: &Closest) -> DVec3 {
         let corners = corners(&self.normals, self.triangles[on.triangle as usize]);
         (corners[0] * on.barycentric[0] + corners[1] * on.barycentric[1] + corners[2] * on.barycentric[2])
             .normalize_or_zero()
     }
 
-    /// Where the line through `from` along the unit vector `direction` meets the surface near `from`.
+    /// The point near `from` where the line through `from` along the unit vector `direction` meets
+    /// the surface.
     ///
-    /// Newton's method on the distance to the tangent plane; a line that nearly runs along the surface, or that misses
-    /// it, gives the closest point instead.
+    /// The search is Newton's method on the distance to the tangent plane. If the line is nearly
+    /// parallel to the surface, or misses it, the result is the closest point instead.
     pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
-        // Below this cosine the meeting point runs away from the vertex faster than the vertex from the surface.
+        // Below this cosine the intersection moves faster than the distance between vertex and
+        // surface changes.
         const LEAST_COSINE: f64 = 0.2;
         let start = self.closest(from);
         let reach = 4.0 * start.distance_squared.sqrt() / LEAST_COSINE;
@@ -71,7 +81,7 @@ impl TargetSurface {
             if on.distance_squared <= 1e-30 * (1.0 + at.length_squared()) {
                 return on.point;
             }
-            // The facet's own plane, not the smooth normal: the line meets facets.
+            // The normal of the facet, not the smooth normal: the line meets facets.
             let normal = self.tree.facet_normal(on.triangle);
             let offset = at - on.point;
             let (height, slope) = if offset.dot(normal).powi(2) > 0.25 * on.distance_squared {

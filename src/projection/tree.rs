@@ -1,4 +1,5 @@
-//! A flat tree of bounding boxes over triangles, searched for the closest point.
+//! A tree of bounding boxes over triangles, in flat arrays, for closest points and pairs of
+//! overlapping boxes.
 
 use std::ops::Range;
 
@@ -13,32 +14,35 @@ const LEAF: usize = 4;
 struct Node {
     low: DVec3,
     high: DVec3,
-    /// First triangle of a leaf, or index of the second child (the first child follows its parent).
+    /// First triangle of a leaf, or index of the second child. The first child follows its parent.
     start: u32,
     /// Number of triangles of a leaf, 0 for an inner node.
     count: u32,
 }
 
-/// Bounding boxes over triangles.
+/// A tree of bounding boxes over triangles.
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
     nodes: Vec<Node>,
     corners: Vec<[DVec3; 3]>,
     index: Vec<u32>,
-    /// Where each triangle stands in `corners`.
+    /// Index in `corners` of each triangle `[n_triangles]`.
     place: Vec<u32>,
 }
 
-/// A few triangles that stand together.
+/// A leaf of the tree.
 pub(super) struct Leaf {
-    /// Lowest and highest corner of their box.
+    /// Lowest and highest corner of the leaf's box.
     pub(super) bounds: [DVec3; 2],
-    /// Their places in the order of the tree.
+    /// Range of the leaf's triangles in the order of the tree.
     pub(super) places: Range<usize>,
 }
 
 impl TriangleTree {
-    /// Builds the tree; `O(n log n)`.
+    /// Builds the tree in `O(n log n)`.
+    ///
+    /// - `points` `[n_points]`: in any unit
+    /// - `triangles` `[n_triangles]`
     pub fn new(points: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|&triangle| corners(points, triangle)).collect();
         let centres: Vec<DVec3> = corners.iter().map(|[a, b, c]| (a + b + c) / 3.0).collect();
@@ -52,7 +56,7 @@ impl TriangleTree {
         Self { nodes, corners: index.iter().map(|&triangle| corners[triangle as usize]).collect(), index, place }
     }
 
-    /// The closest point; of equally near triangles the one with the lowest index.
+    /// The closest point of the triangles. Among equally near triangles the lowest index wins.
     ///
     /// # Panics
     /// The tree is empty.
@@ -92,7 +96,8 @@ impl TriangleTree {
         best
     }
 
-    /// The triangles in the order of the tree: those that stand together follow each other `[n_triangles]`.
+    /// The triangles in the order of the tree, in which neighbours get close numbers
+    /// `[n_triangles]`.
     pub(super) fn order(&self) -> &[u32] {
         &self.index
     }
@@ -102,8 +107,10 @@ impl TriangleTree {
         &self.corners
     }
 
-    /// Follows the points of its triangles, which it goes on dividing as it did: fast as long as neighbours stay neighbours.
+    /// Moves the boxes to new positions of the points. The tree keeps its division, so it is fast
+    /// as long as neighbours stay neighbours.
     ///
+    /// - `points` `[n_points]`
     /// - `triangles` `[n_triangles]`: in the order of the tree
     pub(super) fn follow(&mut self, points: &[DVec3], triangles: &[[u32; 3]]) {
         for (own, triangle) in self.corners.iter_mut().zip(triangles) {
@@ -122,8 +129,8 @@ impl TriangleTree {
         }
     }
 
-    /// Pairs of nodes that between them hold all pairs of triangles whose boxes have a point in common: some tens of tasks
-    /// for [`Self::each_pair`].
+    /// Pairs of nodes that together hold all pairs of triangles whose boxes overlap: some tens of
+    /// tasks for [`Self::each_pair`].
     pub(super) fn pairs(&self) -> Vec<[u32; 2]> {
         let (mut pairs, mut of_leaves) = (vec![[0, 0]], Vec::new());
         for _ in 0..6 {
@@ -135,8 +142,8 @@ impl TriangleTree {
         pairs
     }
 
-    /// Visits the pairs of leaves below a pair of nodes whose boxes have a point in common, each pair once; a leaf with itself
-    /// is one.
+    /// Visits the pairs of leaves below a pair of nodes whose boxes overlap, each pair once. A leaf
+    /// with itself is a pair too.
     pub(super) fn each_pair(&self, pair: [u32; 2], mut visit: impl FnMut(Leaf, Leaf)) {
         let mut pairs = vec![pair];
         while let Some([a, b]) = pairs.pop() {
@@ -146,7 +153,8 @@ impl TriangleTree {
         }
     }
 
-    /// Adds what a pair of nodes is made of to others; nothing if they are apart. `false` for two leaves, which stay a pair.
+    /// Replaces a pair of nodes by pairs of their children in `pairs`. Adds nothing if the boxes do
+    /// not overlap. Returns `false` for two leaves, which cannot be divided.
     fn divide(&self, [a, b]: [u32; 2], pairs: &mut Vec<[u32; 2]>) -> bool {
         let [of_a, of_b] = [a, b].map(|node| &self.nodes[node as usize]);
         if a == b {
@@ -186,7 +194,8 @@ impl TriangleTree {
     }
 }
 
-/// Builds the node of `index`, whose first element is number `offset` of the whole.
+/// Builds the node for the triangles in `index`, whose first element has the place `offset` in the
+/// whole order.
 fn split(corners: &[[DVec3; 3]], centres: &[DVec3], index: &mut [u32], offset: usize, nodes: &mut Vec<Node>) {
     let [low, high] = bounds(index.iter().flat_map(|&triangle| corners[triangle as usize])).unwrap_or(NOWHERE);
     let this = nodes.len();

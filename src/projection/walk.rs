@@ -1,6 +1,8 @@
-//! Closest points near a vertex of a moved surface, found by walking: from triangle to triangle of one smooth part of it,
-//! or along a curve. A vertex slides by a few edges at most, so a walk is shorter than a search, needs nothing built
-//! beforehand, and never ends on the other side of a thin trailing edge.
+//! Closest points near a vertex of a moved surface, found by a walk: from triangle to triangle of
+//! one smooth part, or along a curve.
+//!
+//! A vertex slides by a few edges at most. So a walk is shorter than a search, needs no tree, and
+//! never ends on the other side of a thin trailing edge.
 
 use glam::DVec3;
 
@@ -8,22 +10,22 @@ use super::Closest;
 use crate::geometry::{self, closest_on_triangle, nearest_on_segment, triangle_normal, unit_normal};
 use crate::mesh::csr::Csr;
 
-/// A surface in parts that a walk does not leave.
+/// A surface in smooth parts. A walk does not leave its part.
 #[derive(Clone, Copy, Debug)]
 pub struct Parts<'a> {
-    /// Points `[n_points]`.
+    /// Points `[n_points]`, in any unit.
     pub points: &'a [DVec3],
     /// Triangles `[n_triangles]`.
     pub triangles: &'a [[u32; 3]],
-    /// Triangles around each point `[n_points]` rows.
+    /// Triangles around each point: `n_points` rows.
     pub around: &'a Csr,
-    /// The part each triangle belongs to `[n_triangles]`.
+    /// The part of each triangle `[n_triangles]`.
     pub part: &'a [u32],
 }
 
 impl Parts<'_> {
-    /// The point of the part nearest to `at` that is reached from triangle `start` by steps that come nearer; of equally
-    /// near triangles the first one reached.
+    /// The point of a part nearest to `at` that a walk from triangle `start` reaches. Each step of
+    /// the walk reduces the distance. Among equally near triangles the first one reached wins.
     pub fn closest(&self, start: u32, at: DVec3) -> Closest {
         let mut best = self.on(start, at);
         loop {
@@ -40,7 +42,7 @@ impl Parts<'_> {
         }
     }
 
-    /// Unit normal of the part at a point on it, continuous across its edges.
+    /// Unit normal of a part at one of its points, continuous across edges.
     pub fn normal(&self, on: &Closest) -> DVec3 {
         let of_point = |point: u32| {
             let area = self.of_part(point, on.triangle).map(|triangle| triangle_normal(self.corners(triangle)));
@@ -56,7 +58,7 @@ impl Parts<'_> {
         unit_normal(self.corners(triangle))
     }
 
-    /// The triangles around a point that are of the same part as this one.
+    /// The triangles around a point in the same part as `triangle`.
     fn of_part(&self, point: u32, triangle: u32) -> impl Iterator<Item = u32> {
         let part = self.part[triangle as usize];
         self.around.row(point as usize).iter().copied().filter(move |&other| self.part[other as usize] == part)
@@ -77,23 +79,25 @@ impl Parts<'_> {
 pub struct OnCurve {
     /// The point itself.
     pub point: DVec3,
-    /// The vertices of the segment it lies on.
+    /// The end points of its segment.
     pub segment: [u32; 2],
-    /// How far along the segment, 0 to 1.
+    /// Parameter along the segment, 0 to 1.
     pub fraction: f64,
 }
 
 /// Curves of straight segments between points.
 #[derive(Clone, Copy, Debug)]
 pub struct Curves<'a, F> {
-    /// Points `[n_points]`.
+    /// Points `[n_points]`, in any unit.
     pub points: &'a [DVec3],
-    /// The two points beside one inside a curve; none at the ends of curves, where walks end too.
+    /// The two neighbours of an inner point of a curve. `None` at the ends of curves, where walks
+    /// stop.
     pub beside: F,
 }
 
 impl<F: Fn(u32) -> Option<[u32; 2]>> Curves<'_, F> {
-    /// The point of the curve nearest to `at` that is reached from `start`, a point inside it, by steps that come nearer.
+    /// The point of the curve nearest to `at` that a walk from `start` reaches, where `start` is an
+    /// inner point. Each step of the walk reduces the distance.
     pub fn closest(&self, start: u32, at: DVec3) -> OnCurve {
         let beside = (self.beside)(start).unwrap_or([start; 2]);
         let mut best = self.on([start, beside[0]], at);
@@ -114,7 +118,7 @@ impl<F: Fn(u32) -> Option<[u32; 2]>> Curves<'_, F> {
         best
     }
 
-    /// Unit direction of the curve at a point on it, continuous across its points.
+    /// Unit direction of the curve at one of its points, continuous across points.
     pub fn direction(&self, on: &OnCurve) -> DVec3 {
         let [from, to] = on.segment;
         let along = self.point(to) - self.point(from);
@@ -132,7 +136,7 @@ impl<F: Fn(u32) -> Option<[u32; 2]>> Curves<'_, F> {
     fn on(&self, segment: [u32; 2], at: DVec3) -> OnCurve {
         let [a, b] = segment.map(|end| self.point(end));
         let (point, fraction) = nearest_on_segment(at, a, b);
-        // To the bit where it is an end.
+        // An end point of the segment keeps its bits.
         let point = if fraction == 1.0 { b } else { point };
         OnCurve { point, segment, fraction }
     }

@@ -1,8 +1,11 @@
-//! What is wrong with a moved mesh, and where: inverted tets in clusters, surface triangles that folded over.
+//! Faults of a moved mesh: clusters of inverted tets, and folded surface triangles.
 //!
-//! All of it is judged in f64 from coordinates alone. Surfaces come as plain arrays: `triangles` `[n_triangles]`, all
-//! turned to the same side, and `opposite` `[3 * n_triangles]`, for the half-edge `3 * triangle + k` its twin in the
-//! neighbouring triangle, as in [`crate::mesh::half_edge::Surface`].
+//! All faults are judged in f64 from coordinates alone. A surface is given by plain arrays, as in
+//! [`crate::mesh::half_edge::Surface`]:
+//!
+//! - `triangles` `[n_triangles]`: vertices of each triangle, all with the same orientation
+//! - `opposite` `[3 * n_triangles]`: for the half-edge `3 * triangle + k` its twin in the
+//!   neighbouring triangle
 
 use std::collections::HashMap;
 
@@ -11,17 +14,19 @@ use rayon::prelude::*;
 
 use crate::geometry::{corners, triangle_normal};
 
-/// Whether a tet of this beta is inverted; one that is no number counts.
+/// Whether a tet with this beta is inverted. NaN counts as inverted.
 pub fn is_inverted(beta: f64) -> bool {
     beta.is_nan() || beta <= 0.0
 }
 
-/// The inverted tets, ascending.
+/// The indices of the inverted tets, ascending.
+///
+/// - `betas` `[n_tets]`
 pub fn inverted(betas: &[f64]) -> Vec<u32> {
     (0..betas.len() as u32).filter(|&tet| is_inverted(betas[tet as usize])).collect()
 }
 
-/// The tets that share a vertex with some of these tets, they themselves included, ascending.
+/// The tets that share a vertex with the tets in `some`, these included, ascending.
 pub fn around(tets: &[[u32; 4]], n_vertices: usize, some: &[u32]) -> Vec<u32> {
     let mut near = vec![false; n_vertices];
     some.iter().flat_map(|&tet| tets[tet as usize]).for_each(|vertex| near[vertex as usize] = true);
@@ -29,23 +34,23 @@ pub fn around(tets: &[[u32; 4]], n_vertices: usize, some: &[u32]) -> Vec<u32> {
     (0..tets.len() as u32).filter(|&tet| touches(&tets[tet as usize])).collect()
 }
 
-/// Inverted tets that hang together by their vertices.
+/// Inverted tets connected by shared vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cluster {
-    /// The tets, ascending.
+    /// Indices of the tets, ascending.
     pub tets: Vec<u32>,
-    /// The tet of the lowest beta.
+    /// The tet with the lowest beta.
     pub worst: u32,
-    /// The centre of the worst tet, in the moved mesh.
+    /// The centre of the worst tet in the moved mesh, in the mesh's unit.
     pub at: DVec3,
 }
 
-/// The inverted tets in clusters, the one with the lowest beta first.
+/// The clusters of inverted tets, the cluster with the lowest beta first.
 ///
 /// - `vertices` `[n_vertices]`, `betas` `[n_tets]`: of the moved mesh
 pub fn clusters(vertices: &[DVec3], tets: &[[u32; 4]], betas: &[f64]) -> Vec<Cluster> {
     let inverted = inverted(betas);
-    // Each tet points to one of its cluster, the lowest to itself.
+    // A forest: each tet points to a tet of its cluster, the root to itself.
     let mut chief: Vec<usize> = (0..inverted.len()).collect();
     let find = |chief: &mut Vec<usize>, mut at: usize| {
         while chief[at] != at {
@@ -85,8 +90,12 @@ fn centre<const N: usize>(vertices: &[DVec3], corners: &[u32; N]) -> DVec3 {
     corners.iter().map(|&vertex| vertices[vertex as usize]).sum::<DVec3>() / N as f64
 }
 
-/// The surface triangle nearest to a cluster's worst place, by centres: of those at the worst tet's vertices, else of
-/// those at the cluster's, else of all; none only where there are no triangles.
+/// The surface triangle nearest to the worst tet of a cluster. Distances are measured between
+/// centres.
+///
+/// The candidates are the triangles at the worst tet's vertices. If there are none, the triangles
+/// at the cluster's vertices are taken, and otherwise all triangles. `None` only if there is no
+/// triangle.
 ///
 /// - `vertices` `[n_vertices]`: of the moved mesh
 pub fn nearest_triangle(
@@ -108,26 +117,30 @@ pub fn nearest_triangle(
     at_vertices_of(&[cluster.worst]).or_else(|| at_vertices_of(&cluster.tets)).or_else(|| nearest(&mut all.clone()))
 }
 
-/// The triangles that a motion turned over against the surface around them, ascending.
+/// The triangles folded by a motion, ascending: each is turned over against the surface around it.
 ///
-/// Across an edge, the angle from one triangle's normal to the other's, about that edge, is the same however the two
-/// stand in space. The edge is *turned* when the motion changed that angle by more than 90 degrees, either way: a fold
-/// changes it by 180, a sharp edge that stays one by nothing. Turned edges cut the surface into parts. The part with the
-/// largest original area (of each connected surface) keeps its side; a part across a turned edge from it is folded, one
-/// across a further turned edge is on its right side again, and so on.
+/// An edge is *turned* if the motion changes the angle between the normals of its two triangles by
+/// more than 90 degrees, either way. The angle is measured about the edge, so a rigid motion does
+/// not change it. A fold changes the angle by 180 degrees; at a sharp edge that keeps its shape the
+/// change is 0.
 ///
-/// A rigid motion of the whole folds nothing, and neither does a crease that ends within the surface: one can walk round
-/// it. A triangle that lost its area has no side and is not counted for that; its tet is inverted.
+/// Turned edges cut the surface into parts. In each connected surface the part with the largest
+/// original area is not folded. A part across a turned edge from an unfolded part is folded, a part
+/// across a further turned edge is not, and so on.
 ///
-/// - `original`, `moved` `[n_vertices]`
+/// A crease that ends inside the surface does not cut it, so it folds no triangle. A triangle that
+/// has lost its area has no normal and is not counted; the tet behind it is inverted.
+///
+/// - `original`, `moved` `[n_vertices]`: positions, in the mesh's unit
 pub fn folded(original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<u32> {
     EdgeAngles::new(original, triangles, opposite).folded(original, moved, triangles, opposite)
 }
 
-/// The angles at the edges of a surface before it moves.
+/// The angles at the edges of a surface before a motion.
 #[derive(Clone, Debug)]
 pub struct EdgeAngles {
-    /// Each edge by the lower of its half-edges, with the cosine and the sine of the angle there, both times a positive number.
+    /// The lower half-edge of each edge, with the cosine and the sine of the edge's angle, both
+    /// times the same positive number.
     edges: Vec<(u32, DVec2)>,
 }
 
@@ -135,9 +148,9 @@ pub struct EdgeAngles {
 const EDGES: usize = 2048;
 
 impl EdgeAngles {
-    /// The angles of a surface.
+    /// Measures the angles of a surface.
     ///
-    /// - `original` `[n_vertices]`
+    /// - `original` `[n_vertices]`: positions, in the mesh's unit
     pub fn new(original: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Self {
         let normals: Vec<DVec3> = triangles.iter().map(|&triangle| normal(original, triangle)).collect();
         let lower = (0..opposite.len() as u32).filter(|&half_edge| half_edge < opposite[half_edge as usize]);
@@ -148,7 +161,7 @@ impl EdgeAngles {
         Self { edges: lower.map(angle).collect() }
     }
 
-    /// As [`folded()`], of the same surface.
+    /// [`folded()`] for the surface that these angles were measured on.
     pub fn folded(&self, original: &[DVec3], moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<u32> {
         let normals: Vec<DVec3> =
             triangles.par_iter().with_min_len(EDGES).map(|&triangle| normal(moved, triangle)).collect();
@@ -170,7 +183,8 @@ impl EdgeAngles {
     }
 }
 
-/// The triangles on the other side of turned half-edges `[3 * n_triangles]`, ascending; see [`folded()`].
+/// The triangles turned over, ascending, given the turned half-edges `[3 * n_triangles]`; see
+/// [`folded()`].
 fn turned_over(original: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32], turned: &[bool]) -> Vec<u32> {
     let (part, area) = parts(original, triangles, opposite, turned);
     let mut beside: Vec<Vec<u32>> = vec![Vec::new(); area.len()];
@@ -206,7 +220,8 @@ fn turned_over(original: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32], tur
     (0..triangles.len() as u32).filter(is_folded).collect()
 }
 
-/// The parts between turned edges: the part of each triangle `[n_triangles]` and the area of each part `[n_parts]`.
+/// The part of each triangle `[n_triangles]` and the area of each part `[n_parts]`. Turned edges
+/// bound the parts.
 fn parts(vertices: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32], turned: &[bool]) -> (Vec<u32>, Vec<f64>) {
     let mut part = vec![u32::MAX; triangles.len()];
     let mut area = Vec::new();
@@ -233,7 +248,8 @@ fn parts(vertices: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32], turned: &
     (part, area)
 }
 
-/// Cosine and sine of the angle between the normals of the two triangles at an edge, about it, both times a positive number.
+/// Cosine and sine of the angle between the normals of the two triangles at an edge, measured about
+/// the edge. Both are multiplied by the same positive number.
 fn edge_angle(vertices: &[DVec3], normals: &[DVec3], triangles: &[[u32; 3]], half_edge: usize, twin: usize) -> DVec2 {
     let corners = triangles[half_edge / 3];
     let (from, to) = (corners[half_edge % 3], corners[(half_edge + 1) % 3]);
@@ -242,7 +258,7 @@ fn edge_angle(vertices: &[DVec3], normals: &[DVec3], triangles: &[[u32; 3]], hal
     DVec2::new(own.dot(other), along.dot(own.cross(other)))
 }
 
-/// Normal of a triangle, as long as twice its area.
+/// Normal of a triangle. Its length is twice the area.
 fn normal(vertices: &[DVec3], triangle: [u32; 3]) -> DVec3 {
     triangle_normal(corners(vertices, triangle))
 }

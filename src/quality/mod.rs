@@ -1,4 +1,5 @@
-//! Measures of the tets: signed volume and the paper's beta; and what is wrong with a moved mesh ([`faults`]).
+//! Quality of the tets: signed volume and the paper's beta. [`faults`] finds inverted tets and
+//! folded triangles.
 
 pub mod faults;
 
@@ -7,20 +8,25 @@ use rayon::prelude::*;
 
 use crate::geometry::{corners, triangle_normal};
 
-/// Signed volume of a tet, positive when the fourth vertex lies on the side of the first three's right-hand normal.
+/// Signed volume of a tet, in the cube of the mesh's unit.
+///
+/// Positive if the fourth vertex lies on the side of the right-hand normal of the first three.
 pub fn volume(tet: [DVec3; 4]) -> f64 {
     let [a, b, c, d] = tet;
     triangle_normal([a, b, c]).dot(d - a) / 6.0
 }
 
-/// `V / l_max^3` of a tet, signed (paper eq. 1): 0.11785 for the regular tet, zero or negative when inverted.
+/// Quality of a tet (paper eq. 1): `beta = V / l_max^3`, signed, without unit.
+///
+/// 0.11785 for the regular tet, zero or negative for an inverted one, NaN if all four vertices
+/// coincide.
 pub fn beta(tet: [DVec3; 4]) -> f64 {
     let [a, b, c, d] = tet;
     let longest = [b - a, c - a, d - a, c - b, d - b, d - c].into_iter().map(DVec3::length_squared).fold(0.0, f64::max);
     volume(tet) / (longest * longest.sqrt())
 }
 
-/// Statistics of beta over a mesh, as in the paper's Table 1.
+/// Statistics of beta over a mesh, as in the paper's Table 1. Beta has no unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
     /// Smallest beta.
@@ -29,19 +35,21 @@ pub struct Statistics {
     pub max: f64,
     /// Arithmetic mean of beta.
     pub mean: f64,
-    /// Number of tets whose volume is not positive.
+    /// Number of tets without positive volume.
     pub inverted: usize,
 }
 
 /// Beta of every tet `[n_tets]`.
+///
+/// - `vertices` `[n_vertices]`: positions, in any unit
 pub fn betas(vertices: &[DVec3], tets: &[[u32; 4]]) -> Vec<f64> {
     tets.par_iter().map(|tet| beta(corners(vertices, *tet))).collect()
 }
 
-/// [`betas`] after a motion: tets of which no vertex moved keep theirs.
+/// [`betas`] after a motion. A tet none of whose vertices moved keeps its value.
 ///
-/// - `betas` `[n_tets]`: with the vertices at `from` `[n_vertices]`
-/// - `to` `[n_vertices]`
+/// - `betas` `[n_tets]`: with the vertices at `from`
+/// - `from`, `to` `[n_vertices]`: positions before and after, in the same unit
 pub fn betas_after(mut betas: Vec<f64>, from: &[DVec3], to: &[DVec3], tets: &[[u32; 4]]) -> Vec<f64> {
     let moved: Vec<bool> = from.iter().zip(to).map(|(from, to)| from != to).collect();
     if moved.contains(&true) {
@@ -55,9 +63,10 @@ pub fn betas_after(mut betas: Vec<f64>, from: &[DVec3], to: &[DVec3], tets: &[[u
 }
 
 impl Statistics {
-    /// The statistics of these values. A NaN counts as inverted and shows in all three figures.
+    /// Statistics of the betas `[n_tets]`. A NaN counts as inverted, and makes minimum, maximum and
+    /// mean NaN.
     pub fn new(betas: &[f64]) -> Self {
-        // Beside each other, which the processor does at once.
+        // Independent lanes, which the processor computes at once.
         const LANES: usize = 8;
         let (mut min, mut max) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
         let (mut sum, mut inverted) = ([0.0; LANES], [0; LANES]);
@@ -71,7 +80,7 @@ impl Statistics {
         groups.iter().for_each(|group| (0..LANES).for_each(|lane| add(lane, group[lane])));
         rest.iter().enumerate().for_each(|(lane, &beta)| add(lane, beta));
         let mean = sum.iter().sum::<f64>() / betas.len() as f64;
-        // No number is less or greater than a NaN; the sum has it.
+        // Comparisons drop a NaN, but the sum keeps it.
         let or_nan = |value: f64| if mean.is_nan() { f64::NAN } else { value };
         Self {
             min: or_nan(min.into_iter().fold(f64::INFINITY, f64::min)),

@@ -1,22 +1,26 @@
-//! The part of a network that moves, in the network's order ([`crate::mesh::Order`] makes one in which neighbours stand close
-//! together).
+//! The free part of a network: the vertices that move.
+//!
+//! The vertices keep the order of the network ([`crate::mesh::Order`] numbers neighbours closely).
 
 use std::sync::Arc;
 
 use super::Network;
 use crate::mesh::csr::Csr;
 
-/// The vertices of a network that may move and have springs, as a network of their own: what a device sweeps. Springs to the
-/// others, whose corrections are zero, become anchors: the equilibrium of corrections stays what it was.
+/// The vertices of a network that may move and have springs, as a network of their own, which a
+/// device sweeps.
+///
+/// The corrections of all other vertices are zero. Springs to them become anchors, so the
+/// equilibrium does not change.
 pub struct FreeRows {
-    /// The network.
+    /// The network of these vertices.
     pub network: Network,
-    /// For each of its vertices the one of the whole network.
+    /// Index in the whole network of each vertex.
     pub vertices: Vec<u32>,
 }
 
 impl FreeRows {
-    /// The part of `whole` that moves.
+    /// The free part of `whole`.
     pub fn new(whole: &Network) -> Self {
         let vertices: Vec<u32> = (0..whole.len() as u32).filter(|&row| whole.moves(row as usize)).collect();
         let mut place = vec![u32::MAX; whole.len()];

@@ -1,13 +1,19 @@
-//! Relaxing a spring network to equilibrium: the one solver every stage uses.
+//! Relaxation of a spring network to equilibrium: the one solver of every stage.
 //!
-//! Equilibrium of vertex `i` is `sum_j k_ij (u_j - u_i) - anchor_i u_i = 0` (the segment springs of Batina, the
-//! paper's first reference), a linear system with a symmetric M-matrix in which x, y and z decouple. [`Relaxer`] computes its
-//! residual in f64, lets a [`crate::backend::DeviceNetwork`] sweep a correction, adds it, and repeats while the
-//! backend's precision is coarser than what was asked. Differences from the paper: Chebyshev-accelerated sweeps beside
-//! its plain Jacobi, and a stopping rule instead of a fixed number of sweeps.
+//! The equilibrium of vertex `i` is `sum_j k_ij (u_j - u_i) - anchor_i u_i = 0` (the segment
+//! springs of Batina, the paper's first reference). It is a linear system with a symmetric
+//! M-matrix, in which x, y and z decouple.
 //!
-//! **Stopping rule.** `tolerance` bounds the estimated distance of each vertex from its converged place, as a fraction
-//! of that vertex's shortest edge: it means the same on every mesh size and in every unit of length.
+//! A [`Relaxer`] is made once per network. It computes the residual in f64, lets a
+//! [`crate::backend::DeviceNetwork`] sweep a correction, and adds the correction. It repeats these
+//! steps while the precision of the backend is coarser than the tolerance.
+//!
+//! Differences from the paper: Chebyshev-accelerated sweeps and multigrid cycles beside plain
+//! Jacobi sweeps, and a stopping rule instead of a fixed number of sweeps.
+//!
+//! **Stopping rule.** `tolerance` bounds the estimated distance of each vertex from its converged
+//! position, as a fraction of the vertex's shortest edge. So it has the same meaning on every mesh
+//! size and in every unit of length.
 
 mod free_rows;
 pub mod multigrid;
@@ -22,17 +28,18 @@ pub use relaxer::{Convergence, Relaxer};
 pub use schedule::Method;
 pub use spectrum::Spectrum;
 
-/// How far to relax.
+/// The stopping rule of a relaxation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stopping {
-    /// Largest estimated error of a vertex as a fraction of its shortest edge.
+    /// Largest estimated error of a vertex, as a fraction of its shortest edge.
     pub tolerance: f64,
-    /// Sweeps after which to stop unconverged.
+    /// Sweeps after which a relaxation ends without convergence.
     pub max_sweeps: usize,
 }
 
 impl Default for Stopping {
-    /// 1e-4 of an edge: on a wing with 100 000 tets 1e-2 is already valid and 1e-3 changes no beta in its third digit.
+    /// A tolerance of 1e-4 of an edge. On a wing with 100 000 tets the mesh is valid with 1e-2, and
+    /// with 1e-3 no beta changes in its third digit.
     fn default() -> Self {
         Self { tolerance: 1e-4, max_sweeps: 200_000 }
     }

@@ -1,4 +1,4 @@
-//! A spring network: a graph, its stiffness, and what each vertex may do.
+//! A spring network: a graph, the stiffness of its springs, and the constraints of its vertices.
 
 use std::sync::Arc;
 
@@ -11,33 +11,37 @@ use crate::{
     mesh::{csr::Csr, edges::VertexGraph},
 };
 
-/// Rows per parallel piece: large enough to outweigh scheduling, and fixed, so that sums do not depend on threads.
+/// Rows per parallel piece. The piece is large enough to outweigh scheduling. Its size is fixed, so
+/// sums do not depend on the number of threads.
 const ROWS: usize = 2048;
 
 /// Springs along the edges of a graph.
 #[derive(Clone, Debug)]
 pub struct Network {
-    /// Neighbours of each vertex; networks of one mesh may share it.
+    /// Neighbours of each vertex: `n_vertices` rows. Networks of one mesh may share them.
     pub graph: Arc<Csr>,
-    /// Stiffness of each entry of `graph` `[n_entries]`, `>= 0`.
+    /// Stiffness of the spring of each entry of `graph` `[n_entries]`, `>= 0`.
     pub stiffness: Vec<f64>,
-    /// Stiffness of the spring that ties each vertex to displacement zero `[n_vertices]`.
+    /// Stiffness of each vertex's anchor `[n_vertices]`: a spring to displacement zero.
     pub anchor: Vec<f64>,
-    /// What each vertex may do `[n_vertices]`.
+    /// Constraint of each vertex `[n_vertices]`.
     pub constraint: Vec<Constraint>,
-    /// One over each vertex's shortest edge `[n_vertices]`, 0 where it has none.
+    /// One over the length of each vertex's shortest edge `[n_vertices]`, 0 for a vertex without
+    /// edges.
     pub inverse_length: Vec<f64>,
-    /// One over each row's total stiffness `[n_vertices]`, 0 where there is none.
+    /// One over the total stiffness of each row `[n_vertices]`, 0 for a row without stiffness.
     pub(super) inverse_total: Vec<f64>,
 }
 
 impl Network {
-    /// Springs along these edges.
+    /// A network with springs along the edges of `graph`.
     ///
-    /// - `edges`, `edge_stiffness`, `edge_length` `[n_edges]`
+    /// - `edge_stiffness` `[n_edges]`: `>= 0`, only ratios matter; `edge_length` `[n_edges]`: in
+    ///   the mesh's unit
     /// - `constraint`, `anchor` `[n_vertices]`
     ///
-    /// Vertices that no spring connects to a held or anchored one would float; they become held.
+    /// A vertex that no chain of springs ties to a held or anchored vertex has no equilibrium. Such
+    /// vertices become held.
     pub fn new(
         graph: &VertexGraph,
         edge_stiffness: &[f64],
@@ -54,7 +58,7 @@ impl Network {
         Self::from_rows(Arc::clone(&graph.neighbours), stiffness, anchor, constraint, inverse_length)
     }
 
-    /// A network of these rows, in which nothing floats.
+    /// A network with these rows. Every vertex must be tied to a held or anchored vertex.
     pub(super) fn from_rows(
         graph: Arc<Csr>,
         stiffness: Vec<f64>,
@@ -83,7 +87,7 @@ impl Network {
         self.constraint.is_empty()
     }
 
-    /// The network as a backend sees it.
+    /// The network in the layout for a backend.
     pub fn data(&self) -> NetworkData<'_> {
         NetworkData {
             graph: &self.graph,
@@ -94,8 +98,12 @@ impl Network {
         }
     }
 
-    /// Residual of a displacement `[n_vertices]`, each row divided by its total stiffness and limited to what the vertex
-    /// may do: `P ((sum_j k_ij (u_j - u_i) - anchor_i u_i + force_i) / (sum_j k_ij + anchor_i))`, in the unit of `u`.
+    /// Residual of a displacement `[n_vertices]`, in the unit of the displacement. Each row is
+    /// divided by its total stiffness and projected on the directions of its constraint: `P ((sum_j
+    /// k_ij (u_j - u_i) - anchor_i u_i + force_i) / (sum_j k_ij + anchor_i))`
+    ///
+    /// - `displacement` `[n_vertices]`: in the mesh's unit
+    /// - `force` `[n_vertices]`: in the unit of stiffness times displacement
     pub fn residual(&self, displacement: &[DVec3], force: Option<&[DVec3]>) -> Vec<DVec3> {
         let mut residual = vec![DVec3::ZERO; self.len()];
         residual.par_chunks_mut(ROWS).enumerate().for_each(|(piece, rows)| {
@@ -115,7 +123,8 @@ impl Network {
         residual
     }
 
-    /// `y = D^-1/2 A D^-1/2 x` on the rows that may move; the others count as zero. Used for the spectrum only.
+    /// `y = D^-1/2 A D^-1/2 x` on the rows that may move; other rows are zero. For the spectrum
+    /// only.
     ///
     /// - `scale` `[n_vertices]`: see [`Self::scale`]
     pub(super) fn scaled_product(&self, scale: &[f64], x: &[f64], y: &mut [f64]) {
@@ -131,12 +140,12 @@ impl Network {
         });
     }
 
-    /// `D^-1/2`, zero in the rows that do not move `[n_vertices]`.
+    /// `D^-1/2` `[n_vertices]`, zero in rows that do not move.
     pub(super) fn scale(&self) -> Vec<f64> {
         (0..self.len()).map(|row| if self.moves(row) { self.inverse_total[row].sqrt() } else { 0.0 }).collect()
     }
 
-    /// Whether a vertex has springs and may move along them.
+    /// Whether a vertex has springs and is not held.
     pub(super) fn moves(&self, row: usize) -> bool {
         self.constraint[row] != Constraint::Held && self.inverse_total[row] > 0.0
     }

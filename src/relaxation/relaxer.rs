@@ -1,4 +1,4 @@
-//! Runs sweeps on a device until the displacement is as close to equilibrium as asked.
+//! Runs sweeps or cycles on a device until the displacement is close enough to equilibrium.
 
 use glam::DVec3;
 
@@ -10,34 +10,36 @@ use super::{
 use crate::backend::{Backend, BackendError, DeviceNetwork};
 use crate::constraint::Constraint;
 
-/// A network on a device, ready to be relaxed again and again.
+/// A network on a device. Set up once, relaxed many times.
 pub struct Relaxer {
     network: Network,
-    /// The vertices that move, in the order in which the device has them.
+    /// The vertices that move, in the order of the device.
     moving: Vec<u32>,
-    /// With multigrid alone.
-    joined: Option<AggregateMaps>,
+    /// Only with multigrid.
+    aggregate_maps: Option<AggregateMaps>,
     spectrum: Option<Spectrum>,
     method: Method,
     epsilon: f64,
     device: Box<dyn DeviceNetwork>,
 }
 
-/// How a relaxation ended.
+/// The result of a relaxation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Convergence {
-    /// Whether the estimated error came below the tolerance.
+    /// Whether the estimated error fell below the tolerance.
     pub converged: bool,
-    /// Sweeps done.
+    /// Number of sweeps, or of cycles with multigrid.
     pub sweeps: usize,
-    /// Norm of the f64 residual at the end over that at the start; 0 when there was nothing to do.
+    /// Norm of the f64 residual at the end over the norm at the start. 0 if there was nothing to
+    /// do.
     pub relative_residual: f64,
-    /// Largest estimated error of a vertex as a fraction of its shortest edge.
+    /// Largest estimated error of a vertex, as a fraction of its shortest edge.
     pub error: f64,
 }
 
 impl Convergence {
-    /// Two relaxations as one: their sweeps, and the worse of their ends.
+    /// The results of two relaxations as one: the sum of the sweeps, and the worse of the other
+    /// values.
     pub fn and(self, other: Self) -> Self {
         Self {
             converged: self.converged && other.converged,
@@ -47,68 +49,75 @@ impl Convergence {
         }
     }
 
-    /// Nothing had to move.
+    /// The result if no vertex has to move.
     pub fn nothing_to_do() -> Self {
         Self { converged: true, ..Self::default() }
     }
 }
 
-/// The error is never reckoned to shrink faster than by this factor with each batch: what changes most may hide slower modes
-/// for a while.
+/// Lower bound of the factor by which a batch shrinks the error in the estimate. The modes that
+/// change most may hide slower modes for a while.
 const FASTEST: f64 = 0.25;
 
 impl Relaxer {
-    /// Takes a network to the backend and bounds its spectrum.
+    /// Brings a network to the backend and bounds its spectrum.
     ///
     /// # Errors
-    /// The device failed or the network does not fit.
+    /// The device failed, or the network does not fit the device.
     pub fn new(network: Network, backend: &dyn Backend, method: Method) -> Result<Self, BackendError> {
-        // What the device has been given is not kept here: of a large mesh it is most of the memory.
+        // The data on the device is not kept here as well: for a large mesh it is most of the
+        // memory.
         let FreeRows { network: of_moving, vertices: moving } = FreeRows::new(&network);
         let mut method = method.for_size(moving.len());
         let hierarchy = (method == Method::Multigrid).then(|| Hierarchy::new(&of_moving));
-        let (joined, device, spectrum) = match hierarchy.filter(|hierarchy| hierarchy.depth() > 1) {
+        let (aggregate_maps, device, spectrum) = match hierarchy.filter(|hierarchy| hierarchy.depth() > 1) {
             Some(hierarchy) => {
                 let device = backend.upload_hierarchy(&hierarchy.data(&of_moving))?;
-                (Some(hierarchy.joined()), device, Some(Spectrum::OF_CYCLES))
+                (Some(hierarchy.aggregate_maps()), device, Some(Spectrum::OF_CYCLES))
             }
             None => {
-                // A cycle on one level is no more than its sweeps, and leaves the bounds of cycles.
+                // A cycle on one level is no more than sweeps, and the bounds for cycles do not
+                // hold for it.
                 method = if method == Method::Multigrid { Method::Chebyshev } else { method };
                 (None, backend.upload(&of_moving.data())?, Spectrum::new(&of_moving))
             }
         };
-        Ok(Self { network, moving, joined, spectrum, method, epsilon: backend.epsilon(), device })
+        Ok(Self { network, moving, aggregate_maps, spectrum, method, epsilon: backend.epsilon(), device })
     }
 
-    /// The network.
+    /// The network, in f64.
     pub fn network(&self) -> &Network {
         &self.network
     }
 
-    /// How it is relaxed; never [`Method::Auto`].
+    /// The method in use; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.method
     }
 
-    /// Replaces what the vertices may do. Held vertices must stay held and others not held: the rows that move are kept, and
-    /// the bounds of their spectrum, which holding back directions cannot leave.
+    /// Replaces the constraints `[n_vertices]`. Held vertices must stay held, and no other vertex
+    /// may become held.
+    ///
+    /// The rows that move and the bounds of their spectrum are kept. A constraint restricts
+    /// directions only, and the spectrum stays in the bounds.
     ///
     /// # Errors
     /// The device failed.
     pub fn constrain(&mut self, constraint: Vec<Constraint>) -> Result<(), BackendError> {
         let of_moving = self.gather(&constraint);
         self.network.constraint = constraint;
-        let of_levels = self.joined.as_ref().map(|joined| joined.constraints(&of_moving));
+        let of_levels = self.aggregate_maps.as_ref().map(|aggregate_maps| aggregate_maps.constraints(&of_moving));
         self.device.constrain(&of_levels.unwrap_or(of_moving))
     }
 
     /// Moves the free vertices of `displacement` `[n_vertices]` to equilibrium with the held ones.
     ///
-    /// `force` `[n_vertices]` acts on the vertices, in the unit of stiffness times displacement.
+    /// - `displacement` `[n_vertices]`: on entry the start, on exit the result, in the mesh's unit
+    /// - `force` `[n_vertices]`: forces on the vertices, in the unit of stiffness times
+    ///   displacement
     ///
     /// # Errors
-    /// The device failed. Not converging is no error: see [`Convergence`].
+    /// The device failed. A relaxation that does not converge is no error: see [`Convergence`].
     pub fn relax(
         &mut self,
         displacement: &mut [DVec3],
@@ -121,7 +130,8 @@ impl Relaxer {
             return Ok(Convergence::nothing_to_do());
         };
         let mut result = Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() };
-        // A pass in f32 gains some five digits; more than a handful means that it gains none.
+        // A pass in f32 gains about five digits. After more than a handful of passes nothing more
+        // is gained.
         for _ in 0..8 {
             let pass = self.pass(&residual, spectrum, stopping, result.sweeps)?;
             let correction = self.device.correction()?;
@@ -134,7 +144,8 @@ impl Relaxer {
                 furthest = if moved.is_nan() { f64::NAN } else { furthest.max(moved) };
             }
             residual = self.network.residual(displacement, force);
-            // What rounding may have left of this pass, seen on meshes of 20 000 to 100 000 tets to be a few roundoffs.
+            // Bound of the rounding error that a pass may leave: a few roundoffs on meshes of 20
+            // 000 to 100 000 tets.
             let rounding = 8.0 * self.epsilon * furthest;
             result.sweeps += pass.sweeps;
             result.relative_residual = norm(&residual) / first_norm;
@@ -147,7 +158,7 @@ impl Relaxer {
         Ok(result)
     }
 
-    /// The values of the vertices that move, of those of the whole network.
+    /// The values of the vertices that move, from the values of all vertices of the network.
     fn gather<T: Copy>(&self, of_whole: &[T]) -> Vec<T> {
         self.moving.iter().map(|&vertex| of_whole[vertex as usize]).collect()
     }
@@ -177,11 +188,12 @@ impl Relaxer {
                 return Ok(Pass { sweeps, error: f64::NAN, settled: false });
             }
             largest_change = largest_change.max(measured);
-            // Chebyshev's polynomials oscillate: a change far below what the bounds promise is a coincidence, but for none at all.
+            // Chebyshev's polynomials oscillate. A change far below the promise of the bounds is a
+            // coincidence, unless it is zero.
             let promised = schedule.rate().powi(batch as i32) * last.bound;
             let bound = if measured > 0.0 && promised.is_finite() { measured.max(promised) } else { measured };
             let ratio = bound / last.bound;
-            // The error left is what a geometric series of such batches would still add.
+            // The remaining error is the sum of a geometric series of further batches.
             let shrinks = if count < batch { 1.0 } else { ratio.clamp(FASTEST, 0.99) };
             let error = bound * shrinks / (1.0 - shrinks).max(0.01);
             let at_roundoff = measured >= 0.5 * last.measured && measured <= 100.0 * self.epsilon * largest_change;
@@ -194,20 +206,20 @@ impl Relaxer {
     }
 }
 
-/// By how much the last batch of sweeps moved any vertex, as a fraction of its shortest edge.
+/// The largest change of a vertex by the last batch of sweeps, as a fraction of its shortest edge.
 #[derive(Clone, Copy)]
 struct Change {
     measured: f64,
-    /// What is reckoned with, never much less than the bounds of the spectrum promise.
+    /// The change in the estimate: not much less than the bounds of the spectrum promise.
     bound: f64,
-    /// That over the one of the batch before.
+    /// `bound` over the `bound` of the batch before.
     ratio: f64,
 }
 
 struct Pass {
     sweeps: usize,
     error: f64,
-    /// The pass ended because it was done, not because it ran out of sweeps or diverged.
+    /// The pass reached its end. It did not run out of sweeps or diverge.
     settled: bool,
 }
 

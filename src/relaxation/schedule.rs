@@ -1,25 +1,28 @@
-//! The coefficients of successive sweeps.
+//! The relaxation methods, and the coefficients of their successive sweeps or cycles.
 
 use super::Spectrum;
 use crate::backend::Sweep;
 
-/// How a network is relaxed.
+/// The method by which a network is relaxed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// Chebyshev sweeps for small networks, multigrid cycles for large ones.
     #[default]
     Auto,
-    /// Plain Jacobi sweeps, the paper's.
+    /// Plain Jacobi sweeps, as in the paper.
     Jacobi,
-    /// Jacobi sweeps with Chebyshev's coefficients: the square root of the number of sweeps for one vector more.
+    /// Jacobi sweeps with Chebyshev's coefficients. The number of sweeps is about the square root
+    /// of Jacobi's; one more vector is stored.
     Chebyshev,
-    /// Multigrid cycles with Chebyshev's coefficients: a number of cycles that hardly depends on the size of the mesh.
+    /// Multigrid cycles with Chebyshev's coefficients. The number of cycles hardly depends on the
+    /// size of the mesh.
     Multigrid,
 }
 
-/// Networks of at least so many vertices that move are relaxed by multigrid where the method is [`Method::Auto`].
+/// Number of moving vertices from which [`Method::Auto`] stands for multigrid.
 ///
-/// Milliseconds of set-up + solution to 1e-4 edges on one core (`cargo bench --bench relaxation`, 2-core x86-64 cloud machine):
+/// Milliseconds of set-up + solution to 1e-4 edges on one core (`cargo bench --bench relaxation`,
+/// 2-core x86-64 cloud machine):
 ///
 /// | vertices that move | Chebyshev | multigrid |
 /// |---|---|---|
@@ -30,19 +33,22 @@ pub enum Method {
 /// | 39 304 | 19.7 + 101.2 | 36.7 + 34.9 |
 /// | 117 649 | 80.3 + 423.1 | 127.9 + 116.8 |
 ///
-/// A solution is faster by multigrid from a thousand vertices on, and with its set-up from some 3 000 on. On a GPU, where the small
-/// networks of a hierarchy cost as much as larger ones, the crossover lies higher; it was not measured on hardware.
+/// A solution is faster by multigrid from a thousand vertices on, and with the set-up from some 3
+/// 000 on. On a GPU the small networks of a hierarchy cost as much as larger ones, so the crossover
+/// lies higher; it was not measured on hardware.
 const LARGE: usize = 10_000;
 
-/// Cycles that shrink the error by no more than this have a spectrum wider than its bounds. Where it is a little wider, starting
-/// again would cost more than it brings.
+/// If cycles shrink the error by no more than this factor, their spectrum is wider than its bounds.
+/// Where it is only a little wider, a new start would cost more than it gains.
 const SLOW: f64 = 0.3;
 
-/// Bounds are not made wider than this, where cycles shrink the error by half: below, it is roundoff that does not shrink.
+/// Least lower bound, for which cycles halve the error. If the error shrinks more slowly still, the
+/// remainder is roundoff.
 const LOWEST: f64 = 0.1;
 
 impl Method {
-    /// What [`Method::Auto`] stands for in a network with so many vertices that move; other methods stand for themselves.
+    /// The method for a network with so many moving vertices. Only [`Method::Auto`] depends on the
+    /// number.
     pub fn for_size(self, n_moving: usize) -> Self {
         match self {
             Self::Auto if n_moving >= LARGE => Self::Multigrid,
@@ -51,7 +57,7 @@ impl Method {
         }
     }
 
-    /// The word for it in cases and reports.
+    /// The name in cases and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -62,14 +68,14 @@ impl Method {
     }
 }
 
-/// The sweeps of one pass.
+/// The sequence of sweeps of one pass.
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     method: Method,
     spectrum: Spectrum,
     /// Relaxation factor of the last Chebyshev sweep.
     last: Option<f64>,
-    /// Sweeps since it began.
+    /// Number of sweeps since the start.
     age: usize,
 }
 
@@ -78,23 +84,24 @@ impl Schedule {
         Self { method, spectrum, last: None, age: 0 }
     }
 
-    /// Sweeps between two measures: as many as shrink the error tenfold by the spectrum's bounds, or a single cycle, which
-    /// shrinks it by about as much.
+    /// Sweeps between two measures: by the bounds of the spectrum they shrink the error tenfold.
+    /// With multigrid a single cycle, which shrinks the error by about as much.
     pub(super) fn batch(&self) -> usize {
         if self.method == Method::Multigrid { 1 } else { self.sweeps_per_digit() }
     }
 
-    /// Sweeps that shrink the error tenfold by the spectrum's bounds.
+    /// Sweeps that shrink the error tenfold by the bounds of the spectrum.
     pub(super) fn sweeps_per_digit(&self) -> usize {
         let sweeps = 10f64.ln() / -self.rate().clamp(0.1, 1.0 - 1e-9).ln();
         (sweeps.ceil() as usize).clamp(4, 1 << 20)
     }
 
-    /// By what factor many sweeps shrink the error on average, by the spectrum's bounds.
+    /// The factor by which a sweep shrinks the error on average, by the bounds of the spectrum.
     pub(super) fn rate(&self) -> f64 {
         let Spectrum { low, high } = self.spectrum;
         match self.method {
-            // The iteration matrix has no negative entry, so its largest eigenvalue is its spectral radius (Perron).
+            // The iteration matrix has no negative entry, so its spectral radius is its largest
+            // eigenvalue (Perron).
             Method::Jacobi => 1.0 - low,
             _ => {
                 let root = (high / low).sqrt();
@@ -103,17 +110,19 @@ impl Schedule {
         }
     }
 
-    /// Makes the next cycle the first of others on wider bounds, if the last two shrank the error much less than the bounds promise.
+    /// Restarts the cycles on wider bounds if the last two cycles shrank the error much less than
+    /// the bounds promise.
     ///
-    /// A mode below the bounds fades as Chebyshev's polynomials grow outside `[-1, 1]`, which tells its eigenvalue (after
-    /// Manteuffel, Numer. Math. 28, 1977, 307-327).
+    /// A mode with an eigenvalue below the bounds decays as Chebyshev's polynomials grow outside
+    /// `[-1, 1]`. The rate of decay gives the eigenvalue (after Manteuffel, Numer. Math. 28, 1977,
+    /// 307-327).
     ///
-    /// - `ratios`: of the changes of these cycles and those before
+    /// - `ratios`: for the last two cycles, the change over the change of the cycle before
     pub(super) fn adapt(&mut self, ratios: [f64; 2]) {
         let Spectrum { low, high } = self.spectrum;
         let growth = ratios[1] / self.rate();
         let is_slow = ratios.iter().all(|&ratio| ratio >= SLOW.max(1.3 * self.rate()));
-        // The first cycles of a schedule say little of those to come.
+        // The first cycles of a schedule are not typical of the later ones.
         if self.method != Method::Multigrid || !is_slow || low <= LOWEST || self.age < 4 {
             return;
         }
@@ -121,13 +130,13 @@ impl Schedule {
         *self = Self::new(self.method, Spectrum { low: (0.8 * eigenvalue).clamp(LOWEST, low), high });
     }
 
-    /// The next sweeps.
+    /// The coefficients of the next sweeps.
     pub(super) fn next(&mut self, count: usize) -> Vec<Sweep> {
         (0..count).map(|_| self.sweep()).collect()
     }
 
-    /// Chebyshev semi-iteration for eigenvalues in `[low, high]` (Saad, Iterative Methods, algorithm 12.1, written with
-    /// the change of the displacement instead of a search direction).
+    /// One sweep of Chebyshev semi-iteration for eigenvalues in `[low, high]` (Saad, Iterative
+    /// Methods, algorithm 12.1, with the change of the displacement instead of a search direction).
     fn sweep(&mut self) -> Sweep {
         self.age += 1;
         if self.method == Method::Jacobi {
@@ -155,7 +164,8 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// Cycles until modes of these eigenvalues, each 1 at first, are all below 1e-8; and the lower bound they end with.
+    /// Cycles until modes of these eigenvalues, each 1 at first, are all below 1e-8; and the lower
+    /// bound they end with.
     fn cycles(eigenvalues: &[f64]) -> (usize, f64) {
         let mut schedule = Schedule::new(Method::Multigrid, Spectrum::OF_CYCLES);
         let mut errors: Vec<[f64; 2]> = vec![[1.0, 0.0]; eigenvalues.len()];
@@ -177,8 +187,8 @@ mod tests {
         panic!("{eigenvalues:?} do not fade: {errors:?}");
     }
 
-    /// On the first bounds the mode of eigenvalue 0.2 fades by 0.75 with each cycle and takes 64 of them; on bounds
-    /// that hold it, and end at 0.1 or above, every mode fades by 0.52 or faster.
+    /// On the first bounds the mode of eigenvalue 0.2 fades by 0.75 with each cycle and takes 64 of
+    /// them; on bounds that hold it, and end at 0.1 or above, every mode fades by 0.52 or faster.
     #[test]
     fn bounds_follow_a_mode_below_them() {
         let (cycles, low) = cycles(&[0.2, 0.66, 0.8, 0.9, 1.0]);

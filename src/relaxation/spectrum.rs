@@ -1,13 +1,16 @@
-//! Bounds on the eigenvalues of a network's scaled matrix `D^-1 A`, which lie in `(0, 2)`, or of multigrid cycles on it.
+//! Bounds on the eigenvalues of a network's scaled matrix `D^-1 A`, or of multigrid cycles. The
+//! eigenvalues of `D^-1 A` lie in `(0, 2)`.
 //!
-//! Lanczos' method on `D^-1/2 A D^-1/2`. Its start is the constant displacement, close to the lowest mode of an M-matrix
-//! (which has one sign), with some roughness added to reach the highest. The extreme Ritz values approach the spectrum
-//! from inside, so both ends are widened a little: Chebyshev sweeps converge for a lower bound that is off by a factor
-//! of two either way, but diverge above the upper one.
+//! The bounds come from Lanczos' method on `D^-1/2 A D^-1/2`. Its start vector is the constant
+//! displacement, which is close to the lowest mode of an M-matrix (a mode of one sign), plus some
+//! roughness for the highest modes. The extreme Ritz values approach the spectrum from inside, so
+//! both ends are widened a little. Chebyshev sweeps converge with a lower bound that is wrong by a
+//! factor of two either way, but diverge if an eigenvalue exceeds the upper bound.
 
 use super::Network;
 
-/// Bounds on the eigenvalues of `D^-1 A`, or of `M^-1 A` with `M^-1` what a multigrid cycle makes of a load.
+/// Bounds on the eigenvalues of `D^-1 A`, or of `M^-1 A`, where `M^-1` maps a load to the
+/// correction of a multigrid cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spectrum {
     /// Lower bound, positive.
@@ -16,28 +19,30 @@ pub struct Spectrum {
     pub high: f64,
 }
 
-/// Most Lanczos steps: 30 settle the ends on 100 000 tets, larger meshes take a few more.
+/// Most Lanczos steps. 30 steps settle the ends on 100 000 tets, larger meshes take a few more.
 const MOST_STEPS: usize = 200;
 
-/// Lanczos steps that find the upper end to a few percent.
+/// Number of Lanczos steps that find the upper end to a few percent.
 const HIGHEST_STEPS: usize = 10;
 
-/// How far above the highest Ritz value the spectrum may reach.
+/// Upper bound over the highest Ritz value.
 const MARGIN: f64 = 1.08;
 
 impl Spectrum {
-    /// What multigrid cycles begin with, whatever the mesh. Lanczos' method in the energy of the springs found lowest eigenvalues of
-    /// 0.54 to 0.83 on wings of 54 000 to 921 000 tets, at the price of a seventh of a set-up, and highest ones of 1 but for what
-    /// constraints and the inexact coarsest level do to it. Wider spectra show while they are relaxed; see
-    /// [`super::schedule::Schedule::adapt`].
+    /// The bounds with which multigrid cycles begin, on every mesh.
+    ///
+    /// Lanczos' method in the energy of the springs found lowest eigenvalues of 0.54 to 0.83 on
+    /// wings of 54 000 to 921 000 tets, at the price of a seventh of a set-up. It found highest
+    /// eigenvalues of 1, apart from the effects of constraints and of the inexact coarsest level. A
+    /// wider spectrum shows during the relaxation; see [`super::schedule::Schedule::adapt`].
     pub(super) const OF_CYCLES: Self = Self { low: 0.65, high: 1.02 };
 
-    /// The upper bound alone, from fewer steps; 1 when no vertex can move.
+    /// The upper bound alone, from fewer steps. 1 if no vertex can move.
     pub(super) fn highest(network: &Network) -> f64 {
         Self::from_steps(network, HIGHEST_STEPS).map_or(1.0, |spectrum| spectrum.high)
     }
 
-    /// Estimates the bounds; `None` when no vertex can move.
+    /// Estimates the bounds. `None` if no vertex can move.
     pub fn new(network: &Network) -> Option<Self> {
         Self::from_steps(network, MOST_STEPS)
     }
@@ -81,8 +86,11 @@ impl Spectrum {
         Some(Self::around(bounds))
     }
 
-    /// Ritz values carry the rounding of their steps. On a grid they are the same for a mesh that is turned or in another
-    /// unit, and so is everything that follows from them.
+    /// Rounds the bounds outwards to a grid.
+    ///
+    /// Ritz values carry the rounding errors of their steps. On the grid the bounds are the same
+    /// for a rotated mesh and for the same mesh in another unit, and so are all results that depend
+    /// on them.
     fn around((lowest, highest): (f64, f64)) -> Self {
         let low = (8.0 * (0.8 * lowest).clamp(1e-12, 1.0).log2()).floor() / 8.0;
         let high = (64.0 * MARGIN * highest).ceil() / 64.0;
@@ -106,7 +114,7 @@ fn extremes(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
         count
     };
     let at = |at: usize| off_diagonal.get(at).copied().unwrap_or(0.0);
-    // Gershgorin's bound. Networks of tets end below 2, coarse ones may not.
+    // Gershgorin's bound. Networks of tets end below 2, coarse networks may exceed it.
     let reach = (0..diagonal.len()).map(|row| diagonal[row] + at(row) + if row == 0 { 0.0 } else { at(row - 1) });
     let reach = reach.fold(0.0, f64::max);
     let bisect = |wanted: usize| {

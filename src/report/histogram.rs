@@ -1,16 +1,16 @@
-//! The distribution of beta as a picture (the paper's Fig. 9).
+//! The distribution of beta as a chart (the paper's Fig. 9).
 
 use std::fmt::Display;
 
 use super::svg::{Attributes, COLOURS, Pixels, Svg};
 use crate::quality::Statistics;
 
-/// One distribution of a [`histogram_svg`].
+/// One curve of a [`histogram_svg`].
 #[derive(Clone, Copy, Debug)]
 pub struct Series<'a> {
     /// Name in the legend.
     pub name: &'a str,
-    /// Beta of each tet `[n_tets]`; values that are not finite are left out.
+    /// Beta of each tet `[n_tets]`. Values that are not finite are left out.
     pub beta: &'a [f64],
 }
 
@@ -21,12 +21,14 @@ const RIGHT: f64 = 24.0;
 const TOP: f64 = 52.0;
 const BOTTOM: f64 = 64.0;
 
-/// Width of a bin. Beta ends at 0.11785 (the regular tet), so a valid mesh fills at most 48 bins.
+/// Width of a bin. The largest beta is 0.11785 (the regular tet), so a valid mesh fills at most 48
+/// bins.
 const BIN: f64 = 0.0025;
-/// Bins right of zero.
+/// Number of bins right of zero.
 const POSITIVE_BINS: i64 = 48;
 
-/// A chart of how many tets have which beta, one outline per series.
+/// A chart of the number of tets in each bin of beta, as an SVG document. Each series has one
+/// outline.
 pub fn histogram_svg(title: &str, series: &[Series]) -> String {
     let first_bin = series.iter().flat_map(|series| series.beta).filter(|beta| beta.is_finite()).map(|&beta| bin(beta));
     let first_bin = first_bin.fold(0, i64::min);
@@ -51,7 +53,7 @@ pub fn histogram_svg(title: &str, series: &[Series]) -> String {
 }
 
 fn bin(beta: f64) -> i64 {
-    // The clamp keeps a value that is no beta at all from asking for endless bins.
+    // The clamp limits the number of bins for values that cannot be a beta.
     ((beta / BIN).floor() as i64).clamp(-POSITIVE_BINS, POSITIVE_BINS - 1)
 }
 
@@ -63,7 +65,7 @@ fn count(beta: &[f64], first_bin: i64, n_bins: usize) -> Vec<usize> {
     counts
 }
 
-/// A round step (1, 2 or 5 times a power of ten) that gives at most six ticks.
+/// A round step (1, 2 or 5 times a power of ten) with at most six ticks.
 fn tick_size(largest: usize) -> usize {
     let mut power = 1;
     loop {
@@ -87,7 +89,7 @@ fn axes(
         line(svg, [left, y], [right, y], &[("stroke", &"#ddd")]);
         label(svg, [left - 8.0, y + 4.5], "end", count);
     }
-    // A label every eight bins is every 0.02.
+    // A label every eight bins, that is every 0.02.
     for bin in (first_bin..=last_bin).filter(|bin| bin.rem_euclid(8) == 0) {
         let x = x(bin);
         line(svg, [x, bottom], [x, bottom + 5.0], &[("stroke", &"#222")]);
@@ -95,7 +97,7 @@ fn axes(
     }
     line(svg, [left, bottom], [right, bottom], &[("stroke", &"#222")]);
     if first_bin < 0 {
-        // Left of this line tets are inverted.
+        // The line separates inverted tets, on its left, from valid ones.
         let zero = x(0);
         line(svg, [zero, y(top)], [zero, bottom], &[("stroke", &"#222"), ("stroke-dasharray", &"4 3")]);
         label(svg, [zero - 6.0, y(top) + 12.0], "end", "inverted");

@@ -1,7 +1,7 @@
-//! What a run tells about itself: the JSON report, the table of the four stages, the distribution of beta.
+//! The report of a run: JSON, the table of the four stages, and the distribution of beta.
 //!
-//! The structs are plain data and serialise to the report other programs read; field names are therefore part of
-//! idmesh's interface. Numbers that are not finite become `null` there.
+//! The structs are plain data. They serialise to the JSON report, which other programs read, so
+//! field names are part of idmesh's interface. Numbers that are not finite become `null`.
 
 mod histogram;
 #[doc(hidden)]
@@ -27,31 +27,31 @@ pub struct RunReport {
     pub idmesh: String,
     /// The case file, as the user named it.
     pub case: String,
-    /// The design, where several are run on one mesh.
+    /// Name of the design, if several are run on one mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<String>,
-    /// Where the arithmetic ran.
+    /// The device that computed.
     pub backend: Backend,
     /// Size of the mesh.
     pub mesh: Mesh,
     /// Quality and time of each stage, in order.
     pub stages: Vec<StageQuality>,
-    /// How true each family stayed to its shape, by name.
+    /// Deviations of each family from its shape, by name.
     pub families: BTreeMap<String, FamilyReport>,
-    /// How true each wing is to its new profiles, by family name.
+    /// Deviations of each wing from its new profiles, by family name.
     pub profiles: BTreeMap<String, ProfileReport>,
-    /// How the volume's network was relaxed.
+    /// The relaxation of the volume's network.
     pub solver: Solver,
-    /// The steps of the inside.
+    /// The steps of the volume stage.
     pub path: Path,
-    /// What local optimisation did, where it ran.
+    /// Local optimisation, if it ran.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<Smoothing>,
-    /// Where the time went.
+    /// Seconds of each part of the run.
     pub seconds: Seconds,
 }
 
-/// Where the arithmetic ran.
+/// The device that computed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Backend {
     /// `"gpu"` or `"cpu"`.
@@ -76,16 +76,17 @@ pub struct Mesh {
 /// Size of a family.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FamilySize {
-    /// Number of vertices of its triangles.
+    /// Number of vertices of the family's triangles.
     pub vertices: usize,
     /// Number of triangles.
     pub triangles: usize,
 }
 
 impl Mesh {
-    /// Counts a mesh.
+    /// Counts the entities of a mesh.
     pub fn of(mesh: &TetMesh) -> Self {
-        // A vertex counts once per family; the family that counted it last is kept per vertex, family by family.
+        // A vertex counts once per family. Families come one after another, and each vertex keeps
+        // the last family that counted it.
         let mut sizes = vec![FamilySize::default(); mesh.families.len()];
         let mut counted_for = vec![usize::MAX; mesh.vertices.len()];
         let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
@@ -104,26 +105,26 @@ impl Mesh {
     }
 }
 
-/// What local optimisation did.
+/// The result of local optimisation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Smoothing {
-    /// Sweeps over the vertices at bad tets.
+    /// Number of sweeps over the vertices at bad tets.
     pub sweeps: usize,
-    /// Vertices it moved.
+    /// Number of vertices that local optimisation moved.
     pub moved: usize,
 }
 
-/// Where the time went, s.
+/// Seconds of each part of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Reading the mesh and the profiles.
+    /// Reading of the mesh and the profiles.
     pub read: f64,
-    /// What is done once per mesh.
+    /// Set-up, once per mesh.
     pub setup: f64,
-    /// What every design costs: all stages, no files.
+    /// Update, once per design: all stages, no files.
     pub update: f64,
-    /// Writing the moved mesh.
+    /// Writing of the moved mesh.
     pub write: f64,
-    /// All of it.
+    /// The whole run.
     pub total: f64,
 }

@@ -1,8 +1,8 @@
-//! SVG, written by hand: charts need no plotting library, and the same numbers give the same bytes.
+//! SVG documents, written without a plotting library. The same numbers give the same bytes.
 
 use std::fmt::{self, Display, Formatter, Write};
 
-/// Colours that stay apart for colour-blind readers and in print (Okabe and Ito).
+/// Colours that colour-blind readers can tell apart, also in print (Okabe and Ito).
 pub const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
 
 /// Names and values of an element's attributes.
@@ -18,16 +18,17 @@ impl Display for Pixels {
     }
 }
 
-/// A picture on white ground, one element a line.
+/// A picture on a white ground, with one element per line.
 #[derive(Clone, Debug)]
 pub struct Svg {
     text: String,
 }
 
 impl Svg {
-    /// An empty picture of this size in pixels.
+    /// An empty picture.
     ///
-    /// - `title`: what browsers and readers for the blind say of it
+    /// - `width`, `height`: in pixels
+    /// - `title`: description for browsers and screen readers
     pub fn new(width: f64, height: f64, title: &str) -> Self {
         let mut svg = Self { text: String::new() };
         svg.tag(

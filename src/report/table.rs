@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::mover::{StageName, StageQuality};
 
-/// The stages as aligned columns, a line each, header first.
+/// The stages as aligned columns: a header line, then one line per stage.
 pub fn stage_table(stages: &[StageQuality]) -> String {
     let mut rows =
         vec![["stage", "beta min", "beta max", "beta mean", "inverted", "seconds"].map(str::to_owned).to_vec()];
@@ -27,12 +27,14 @@ pub fn stage_table(stages: &[StageQuality]) -> String {
     aligned(&rows)
 }
 
-/// Beta with the paper's decimals, or in powers of ten where those would leave few digits (boundary layers).
+/// Beta with the paper's number of decimals, or in powers of ten where the decimals would leave few
+/// digits (boundary layers).
 pub(crate) fn beta_text(beta: f64, decimals: usize) -> String {
     if beta != 0.0 && beta.abs() < 1e-3 { format!("{beta:.3e}") } else { format!("{beta:.decimals$}") }
 }
 
-/// Rows as lines: the first column to the left, the others to the right, two spaces between.
+/// Rows as aligned lines: the first column to the left, the others to the right, two spaces between
+/// columns.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width: Vec<usize> = (0..columns)

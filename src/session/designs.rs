@@ -1,4 +1,5 @@
-//! The designs of a batch: the files of a folder or of a list, and the share of them that a job of an array takes.
+//! The designs of a batch: the files of a folder or of a list, and the share of them that a job of
+//! an array takes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -79,12 +80,14 @@ impl Shard {
     }
 }
 
-/// The designs of a folder, sorted by name; or those that a text file names, one a line, relative to it, with comments from
-/// `#` on. A design is a file with one of some extensions, named `NAME.TABLE.EXT` where there are several tables, or a folder
-/// with a file `TABLE.EXT` for each table.
+/// The designs of a folder, sorted by name; or those that a text file names, one a line, relative
+/// to it, with comments from `#` on. A design is a file with one of some extensions, named
+/// `NAME.TABLE.EXT` where there are several tables, or a folder with a file `TABLE.EXT` for each
+/// table.
 ///
 /// # Errors
-/// It cannot be read, names none, or two with the same name before their extensions, or a file's name has no table.
+/// It cannot be read, names none, or two with the same name before their extensions, or a file's
+/// name has no table.
 pub fn find_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Vec<DesignFiles>, SessionError> {
     let cannot_read = |source| SessionError::UnreadableDesigns { path: path.to_path_buf(), source };
     let paths = if path.is_dir() {

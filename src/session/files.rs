@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use crate::formats::{self, write_atomically};
 
-/// A folder for outputs that is there when it is needed, and gone again if nothing was written into it.
+/// A folder for outputs that is there when it is needed, and gone again if nothing was written into
+/// it.
 #[derive(Debug, Default)]
 pub struct Folder {
     /// The folders that were made, outermost first.

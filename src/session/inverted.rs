@@ -10,8 +10,9 @@ use crate::formats::{Cells, Fields, write_vtu};
 use crate::mover::Outcome;
 use crate::quality::faults;
 
-/// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its `beta` tells them apart.
-/// Without inverted tets it is those at the surface triangles where the surface passes through itself.
+/// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its
+/// `beta` tells them apart. Without inverted tets it is those at the surface triangles where the
+/// surface passes through itself.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,5 +1,5 @@
-//! The reports of a batch as JSON Lines: appended one by one, and taken up again after a run that was
-//! stopped.
+//! The reports of a batch as JSON Lines: appended one by one, and taken up again after a run that
+//! was stopped.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -47,8 +47,8 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Reads the lines of a file, if there is one: all but those of designs to be done again, and but a last one that was
-    /// torn when its writer was stopped.
+    /// Reads the lines of a file, if there is one: all but those of designs to be done again, and
+    /// but a last one that was torn when its writer was stopped.
     ///
     /// # Errors
     /// The file cannot be read, or holds something else than reports.
@@ -72,7 +72,8 @@ impl Kept {
                         kept.failed.insert(design.to_owned(), failed);
                     }
                 }
-                // What follows the last line end is a torn line, or nothing; but a torn line begins like one.
+                // What follows the last line end is a torn line, or nothing; but a torn line begins
+                // like one.
                 _ if index + 1 == lines.len() && (line.is_empty() || line.starts_with(b"{")) => {}
                 _ => {
                     return Err(SessionError::NoReport { path: path.to_path_buf(), line: index + 1 });

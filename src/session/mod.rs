@@ -1,4 +1,5 @@
-//! What front ends share: a loaded case with its mover, the names of outputs, the designs of a batch.
+//! What front ends share: a loaded case with its mover, the names of outputs, the designs of a
+//! batch.
 //!
 //! | file | holds |
 //! |---|---|

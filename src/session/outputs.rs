@@ -67,7 +67,8 @@ impl Outputs {
         self.histogram.iter().try_for_each(|path| check_writable(path))
     }
 
-    /// What the meshes will not hold, with the path; of meshes to look at in ParaView it is only a detail.
+    /// What the meshes will not hold, with the path; of meshes to look at in ParaView it is only a
+    /// detail.
     ///
     /// # Errors
     /// A path has the extension of no format.
@@ -82,8 +83,8 @@ impl Outputs {
         Ok(losses)
     }
 
-    /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and the
-    /// cells in question alone. Returns the files written.
+    /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and
+    /// the cells in question alone. Returns the files written.
     ///
     /// # Errors
     /// A vertex has no finite position, or a file cannot be written.
@@ -133,8 +134,8 @@ pub struct Loss {
 }
 
 impl LoadedCase {
-    /// Writes the moved mesh where the case says, by the rule for names of [`crate::session::Outputs`].
-    /// Returns the files written.
+    /// Writes the moved mesh where the case says, by the rule for names of
+    /// [`crate::session::Outputs`]. Returns the files written.
     ///
     /// ```no_run
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -56,7 +56,8 @@ impl Varied {
     /// The case's design with what files say in place of what it varies.
     ///
     /// # Errors
-    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than those cut from the mesh.
+    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than
+    /// those cut from the mesh.
     pub fn read(&self, case: &LoadedCase, design_files: &DesignFiles) -> Result<Design, SessionError> {
         let mut design = case.design.clone();
         match self {

@@ -1,17 +1,19 @@
-//! Colours for vertices: two vertices of one colour share no tet, so they can move at the same time.
+//! Colours of vertices. Two vertices of one colour share no tet, so they can move at the same time.
 
 use crate::mesh::csr::Csr;
 
-/// The colour of a vertex that has none.
+/// Stands for no colour.
 pub const NONE: u32 = u32::MAX;
 
-/// Gives each of these vertices the lowest colour free around it, one after another `[n_moving]`.
+/// Gives each vertex in `moving` the lowest colour free around it, one vertex after another
+/// `[n_moving]`.
 ///
-/// - `vertex_tets` `[n_vertices]` rows, each entry `tet * 4 + local vertex`
+/// - `tets` `[n_tets]`
+/// - `vertex_tets` `[n_vertices]` rows, each entry is `tet * 4 + local vertex`
 /// - `moving`: the vertices, each once
-/// - `scratch` `[n_vertices]`: [`NONE`] everywhere, and so it is again in the end
+/// - `scratch` `[n_vertices]`: [`NONE`] everywhere, on entry and on exit
 pub fn colour(tets: &[[u32; 4]], vertex_tets: &Csr, moving: &[u32], scratch: &mut [u32]) -> Vec<u32> {
-    // For each colour the last vertex that saw it taken.
+    // For each colour the last vertex that found it taken.
     let mut taken: Vec<u32> = Vec::new();
     for &vertex in moving {
         for &entry in vertex_tets.row(vertex as usize) {

@@ -1,19 +1,27 @@
-//! Local quality optimisation: untangles inverted tets and improves bad ones, vertex by vertex.
+//! Local optimisation: moves single vertices until no tet is inverted and the worst tets have a
+//! better shape.
 //!
-//! Each vertex moves to lower `E = sum over its tets of (q w^size)^m` ([`crate::kernels::smooth_vertices`]), the vertices
-//! of one colour at once, so the result does not depend on the order of threads. Only where a tet is below the goal
-//! vertices move; elsewhere the mesh keeps its bits, and nothing is computed.
+//! The paper ends with the mesh that the springs give, and has no local optimisation. The volume
+//! stage runs it when the worst beta calls for it.
 //!
-//! A run goes in rounds of a few sweeps. After each, quality is measured in f64, and the active vertices, the
-//! regularisation and the power `m` follow from it: 1 while a tet is inverted, then 2. That sum settles where good tets
-//! balance bad ones, and its mean ratio is not beta. So when the worst tet stops improving below the goal, the vertices
-//! of bad tets climb on beta itself ([`crate::kernels::raise_worst_beta`]), whatever the target, which costs far less.
+//! **Two methods.** The first lowers the objective `E = sum over a vertex's tets of (q w^size)^m`
+//! ([`crate::kernels::smooth_vertices`]), a sum of powers of mean ratios. `E` also falls where tets
+//! are inverted. Its minimum balances good and bad tets, and a mean ratio is not beta. So when the
+//! worst tet stops improving below the goal, the second method raises the worst betas directly
+//! ([`crate::kernels::raise_worst_beta`]), for a fraction of the cost.
 //!
-//! Vertices of surfaces are held at first. Where that does not reach the goal and a run has a [`SurfaceMotion`], they take part:
-//! constrained to tangents in a round and brought back after it.
+//! **Rounds.** A run consists of rounds of a few sweeps. In a sweep the vertices of one colour move
+//! at once, so the result does not depend on the number of threads. Vertices move only near tets
+//! below the goal; elsewhere the mesh keeps its bits, and nothing is computed. After each round
+//! quality is measured in f64. The active vertices, the regularisation and the power `m` follow
+//! from the measure: `m` is 1 while a tet is inverted, then 2.
 //!
-//! Source: Escobar et al. 2003 (CMAME 192, 2775-2787) for the regularised measure; the sum over powers of the mean ratio
-//! as in Freitag Diachin et al. 2006 (Eng. Comput. 22, 61-74).
+//! **Surfaces.** Vertices of surfaces are held at first. If the goal is not reached and a run has a
+//! [`SurfaceMotion`], they take part: each round constrains them to tangent planes or lines, and in
+//! the end puts them back on their surface.
+//!
+//! Source: Escobar et al. 2003 (CMAME 192, 2775-2787) for the regularised measure; Freitag Diachin
+//! et al. 2006 (Eng. Comput. 22, 61-74) for the sum of powers of the mean ratio.
 
 mod colouring;
 mod neighbourhood;
@@ -35,117 +43,124 @@ use crate::quality;
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
 
-/// Sweeps between two looks at the mesh.
+/// Sweeps of a round.
 const ROUND: usize = 4;
 
 /// Rounds without improvement after which a method ends.
 const PATIENCE: usize = 3;
 
-/// The same while a tet is inverted: the number of inverted tets falls in fits. With 3 a wing turned by 100 degrees in one
-/// jump and then improved to 0.02 stays at 114 inverted tets of 30 000; with 10 none is left.
+/// Rounds without improvement after which a method ends while a tet is inverted. The number of
+/// inverted tets does not fall in every round. With 3, a wing turned by 100 degrees in one jump and
+/// optimised to 0.02 keeps 114 inverted tets of 30 000; with 10 none is left.
 const PATIENCE_TANGLED: usize = 10;
 
-/// The worst tet improves when its beta rises by this fraction.
+/// The worst tet counts as improved when its beta rises by this fraction.
 const IMPROVES: f64 = 1e-3;
 
-/// In a valid mesh the sum of powers is lowered no longer once a round raises the smallest beta by less than this
-/// fraction: climbing takes it from there, at a hundredth of the cost. On a wing turned by 120 degrees the sum alone takes
-/// 30 rounds from 0.0026 to 0.0053, and climbing six, of a tenth of the time each, from there to 0.0126.
+/// In a valid mesh the first method ends once a round raises the smallest beta by less than this
+/// fraction. The second method then continues at a hundredth of the cost. On a wing turned by 120
+/// degrees the first method takes 30 rounds from 0.0026 to 0.0053. The second takes six rounds, of
+/// a tenth of the time each, from there to 0.0126.
 const FADES: f64 = 0.05;
 
-/// Above this share of the goal the sum goes on: its Newton steps settle what is nearly there better than a climb.
+/// Above this share of the goal the first method continues: near the goal its Newton steps are
+/// better than gradient steps.
 const NEAR: f64 = 0.9;
 
 /// Power `m` of the objective while a tet is inverted.
 const POWER_TANGLED: u32 = 1;
 
-/// Power `m` in valid meshes. On a wing turned by 30 degrees 1 takes six times the sweeps to the same smallest beta, and
-/// 4 ends at a lower one: the worst `q` is not the worst beta.
+/// Power `m` in valid meshes. On a wing turned by 30 degrees 1 takes six times the sweeps to the
+/// same smallest beta. 4 ends at a lower smallest beta, because the worst `q` is not the worst
+/// beta.
 const POWER: u32 = 2;
 
-/// Power of the part that measures size where the original tets are the target.
+/// Power of the size measure `w` where the original tets are the target.
 const SIZE: u32 = 1;
 
-/// The regularisation acts in tets that have less than this fraction of their original volume.
+/// The regularisation acts in tets with less than this fraction of their original volume.
 const EPSILON: f64 = 1e-4;
 
-/// Steps of a climb that lower its sum by less than this fraction are not worth taking.
+/// A gradient step is not taken if it would lower its objective by less than this fraction.
 const GAIN: f64 = 1e-5;
 
-/// The goal of a climb lies higher by this fraction, or tets would come close to it and never reach it.
+/// The second method aims above the goal by this fraction. Otherwise tets would approach the goal
+/// and never reach it.
 const MARGIN: f64 = 0.02;
 
-/// Most vertices a device is given at once: with all the tets around them they fit its smallest bindings.
+/// Most vertices given to a device at once. With all their tets they fit the smallest bindings of a
+/// device.
 const MOST_AT_ONCE: usize = 1 << 17;
 
-/// What a run is to reach.
+/// The goal of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// Tets with a lower beta are to be improved.
+    /// Tets with a lower beta are optimised.
     pub beta: f64,
     /// Most sweeps over the active vertices.
     pub max_sweeps: usize,
 }
 
-/// What a run did.
+/// The result of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Smoothed {
-    /// Sweeps over the active vertices, those to states that were not kept among them.
+    /// Sweeps over the active vertices, including sweeps to states that were not kept.
     pub sweeps: usize,
-    /// Tets without positive volume in the end.
+    /// Tets without positive volume at the end.
     pub inverted: usize,
-    /// Smallest beta in the end.
+    /// Smallest beta at the end.
     pub beta_min: f64,
-    /// Vertices that are not where they were.
+    /// Number of vertices whose position changed.
     pub moved: usize,
 }
 
-/// The two ways a round goes.
+/// The two methods of local optimisation.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Method {
-    /// Lower the sum of powers.
-    Energy,
+    /// Lower the sum of powers of mean ratios.
+    MeanRatio,
     /// Raise the low betas around the vertices of bad tets.
-    Climb,
+    WorstBeta,
 }
 
-/// A mesh on its way.
+/// A mesh during a run.
 #[derive(Clone)]
 struct Moved {
     state: State,
     at: Vec<DVec3>,
 }
 
-/// What rounds share.
+/// The settings of a round.
 #[derive(Clone, Copy)]
 struct Round<'a> {
     method: Method,
-    /// The beta aimed at.
+    /// The beta to reach.
     goal: f64,
     slide: Option<&'a dyn SurfaceMotion>,
 }
 
-/// Smooths one mesh again and again. Set up once per mesh.
+/// Local optimisation of one mesh. Set up once per mesh, run many times.
 pub struct Smoother {
     topology: Topology,
-    /// The undeformed mesh's vertices.
+    /// Vertices of the undeformed mesh `[n_vertices]`.
     original: Vec<DVec3>,
     target: QualityTarget,
-    /// What each vertex may do; those that slide are held but for their rounds.
+    /// Constraint of each vertex `[n_vertices]`. Vertices that may slide are held here.
     constraint: Vec<Constraint>,
     /// Whether a vertex may slide `[n_vertices]`.
     slides: Vec<bool>,
-    /// The beta up to which vertices climb: that of the worst original tet where its shape is the target, so that an
-    /// unmoved mesh keeps its bits; else without bound.
-    highest_climb: f64,
+    /// Largest goal of the second method. If the original tets are the target, the worst beta of
+    /// the undeformed mesh, so an unmoved mesh keeps its bits. Otherwise infinite.
+    highest_goal: f64,
     device: Box<dyn DeviceSmoother>,
 }
 
 impl Smoother {
-    /// Gets ready to smooth a mesh.
+    /// Prepares local optimisation of a mesh.
     ///
-    /// - `tets` `[n_tets]`, `original` `[n_vertices]`: the undeformed mesh, whose tets have positive volume
-    /// - `constraints` `[n_vertices]`: what each vertex may do
+    /// - `tets` `[n_tets]`, `original` `[n_vertices]`: the undeformed mesh, whose tets have
+    ///   positive volume; in its unit
+    /// - `constraints` `[n_vertices]`: constraint of each vertex
     /// - `slides`: held vertices that may slide in runs with a [`SurfaceMotion`]
     ///
     /// # Panics
@@ -162,7 +177,7 @@ impl Smoother {
         let held = |vertex: usize| constraints[vertex] == Constraint::Held;
         let mut slide = vec![false; original.len()];
         slides.iter().for_each(|&vertex| slide[vertex as usize] = held(vertex as usize));
-        let highest_climb = match target {
+        let highest_goal = match target {
             QualityTarget::Original => Worst::of(&quality::betas(original, tets)).beta,
             QualityTarget::Improve => f64::INFINITY,
         };
@@ -172,21 +187,24 @@ impl Smoother {
             target,
             constraint: constraints.to_vec(),
             slides: slide,
-            highest_climb,
+            highest_goal,
             device: backend.smoother(),
         }
     }
 
-    /// Moves vertices until no tet is below the goal, the smallest beta has stopped rising, or the sweeps are used up.
+    /// Moves vertices until no tet is below the goal, the smallest beta stops rising, or the sweeps
+    /// are used up.
     ///
-    /// - `positions` `[n_vertices]`: replaced by the best seen, that with the fewest inverted tets and then the greatest
-    ///   smallest beta; so they never get worse, and where no tet is below the goal they keep their bits
-    /// - `betas` `[n_tets]`: those of the positions, before and after
-    /// - `slide`: where vertices slide that may, once the rest alone does not reach the goal; what they gain is kept if no
-    ///   further triangle is folded. Without it they are held
+    /// - `positions` `[n_vertices]`: replaced by the best positions of the run: the fewest inverted
+    ///   tets, then the greatest smallest beta. A run never makes a mesh worse. If no tet is below
+    ///   the goal, all positions keep their bits
+    /// - `betas` `[n_tets]`: betas of the positions, updated
+    /// - `slide`: surfaces for the vertices that may slide. They slide only if the goal is not
+    ///   reached with surfaces held, and the result is kept only if it folds no further triangle.
+    ///   With `None` they stay held
     ///
     /// # Errors
-    /// The device failed; `positions` and `betas` are as they were.
+    /// The device failed. `positions` and `betas` are then unchanged.
     pub fn run(
         &mut self,
         positions: &mut [DVec3],
@@ -215,7 +233,7 @@ impl Smoother {
         Ok(Smoothed { sweeps, inverted, beta_min: beta, moved })
     }
 
-    /// First lowers the sum of powers, then climbs. Returns the sweeps.
+    /// Runs the first method, then the second. Returns the number of sweeps.
     fn improve_both_ways(
         &mut self,
         best: &mut Moved,
@@ -224,7 +242,7 @@ impl Smoother {
     ) -> Result<usize, BackendError> {
         let mut sweeps = 0;
         for (method, goal_of_method) in
-            [(Method::Energy, goal.beta), (Method::Climb, goal.beta.min(self.highest_climb))]
+            [(Method::MeanRatio, goal.beta), (Method::WorstBeta, goal.beta.min(self.highest_goal))]
         {
             let round = Round { method, goal: goal_of_method, slide };
             sweeps += self.improve(best, round, goal.max_sweeps - sweeps)?;
@@ -232,7 +250,7 @@ impl Smoother {
         Ok(sweeps)
     }
 
-    /// Rounds of one method until it no longer helps. Returns its sweeps.
+    /// Runs rounds of one method until it no longer helps. Returns the number of sweeps.
     fn improve(&mut self, best: &mut Moved, round: Round, max_sweeps: usize) -> Result<usize, BackendError> {
         if best.state.worst.reaches(round.goal) {
             return Ok(0);
@@ -264,7 +282,7 @@ impl Smoother {
                 best.at.copy_from_slice(&at);
             }
             let far = state.worst.inverted == 0 && state.worst.beta < NEAR * round.goal;
-            if round.method == Method::Energy && far && !state.worst.beats(&record.0, FADES) {
+            if round.method == Method::MeanRatio && far && !state.worst.beats(&record.0, FADES) {
                 break;
             }
             let untangles = state.worst.inverted > 0 && state.worst.inverted == record.0.inverted;
@@ -278,9 +296,9 @@ impl Smoother {
         Ok(sweeps)
     }
 
-    /// Sweeps over some vertices, on the device.
+    /// Sweeps over some vertices on the device.
     ///
-    /// - `smallest`: their tets' smallest volume over that of the original tet
+    /// - `smallest`: smallest volume of the vertices' tets over the original volume
     fn sweep(
         &mut self,
         around: &Neighbourhood,
@@ -305,7 +323,7 @@ impl Smoother {
             colours: &around.colours,
         };
         let correction = match round.method {
-            Method::Energy => {
+            Method::MeanRatio => {
                 let original = around.positions(&self.original);
                 let objective = SmoothingObjective::Shape {
                     inverse_target: &inverse_targets(self.target, &around.corners, &original),
@@ -315,7 +333,7 @@ impl Smoother {
                 };
                 self.device.sweep(&patch, &objective, count)?
             }
-            Method::Climb => {
+            Method::WorstBeta => {
                 let objective = SmoothingObjective::Beta { goal: (1.0 + MARGIN) * round.goal, gain: GAIN };
                 self.device.sweep(&patch, &objective, count)?
             }
@@ -331,7 +349,7 @@ impl Smoother {
         Ok(())
     }
 
-    /// The smallest volume of some tets over that of the original tet; NaN if one is.
+    /// The smallest quotient of volume and original volume of some tets; NaN if one is NaN.
     fn smallest_volume(&self, around: &Neighbourhood, at: &[DVec3]) -> f64 {
         let volume = |tet: &u32, at: &[DVec3]| quality::volume(corners(at, self.topology.tets[*tet as usize]));
         let ratio = |tet: &u32| volume(tet, at) / volume(tet, &self.original);
@@ -339,8 +357,8 @@ impl Smoother {
         around.tets.iter().map(ratio).fold(f64::INFINITY, lesser)
     }
 
-    /// The vertices of tets below the goal, and where the sum of powers is lowered one ring of tets more; without those
-    /// that may not move.
+    /// The vertices that a round moves: vertices of tets below the goal that may move. The first
+    /// method takes the vertices of one more ring of tets.
     fn active(&self, state: &State, round: &Round) -> Vec<u32> {
         let Topology { tets, vertex_tets, .. } = &self.topology;
         let mut active = vec![false; self.constraint.len()];
@@ -349,7 +367,7 @@ impl Smoother {
             .zip(&state.beta)
             .filter(|(_, beta)| quality::faults::is_inverted(**beta) || **beta < round.goal);
         bad.for_each(|(tet, _)| tet.iter().for_each(|&vertex| active[vertex as usize] = true));
-        if round.method == Method::Energy {
+        if round.method == Method::MeanRatio {
             let inner: Vec<usize> = (0..active.len()).filter(|&vertex| active[vertex]).collect();
             for &entry in inner.iter().flat_map(|&vertex| vertex_tets.row(vertex)) {
                 tets[entry as usize / 4].iter().for_each(|&vertex| active[vertex as usize] = true);
@@ -364,12 +382,14 @@ impl Smoother {
     }
 }
 
-/// `delta^2`, so that the tet with the smallest volume has `h` near [`EPSILON`]; zero where all tets have more.
+/// `delta^2` for which the tet with the smallest volume has `h` near [`EPSILON`]. Zero if all tets
+/// have more volume.
 fn regularisation(smallest: f64) -> f64 {
     if smallest < EPSILON { EPSILON * (EPSILON - smallest) } else { 0.0 }
 }
 
-/// A position moved by a displacement. A coordinate that does not move keeps its bits, also those of -0.
+/// A position plus a displacement. A coordinate whose displacement is 0 keeps its bits, also the
+/// sign of -0.
 pub fn moved(at: DVec3, by: DVec3) -> DVec3 {
     let add = |x: f64, c: f64| if c == 0.0 { x } else { x + c };
     DVec3::new(add(at.x, by.x), add(at.y, by.y), add(at.z, by.z))

@@ -1,4 +1,5 @@
-//! The tets around vertices that are to be moved, numbered by themselves: what a device is given.
+//! The vertices to be moved and the tets around them, with numbers of their own, as a device
+//! receives them.
 
 use std::ops::Range;
 
@@ -7,26 +8,27 @@ use glam::DVec3;
 use super::colouring::{NONE, colour};
 use crate::mesh::csr::Csr;
 
-/// Vertices that are to be moved with the tets around them. Costs what these cost, however large the mesh is.
+/// Vertices to be moved, and the tets around them. Its size does not depend on the size of the
+/// mesh.
 pub(super) struct Neighbourhood {
-    /// The vertices' numbers in the mesh, those to be moved first, colour by colour.
+    /// Indices of the vertices in the mesh: first the vertices to be moved, colour by colour.
     pub(super) vertices: Vec<u32>,
-    /// Where each colour stands in `vertices`.
+    /// Range of each colour in `vertices`.
     pub(super) colours: Vec<Range<u32>>,
-    /// The tets' numbers in the mesh.
+    /// Indices of the tets in the mesh.
     pub(super) tets: Vec<u32>,
-    /// Where the vertices of each tet stand in `vertices`.
+    /// Vertices of each tet, as indices into `vertices`.
     pub(super) corners: Vec<[u32; 4]>,
-    /// Tets around each vertex to be moved, each entry `place in tets * 4 + local vertex`.
+    /// Tets around each vertex to be moved, each entry is `index in tets * 4 + local vertex`.
     pub(super) vertex_tets: Csr,
 }
 
-/// A mesh's tets around its vertices, and room to number some of them.
+/// The tets of a mesh, the tets around each vertex, and scratch space for a neighbourhood.
 pub(super) struct Topology {
     pub(super) tets: Vec<[u32; 4]>,
-    /// Tets around each vertex, each entry `tet * 4 + local vertex`.
+    /// Tets around each vertex, each entry is `tet * 4 + local vertex`.
     pub(super) vertex_tets: Csr,
-    /// Places of vertices and of tets in the last neighbourhood; [`NONE`] between two.
+    /// Indices of vertices and tets in the neighbourhood under construction, otherwise [`NONE`].
     place_of_vertex: Vec<u32>,
     place_of_tet: Vec<u32>,
 }
@@ -44,7 +46,7 @@ impl Topology {
         }
     }
 
-    /// The neighbourhood of some vertices, ascending.
+    /// The neighbourhood of some vertices, given in ascending order.
     pub(super) fn around(&mut self, moving: &[u32]) -> Neighbourhood {
         let Self { tets: all_tets, vertex_tets: rows, place_of_vertex, place_of_tet } = self;
         let colour_of = colour(all_tets, rows, moving, place_of_vertex);
@@ -85,7 +87,8 @@ impl Neighbourhood {
         self.vertex_tets.n_rows()
     }
 
-    /// Of all vertices' positions those of these.
+    /// The positions of the neighbourhood's vertices, from the positions of all vertices
+    /// `[n_vertices]`.
     pub(super) fn positions(&self, at: &[DVec3]) -> Vec<DVec3> {
         self.vertices.iter().map(|&vertex| at[vertex as usize]).collect()
     }

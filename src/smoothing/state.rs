@@ -1,4 +1,5 @@
-//! How good the mesh is: what decides where the smoother works, and which of two meshes it keeps.
+//! Quality of a mesh during local optimisation. It decides which vertices move, and which of two
+//! meshes is kept.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,7 +7,7 @@ use rayon::prelude::*;
 use crate::geometry::corners;
 use crate::quality::{self, faults::is_inverted};
 
-/// Quality of a mesh in f64.
+/// Quality of a mesh, in f64.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     /// Beta of each tet `[n_tets]`.
@@ -14,12 +15,12 @@ pub(super) struct State {
     pub(super) worst: Worst,
 }
 
-/// The worst of a mesh.
+/// Number of inverted tets and smallest beta of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Worst {
-    /// Tets without positive volume, and those whose volume is no number.
+    /// Tets without positive volume, or whose volume is NaN.
     pub(super) inverted: usize,
-    /// Smallest beta; infinite without tets, NaN if one is.
+    /// Smallest beta. Infinite without tets, NaN if one is NaN.
     pub(super) beta: f64,
 }
 
@@ -29,14 +30,14 @@ impl State {
         Self { beta, worst }
     }
 
-    /// Measures some tets anew, whose vertices have moved. [`State::worst`] is as it was.
+    /// Measures the tets in `moved` again. [`State::worst`] does not change.
     pub(super) fn measure(&mut self, at: &[DVec3], tets: &[[u32; 4]], moved: &[u32]) {
         for &tet in moved {
             self.beta[tet as usize] = quality::beta(corners(at, tets[tet as usize]));
         }
     }
 
-    /// Takes over another mesh's.
+    /// Takes over the quality of another mesh.
     pub(super) fn copy(&mut self, other: &Self) {
         self.beta.copy_from_slice(&other.beta);
         self.worst = other.worst;
@@ -44,7 +45,7 @@ impl State {
 }
 
 impl Worst {
-    /// Of the betas of a mesh.
+    /// The worst of the betas of a mesh.
     pub(super) fn of(beta: &[f64]) -> Self {
         let of_tet = |&beta: &f64| Self { inverted: usize::from(is_inverted(beta)), beta };
         let none = || Self { inverted: 0, beta: f64::INFINITY };
@@ -53,12 +54,13 @@ impl Worst {
         beta.par_iter().with_min_len(1 << 14).map(of_tet).reduce(none, both)
     }
 
-    /// Whether no tet is below this beta.
+    /// Whether no tet is inverted or below this beta.
     pub(super) fn reaches(&self, beta: f64) -> bool {
         self.inverted == 0 && self.beta >= beta
     }
 
-    /// Whether it has fewer inverted tets, or as many and a greater smallest beta, by this fraction of it.
+    /// Whether `self` has fewer inverted tets than `other`, or equally many and a smallest beta
+    /// that is greater by this fraction.
     pub(super) fn beats(&self, other: &Self, by: f64) -> bool {
         self.inverted < other.inverted
             || (self.inverted == other.inverted && self.beta > other.beta + by * other.beta.abs())

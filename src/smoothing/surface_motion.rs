@@ -1,21 +1,24 @@
-//! What lets surface vertices slide during a run.
+//! The interface through which surface vertices slide during local optimisation.
 
 use glam::DVec3;
 
 use crate::backend::Ball;
 use crate::constraint::Constraint;
 
-/// Surfaces and curves for vertices to slide on, which are otherwise held.
+/// Surfaces and curves on which otherwise held vertices slide.
 pub trait SurfaceMotion: Sync {
-    /// What a vertex on its surface or curve may do there, to first order.
+    /// The directions in which a vertex on its surface or curve may slide, to first order.
+    ///
+    /// - `at`: position of the vertex, in the mesh's unit
     fn tangent(&self, vertex: u32, at: DVec3) -> Constraint;
 
-    /// How far the vertex may slide; `None` if anywhere.
+    /// The ball that the vertex must not leave; `None` if there is no limit.
     fn reach(&self, vertex: u32) -> Option<Ball>;
 
-    /// The place near `at` on the vertex's surface or curve.
+    /// The point of the vertex's surface or curve near `at`, in the mesh's unit.
     fn back(&self, vertex: u32, at: DVec3) -> DVec3;
 
-    /// How many triangles of the surface are folded when its vertices are at these positions `[n_vertices]`.
+    /// Number of folded triangles of the surface for these positions of the vertices
+    /// `[n_vertices]`.
     fn folded(&self, at: &[DVec3]) -> usize;
 }

@@ -1,10 +1,12 @@
-//! Batina's springs (AIAA J. 28(8), 1990): the shorter the stiffer.
+//! Batina's longitudinal springs (AIAA J. 28(8), 1990): the shorter an edge, the stiffer its
+//! spring.
 //!
-//! They see no angle: layers of thin tets fold, and a rotation is a strain to them.
+//! The springs do not resist changes of angles, so layers of thin tets fold. They resist a rotation
+//! as if it were a strain.
 
 use super::{Length, Springs, Stiffness, Torsion};
 
-/// See the module.
+/// Longitudinal springs; see the module.
 pub const LONGITUDINAL: Springs = Springs {
     name: "longitudinal",
     about: "1 / l (Batina)",

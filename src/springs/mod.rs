@@ -1,9 +1,12 @@
-//! The springs a volume network can be made of: a file and a row in [`SPRINGS`] each.
+//! The springs of a volume network. Each kind has a file, with its formula and source, and a row in
+//! [`SPRINGS`].
 //!
-//! All are scalar per edge, so that x, y and z decouple. Each file has its formula and source.
+//! Every spring is a scalar per edge, so x, y and z decouple. A case names one kind;
+//! `rotation-aware-wall` is the default.
 //!
-//! What they carry by themselves, in one jump and without local optimisation. A wing of 102 341 tets (worst beta 0.0126, mean 0.0591) pitched
-//! in one call by 10, 20, 30, 40, 60, 80, 100, 120, 150 and 180 degrees; a dash: tets are inverted.
+//! The first two tables show how far each kind moves a mesh by itself, in one jump and without
+//! local optimisation. A wing of 102 341 tets (worst beta 0.0126, mean 0.0591) was pitched in one
+//! call by 10, 20, 30, 40, 60, 80, 100, 120, 150 and 180 degrees. A dash stands for inverted tets.
 //!
 //! | springs | first inverted | worst, mean beta at 60 | at 100 | inverted at 120, 150, 180 | sweeps at 60 |
 //! |---|---|---|---|---|---|
@@ -14,8 +17,8 @@
 //! | rotation-aware | 120 | 0.0072, 0.0564 | 0.0005, 0.0532 | 106, 2605, 5006 | 144 |
 //! | **rotation-aware-wall** | 150 | 0.0112, 0.0561 | 0.0036, 0.0526 | 0, 10, 263 | 158 |
 //!
-//! The same wing heaved by 1, 2 and 3 chords, and bent up by 0.5, 1 and 2 chords at its tips: worst beta, or in brackets the
-//! inverted tets.
+//! The same wing was heaved by 1, 2 and 3 chords, and bent up by 0.5, 1 and 2 chords at its tips.
+//! The table shows the worst beta, or in brackets the number of inverted tets.
 //!
 //! | springs | heave 1 | 2 | 3 | bending 0.5 | 1 | 2 |
 //! |---|---|---|---|---|---|---|
@@ -26,9 +29,11 @@
 //! | rotation-aware | 0.0120 | 0.0096 | (15) | 0.0086 | (3) | (247) |
 //! | **rotation-aware-wall** | 0.0125 | 0.0070 | (59) | 0.0101 | 0.0018 | (54) |
 //!
-//! Wing-bodies moved by their profiles (thicker, more camber, raised tip; and another planform): of 97 694 tets, worst and mean
-//! beta over the original mesh's; of 351 830 with ten layers of thin tets at the walls, inverted tets, and the heights
-//! of the tets on the wing over their original ones, the first and the last of a hundred.
+//! Wing-bodies were moved by their profiles. The design "shape" is thicker, has more camber and a
+//! raised tip; the design "planform" changes the planform. For a mesh of 97 694 tets the table
+//! shows worst and mean beta, each over the original mesh's value. For a mesh of 351 830 tets with
+//! ten layers of thin tets at the walls it shows the number of inverted tets, and the heights of
+//! the tets on the wing over their original heights: the first and the last percentile.
 //!
 //! | springs | shape: worst, mean | planform: worst, mean | sweeps | layers, shape: inverted, heights | planform | sweeps |
 //! |---|---|---|---|---|---|---|
@@ -39,9 +44,10 @@
 //! | rotation-aware | 0.910, 1.001 | 0.814, 0.993 | 90, 90 | 0, 0.990 to 1.008 | 0, 0.986 to 1.011 | 170, 180 |
 //! | **rotation-aware-wall** | 0.907, 1.001 | 0.838, 0.993 | 108, 108 | 0, 0.990 to 1.008 | 0, 0.986 to 1.011 | 185, 185 |
 //!
-//! `rotation-aware-wall` is the default: it carries the largest rotations and bends, and keeps thin layers as well as any. It
-//! pays with a mean that is 1 % lower from 60 degrees on, because more of the large tets deform, with some reach in pure
-//! heave, and with a tenth of a second more of set-up on these meshes.
+//! `rotation-aware-wall` carries the largest rotations and bends, and keeps thin layers as well as
+//! any other kind. Its costs are a mean beta that is 1 % lower from 60 degrees on, because more of
+//! the large tets deform; a smaller range in pure heave; and a tenth of a second more of set-up on
+//! these meshes.
 
 pub mod longitudinal;
 pub mod murayama;
@@ -56,51 +62,55 @@ pub use wall_proximity::wall_proximity;
 /// One kind of spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Springs {
-    /// The word for it in a case.
+    /// The name in a case file.
     pub name: &'static str,
-    /// What it does, in one line.
+    /// A description in one line.
     pub about: &'static str,
-    /// How stiff it is.
+    /// Stiffness of the springs.
     pub stiffness: Stiffness,
-    /// How stiff the springs are that spread the rotations of the moved surfaces: rest edges turn with their ends. Without,
-    /// they do not turn.
+    /// Stiffness of the springs that spread the rotations of the moved surfaces. With it, rest
+    /// edges turn with their ends; with `None` they keep their direction.
     pub rotation: Option<Stiffness>,
 }
 
-/// Longitudinal part of an edge spring: `1 / l^p`.
+/// Longitudinal part of an edge spring: `1 / l^p`, with the edge's length `l`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
-    /// 1: the length does not matter.
+    /// `p = 0`: the part is 1.
     None,
-    /// `1 / l`, Batina's (1990).
+    /// `1 / l`, as published by Batina (1990).
     Inverse,
     /// `1 / l^2`.
     InverseSquare,
 }
 
-/// Torsional part of an edge spring, from `s = sum over the edge's tets of 1 / sin^2` of the dihedral angle facing it.
+/// Torsional part of an edge spring: `s = sum over the edge's tets of 1 / sin^2` of the dihedral
+/// angle that faces the edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Torsion {
-    /// None: the spring is its longitudinal part.
+    /// No torsional part. The stiffness is the longitudinal part.
     None,
-    /// Longitudinal part times `s`: free of units, and ours.
+    /// The stiffness is the longitudinal part times `s`. The ratio of two stiffnesses has no unit.
+    /// Not in the paper.
     Product,
-    /// Longitudinal part plus `s`: as published by Murayama, Nakahashi and Matsushima 2002; depends on the unit of length.
+    /// The stiffness is the longitudinal part plus `s`, as published by Murayama, Nakahashi and
+    /// Matsushima 2002. The ratio of two stiffnesses depends on the unit of length.
     Sum,
 }
 
-/// How stiff the springs of a network are.
+/// Formula for the stiffness of the springs of a network.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stiffness {
     /// The longitudinal part.
     pub length: Length,
     /// The torsional part.
     pub torsion: Torsion,
-    /// Power of the edge's [`wall_proximity()`] to the moved walls that both are multiplied by; greater than 0 is stiffer there.
+    /// Power of the edge's [`wall_proximity()`] to the moved walls, a factor of the stiffness. With
+    /// a positive power springs are stiffer near walls, with a negative power softer.
     pub wall: f64,
 }
 
-/// Every kind of spring.
+/// All kinds of springs.
 pub const SPRINGS: &[Springs] = &[
     longitudinal::LONGITUDINAL,
     torsional::TORSIONAL,
@@ -117,22 +127,23 @@ impl Default for &'static Springs {
 }
 
 impl Springs {
-    /// The springs of that name.
+    /// The kind of springs with this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         SPRINGS.iter().find(|springs| springs.name == name)
     }
 
-    /// Whether one of them is torsional.
+    /// Whether the springs, or those that spread rotations, have a torsional part.
     pub fn are_torsional(&self) -> bool {
         [Some(self.stiffness), self.rotation].into_iter().flatten().any(|of| of.torsion != Torsion::None)
     }
 }
 
 impl Stiffness {
-    /// Stiffness of an edge on a wall, infinite for one without length unless the length does not matter.
+    /// Stiffness of an edge without the factor for the proximity to walls: the stiffness on a wall.
+    /// Infinite for an edge of length 0, unless the stiffness does not depend on the length.
     ///
-    /// - `length`: the edge's
-    /// - `sum`: of `1 / sin^2` of the dihedral angles that face it
+    /// - `length`: length of the edge, in the mesh's unit
+    /// - `sum`: sum of `1 / sin^2` of the dihedral angles that face the edge, without unit
     pub fn on_wall(&self, length: f64, sum: f64) -> f64 {
         let longitudinal = match self.length {
             Length::None => 1.0,

@@ -1,11 +1,13 @@
-//! Springs whose rest edges turn with the moved surfaces (see [`crate::volume::rotation`]): a rotation is no strain to them.
+//! Springs whose rest edges turn with the moved surfaces (see [`crate::volume::rotation`]). A
+//! rotation does not strain these springs.
 //!
-//! Rotations are spread with `1 / l^2`, which keeps them nearly constant where edges are short, at the walls. They then fall
-//! off over the large tets half-way to the outer boundary, and those are what large rotations invert.
+//! Rotations are spread with the stiffness `1 / l^2`. Near the walls edges are short, and the
+//! rotation is nearly constant. The rotation falls off over the large tets half-way to the outer
+//! boundary, so large rotations invert these tets first.
 
 use super::{Length, Springs, Stiffness, Torsion};
 
-/// See the module.
+/// Rotation-aware springs; see the module.
 pub const ROTATION_AWARE: Springs = Springs {
     name: "rotation-aware",
     about: "sum 1 / sin^2 of the facing angles, over l, and rest edges that turn with the moved surfaces",

@@ -1,8 +1,11 @@
-//! Murayama's torsional sum (see [`super::murayama`]), multiplied by a longitudinal part instead of added to it: free of units.
+//! Murayama's torsional sum (see [`super::murayama`]), multiplied by a longitudinal part instead of
+//! added to it.
+//!
+//! The ratio of two stiffnesses has no unit, so the same mesh in millimetres moves alike.
 
 use super::{Length, Springs, Stiffness, Torsion};
 
-/// See the module.
+/// Torsional springs; see the module.
 pub const TORSIONAL: Springs = Springs {
     name: "torsional",
     about: "sum 1 / sin^2 of the facing angles, over l^2: free of units",

@@ -1,22 +1,26 @@
-//! How near the edges of a mesh are to the walls that move: a factor for springs that are stiffer, or softer, there.
+//! Proximity of the edges of a mesh to the moved walls: a factor that makes springs stiffer, or
+//! softer, near walls.
 //!
-//! After Blom's boundary improvement (Int. J. Numer. Meth. Fluids 32, 2000, 647-668), which multiplies the springs at a
-//! moving wall by a number, so that the tets there move almost as a body and those farther out deform. Here the factor
-//! falls smoothly with the distance and has no unit.
+//! After Blom's boundary improvement (Int. J. Numer. Meth. Fluids 32, 2000, 647-668). Blom
+//! multiplies the springs at a moving wall by a number, so the tets at the wall move almost as a
+//! rigid body and the tets farther away deform. The factor here falls smoothly with the distance
+//! and has no unit.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::projection::TriangleTree;
 
-/// `h / (d + h)` of each edge `[n_edges]`: 1 on a wall, falling to 0 away from it; 1 everywhere if there is no wall.
+/// Proximity `h / (d + h)` of each edge `[n_edges]`: 1 on a wall, falling to 0 away from it. 1
+/// everywhere if there is no wall.
 ///
-/// `h` is the median edge of the walls' triangles. `d` is the mean distance of the edge's two ends from the walls: within
-/// half an edge of its middle's, for a fifth of the searches.
+/// `h` is the median edge length of the walls' triangles. `d` is the mean distance of the edge's
+/// two ends from the walls. This mean differs from the distance of the edge's middle by less than
+/// half an edge, and needs a fifth of the searches.
 ///
-/// - `points` `[n_points]`, in any unit
-/// - `edges` `[n_edges]`, pairs of points
-/// - `walls`: triangles of points
+/// - `points` `[n_points]`: positions, in any unit
+/// - `edges` `[n_edges]`: pairs of points
+/// - `walls` `[n_triangles]`: triangles of points
 pub fn wall_proximity(points: &[DVec3], edges: &[[u32; 2]], walls: &[[u32; 3]]) -> Vec<f64> {
     let at = |point: u32| points[point as usize];
     let mut lengths: Vec<f64> =

@@ -1,10 +1,11 @@
-//! Stage carenage (paper 3.4), the elastic shape: vertices move by springs and are projected back onto the original
-//! surface.
+//! Stage carenage (paper 3.4), the elastic shape: vertices move by springs and are projected back
+//! onto the original surface.
 //!
-//! The paper projects after every motion of the springs. Here the springs first relax freely and the result is projected;
-//! then they relax within the tangent planes there and are projected again, until nothing moves: the same equilibrium
-//! (springs balanced along the surface, every vertex on it) with a handful of projections instead of hundreds. Vertices
-//! on the curve shared with a plane family stay.
+//! The paper projects after every motion of the springs. Here the springs first relax freely and
+//! the result is projected; then they relax within the tangent planes there and are projected
+//! again, until nothing moves: the same equilibrium (springs balanced along the surface, every
+//! vertex on it) with a handful of projections instead of hundreds. Vertices on the curve shared
+//! with a plane family stay.
 
 use std::collections::HashMap;
 
@@ -24,7 +25,8 @@ use crate::{
     relaxation::Convergence,
 };
 
-/// Rounds of tangential relaxation and projection after which to stop unconverged; the example takes 4.
+/// Rounds of tangential relaxation and projection after which to stop unconverged; the example
+/// takes 4.
 const MOST_ROUNDS: usize = 40;
 
 /// All carenages of a mesh.
@@ -82,8 +84,8 @@ impl Stage for Carenages {
                     })
                     .fold(0.0, f64::max);
                 convergence = Convergence { sweeps: convergence.sweeps + tangential.sweeps, ..tangential };
-                // Each round ends near the last one's place by what the surface's curvature leaves: what the round still
-                // moved bounds what is left.
+                // Each round ends near the last one's place by what the surface's curvature leaves:
+                // what the round still moved bounds what is left.
                 convergence.error = tangential.error.max(moved);
                 convergence.converged = tangential.converged && moved <= stopping.tolerance;
                 if convergence.converged || !tangential.converged {

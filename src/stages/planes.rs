@@ -1,7 +1,8 @@
 //! Stage planes: symmetry and other plane families slide in their planes.
 //!
-//! A plane may have any orientation; where two meet, their common vertices slide along the line. The stage relaxes each
-//! family as a surface; the volume stage lets its vertices slide on with the tets behind them.
+//! A plane may have any orientation; where two meet, their common vertices slide along the line.
+//! The stage relaxes each family as a surface; the volume stage lets its vertices slide on with the
+//! tets behind them.
 
 use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;

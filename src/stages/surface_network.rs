@@ -17,7 +17,8 @@ pub struct SurfaceNetwork {
 }
 
 impl SurfaceNetwork {
-    /// A network along these edges (pairs of mesh vertices); `constraint` says what a vertex may do.
+    /// A network along these edges (pairs of mesh vertices); `constraint` says what a vertex may
+    /// do.
     ///
     /// # Errors
     /// The backend failed.
@@ -33,8 +34,9 @@ impl SurfaceNetwork {
 
     /// [`Self::new`] with conservative springs, which pull the vertices that move back to zero.
     ///
-    /// `reach` of a vertex is the length over which a displacement of the held vertices dies away around it: its spring is
-    /// `(l / reach)^2` of its total stiffness, `l` its root-mean-square edge. Infinity is no such spring.
+    /// `reach` of a vertex is the length over which a displacement of the held vertices dies away
+    /// around it: its spring is `(l / reach)^2` of its total stiffness, `l` its root-mean-square
+    /// edge. Infinity is no such spring.
     ///
     /// # Errors
     /// The backend failed.

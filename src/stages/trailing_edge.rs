@@ -1,7 +1,8 @@
 //! Stage trailing edge (paper 3.2): first its boundary curve, then its surface.
 //!
-//! The boundary curve is part wing, already moved, and part not. The unmoved parts are relaxed as chains between their
-//! moved ends (the paper's one-dimensional dynamic mesh), then the inside as a surface held at the whole curve.
+//! The boundary curve is part wing, already moved, and part not. The unmoved parts are relaxed as
+//! chains between their moved ends (the paper's one-dimensional dynamic mesh), then the inside as a
+//! surface held at the whole curve.
 
 use glam::DVec3;
 

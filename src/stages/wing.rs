@@ -1,14 +1,16 @@
-//! Stage wing (paper 3.1): the wing's vertices follow their profiles, and the junction goes back onto its surface.
+//! Stage wing (paper 3.1): the wing's vertices follow their profiles, and the junction goes back
+//! onto its surface.
 //!
-//! A wing is one or several families with one set of profiles: upper and lower side, strips and pieces of the tip move as
-//! one surface. The displacement comes from [`crate::profile`]. It takes the wing's root off the fuselage (or off the
-//! symmetry plane it ends in). Each junction vertex therefore slides along the moved wing's own span-wise direction until it
-//! meets the fuselage's original surface, which leaves the wing's shape alone, and the wing beside the junction follows: the
-//! slide is spread over a strip of the wing by a spring network. The strip ends before the first section. The paper shows
-//! the imperfection (its Fig. 3) and corrects the fuselage only.
+//! A wing is one or several families with one set of profiles: upper and lower side, strips and
+//! pieces of the tip move as one surface. The displacement comes from [`crate::profile`]. It takes
+//! the wing's root off the fuselage (or off the symmetry plane it ends in). Each junction vertex
+//! therefore slides along the moved wing's own span-wise direction until it meets the fuselage's
+//! original surface, which leaves the wing's shape alone, and the wing beside the junction follows:
+//! the slide is spread over a strip of the wing by a spring network. The strip ends before the
+//! first section. The paper shows the imperfection (its Fig. 3) and corrects the fuselage only.
 //!
-//! With a mirror plane the profiles stand on one side of it and move both: a vertex on the other side moves as its mirror
-//! image.
+//! With a mirror plane the profiles stand on one side of it and move both: a vertex on the other
+//! side moves as its mirror image.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -31,12 +33,14 @@ use crate::{
     relaxation::Convergence,
 };
 
-/// Width of the strip that follows a junction, as a fraction of the junction's extent (about a chord).
+/// Width of the strip that follows a junction, as a fraction of the junction's extent (about a
+/// chord).
 const STRIP: f64 = 0.25;
 
 /// A wing reaches at most this share of the span that its sections cover beyond them.
 const REACH: f64 = 0.5;
-/// A wing reaches this much farther by noise of its ends, such as those of a plane that is not quite flat.
+/// A wing reaches this much farther by noise of its ends, such as those of a plane that is not
+/// quite flat.
 const SLACK: f64 = 0.01;
 
 /// Vertices nearer to the mirror plane than this share of the wing's extent stand in it.
@@ -148,8 +152,8 @@ impl Wings {
     /// Finds each wing vertex's place among the old profiles.
     ///
     /// # Errors
-    /// A family with the role wing without old profiles or with two sets of them, unusable profiles, or such that the wing
-    /// reaches too far beyond; the backend failed.
+    /// A family with the role wing without old profiles or with two sets of them, unusable
+    /// profiles, or such that the wing reaches too far beyond; the backend failed.
     pub fn new(set_up: &SetUp, wings: &[WingProfiles]) -> Result<Self, SetupError> {
         let SetUp { mesh, families, .. } = *set_up;
         let name = |family: FamilyId| mesh.families[family.index()].clone();
@@ -175,8 +179,9 @@ impl Wings {
         Ok(Self { wings: all, moved: Vec::new() })
     }
 
-    /// Writes the displacement that the profiles give into `displacement`, and for vertices that others place into `wanted`.
-    /// It begins the stage; [`Stage::run`] then brings the junctions back onto their surfaces.
+    /// Writes the displacement that the profiles give into `displacement`, and for vertices that
+    /// others place into `wanted`. It begins the stage; [`Stage::run`] then brings the junctions
+    /// back onto their surfaces.
     ///
     /// # Errors
     /// A wing's new profiles are missing or do not pair with the old ones; with the wing's name.
@@ -238,7 +243,8 @@ impl Wings {
             .collect()
     }
 
-    /// The vertices that miss the new profiles the most, one a profile, by wing; the vertex is one of the mesh.
+    /// The vertices that miss the new profiles the most, one a profile, by wing; the vertex is one
+    /// of the mesh.
     ///
     /// - `vertices` `[n_vertices]`: where the mesh's vertices are in the end
     pub fn missed(&self, vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
@@ -371,7 +377,8 @@ fn strip(
         let folded = loop_.iter().map(|&place| positions[place]).sum::<DVec3>() / loop_.len() as f64;
         let of_sections = interpolation.sections_and_beyond(folded);
         let of_loop: HashSet<u32> = loop_.iter().map(|&place| vertices[place]).collect();
-        // On a coarse wing the strip is narrower than an edge: one row of vertices follows at least.
+        // On a coarse wing the strip is narrower than an edge: one row of vertices follows at
+        // least.
         let next: HashSet<u32> =
             edges.iter().filter(|edge| edge.iter().any(|end| of_loop.contains(end))).flatten().copied().collect();
         for (place, &vertex) in vertices.iter().enumerate() {

@@ -1,18 +1,22 @@
-//! Stage wingtip (paper 3.3): longitudinal springs along the edges and a conservative spring on every inner vertex.
+//! Stage wingtip (paper 3.3): longitudinal springs along the edges and a conservative spring on
+//! every inner vertex.
 //!
-//! The paper gives a stiffness coefficient `c` in `[0, 1]`, "the greater, the more deformable", and no formula. Literally
-//! (`u_i = c` times the neighbours' mean) the boundary's motion would die away over so many *rings of triangles*: on a fine
-//! mesh with `c = 0.5` the first ring takes most of it and folds. Here it dies away over a length,
-//! `w sqrt(c / (1 - c))` with `w` the tip's mean width (twice its area over its perimeter): at 1 the conservative springs
-//! are gone, at 0 the inside does not leave its start, and the mesh does not matter.
+//! The paper gives a stiffness coefficient `c` in `[0, 1]`, "the greater, the more deformable", and
+//! no formula. Literally (`u_i = c` times the neighbours' mean) the boundary's motion would die
+//! away over so many *rings of triangles*: on a fine mesh with `c = 0.5` the first ring takes most
+//! of it and folds. Here it dies away over a length, `w sqrt(c / (1 - c))` with `w` the tip's mean
+//! width (twice its area over its perimeter): at 1 the conservative springs are gone, at 0 the
+//! inside does not leave its start, and the mesh does not matter.
 //!
-//! The paper's start is where the vertex was: a wing that is bent up would be pulled back down at its tip. Here the start is
-//! carried along by the best affine (or rigid) motion of the tip's boundary, and all springs, the longitudinal ones too,
-//! act on what the boundary does beyond that motion: a tip that is only turned or stretched keeps its triangles' shapes at
-//! every coefficient. The paper's own form can be chosen ([`TipStart`]).
+//! The paper's start is where the vertex was: a wing that is bent up would be pulled back down at
+//! its tip. Here the start is carried along by the best affine (or rigid) motion of the tip's
+//! boundary, and all springs, the longitudinal ones too, act on what the boundary does beyond that
+//! motion: a tip that is only turned or stretched keeps its triangles' shapes at every coefficient.
+//! The paper's own form can be chosen ([`TipStart`]).
 //!
-//! A tip may be several families. Those that touch are one tip: one network without a seam, and one best motion, so that a
-//! family that borders on no wing follows its neighbours. Each keeps its own length; on a curve they share the shorter counts.
+//! A tip may be several families. Those that touch are one tip: one network without a seam, and one
+//! best motion, so that a family that borders on no wing follows its neighbours. Each keeps its own
+//! length; on a curve they share the shorter counts.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -47,8 +51,8 @@ pub struct Wingtips {
 struct Wingtip {
     families: Vec<FamilyId>,
     start: TipStart,
-    /// Vertices earlier stages have placed, each with half the length of the boundary's edges there: where the boundary is
-    /// finer it counts no more.
+    /// Vertices earlier stages have placed, each with half the length of the boundary's edges
+    /// there: where the boundary is finer it counts no more.
     placed: Vec<(u32, f64)>,
     inside: Vec<u32>,
     network: SurfaceNetwork,
@@ -125,7 +129,8 @@ impl Wingtip {
             let name = |family: FamilyId| mesh.families[family.index()].clone();
             return Err(SetupError::TipStarts { family: name(tip[0]), other: name(other) });
         }
-        // A coefficient of 0 would take infinitely stiff springs: such a vertex is held at its start instead.
+        // A coefficient of 0 would take infinitely stiff springs: such a vertex is held at its
+        // start instead.
         let mut reach: BTreeMap<u32, f64> = BTreeMap::new();
         for &family in tip {
             let coefficient = of(family).0;

@@ -1,37 +1,39 @@
 //! The names of a table's columns.
 
-/// A vector in a table: the names of its components, and of the vector, with which ParaView makes names such as
-/// `Points:0`, `Points_0` and `Points_X`. All in lower case.
+/// The column names of a vector, all in lower case.
+///
+/// `components` are names of single columns, such as `x`. `names` are names of the whole vector:
+/// ParaView appends the component to them, as in `Points:0`, `Points_0` and `Points_X`.
 pub(crate) struct Vector {
     pub components: [&'static str; 3],
     pub names: &'static [&'static str],
 }
 
-/// Where a point is.
+/// The columns of a position.
 pub(crate) const POSITION: Vector =
     Vector { components: ["x", "y", "z"], names: &["points", "coordinates", "coordinate", "position"] };
 
-/// How far it goes.
+/// The columns of a displacement.
 pub(crate) const DISPLACEMENT: Vector =
     Vector { components: ["dx", "dy", "dz"], names: &["displacement", "displacements"] };
 
 impl Vector {
-    /// What a column with that name holds.
+    /// The component (0 to 2) in the column with this name, if any.
     fn component(&self, name: &str) -> Option<usize> {
         let name = name.to_lowercase();
         if let Some(component) = self.components.iter().position(|&component| component == name) {
             return Some(component);
         }
         let rest = self.names.iter().find_map(|vector| name.strip_prefix(vector))?;
-        // CGNS has `CoordinateX`.
+        // CGNS writes `CoordinateX`.
         let rest = rest.strip_prefix([':', '_', '-', ' ']).unwrap_or(rest);
         ["0", "1", "2"].iter().zip(["x", "y", "z"]).position(|(&number, axis)| rest == number || rest == axis)
     }
 
-    /// The columns of the three components in a header.
+    /// The indices of the columns of the three components in a header.
     ///
     /// # Errors
-    /// What is wrong, in words: a component without a column, or with two.
+    /// A message in words: a component has no column, or two of them.
     pub fn columns(&self, header: &[&str]) -> Result<[usize; 3], String> {
         let mut columns = [None; 3];
         for (column, name) in header.iter().enumerate() {
@@ -51,7 +53,8 @@ impl Vector {
     }
 }
 
-/// Whether the fields of a row name columns: none of them is a number. The name of an index may be empty.
+/// Whether the fields of a row are column names: at least one is not empty, and none is a number.
+/// The column of an index may have an empty name.
 pub(crate) fn is_header(fields: &[&str]) -> bool {
     fields.iter().any(|field| !field.is_empty()) && fields.iter().all(|field| super::parse_number(field).is_none())
 }

@@ -1,4 +1,5 @@
-//! Text: numbers and tables as other programs write them, and the known name nearest to a mistyped one.
+//! Text: numbers and tables as other programs write them, and the known name nearest to a mistyped
+//! one.
 
 pub(crate) mod header;
 pub(crate) mod nearest;
@@ -8,7 +9,7 @@ mod rows;
 pub(crate) use number::{parse_double, parse_number};
 pub(crate) use rows::{Mark, Row, decode, fields, rows};
 
-/// The beginning of a text, for messages.
+/// At most the first 40 characters of a text, for messages.
 pub(crate) fn shorten(text: &str) -> String {
     const LONGEST: usize = 40;
     if text.chars().count() <= LONGEST {

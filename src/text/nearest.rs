@@ -7,8 +7,8 @@ pub(crate) fn did_you_mean<S: AsRef<str>>(name: &str, known: &[S]) -> Option<Str
 
 /// The nearest known name, if it is near.
 pub(crate) fn nearest<'k, S: AsRef<str>>(name: &str, known: &'k [S]) -> Option<&'k str> {
-    // One slip, and another for every four letters: "tip" does not suggest "wing", "trailingedge" does suggest
-    // "trailing_edge".
+    // One slip, and another for every four letters: "tip" does not suggest "wing", "trailingedge"
+    // does suggest "trailing_edge".
     let allowed = 1 + name.chars().count() / 4;
     known
         .iter()

@@ -1,29 +1,30 @@
-//! Decimal numbers, those of Fortran included.
+//! Decimal numbers, also in the spellings of Fortran.
 
 use std::str::from_utf8;
 
-/// The number that some bytes spell, `nan` and `inf` included.
+/// The number spelled by some bytes, `nan` and `inf` included. `None` if they spell no number.
 ///
-/// Fortran writes the exponent of a double with D (`1.0D+00`), and leaves the letter out where the exponent has three
-/// digits (`1.0-101`).
+/// Fortran writes the exponent of a double with the letter D (`1.0D+00`). It omits the letter where
+/// the exponent has three digits (`1.0-101`).
 #[inline]
 pub(crate) fn parse_double(token: &[u8]) -> Option<f64> {
     from_utf8(token).ok()?.parse().ok().or_else(|| fortran(token))
 }
 
-/// The same of a text.
+/// [`parse_double`] of a text.
 pub(crate) fn parse_number(word: &str) -> Option<f64> {
     parse_double(word.as_bytes())
 }
 
-/// Longer words are no numbers that Fortran wrote.
+/// Fortran writes no number with more bytes.
 const LONGEST: usize = 64;
 
 #[cold]
 fn fortran(token: &[u8]) -> Option<f64> {
     let is_sign = |byte: &u8| matches!(byte, b'+' | b'-');
     let letter = token.iter().position(|byte| matches!(byte, b'd' | b'D'));
-    // A sign alone is an exponent's only after a mantissa with a point and before three digits: `1-2` is no number.
+    // A sign without a letter begins an exponent only after a mantissa with a point and before
+    // three digits. `1-2` is no number.
     let sign = || {
         let sign = 1 + token.get(1..)?.iter().position(is_sign)?;
         let digits = &token[sign + 1..];
@@ -34,7 +35,8 @@ fn fortran(token: &[u8]) -> Option<f64> {
         Some(letter) => (&token[..letter], &token[letter + 1..]),
         None => token.split_at(sign()?),
     };
-    // Both parts have to be plain: words such as `nan` and second exponents must not come together to a number.
+    // Mantissa and exponent must be plain digits. Otherwise words such as `nan`, or a second
+    // exponent, could form a number.
     let is_plain = |part: &[u8], also: u8| {
         let digits = part.strip_prefix(b"+").or_else(|| part.strip_prefix(b"-")).unwrap_or(part);
         digits.iter().any(u8::is_ascii_digit) && digits.iter().all(|&byte| byte.is_ascii_digit() || byte == also)

@@ -1,10 +1,10 @@
-//! The rows of a text table, without comments, in the words between its separators.
+//! The rows of a text table: comments are separated, and fields are split.
 
 use std::borrow::Cow;
 
-/// A text in UTF-8 or, where it is not, in Latin-1. Without its byte order mark.
+/// A text in UTF-8, or in Latin-1 where the bytes are no valid UTF-8. A byte order mark is removed.
 ///
-/// What is not ASCII stands in titles and comments, so that a wrong guess changes no number.
+/// Characters beyond ASCII occur in titles and comments only, so a wrong guess changes no number.
 pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.trim_start_matches('\u{feff}').into(),
@@ -12,12 +12,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// What begins a comment that goes to the line's end, outside of double quotes.
+/// The characters that begin a comment outside double quotes. A comment ends with its line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mark {
     /// `#`, `!` or `%`.
     Any,
-    /// `#` alone: the others stand in names of variables.
+    /// `#` alone, for files in which names of variables hold the other two.
     Hash,
 }
 
@@ -30,11 +30,11 @@ impl Mark {
 /// A line of a table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row<'a> {
-    /// Its number, from 0.
+    /// Line number, from 0.
     pub line: usize,
-    /// What stands before the comment, trimmed; perhaps empty.
+    /// The text before the comment, trimmed; may be empty.
     pub text: &'a str,
-    /// What the comment says, trimmed, without its marks; empty if there is none.
+    /// The text of the comment, trimmed, without its marks; empty if there is no comment.
     pub comment: &'a str,
 }
 
@@ -53,8 +53,9 @@ pub(crate) fn rows(text: &str, mark: Mark) -> impl Iterator<Item = Row<'_>> {
 
 /// The fields of a row, without their double quotes.
 ///
-/// They are separated by semicolons, where there are none by commas, and else by white space. Between semicolons and
-/// commas a field may be empty, so that none is mistaken for the next one; a separator at the row's end is let pass.
+/// The separator is the semicolon. In a row without semicolons it is the comma, and in a row
+/// without either it is white space. Between semicolons or commas a field may be empty, so the
+/// fields after it keep their columns. A separator at the end of the row is ignored.
 pub(crate) fn fields(text: &str) -> Vec<&str> {
     let has = |separator: char| separated(text, |letter| letter == separator).nth(1).is_some();
     let mut fields: Vec<&str> = match [';', ','].into_iter().find(|&separator| has(separator)) {
@@ -70,7 +71,7 @@ pub(crate) fn fields(text: &str) -> Vec<&str> {
     fields
 }
 
-/// The parts of a text between separators that stand outside of double quotes.
+/// The parts of a text between separators. A separator inside double quotes does not count.
 fn separated(text: &str, is_separator: impl Fn(char) -> bool) -> impl Iterator<Item = &str> {
     let mut quoted = false;
     text.split(move |letter: char| {

@@ -1,4 +1,5 @@
-//! The edges of the tets as springs: where they go, and how stiff they are at a shape of the mesh.
+//! The edges of the tets as springs: the graph of the springs, and their stiffness at one shape of
+//! the mesh.
 
 use std::cell::LazyCell;
 
@@ -18,18 +19,19 @@ use crate::{
 /// Edges in a task.
 const EDGES: usize = 4096;
 
-/// Below this tolerance the springs are evaluated in f64, whatever the backend: residuals are f64, and the equilibrium of springs
-/// rounded to f32 is some 1e-6 of an edge off on a wing of 102 341 tets pitched by 10 degrees.
+/// Below this tolerance the springs are evaluated in f64 on every backend. Residuals are f64, and
+/// springs rounded to f32 shift the equilibrium by about 1e-6 of an edge on a wing of 102 341 tets
+/// pitched by 10 degrees.
 const SINGLE: f64 = 1e-5;
 
-/// Where the springs of a mesh go; the same for all its deformed shapes.
+/// The graph of a mesh's springs. It is the same for all deformed shapes of the mesh.
 pub struct EdgeGraph {
     pub(super) tets: TetEdges,
     pub(super) graph: VertexGraph,
 }
 
 impl EdgeGraph {
-    /// The edges of the tets.
+    /// Collects the edges of the tets `[n_tets]`.
     pub fn new(mesh: &TetMesh) -> Self {
         let tets = TetEdges::new(mesh.vertices.len(), &mesh.tets);
         let graph = VertexGraph::new(mesh.vertices.len(), &tets.edges);
@@ -39,11 +41,12 @@ impl EdgeGraph {
 
 /// The springs along the edges, at one shape of the mesh.
 pub(super) struct EdgeSprings {
-    /// Lengths of the edges `[n_edges]`.
+    /// Length of each edge `[n_edges]`, in the mesh's unit.
     pub(super) length: Vec<f64>,
-    /// Stiffness between displacements `[n_edges]`.
+    /// Stiffness of each edge for displacements `[n_edges]`.
     pub(super) stiffness: Vec<f64>,
-    /// Stiffness between rotations `[n_edges]`, where the springs know them.
+    /// Stiffness of each edge for rotations `[n_edges]`; `None` if the springs are not
+    /// rotation-aware.
     pub(super) rotation_stiffness: Option<Vec<f64>>,
 }
 
@@ -51,7 +54,7 @@ impl EdgeSprings {
     /// Evaluates the springs at the vertices of `set_up`'s mesh.
     ///
     /// # Errors
-    /// The backend failed or the mesh does not fit.
+    /// The backend failed, or the mesh does not fit the device.
     pub(super) fn new(set_up: &SetUp, tets: &TetEdges, springs: &Springs) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, stopping, .. } = *set_up;
         let TetEdges { edges, edge_tets, tet_edges } = tets;
@@ -64,7 +67,7 @@ impl EdgeSprings {
         let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
         let reference = CpuBackend::new(Precision::F64);
         let springs_on: &dyn Backend = if stopping.tolerance < SINGLE { &reference } else { backend };
-        // One sum over the tets serves all springs.
+        // One sum over the tets serves both stiffnesses.
         let sum = match springs.are_torsional() {
             true => springs_on.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges })?,
             false => vec![0.0; edges.len()],

@@ -1,17 +1,25 @@
-//! Everything inside, once the surfaces have moved: springs, a path of steps where one jump is too far, local optimisation.
+//! The stage that moves all vertices inside, after the surfaces: springs, a path of steps, and
+//! local optimisation.
 //!
-//! One jump from the undeformed mesh is tried first, and is enough for what designs usually ask. Where it inverts tets in a few
-//! places, they are repaired there. Where they cannot be, the surfaces are led to their places in steps (see [`route`]). A step
-//! starts from the mesh the one before left: the springs' stiffness and rest edges are those of that mesh. A step that inverts a
-//! tet beyond repair is made half as long, with the same springs; after one that goes well the next is twice as long. On the
-//! way only the inside is optimised, and only when tets get bad; in the end the whole mesh is. All steps follow from the design
-//! and the undeformed mesh, so the result still depends on the design alone.
+//! **One jump.** The springs first move the inside in one jump from the undeformed mesh, which is
+//! enough for most designs. If the jump inverts tets in a few places, local optimisation tries to
+//! untangle the mesh there.
 //!
-//! Repairs first save the set-ups of steps: a half aircraft of 2.8 million tets in thin layers, its profiles 1 % thicker, has 52
-//! inverted tets after its jump and is as good as before in 4 s; in steps alone it took 157 s and 63 attempts. A wing turned by
-//! 180 degrees takes 0.7 of the time.
+//! **Path of steps.** If it cannot, the surfaces follow a route to their new places in steps (see
+//! [`route`]). A step starts from the mesh of the step before, with the stiffness and rest edges of
+//! that mesh. A step that inverts a tet beyond local optimisation is repeated at half its length,
+//! with the same springs. After a successful step the next is twice as long. On the path local
+//! optimisation moves inner vertices only, and runs only when tets get bad; at the end it may also
+//! slide vertices of surfaces. All steps follow from the design and the undeformed mesh, so the
+//! result depends on the design alone.
 //!
-//! The paper moves in one step and stops there.
+//! **Cost.** Local optimisation comes first because a step needs a set-up of its own. A half
+//! aircraft of 2.8 million tets in thin layers, with profiles 1 % thicker, has 52 inverted tets
+//! after its jump. Local optimisation restores it in 4 s; with steps alone 157 s and 63 attempts
+//! were needed. For a wing turned by 180 degrees local optimisation on the path saves 0.3 of the
+//! time.
+//!
+//! The paper moves the inside in one jump, without local optimisation.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -46,12 +54,14 @@ use crate::{
     stage::{SetUp, Stage, StageError},
 };
 
-/// How many steps an update may try, if nothing else is said. A half turn takes four, six without repairs.
+/// Default for the number of steps that an update may try. A half turn takes four, or six without
+/// local optimisation.
 pub const MAX_STEPS: usize = 64;
 
-/// The inside of a mesh, set up once per mesh.
+/// The volume stage. Set up once per mesh.
 pub struct VolumeStage {
-    /// None after a path of steps, whose networks had its place in the memory; the next design sets it up anew.
+    /// `None` after a path of steps, whose networks needed its memory. The next design sets it up
+    /// again.
     volume: Option<VolumeNetwork>,
     constraint: Vec<Constraint>,
     method: Method,
@@ -77,42 +87,42 @@ pub struct VolumeSettings {
     pub max_steps: usize,
 }
 
-/// The steps an update took.
+/// The steps of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Path {
-    /// Steps on the way to the result: 1 is a jump from the undeformed mesh.
+    /// Steps of the path to the result. 1 is a jump from the undeformed mesh.
     pub steps: usize,
-    /// Steps that were tried and given up, the jump among them.
+    /// Steps that were tried and given up, including the jump.
     pub given_up: usize,
-    /// How much of the way valid meshes led, in `0..=1`. Less than 1: the path got stuck, and the mesh is
-    /// the jump's.
+    /// Share of the route with valid meshes, in `0..=1`. If it is less than 1, no further step
+    /// succeeded, and the mesh is the jump's.
     pub reached: f64,
 }
 
 /// What a run made, beside the displacement.
 #[derive(Clone, Debug)]
 pub struct VolumeResult {
-    /// The moved vertices `[n_vertices]`.
+    /// Positions of all vertices after the motion `[n_vertices]`, in the mesh's unit.
     pub vertices: Vec<DVec3>,
     /// Beta of each tet `[n_tets]`.
     pub beta: Vec<f64>,
-    /// How the springs were relaxed, all steps together.
+    /// Convergence of the springs, all steps together.
     pub convergence: Convergence,
-    /// The steps it took.
+    /// The steps taken.
     pub path: Path,
-    /// What local optimisation did in the end; `None` where it was off or nothing called for it.
+    /// The result of local optimisation at the end. `None` if it was off or not needed.
     pub smoothed: Option<Smoothed>,
 }
 
 impl VolumeStage {
-    /// Sets springs and optimisation up.
+    /// Sets up springs and local optimisation.
     ///
     /// - `edge_graph`: the edges of the mesh's tets
     /// - `lowest`: the undeformed mesh's smallest beta
     /// - `shaped`: vertices that give wings their profiles: they do not slide
     ///
     /// # Errors
-    /// The backend failed or the mesh does not fit.
+    /// The backend failed, or the mesh does not fit the device.
     pub fn new(
         set_up: &SetUp,
         edge_graph: EdgeGraph,
@@ -132,7 +142,7 @@ impl VolumeStage {
             None => None,
             Some(target) => {
                 let freedom_of_surfaces = SurfaceFreedom::new(mesh, surface, families, shaped);
-                // Alone, one of two partners would leave the other.
+                // A vertex with a partner is held: moved alone it would leave its partner.
                 let may = |(vertex, may): (u32, &Constraint)| {
                     if families.partners.is_tied(vertex) { Constraint::Held } else { *may }
                 };
@@ -161,12 +171,12 @@ impl VolumeStage {
         })
     }
 
-    /// How the volume's springs are relaxed; never [`Method::Auto`].
+    /// The method that relaxes the volume's springs; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.method
     }
 
-    /// Where the springs start from now on.
+    /// Sets the start of the springs for further updates.
     pub fn start_from(&mut self, start: Start) {
         self.start = start;
         if let Some(volume) = &mut self.volume {
@@ -185,7 +195,7 @@ impl VolumeStage {
         self.crossings.newly_self_intersecting(&mesh.vertices, vertices)
     }
 
-    /// Whether a tet is inverted by its surface vertices alone: no path would help it.
+    /// Whether a tet with held vertices only is inverted. Then no path of steps helps.
     fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh) -> bool {
         let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
         mesh.tets.iter().zip(&state.beta).any(|(tet, &beta)| faults::is_inverted(beta) && tet.iter().all(held))
@@ -215,9 +225,10 @@ impl Stage for VolumeStage {
         let mut convergence = volume.run(&mesh.vertices, displacement, stopping)?;
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
-        // No volume fits surfaces that pass through each other.
+        // No valid volume exists between surfaces that intersect.
         let mut stuck = state.inverted > 0 && !self.newly_self_intersecting(mesh, &state.vertices).is_empty();
-        // A relaxation that diverged left no place to go to.
+        // Displacements that are not finite come from a relaxation that diverged. No path leads
+        // there.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
         let mut smoothed = None;
         if state.inverted > 0
@@ -252,7 +263,7 @@ impl Stage for VolumeStage {
             (state, smoothed) = (better, Some(by));
         }
         for ((displacement, from), to) in displacement.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
-            // What the springs or the surfaces gave keeps its bits.
+            // A displacement that already gives the vertex's position keeps its bits.
             if moved(*from, *displacement) != *to {
                 *displacement = *to - *from;
             }
@@ -265,7 +276,7 @@ impl Stage for VolumeStage {
     }
 }
 
-/// The vertices where a motion puts them; see [`moved`].
+/// Positions `[n_vertices]` plus displacements `[n_vertices]`, see [`moved`].
 pub fn displaced(vertices: &[DVec3], displacement: &[DVec3]) -> Vec<DVec3> {
     vertices.iter().zip(displacement).map(|(at, by)| moved(*at, *by)).collect()
 }

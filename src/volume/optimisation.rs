@@ -1,4 +1,4 @@
-//! Local optimisation in the volume stage: when it runs, up to which beta, and the mesh it works on.
+//! Local optimisation in the volume stage: its goals, and the mesh that it works on.
 
 use glam::DVec3;
 
@@ -10,25 +10,29 @@ use crate::{
     stage::SetUp,
 };
 
-/// With the original shapes as target, the share of the original mesh's smallest beta that is good enough. Springs alone
-/// keep this on most designs; repairing less would move vertices for nothing.
+/// With the original shapes as target, local optimisation runs if the smallest beta is below this
+/// share of the original mesh's. Springs alone keep this share on most designs. A larger share
+/// would move vertices without need.
 pub(super) const ENOUGH: f64 = 0.75;
 
-/// With improvement as target, the multiple of the original mesh's smallest beta aimed at. Where surfaces slide it is
-/// reached on wing-bodies of 98 000 and of 921 000 tets; aiming at 2 takes several times as long, and ends at 1.57 to 1.95.
+/// With the target `Improve`, the goal as a multiple of the original mesh's smallest beta. With
+/// sliding surfaces it is reached on wing-bodies of 98 000 and of 921 000 tets. The goal 2 takes
+/// several times as long, and ends at 1.57 to 1.95.
 pub(super) const IMPROVED: f64 = 1.5;
 
-/// Most sweeps of the optimisation: it ends by itself when it no longer helps, after some tens.
+/// Most sweeps at the end of an update. Local optimisation ends by itself, after some tens, when it
+/// no longer helps.
 pub(super) const MOST_SWEEPS: usize = 400;
 
-/// Where more than this share of the tets is inverted nothing is repaired: it would take long and help little. Less is a fault
-/// in a few places, which vertices may slide out of.
+/// If more than this share of the tets is inverted, local optimisation does not try to untangle
+/// them: it would take long and help little. A smaller share is a fault in a few places, from which
+/// vertices may move away.
 pub(super) const LOCAL: f64 = 1e-3;
 
-/// Most sweeps of a repair on the way.
+/// Most sweeps on the path of steps.
 const REPAIR_SWEEPS: usize = 100;
 
-/// A mesh on the way.
+/// A mesh during an update.
 pub(super) struct MovedMesh {
     pub(super) vertices: Vec<DVec3>,
     pub(super) beta: Vec<f64>,
@@ -47,7 +51,7 @@ impl MovedMesh {
         Self { vertices, beta, worst, inverted }
     }
 
-    /// Whether what is inverted, if anything, is a fault in a few places.
+    /// Whether inverted tets, if any, are few enough for local optimisation.
     pub(super) fn is_local(&self) -> bool {
         self.inverted as f64 <= LOCAL * self.beta.len() as f64
     }
@@ -59,12 +63,12 @@ pub(super) struct Smoothing {
     pub(super) freedom_of_surfaces: SurfaceFreedom,
     /// The smallest beta to reach.
     pub(super) goal: f64,
-    /// The smallest beta that is left alone.
+    /// Local optimisation runs only if the smallest beta is lower.
     pub(super) enough: f64,
 }
 
 impl Smoothing {
-    /// Optimises a mesh whose surfaces are in their places, on which vertices may slide.
+    /// Optimises a mesh whose surfaces have reached their places. Vertices of surfaces may slide.
     pub(super) fn run(&mut self, set_up: &SetUp, state: &MovedMesh) -> Result<(MovedMesh, Smoothed), BackendError> {
         let Self { smoother, freedom_of_surfaces, goal, .. } = self;
         let sliding = freedom_of_surfaces.on(set_up.mesh, set_up.surface, set_up.families, &state.vertices);
@@ -74,7 +78,8 @@ impl Smoothing {
         Ok((MovedMesh::of(vertices, beta), smoothed))
     }
 
-    /// Repairs the inside of a mesh on the way, up to this beta.
+    /// Optimises the inside of a mesh on the path of steps, up to the beta `enough`, with the
+    /// surfaces held.
     pub(super) fn repair(&mut self, state: MovedMesh, enough: f64) -> Result<MovedMesh, BackendError> {
         let MovedMesh { mut vertices, mut beta, .. } = state;
         let goal = Goal { beta: enough, max_sweeps: REPAIR_SWEEPS };

@@ -1,11 +1,17 @@
-//! Rotations of the moved surfaces, spread through the volume: what rotation-aware springs keep their shape by.
+//! Rotations of the moved surfaces, spread through the volume: with them rotation-aware springs
+//! turn their rest edges.
 //!
-//! Springs that hold the *difference* of two displacements small resist a rotation as if it were a strain, and x, y and z
-//! do not know of each other: that is why spring meshes fail at a few degrees. Here every surface vertex has a rotation
-//! fitted to its ring of edges and its normal; their rotation vectors are spread by one relaxation of springs of their own.
-//! In the second one each spring pulls towards its own rest edge, rotated by the mean of its ends:
-//! `sum_j k_ij (x_i - x_j) = sum_j k_ij (R_i + R_j) / 2 (X_i - X_j)`. Both matrices are the undeformed mesh's, so the result
-//! depends on the design alone. The paper's springs have no such term.
+//! Springs that keep the *difference* of two displacements small resist a rotation as if it were a
+//! strain, and x, y and z are independent of each other. So meshes of such springs fail at a few
+//! degrees. Rotation-aware springs work in two relaxations:
+//!
+//! 1. Every surface vertex gets a rotation, fitted to the motion of its edges along the surface and
+//!    of its normal. Springs of their own spread the rotation vectors through the volume.
+//! 2. Each spring pulls towards its rest edge, rotated by the mean of the rotations at its ends:
+//!    `sum_j k_ij (x_i - x_j) = sum_j k_ij (R_i + R_j) / 2 (X_i - X_j)`.
+//!
+//! Both matrices belong to the undeformed mesh, so the result depends on the design alone. The
+//! paper's springs have no such term.
 
 use std::sync::Arc;
 
@@ -25,48 +31,54 @@ use crate::{
     relaxation::{Convergence, Network, Relaxer, Stopping},
 };
 
-/// Weight of the normal in a surface vertex's fit, against one for each edge: a ring of edges alone hardly feels a
-/// rotation about an axis in its plane.
+/// Weight of the normal in the fit of a surface vertex, where each edge has weight 1. Edges alone
+/// hardly determine a rotation about an axis in their plane.
 const NORMAL: f64 = 3.0;
 
-/// Tolerance of the rotations in radians, for one of the displacements in shortest edges: an error of the rotation moves
-/// a vertex by itself times the way from the surfaces, some tens of edges.
+/// Tolerance of the rotations in radians, over the tolerance of the displacements in shortest
+/// edges. An error of the rotation moves a vertex by the error times its distance from the
+/// surfaces, some tens of edges.
 const ANGLE: f64 = 1.0 / 32.0;
 
-/// Weight of the body's own rotation in the fit. It decides only what the ring leaves open: at a sharp edge the normals
-/// cancel, and about the edge itself any rotation would fit.
+/// Weight of the body's own rotation in the fit. It matters only where the edges do not determine
+/// the rotation: at a sharp edge the normals cancel, and about the edge itself every rotation would
+/// fit.
 const BODY: f64 = 0.01;
 
 /// A moved family.
 struct Body {
-    /// All of its vertices: its own rotation is fitted to them. Those it places alone may lie on a line.
+    /// All vertices of the family. The family's own rotation is fitted to them, because the placed
+    /// vertices may lie on a line.
     vertices: Vec<u32>,
-    /// The vertices it places, whose rotations are fitted one by one.
+    /// The vertices that the family places. Each has a rotation of its own.
     placed: Vec<u32>,
 }
 
-/// The rotations of all vertices.
+/// The network that spreads rotations from the surfaces to all vertices.
 pub struct Rotation {
     relaxer: Relaxer,
     last: Equilibrium,
-    /// Neighbours of each surface vertex along the surface.
+    /// Neighbours of each surface vertex along the surface: `n_vertices` rows.
     ring: Arc<Csr>,
     bodies: Vec<Body>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Rotation {
-    /// Sets the network up: `graph` and `edge_stiffness` of the tets' edges.
+    /// Sets up the network.
+    ///
+    /// - `graph`: the tets' edges
+    /// - `edge_stiffness` `[n_edges]`: stiffness for rotations
     ///
     /// # Errors
-    /// The backend failed or the mesh does not fit.
+    /// The backend failed, or the mesh does not fit the device.
     pub fn new(set_up: &SetUp, graph: &VertexGraph, edge_stiffness: &[f64]) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let n = mesh.vertices.len();
         let constraint = (0..n as u32)
             .map(|vertex| match families.placed_by[vertex as usize] {
                 PlacedBy::Volume => Constraint::Free,
-                // A rotation about the normal keeps a plane; no rotation keeps two.
+                // A rotation about the normal keeps a plane. No rotation keeps two planes.
                 PlacedBy::Plane => match families.plane_constraint(vertex) {
                     Constraint::InPlane(normal) => Constraint::OnLine(normal),
                     _ => Constraint::Held,
@@ -74,7 +86,7 @@ impl Rotation {
                 _ => Constraint::Held,
             })
             .collect();
-        // An angle has no length: errors are in radians.
+        // Length 1 for each edge, so errors are in radians.
         let lengths = vec![1.0; edge_stiffness.len()];
         let network = Network::new(graph, edge_stiffness, &lengths, constraint, vec![0.0; n]);
         let edges = triangle_edges(surface.triangles.iter().copied());
@@ -95,12 +107,16 @@ impl Rotation {
         Ok(Self { relaxer, last: Equilibrium::default(), ring, bodies, triangles: surface.triangles.clone() })
     }
 
-    /// See [`super::springs::VolumeNetwork::start_from`].
+    /// Sets the start of further relaxations.
     pub(super) fn start_from(&mut self, start: Start) {
         self.last.start_from(start);
     }
 
-    /// The rotation of every vertex `[n_vertices]`, less the identity, for surfaces moved by `displacement`.
+    /// The rotation matrix of every vertex minus the identity `[n_vertices]`.
+    ///
+    /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
+    /// - `displacement` `[n_vertices]`: displacement of the surfaces, in the mesh's unit
+    /// - `stopping`: for displacements; the tolerance of the rotations follows from it
     ///
     /// # Errors
     /// The backend failed.
@@ -157,10 +173,12 @@ impl Rotation {
     }
 }
 
-/// The pull of springs whose rest edges turn with their ends `[n_vertices]`: `sum_j k_ij ((R_i + R_j) / 2 - 1) (X_i - X_j)`.
+/// Forces of springs whose rest edges turn with their ends `[n_vertices]`, in the unit of stiffness
+/// times displacement: `sum_j k_ij ((R_i + R_j) / 2 - 1) (X_i - X_j)`.
 ///
 /// - `network`: the springs
-/// - `rotation_minus_identity` `[n_vertices]`: rotations less the identity
+/// - `positions` `[n_vertices]`: undeformed positions, in the mesh's unit
+/// - `rotation_minus_identity` `[n_vertices]`: rotation matrices minus the identity
 pub fn rest_force(network: &Network, positions: &[DVec3], rotation_minus_identity: &[DMat3]) -> Vec<DVec3> {
     (0..network.len())
         .into_par_iter()
@@ -178,13 +196,15 @@ pub fn rest_force(network: &Network, positions: &[DVec3], rotation_minus_identit
         .collect()
 }
 
-/// Axis times angle, `0..=pi`.
+/// Rotation vector: the axis times the angle in radians, `0..=pi`.
 fn rotation_vector(rotation: DQuat) -> DVec3 {
     (if rotation.w < 0.0 { -rotation } else { rotation }).to_scaled_axis()
 }
 
-/// The rotation vector of the same rotation that is nearest to another one: beyond half a turn the shorter way round
-/// would be the wrong way for a vertex of a body that turns the longer one.
+/// Of the two rotation vectors of a rotation, the one nearer to the rotation vector of the body.
+///
+/// A vertex of a body that turns by nearly half a turn may turn by more than half. Its shorter
+/// rotation vector then has the opposite direction.
 fn nearest_turn(vector: DVec3, body: DVec3) -> DVec3 {
     let angle = vector.length();
     if angle == 0.0 {

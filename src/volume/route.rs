@@ -1,12 +1,15 @@
-//! The way of the moved surfaces from their original places to their new ones.
+//! Route of the moved surfaces from their original places to their new places.
 //!
-//! A design says where the surfaces end, not how they get there. The straight way would shrink a body that turns: half-way
-//! through half a turn it has no chord left. So the best rigid motion of each moved body (wing, trailing edge and wingtip
-//! families that hang together are one) is followed as a screw, turning about one axis and travelling along it, and what
-//! the body does beyond it grows in proportion, in the body's own frame. Carenage and plane vertices go straight, and
-//! everything that has to lie on a carenage or plane is brought back onto it on the way.
+//! A design gives the end of the motion only. A straight route would shrink a body that turns:
+//! half-way through half a turn its chord would vanish. So each moved body follows a screw: a
+//! rotation about one axis and a translation along the axis, taken from the body's best rigid
+//! motion. Families of wings, trailing edges and wingtips that touch form one body. The rest of the
+//! body's motion grows in proportion to the progress, in the body's own frame. Vertices of
+//! carenages and planes go straight. Vertices on carenages or planes are put back on them at each
+//! step.
 //!
-//! A rotation is known up to full turns only: the way is the shorter one, at most half a turn. The paper moves in one step.
+//! A rotation is known up to full turns only. The route takes the shorter way, at most half a turn.
+//! The paper moves in one step.
 
 use std::f64::consts::PI;
 
@@ -19,20 +22,20 @@ use crate::mesh::Displacement;
 use crate::mesh::{FamilyId, TetMesh};
 use crate::stage::SetUp;
 
-/// A rotation by less than this, in radians, is followed as a translation: its axis is too far away to be found, and
-/// the two ways differ by less than 1e-6 of the distance.
+/// A rotation by a smaller angle, in radians, is followed as a translation. Its axis is too far
+/// away to be computed, and the two ways differ by less than 1e-6 of the distance.
 const LEAST_TURN: f64 = 1e-5;
 
 /// The bodies of a mesh. Made once per mesh.
 pub struct Bodies {
-    /// The vertices of each body, ascending.
+    /// Vertices of each body, ascending.
     bodies: Vec<Vec<u32>>,
-    /// The carenage and plane vertices.
+    /// Vertices of carenages and planes.
     others: Vec<u32>,
 }
 
 impl Bodies {
-    /// Finds the moved families that hang together.
+    /// Groups the moved families that touch into bodies.
     pub fn new(set_up: &SetUp) -> Self {
         let SetUp { surface, families, .. } = *set_up;
         let is_body = |placed_by: PlacedBy| {
@@ -45,7 +48,7 @@ impl Bodies {
             }
             let own = |vertex: &u32| is_body(families.placed_by[*vertex as usize]);
             let mut body: Vec<u32> = surface.vertices_of(FamilyId(index as u16)).iter().copied().filter(own).collect();
-            // Those it shares a vertex with become one with it.
+            // A family joins the bodies with which it shares a vertex.
             bodies.retain_mut(|other| {
                 let joined = other.iter().any(|vertex| body.binary_search(vertex).is_ok());
                 if joined {
@@ -63,7 +66,9 @@ impl Bodies {
         Self { bodies, others }
     }
 
-    /// The way of the surfaces to where `displacement` `[n_vertices]` takes them.
+    /// The route of the surfaces.
+    ///
+    /// - `displacement` `[n_vertices]`: displacement of the surfaces at the end, in the mesh's unit
     pub fn route<'a>(&'a self, mesh: &'a TetMesh, families: &'a Families, displacement: &'a Displacement) -> Route<'a> {
         let screws = self.bodies.iter().map(|body| {
             let pairs: Vec<(DVec3, DVec3, f64)> = body
@@ -79,7 +84,7 @@ impl Bodies {
     }
 }
 
-/// The way of one design's surfaces.
+/// The route of the surfaces for one design.
 pub struct Route<'a> {
     screws: Vec<Screw>,
     bodies: &'a Bodies,
@@ -89,14 +94,16 @@ pub struct Route<'a> {
 }
 
 impl Route<'_> {
-    /// Largest angle a body turns by, in radians.
+    /// Largest angle by which a body turns, in radians.
     pub fn largest_turn(&self) -> f64 {
         self.screws.iter().map(|screw| screw.angle).fold(0.0, f64::max)
     }
 
-    /// Displacement of every surface vertex from its original place at `progress` in `0..=1` of the way; zero inside.
+    /// Displacement of every surface vertex from its original place `[n_vertices]`, in the mesh's
+    /// unit; zero for inner vertices.
     ///
-    /// At 1 it is the design's to the bit.
+    /// - `progress`: 0 at the start, 1 at the end, where the displacement has the bits of the
+    ///   design's
     pub fn at(&self, progress: f64) -> Displacement {
         let mut now = vec![DVec3::ZERO; self.displacement.len()];
         let mut place = |vertex: u32, displacement: DVec3| {
@@ -121,10 +128,10 @@ impl Route<'_> {
     }
 }
 
-/// A rigid motion as one turn about an axis and a travel along it.
+/// A rigid motion as a screw: one rotation about an axis and a translation along the axis.
 struct Screw {
     axis: DVec3,
-    /// 0 to pi.
+    /// Angle in radians, 0 to pi.
     angle: f64,
     /// A point of the axis.
     hinge: DVec3,
@@ -142,7 +149,7 @@ impl Screw {
         }
         let along = axis * axis.dot(shift);
         let across = shift - along;
-        // The point that the turn and the travel across the axis leave where it is.
+        // The rotation and the translation across the axis leave this point in its place.
         let hinge = from + 0.5 * (across + axis.cross(across) / (0.5 * angle).tan());
         Self { axis, angle, hinge, travel: along }
     }
@@ -152,7 +159,7 @@ impl Screw {
         self.hinge + turn * (point - self.hinge) + progress * self.travel
     }
 
-    /// Where the whole motion takes a point from.
+    /// The preimage of a point under the whole motion.
     fn back(&self, point: DVec3) -> DVec3 {
         let turn = DQuat::from_axis_angle(self.axis, -self.angle);
         self.hinge + turn * (point - self.travel - self.hinge)
@@ -163,7 +170,8 @@ impl Screw {
 mod tests {
     use super::*;
 
-    /// A quarter turn about a hinge with a travel along it: half-way is an eighth of a turn and half the travel.
+    /// A quarter turn about a hinge with a travel along it: half-way is an eighth of a turn and
+    /// half the travel.
     #[test]
     fn a_screw_is_followed_about_its_hinge() {
         let hinge = DVec3::new(2.0, 0.0, -1.0);

@@ -1,11 +1,18 @@
-//! Where surface vertices may slide while local optimisation runs, the last of all: on their surface or along their curve.
+//! Sliding of surface vertices during local optimisation at the end of an update.
 //!
-//! The surface of wings, trailing edges and wingtips is the one the stages before made, that of carenages the original
-//! one. A vertex between two families, or on a sharp edge within one, slides along that curve only; where more curves
-//! meet, where one ends or turns sharply, it stays. So do the vertices of fixed and prescribed families, those of periodic
-//! planes, and those of wings beside the planes of their profiles: on flat facets they would leave the curved section. Other
-//! plane families
-//! slide by the volume's constraints.
+//! A vertex slides on the smooth surface of its family, or along a curve. The surfaces of wings,
+//! trailing edges and wingtips are the moved ones; the surface of a carenage is the original one. A
+//! vertex between two families, or on a sharp edge within a family, slides along this curve only.
+//!
+//! These vertices stay in their places:
+//!
+//! - vertices where several curves meet, or where a curve ends or turns sharply
+//! - vertices of fixed and prescribed families, and of periodic planes
+//! - vertices of wings beside the planes of their profiles: flat facets would take them off the
+//!   curved section
+//!
+//! Other plane families slide by the constraints of the volume. The paper has no local
+//! optimisation.
 
 use glam::DVec3;
 
@@ -26,34 +33,39 @@ use crate::{
     smoothing::SurfaceMotion,
 };
 
-/// Cosine of the least angle, 20 degrees, by which a sharp edge turns the surface, or a corner its curve. The edges that
-/// shape an aircraft (trailing edges, tips, roots) turn by more. On the wing-bodies measured 98 % and more of the edges
-/// within families turn by less; the others are on leading edges and noses, where a vertex may as well slide along them
-/// alone: across an edge of this angle [`TRUE_TO_SHAPE`] leaves it half a percent of its shortest edge.
+/// Cosine of the least angle, 20 degrees, of a sharp edge between two triangles, or of a corner of
+/// a curve.
+///
+/// The edges that shape an aircraft (trailing edges, tips, roots) have larger angles. On the
+/// measured wing-bodies at least 98 % of the edges within families have smaller angles. The others
+/// are on leading edges and noses, where it does no harm if vertices slide along them only: across
+/// an edge of this angle [`TRUE_TO_SHAPE`] would allow half a percent of the shortest edge.
 const SHARP: f64 = 0.939_692_620_785_908_4;
 
-/// A vertex slides by no more than this fraction of its shortest edge over the angle by which its triangles turn against
-/// each other: by about so much of its edges it changes the shape of the surface, whose facets cut its curvature. With
-/// 0.005 sections of a wing with 16 edges along its chord leave their profiles by 5e-4 chords more, with 0.002 by
-/// nothing; finer wings improve as much with either.
+/// A vertex slides at most by this fraction of its shortest edge, divided by the angle in radians
+/// between its triangles.
+///
+/// Facets cut the curvature of a surface, so a slide changes the shape by about this fraction of
+/// the edges. With 0.005 the sections of a wing with 16 edges along its chord leave their profiles
+/// by 5e-4 chords more, with 0.002 by nothing. Finer wings improve as much with either.
 const TRUE_TO_SHAPE: f64 = 0.002;
 
-/// What a surface vertex may do.
+/// The freedom of a surface vertex to slide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Freedom {
-    /// Nothing beyond its constraint.
+    /// The vertex follows its constraint only.
     Held,
-    /// Slide on the smooth part of its family that has this triangle.
+    /// The vertex slides on the smooth part of its family with this triangle.
     Surface(u32),
-    /// Slide along the curve between these two vertices.
+    /// The vertex slides along the curve through these two neighbours.
     Curve([u32; 2]),
 }
 
-/// What the vertices of a mesh's surface may do. Set up once per mesh.
+/// The freedom of each surface vertex to slide. Set up once per mesh.
 pub struct SurfaceFreedom {
-    /// Triangles around each vertex `[n_vertices]` rows.
+    /// Triangles around each vertex: `n_vertices` rows.
     around: Csr,
-    /// The smooth part each triangle belongs to `[n_triangles]`.
+    /// The smooth part of each triangle `[n_triangles]`.
     part: Vec<u32>,
     freedom: Vec<Freedom>,
 }
@@ -61,7 +73,7 @@ pub struct SurfaceFreedom {
 impl SurfaceFreedom {
     /// Finds curves and corners on the undeformed mesh.
     ///
-    /// - `shaped`: vertices that stay, because the sections of wings are judged by them
+    /// - `shaped`: vertices of wings that stay, because the sections of wings are checked at them
     pub fn new(mesh: &TetMesh, surface: &Surface, families: &Families, shaped: &[u32]) -> Self {
         let n_vertices = mesh.vertices.len();
         let half_edges = 0..3 * surface.triangles.len() as u32;
@@ -101,10 +113,10 @@ impl SurfaceFreedom {
         (0..self.freedom.len() as u32).filter(|&vertex| self.freedom[vertex as usize] != Freedom::Held).collect()
     }
 
-    /// The surfaces as they stand now, to slide on.
+    /// The moved surfaces, for vertices to slide on.
     ///
     /// - `mesh`: the undeformed mesh
-    /// - `at` `[n_vertices]`: where the surface stages put the vertices
+    /// - `at` `[n_vertices]`: positions after the surface stages, in the mesh's unit
     pub fn on<'a>(
         &'a self,
         mesh: &'a TetMesh,
@@ -117,14 +129,14 @@ impl SurfaceFreedom {
     }
 }
 
-/// Moved surfaces for vertices to slide on.
+/// Moved surfaces on which vertices slide.
 pub struct SlidingSurface<'a> {
     freedom: &'a [Freedom],
-    /// The undeformed vertices `[n_vertices]`.
+    /// Undeformed positions `[n_vertices]`.
     original: &'a [DVec3],
     surface: &'a Surface,
     families: &'a Families,
-    /// The moved surface.
+    /// The moved surface in its smooth parts.
     parts: Parts<'a>,
 }
 
@@ -142,8 +154,8 @@ impl SlidingSurface<'_> {
         self.families.shapes_at(vertex).next()
     }
 
-    /// How far a vertex may slide: less where its triangles turn more. Carenages and planes keep their shape without a
-    /// limit.
+    /// The largest slide of a vertex, in the mesh's unit: the larger the angles between its
+    /// triangles, the smaller. There is no limit on carenages and planes, which keep their shape.
     fn true_to_shape(&self, vertex: u32) -> f64 {
         if self.families.placed_by[vertex as usize] == PlacedBy::Carenage {
             return f64::INFINITY;
@@ -201,7 +213,7 @@ impl SurfaceMotion for SlidingSurface<'_> {
         let settled = self.families.settle(vertex, near);
         match self.families.plane_constraint(vertex) {
             Constraint::Free => settled,
-            // Off its plane not even by rounding.
+            // Rounding must not take the vertex off its plane.
             plane => start + plane.limit(settled - start),
         }
     }
@@ -215,13 +227,13 @@ fn normal(mesh: &TetMesh, triangle: [u32; 3]) -> DVec3 {
     unit_normal(corners(&mesh.vertices, triangle))
 }
 
-/// Whether a curve goes on through its middle vertex without a sharp turn.
+/// Whether a curve passes its middle vertex without a corner.
 fn is_smooth(mesh: &TetMesh, curve: [u32; 3]) -> bool {
     let [a, b, c] = corners(&mesh.vertices, curve);
     (b - a).normalize_or_zero().dot((c - b).normalize_or_zero()) >= SHARP
 }
 
-/// Whether one can walk round a vertex through all of its triangles.
+/// Whether the triangles around a vertex form one closed fan.
 fn is_one_fan(surface: &Surface, around: &Csr, vertex: u32) -> bool {
     let row = around.row(vertex as usize);
     let Some(&first) = row.first() else { return false };
@@ -231,7 +243,8 @@ fn is_one_fan(surface: &Surface, around: &Csr, vertex: u32) -> bool {
     met.is_some_and(|steps| steps + 1 == row.len())
 }
 
-/// Numbers the parts of the surface between the edges that split it `[n_triangles]`.
+/// Numbers the parts of the surface `[n_triangles]`. Edges for which `splits` is true bound the
+/// parts.
 fn parts(surface: &Surface, splits: impl Fn(u32) -> bool) -> Vec<u32> {
     let mut part = vec![u32::MAX; surface.triangles.len()];
     let mut front = Vec::new();

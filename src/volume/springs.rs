@@ -1,9 +1,12 @@
-//! Stage volume: springs on the edges of the tets (see [`crate::springs`]) carry the surfaces' motion inside; rest edges
-//! turn with the surfaces where the springs say so (see `rotation`).
+//! The spring network of the volume, which carries the surfaces' displacement inside.
+//! [`crate::springs`] gives the stiffness. The rest edges of rotation-aware springs turn with the
+//! surfaces (see `rotation`).
 //!
-//! The stiffness is that of the undeformed mesh, so the result depends on the design alone and not on the way to it.
-//! Vertices of plane families slide on in their planes; all other surface vertices are held. Partners in periodic planes slide too,
-//! then get the mean of where that takes them, and the inside relaxes once more with them held.
+//! The stiffness belongs to the undeformed mesh, so the result depends on the design alone.
+//!
+//! Vertices of plane families slide in their planes; all other surface vertices are held. Partners
+//! in periodic planes first slide freely. Each set of partners then takes its mean displacement,
+//! and the inside relaxes again with the partners held.
 
 use super::{
     Start,
@@ -21,35 +24,36 @@ use crate::{
     stage::SetUp,
 };
 
-/// The network of all tets.
+/// The network of all tets, set up once per mesh.
 pub struct VolumeNetwork {
     relaxer: Relaxer,
-    /// Where there are periodic planes.
+    /// Only with periodic planes.
     tied: Option<Tied>,
     last: Equilibrium,
-    /// For springs whose rest edges turn.
+    /// Only with rotation-aware springs.
     rotation: Option<Rotation>,
 }
 
-/// The network with periodic planes held, and the vertices in them that move alike.
+/// The network with periodic planes held, and the sets of vertices in these planes that move alike.
 struct Tied {
     relaxer: Relaxer,
     sets: Vec<Vec<u32>>,
 }
 
 impl VolumeNetwork {
-    /// Evaluates the springs at the vertices of `set_up`'s mesh and sets the networks up.
+    /// Evaluates the springs at the vertices of `set_up`'s mesh and sets up the networks.
     ///
     /// # Errors
-    /// The backend failed or the mesh does not fit.
+    /// The backend failed, or the mesh does not fit the device.
     pub fn new(set_up: &SetUp, edge_graph: &EdgeGraph, springs: &Springs) -> Result<Self, BackendError> {
         Self::of(set_up, &edge_graph.graph, EdgeSprings::new(set_up, &edge_graph.tets, springs)?)
     }
 
-    /// [`Self::new`] with the last use of the edges, most of which is gone before the networks come.
+    /// [`Self::new`], which takes the edges and frees most of their memory before it makes the
+    /// networks.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// As for [`Self::new`].
     pub fn last(set_up: &SetUp, edge_graph: EdgeGraph, springs: &Springs) -> Result<Self, BackendError> {
         let EdgeGraph { tets, graph } = edge_graph;
         let of_edges = EdgeSprings::new(set_up, &tets, springs)?;
@@ -75,7 +79,7 @@ impl VolumeNetwork {
             let network = Network::new(graph, &stiffness, &length, constraint, anchor.clone());
             Ok::<_, BackendError>(Tied { relaxer: Relaxer::new(network, backend, method)?, sets })
         });
-        // The two networks know nothing of each other.
+        // The two networks are independent, so they are made in parallel.
         let (rotation, relaxer) = rayon::join(
             || rotation_stiffness.map(|stiffness| Rotation::new(set_up, graph, &stiffness)).transpose(),
             || Relaxer::new(Network::new(graph, &stiffness, &length, constraint, anchor), backend, method),
@@ -83,17 +87,17 @@ impl VolumeNetwork {
         Ok(Self { relaxer: relaxer?, tied: tied.transpose()?, last: Equilibrium::default(), rotation: rotation? })
     }
 
-    /// What each vertex of the mesh may do once its surfaces are moved `[n_vertices]`.
+    /// Constraint of each vertex after the surfaces have moved `[n_vertices]`.
     pub fn constraint(&self) -> &[Constraint] {
         &self.relaxer.network().constraint
     }
 
-    /// How the springs are relaxed; never [`Method::Auto`].
+    /// The method that relaxes the springs; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.relaxer.method()
     }
 
-    /// Where [`Self::run`] starts from now on.
+    /// Sets the start of further calls of [`Self::run`].
     pub fn start_from(&mut self, start: Start) {
         self.last.start_from(start);
         if let Some(rotation) = &mut self.rotation {
@@ -102,6 +106,10 @@ impl VolumeNetwork {
     }
 
     /// Moves the inside after the surfaces.
+    ///
+    /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
+    /// - `displacement` `[n_vertices]`: on entry the displacement of the surfaces, on exit of all
+    ///   vertices, in the mesh's unit
     ///
     /// # Errors
     /// The backend failed.

@@ -1,25 +1,26 @@
-//! Where a relaxation of the volume starts.
+//! Start of the volume's relaxations.
 //!
-//! The equilibrium does not depend on it, only how far it is away: in a loop whose designs lie close together the last one's is
-//! nearer than the undeformed mesh. Found within the tolerance, the result then depends on what came before within the
-//! tolerance, too.
+//! The equilibrium does not depend on the start, but the number of sweeps does. In a loop over
+//! similar designs the last equilibrium is nearer than the undeformed mesh. The result then depends
+//! on earlier designs, within the tolerance.
 
 use glam::DVec3;
 
 use crate::{constraint::Constraint, relaxation::Convergence};
 
-/// Where an update starts.
+/// The start of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Start {
-    /// The undeformed mesh: the result depends on the design alone, to the last bit.
+    /// The undeformed mesh. The result depends on the design alone, to the last bit.
     #[default]
     Undeformed,
-    /// The last design that converged, in the volume's springs: fewer sweeps for designs that lie close together, and a result
-    /// that depends on earlier ones within the tolerance. After a design that was reached in steps it is the undeformed mesh again.
+    /// The last design whose springs converged. Similar designs need fewer sweeps, and the result
+    /// depends on earlier designs within the tolerance. After a design reached in steps the next
+    /// update starts from the undeformed mesh.
     LastDesign,
 }
 
-/// The last equilibrium of a network, where updates start from it.
+/// The last equilibrium of a network, for updates that start from it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Equilibrium {
     start: Start,
@@ -27,12 +28,12 @@ pub(super) struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// Starts from somewhere else from now on; what was kept is forgotten.
+    /// Sets the start of further relaxations and forgets the last equilibrium.
     pub(super) fn start_from(&mut self, start: Start) {
         *self = Self { start, last: None };
     }
 
-    /// Puts the vertices that may move where they were last.
+    /// Sets the vertices that may move to their last displacement.
     pub(super) fn recall(&self, constraint: &[Constraint], displacement: &mut [DVec3]) {
         for ((now, last), constraint) in displacement.iter_mut().zip(self.last.iter().flatten()).zip(constraint) {
             if *constraint != Constraint::Held {
@@ -41,7 +42,7 @@ impl Equilibrium {
         }
     }
 
-    /// Keeps what a relaxation came to, if it came to something.
+    /// Keeps the result of a relaxation, if it converged and a later update starts from it.
     pub(super) fn keep(&mut self, convergence: &Convergence, displacement: &[DVec3]) {
         if self.start == Start::LastDesign && convergence.converged {
             let last = self.last.get_or_insert_default();

@@ -1,4 +1,4 @@
-//! The path of steps: surfaces led along their route, a fresh volume network at each step.
+//! The path of steps: the surfaces follow their route, with a new volume network for each step.
 
 use std::f64::consts::PI;
 
@@ -19,22 +19,26 @@ use crate::{
     stage::{SetUp, StageError},
 };
 
-/// The first step on a path turns no body by more than this, in radians; steps get longer when they go well.
+/// The first step turns no body by more than this angle, in radians. Steps get longer while they
+/// succeed.
 const FIRST_TURN: f64 = PI / 6.0;
 
-/// On the way tets are repaired when the worst beta falls below the first of these shares of the original mesh's, up to the
-/// second. With 0.5 and 0.75 a wing's half turn takes twice as long and leaves a lower mean; with 0.2 and 0.3 its last steps
-/// start from tets so bad that they take many more of them.
+/// On the path local optimisation runs when the worst beta falls below the first of these shares of
+/// the original mesh's, and ends at the second.
+///
+/// With 0.5 and 0.75 a wing's half turn takes twice as long and ends with a lower mean beta. With
+/// 0.2 and 0.3 the last steps start from tets so bad that many more steps are needed.
 const REPAIR: (f64, f64) = (0.3, 0.5);
 
-/// Steps shorter than this share of the way are not tried: a tet that stands in the way of one stands in the way of all.
+/// Shorter steps, as a share of the route, are not tried. A tet that stops a step this short stops
+/// every step.
 const SHORTEST: f64 = 1.0 / 256.0;
 
-/// Memory that a path of steps takes at most for each tet, once the networks of the jump are gone: the edges of the tets and the networks
-/// of a step; 345 to 363 in meshes of 0.1 to 6.5 million tets.
+/// Most bytes of a path of steps per tet, after the networks of the jump are gone: the edges of the
+/// tets and the networks of a step. Measured were 345 to 363 on meshes of 0.1 to 6.5 million tets.
 const PATH_BYTES: u64 = 380;
 
-/// What a path goes by.
+/// Settings of a path of steps.
 #[derive(Clone, Copy)]
 pub(super) struct Stepping {
     pub(super) springs: &'static Springs,
@@ -44,8 +48,8 @@ pub(super) struct Stepping {
 }
 
 impl Stepping {
-    /// A mesh at the end of the way, optimised, if it has faults in a few places alone: it needs no shorter steps if they can be
-    /// repaired where they are.
+    /// Local optimisation of a mesh at the end of the route. `None` if the mesh has no inverted
+    /// tet, or too many. A success saves shorter steps.
     pub(super) fn repair_last(
         &self,
         state: &MovedMesh,
@@ -58,14 +62,17 @@ impl Stepping {
         smoothing.run(set_up, state).map(Some)
     }
 
-    /// Whether what was repaired may stay as it is.
+    /// Whether the result of local optimisation is good enough.
     pub(super) fn is_good(&self, repaired: &MovedMesh) -> bool {
         repaired.worst >= ENOUGH * self.lowest
     }
 
-    /// Leads the surfaces along their route, in steps that invert no tet.
+    /// Moves the surfaces along their route, in steps that invert no tet.
     ///
-    /// - `volume`: of the undeformed mesh, for the steps that start there; gone afterwards
+    /// - `volume`: network of the undeformed mesh, for steps from there; used up
+    ///
+    /// # Errors
+    /// The backend failed, or the memory does not suffice for a path of steps.
     pub(super) fn follow(
         &self,
         route: &Route,
@@ -85,7 +92,7 @@ impl Stepping {
         let mut step = f64::min(0.5, FIRST_TURN / route.largest_turn());
         while path.reached < 1.0 && step >= SHORTEST && path.steps + path.given_up < self.max_steps {
             observer(&format!("step to {:.0} %", 100.0 * (path.reached + step).min(1.0)));
-            // Not a sliver at the end.
+            // A short rest at the end is added to the last step.
             let progress = if path.reached + 1.1 * step >= 1.0 { 1.0 } else { path.reached + step };
             let next = route.at(progress);
             mesh.vertices.copy_from_slice(&state.vertices);
@@ -94,7 +101,8 @@ impl Stepping {
             convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?);
             let mut vertices = displaced(&mesh.vertices, &displacement);
             for (vertex, constraint) in volume.constraint().iter().enumerate() {
-                // Steps do not add up to the last bit.
+                // Held vertices take the route's position, because the steps do not add up to the
+                // last bit.
                 if *constraint == Constraint::Held {
                     vertices[vertex] = moved(set_up.mesh.vertices[vertex], next[vertex]);
                 }
@@ -127,14 +135,14 @@ impl Stepping {
     }
 }
 
-/// The networks at one shape of the mesh: a large mesh's have room but once.
+/// The networks at one shape of the mesh. For a large mesh the memory holds one of them only.
 struct NetworksAtShape {
     volume: Option<VolumeNetwork>,
     edge_graph: Option<EdgeGraph>,
 }
 
 impl NetworksAtShape {
-    /// Those of the undeformed mesh, wherever they started from last.
+    /// The networks of the undeformed mesh, which start from the undeformed mesh from now on.
     fn new(mut volume: Option<VolumeNetwork>) -> Self {
         if let Some(volume) = &mut volume {
             volume.start_from(Start::default());
@@ -142,7 +150,7 @@ impl NetworksAtShape {
         Self { volume, edge_graph: None }
     }
 
-    /// Those that are there, or else new ones at the shape of `set_up`'s mesh.
+    /// The networks at the shape of `set_up`'s mesh: those present, or else new ones.
     fn at(&mut self, set_up: &SetUp, springs: &Springs) -> Result<&mut VolumeNetwork, StageError> {
         let volume = match self.volume.take() {
             Some(volume) => volume,
@@ -163,11 +171,11 @@ impl NetworksAtShape {
     }
 }
 
-/// A design reached in steps.
+/// The result of a path of steps.
 pub(super) struct Followed {
     pub(super) state: MovedMesh,
     pub(super) convergence: Convergence,
     pub(super) path: Path,
-    /// What was repaired in the end, if it had to be.
+    /// The result of local optimisation at the end, if it was needed.
     pub(super) smoothed: Option<Smoothed>,
 }

@@ -9,7 +9,8 @@ use crate::wing_box::*;
 
 const BATCH: [&str; 6] = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs"];
 
-/// A case with designs whose wings go up by these at their tips, and with old profiles, so that every run pairs the same.
+/// A case with designs whose wings go up by these at their tips, and with old profiles, so that
+/// every run pairs the same.
 fn designs(raised: &[(&str, f64)]) -> Fixture {
     let fixture = Fixture::new();
     fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
@@ -83,7 +84,8 @@ fn designs_come_from_a_list_and_lines_go_to_standard_output() {
     assert!(!fixture.path("moved.msh").exists());
 }
 
-/// One that cannot be read, one that ends with inverted tets, and one whose file is missing stop no other.
+/// One that cannot be read, one that ends with inverted tets, and one whose file is missing stop no
+/// other.
 #[test]
 fn failed_designs_stop_no_other() {
     let fixture = designs(&[("a", 0.06), ("c", 0.05), ("e", 0.03)]);
@@ -119,7 +121,8 @@ fn a_stopped_batch_is_taken_up_again() {
         fixture.write("part.jsonl", &whole[..cut]);
         fs::create_dir_all(fixture.path("part")).unwrap();
         for (index, (name, bytes)) in listed(&fixture, "whole").iter().enumerate() {
-            // Those of lines that are torn or missing are not there, or are not what they should be.
+            // Those of lines that are torn or missing are not there, or are not what they should
+            // be.
             match index {
                 _ if index < kept => fs::write(fixture.path(&format!("part/{name}")), bytes).unwrap(),
                 2 => fs::write(fixture.path(&format!("part/{name}")), "old").unwrap(),
@@ -145,9 +148,10 @@ fn a_stopped_batch_is_taken_up_again() {
     assert_eq!(names(&lines(&fixture.read("part.jsonl"))), ["a", "b", "c", "d"]);
 }
 
-/// A design that failed is no good one the second time either: one that did not converge has its mesh and is left out, one
-/// whose mesh is invalid or that cannot be read is done again, and each keeps one line.
-/// Fails if `--resume` takes every design that has its line and its outputs for a good one.
+/// A design that failed is no good one the second time either: one that did not converge has its
+/// mesh and is left out, one whose mesh is invalid or that cannot be read is done again, and each
+/// keeps one line. Fails if `--resume` takes every design that has its line and its outputs for a
+/// good one.
 #[test]
 fn a_failed_design_stays_failed_when_a_batch_is_taken_up_again() {
     let resume = ["--out", "moved", "--json", "all.jsonl", "--resume"];
@@ -245,7 +249,8 @@ fn airfoils_take_the_cases_place() {
     assert_ne!(fixture.read("moved.msh"), fixture.read("box.msh"));
 }
 
-/// Old profiles cut at other planes than a design's would move the wing otherwise than in a run of its own.
+/// Old profiles cut at other planes than a design's would move the wing otherwise than in a run of
+/// its own.
 #[test]
 fn designs_in_other_planes_need_old_profiles() {
     let fixture = designs(&[("a", 0.06)]);

@@ -32,7 +32,8 @@ tolerance = 1e-4
 mesh = "moved.msh"
 "#;
 
-/// A folder with a case, its mesh and its new profiles: the wing goes up by 0.02 at its root and 0.05 at its tip.
+/// A folder with a case, its mesh and its new profiles: the wing goes up by 0.02 at its root and
+/// 0.05 at its tip.
 pub struct Fixture {
     pub folder: TempDir,
 }
@@ -87,7 +88,8 @@ impl Fixture {
         self.idmesh(&["run", "case.toml", "--backend", "cpu"])
     }
 
-    /// Runs the case, expects one error line with these words and this exit code, and no file more or less.
+    /// Runs the case, expects one error line with these words and this exit code, and no file more
+    /// or less.
     #[track_caller]
     pub fn refuses(&self, exit: i32, words: &[&str]) {
         self.refuses_command(&["run", "case.toml", "--backend", "cpu"], exit, words);

@@ -95,8 +95,9 @@ fn numbered(index: usize, _: &str) -> String {
     format!("surface {}", index + 1)
 }
 
-/// The same mesh as gmsh and meshio wrote it, with the same vertices and tets and the triangles in another order, gives the
-/// same motion to the last bit of what the files hold: 16 digits in Gmsh's text.
+/// The same mesh as gmsh and meshio wrote it, with the same vertices and tets and the triangles in
+/// another order, gives the same motion to the last bit of what the files hold: 16 digits in Gmsh's
+/// text.
 #[test]
 fn one_motion_comes_out_of_every_program_s_files() {
     let fixture = Fixture::new();
@@ -109,8 +110,8 @@ fn one_motion_comes_out_of_every_program_s_files() {
     }
 }
 
-/// Converted, the mesh also keeps its motion to the bit, in files that list triangles family by family and in those that
-/// keep the faces of tets only.
+/// Converted, the mesh also keeps its motion to the bit, in files that list triangles family by
+/// family and in those that keep the faces of tets only.
 #[test]
 fn one_motion_comes_out_of_every_format() {
     let fixture = Fixture::new();
@@ -182,7 +183,8 @@ fn convert_keeps_the_mesh_and_warns_of_losses() {
     fixture.refuses_command(&["convert", "nothing.su2", "x.su2"], 3, &["nothing.su2"]);
 }
 
-/// The new section as coordinates without units, placed by the case, moves the wing as the CSV file does.
+/// The new section as coordinates without units, placed by the case, moves the wing as the CSV file
+/// does.
 #[test]
 fn airfoils_move_the_wing_like_csv() {
     let fixture = Fixture::new();
@@ -209,7 +211,8 @@ fn airfoils_move_the_wing_like_csv() {
     fixture.refuses(3, &["root.dat:1", "do not say where it is", "placement"]);
 }
 
-/// Names that another mesh's file would give an output are found before anything is computed, also for an invalid result.
+/// Names that another mesh's file would give an output are found before anything is computed, also
+/// for an invalid result.
 #[test]
 fn another_meshs_names_are_found_first() {
     let fixture = Fixture::new();
@@ -270,7 +273,8 @@ fn mixed_meshes_are_measured_but_not_moved() {
     assert_eq!(figures["others"]["quadrilaterals"], 6);
     assert_eq!(figures["mesh"]["tets"], 1);
     assert_eq!(figures["inverted"], 0);
-    // Six tets of the cube, volume 1/6 with its diagonal as the longest edge, are the best or near it.
+    // Six tets of the cube, volume 1/6 with its diagonal as the longest edge, are the best or near
+    // it.
     let cube = 1.0 / 6.0 / 27f64.sqrt();
     let (min, max) = (figures["beta_min"].as_f64().unwrap(), figures["beta_max"].as_f64().unwrap());
     assert!(min <= cube + 1e-15 && cube <= max + 1e-15, "{min} {cube} {max}");

@@ -43,7 +43,8 @@ fn cpu_and_gpu_agree() {
     let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(found["within_tolerance"], true);
     assert!(found["seconds"]["gpu"].as_f64().unwrap() > 0.0);
-    // In single precision the two are never the same: a difference of zero would mean that one was compared with itself.
+    // In single precision the two are never the same: a difference of zero would mean that one was
+    // compared with itself.
     assert!(found["max_difference"].as_f64().unwrap() > 0.0);
     let output = fixture.idmesh(&["adapters"]);
     assert!(stdout(&output).contains("arrays up to"), "{}", stdout(&output));

@@ -1,4 +1,5 @@
-//! The command line: what works, what bad input is told, which exit code it gets, and that it leaves no file behind.
+//! The command line: what works, what bad input is told, which exit code it gets, and that it
+//! leaves no file behind.
 
 mod batch;
 mod book;

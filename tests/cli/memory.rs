@@ -30,7 +30,8 @@ fn turned_wing() -> Fixture {
     fixture
 }
 
-/// Runs the case with so many megabytes of addresses. Threads set none aside for themselves, or the limit would be met anywhere.
+/// Runs the case with so many megabytes of addresses. Threads set none aside for themselves, or the
+/// limit would be met anywhere.
 fn run_within(fixture: &Fixture, megabytes: usize) -> Output {
     let run = command(fixture.folder.path(), &["run", "case.toml", "--backend", "cpu"]);
     let mut shell = Command::new("sh");
@@ -45,7 +46,8 @@ fn run_within(fixture: &Fixture, megabytes: usize) -> Output {
         .unwrap()
 }
 
-/// Between too little for the set-up and enough for all there is a limit that only the steps do not fit into.
+/// Between too little for the set-up and enough for all there is a limit that only the steps do not
+/// fit into.
 #[test]
 fn lack_of_memory_is_told() {
     let fixture = turned_wing();

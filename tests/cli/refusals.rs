@@ -45,7 +45,8 @@ fn doubled_tets() {
     fixture.refuses(3, &["box.msh", "tets"]);
 }
 
-/// A vertex of the symmetry plane lies 1e-4 off it. The message says what the case must say, and that is enough.
+/// A vertex of the symmetry plane lies 1e-4 off it. The message says what the case must say, and
+/// that is enough.
 #[test]
 fn planes_that_are_not_flat_name_the_remedy() {
     let fixture = Fixture::new();
@@ -72,7 +73,8 @@ fn planes_that_are_not_flat_name_the_remedy() {
     fixture.refuses(3, &["it is no plane, expected another role"]);
 }
 
-/// Planes that OpenFOAM calls cyclic are partners without a word in the case: these do not match, as the wing ends in one.
+/// Planes that OpenFOAM calls cyclic are partners without a word in the case: these do not match,
+/// as the wing ends in one.
 #[test]
 fn cyclic_patches_are_partners() {
     let fixture = Fixture::new();
@@ -154,7 +156,8 @@ fn old_and_new_profiles_must_pair() {
     fixture.refuses(3, &["same numbers", "[0, 2]", "[0, 1]"]);
 }
 
-/// The wing and its tip share the tip's rim. Where both files say the same there, to seven digits, they are taken.
+/// The wing and its tip share the tip's rim. Where both files say the same there, to seven digits,
+/// they are taken.
 #[test]
 fn prescribed_families_must_agree_where_they_touch() {
     let fixture = Fixture::new();

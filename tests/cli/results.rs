@@ -96,7 +96,8 @@ fn too_few_sweeps_are_not_convergence() {
     assert!(stderr(&output).contains("error: not converged"), "{}", stderr(&output));
 }
 
-/// The symmetry plane is fixed, and the wing wants to rise by 0.01 at its root, then by 0.3, which is more than its edges there.
+/// The symmetry plane is fixed, and the wing wants to rise by 0.01 at its root, then by 0.3, which
+/// is more than its edges there.
 #[test]
 fn vertices_that_are_held_back_are_told() {
     let fixture = Fixture::new();
@@ -153,7 +154,8 @@ fn prescribed(fixture: &Fixture, displacement: impl Fn([f64; 3]) -> [f64; 3]) {
     fixture.write("case.toml", &case);
 }
 
-/// Runs a case that cannot be made valid; returns what it said and the inverted tets that the report counts.
+/// Runs a case that cannot be made valid; returns what it said and the inverted tets that the
+/// report counts.
 #[track_caller]
 fn is_impossible(fixture: &Fixture) -> (String, serde_json::Value) {
     let start = Instant::now();
@@ -198,7 +200,8 @@ fn a_wing_moved_through_the_far_side_is_told() {
     assert!(cells > 0 && cells <= mesh.tets.len() && points > 0 && points <= mesh.vertices.len());
 }
 
-/// One vertex of the wing's upper side goes across the edge opposite it: one triangle lies the wrong way up, and is said to.
+/// One vertex of the wing's upper side goes across the edge opposite it: one triangle lies the
+/// wrong way up, and is said to.
 #[test]
 fn a_folded_surface_is_told_by_family() {
     let fixture = Fixture::new();
@@ -216,8 +219,8 @@ fn a_folded_surface_is_told_by_family() {
     assert!(cells >= inverted && cells < mesh.tets.len() && points < mesh.vertices.len(), "{cells} {points}");
 }
 
-/// One vertex of the wing's upper side goes out through the lower one. Every tet stays positive, yet those above the wing
-/// and those below overlap: this once ended with exit code 0.
+/// One vertex of the wing's upper side goes out through the lower one. Every tet stays positive,
+/// yet those above the wing and those below overlap: this once ended with exit code 0.
 #[test]
 fn a_wing_pushed_through_itself_is_told() {
     let fixture = Fixture::new();

@@ -1,4 +1,5 @@
-//! The wing is what its sections say, or the run refuses: NACA wings of chord 1 meshed by gmsh, judged by the airfoil's formula.
+//! The wing is what its sections say, or the run refuses: NACA wings of chord 1 meshed by gmsh,
+//! judged by the airfoil's formula.
 
 use std::fs;
 use std::path::Path;
@@ -90,14 +91,16 @@ fn data(mesh: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/shape").join(mesh)
 }
 
-/// Half the thickness of a NACA 00xx of thickness 0.12 (Abbott and von Doenhoff), closed or with a base.
+/// Half the thickness of a NACA 00xx of thickness 0.12 (Abbott and von Doenhoff), closed or with a
+/// base.
 fn half_thickness(x: f64, base: f64) -> f64 {
     let open =
         |x: f64| 0.6 * (0.2969 * x.sqrt() - 0.1260 * x - 0.3516 * x * x + 0.2843 * x.powi(3) - 0.1036 * x.powi(4));
     open(x) + x * (base / 2.0 - if base == 0.0 { open(1.0) } else { 0.0 })
 }
 
-/// The airfoil in a plane y = const: from the lower side of the trailing edge round the leading edge to the upper side.
+/// The airfoil in a plane y = const: from the lower side of the trailing edge round the leading
+/// edge to the upper side.
 fn airfoil(y: f64, base: f64, map: impl Fn(DVec3) -> DVec3) -> Vec<DVec3> {
     let n = 160;
     let point = |i: i32| {
@@ -134,7 +137,8 @@ fn a_wings_own_airfoil_moves_nothing() {
     }
 }
 
-/// A flat slice of another program, turned and given as the new sections: the turn reaches every vertex.
+/// A flat slice of another program, turned and given as the new sections: the turn reaches every
+/// vertex.
 #[test]
 fn a_flat_slice_given_alone_is_compared_with_the_flat_cut() {
     let wing = Wing::new("dent.msh.gz");
@@ -170,8 +174,9 @@ fn assert_thickness(wing: &Wing, from: f64, to: f64, low: f64, high: f64) {
     assert!(found.iter().all(|t| (low..=high).contains(t)), "{from}..{to}: {found:?}");
 }
 
-/// One section of several is 30 % thicker. The trend is the straight line of least squares, and what the outermost section
-/// differs from it is held: with three sections nothing is left at the ends, with five 0.03 / 2 of the thickness.
+/// One section of several is 30 % thicker. The trend is the straight line of least squares, and
+/// what the outermost section differs from it is held: with three sections nothing is left at the
+/// ends, with five 0.03 / 2 of the thickness.
 #[test]
 fn a_change_inside_stays_inside() {
     let wing = Wing::new("half4.su2.gz");
@@ -188,12 +193,14 @@ fn a_change_inside_stays_inside() {
     wing.sections("old.csv", &five.map(|y| thicker(y, 1.0)));
     wing.sections("new.csv", &five.map(|y| thicker(y, if y == 0.6 { 1.3 } else { 1.0 })));
     assert_good(&wing.run(table));
-    // The line's slope is -0.03 a section: 0.015 more half a section further out, at the root, and as much less at the tip.
+    // The line's slope is -0.03 a section: 0.015 more half a section further out, at the root, and
+    // as much less at the tip.
     assert_thickness(&wing, 0.0, 0.0, 1.0, 1.02);
     assert_thickness(&wing, 2.0, 2.0, 0.98, 1.0);
     // Beside the section the change overshoots by a tenth at most.
     assert_thickness(&wing, 1.0, 1.8, 0.97, 1.001);
-    // A parabola through three sections of which the last one changes overshoots by an eighth of 0.3.
+    // A parabola through three sections of which the last one changes overshoots by an eighth of
+    // 0.3.
     let last = [0.2, 1.0, 1.8];
     wing.sections("old.csv", &last.map(|y| thicker(y, 1.0)));
     wing.sections("new.csv", &last.map(|y| thicker(y, if y == 1.8 { 1.3 } else { 1.0 })));
@@ -240,7 +247,8 @@ fn the_other_half_is_a_mirror_image_where_the_case_says_so() {
     wing.refuses(&format!("{table}{tilted}"), &["off the profile's mirror image"]);
 }
 
-/// One wing in an upper and a lower family, whose tables name the same files, or that one table names.
+/// One wing in an upper and a lower family, whose tables name the same files, or that one table
+/// names.
 #[test]
 fn families_of_one_wing_move_as_one() {
     let wing = Wing::new("split6.msh.gz");

@@ -1,8 +1,8 @@
-//! A box of tets with a stubby wing cut out of it: the smallest mesh with all the families of half an aircraft but the
-//! fuselage, written as Gmsh 2.2 ascii.
+//! A box of tets with a stubby wing cut out of it: the smallest mesh with all the families of half
+//! an aircraft but the fuselage, written as Gmsh 2.2 ascii.
 //!
-//! The wing is a block 0.75 long, 1.5 wide and 0.5 thick from the symmetry plane on: x in 1..1.75, y in 0..1.5, z in
-//! -0.25..0.25. Its back is the trailing edge, its end the wingtip.
+//! The wing is a block 0.75 long, 1.5 wide and 0.5 thick from the symmetry plane on: x in 1..1.75,
+//! y in 0..1.5, z in -0.25..0.25. Its back is the trailing edge, its end the wingtip.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -32,7 +32,8 @@ impl WingBox {
         let mut mesh = Self { vertices: Vec::new(), tets: Vec::new(), triangles: Vec::new() };
         let mut number = HashMap::new();
         for cell in cells() {
-            // Freudenthal's six tets: from the cell's lowest corner to its highest, one axis after the other.
+            // Freudenthal's six tets: from the cell's lowest corner to its highest, one axis after
+            // the other.
             for (order, even) in [
                 ([0, 1, 2], true),
                 ([1, 2, 0], true),

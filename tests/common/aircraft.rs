@@ -18,8 +18,9 @@ pub struct Aircraft {
     profiles: &'static str,
     /// How far a section of the moved wing may lie from its new profile, in chords.
     pub section_tolerance: f64,
-    /// How far the mesh's facets may lie inside a new profile, in chords: `h^2 / 8 r`, with `h` the longest edge of a
-    /// section at the leading edge and `r = 1.1 t^2` the radius there of a four-digit NACA profile of thickness `t`.
+    /// How far the mesh's facets may lie inside a new profile, in chords: `h^2 / 8 r`, with `h` the
+    /// longest edge of a section at the leading edge and `r = 1.1 t^2` the radius there of a
+    /// four-digit NACA profile of thickness `t`.
     pub facet_tolerance: f64,
 }
 
@@ -86,11 +87,12 @@ pub fn role(name: &str) -> Option<Role> {
     })
 }
 
-/// The usual roles, default springs and tolerance, and old profiles of the family `wing` unless there
-/// are none.
+/// The usual roles, default springs and tolerance, and old profiles of the family `wing` unless
+/// there are none.
 pub fn builder(mesh: TetMesh, old: Vec<Profile>) -> MoverBuilder {
     let roles: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
-    // Springs alone: local optimisation would hide what they do, and its thresholds amplify rounding.
+    // Springs alone: local optimisation would hide what they do, and its thresholds amplify
+    // rounding.
     let mut builder = Mover::builder(mesh).method(Method::Chebyshev).quality(None);
     for (name, role) in roles {
         builder = builder.role(&name, role);

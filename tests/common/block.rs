@@ -1,4 +1,5 @@
-//! A block of cells for a wing in a box of cells, whose sides are families for whatever a test wants of them.
+//! A block of cells for a wing in a box of cells, whose sides are families for whatever a test
+//! wants of them.
 
 use glam::DVec3;
 use idmesh::families::Role;
@@ -14,8 +15,8 @@ use super::carved::{carve, on};
 const CELLS: [usize; 3] = [12, 8, 10];
 pub const CELL: f64 = 0.25;
 
-/// A block of 3 x 2 cells for a wing, from the plane y = 0 on, `span` cells long, in a box of which each side across y
-/// and z is a family of its own.
+/// A block of 3 x 2 cells for a wing, from the plane y = 0 on, `span` cells long, in a box of which
+/// each side across y and z is a family of its own.
 pub fn block(span: f64, place: impl Fn(DVec3) -> DVec3) -> TetMesh {
     let is_wing = |at: DVec3| at.x > 4.0 && at.x < 7.0 && at.y < span && at.z > 4.0 && at.z < 6.0;
     let family = |triangle| match triangle {

@@ -35,8 +35,9 @@ pub fn noise_vector(n: usize) -> DVec3 {
 }
 
 impl Brick {
-    /// A brick with `n` cubes a side. Cubes are of side 1 but for `layers` of them at the bottom, of height 1e-5 like the
-    /// boundary layer on a wing. It stands askew, so that no plane of it is a coordinate plane.
+    /// A brick with `n` cubes a side. Cubes are of side 1 but for `layers` of them at the bottom,
+    /// of height 1e-5 like the boundary layer on a wing. It stands askew, so that no plane of it is
+    /// a coordinate plane.
     pub fn new(n: usize, layers: usize) -> Self {
         let side = n + 1;
         let heights: Vec<f64> =

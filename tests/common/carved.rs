@@ -1,11 +1,13 @@
-//! Boxes of tets with bodies carved out of them: small aircraft with whatever families a test wants.
+//! Boxes of tets with bodies carved out of them: small aircraft with whatever families a test
+//! wants.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 
-/// The six ways from a cell's lowest corner to its highest, one axis after the other; odd ones give mirrored tets.
+/// The six ways from a cell's lowest corner to its highest, one axis after the other; odd ones give
+/// mirrored tets.
 const PATHS: [([usize; 3], bool); 6] = [
     ([0, 1, 2], false),
     ([1, 2, 0], false),
@@ -15,10 +17,11 @@ const PATHS: [([usize; 3], bool); 6] = [
     ([1, 0, 2], true),
 ];
 
-/// A box of `cells` unit cubes from the origin on, six tets each (Kuhn), without the tets in a body.
+/// A box of `cells` unit cubes from the origin on, six tets each (Kuhn), without the tets in a
+/// body.
 ///
-/// - `is_body`: whether a tet belongs to a body, from its centre. Bodies follow cell faces or the diagonal planes
-///   `x = y`, `y = z`, `x = z` of cells
+/// - `is_body`: whether a tet belongs to a body, from its centre. Bodies follow cell faces or the
+///   diagonal planes `x = y`, `y = z`, `x = z` of cells
 /// - `family`: the family of a boundary triangle, from its corners
 /// - `place`: from these coordinates to where the vertex shall be; must not mirror
 pub fn carve(

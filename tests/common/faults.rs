@@ -15,14 +15,15 @@ const CYLINDER: RangeInclusive<f64> = -2.0..=3.2;
 /// Rounding of a projection, as a fraction of the mesh's size.
 const ON_SURFACE: f64 = 1e-9;
 
-/// Everything that is wrong with a moved half aircraft, as a word and what it is about; empty when all is well.
+/// Everything that is wrong with a moved half aircraft, as a word and what it is about; empty when
+/// all is well.
 ///
 /// - `inverted`: tets without positive volume
 /// - `folded`: boundary triangles turned by 90 degrees or more
 /// - `farfield`: vertices whose bits changed
 /// - `symmetry`: vertices whose `y` changed its bits
-/// - `fuselage`: vertices of the carenage, junction included, that are off its original triangles; where the old root
-///   was and there are none, off the cylinder by more than the facets around are
+/// - `fuselage`: vertices of the carenage, junction included, that are off its original triangles;
+///   where the old root was and there are none, off the cylinder by more than the facets around are
 pub fn faults(mesh: &TetMesh, vertices: &[DVec3]) -> Vec<(&'static str, Vec<usize>)> {
     let all = [
         ("inverted", inverted(mesh, vertices)),

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 
-/// A brick of `n` cells a side over the unit cube, each cell six tets around its main diagonal (Kuhn); its sides are the
-/// families `x0 x1 y0 y1 z0 z1`.
+/// A brick of `n` cells a side over the unit cube, each cell six tets around its main diagonal
+/// (Kuhn); its sides are the families `x0 x1 y0 y1 z0 z1`.
 pub fn brick(n: usize) -> TetMesh {
     let index = |i: usize, j: usize, k: usize| (i * (n + 1) * (n + 1) + j * (n + 1) + k) as u32;
     let mut mesh = TetMesh::default();
@@ -15,7 +15,8 @@ pub fn brick(n: usize) -> TetMesh {
             }
         }
     }
-    // The six orders in which a path along the cell's edges can take the axes; odd ones give mirrored tets.
+    // The six orders in which a path along the cell's edges can take the axes; odd ones give
+    // mirrored tets.
     const PATHS: [([usize; 3], bool); 6] = [
         ([0, 1, 2], false),
         ([1, 2, 0], false),
@@ -59,7 +60,8 @@ fn name_sides(mesh: &mut TetMesh) {
     }
 }
 
-/// The tet with the corners 0, x, y, z, and a second one mirrored behind its slanted face; one family, `all`.
+/// The tet with the corners 0, x, y, z, and a second one mirrored behind its slanted face; one
+/// family, `all`.
 #[allow(dead_code, reason = "not every test uses every mesh")]
 pub fn two_tets() -> TetMesh {
     TetMesh {

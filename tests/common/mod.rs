@@ -31,7 +31,8 @@ pub struct Mismatch {
 ///
 /// - `tolerance`: what a component may differ by, per vertex; 0 asks for equal bits
 ///
-/// A NaN on either side is a difference beyond all others: `f64::max` would drop it and let a dead kernel pass.
+/// A NaN on either side is a difference beyond all others: `f64::max` would drop it and let a dead
+/// kernel pass.
 pub fn compare_by(expected: &[DVec3], found: &[DVec3], tolerance: impl Fn(usize) -> f64) -> Result<(), Mismatch> {
     if expected.len() != found.len() {
         let worst_vertex = expected.len().min(found.len());
@@ -90,7 +91,8 @@ pub struct Network {
 }
 
 impl Network {
-    /// Free vertices joined by springs `(vertex, vertex, stiffness)`, without anchors, of unit length.
+    /// Free vertices joined by springs `(vertex, vertex, stiffness)`, without anchors, of unit
+    /// length.
     pub fn new(n_vertices: usize, springs: &[(u32, u32, f64)]) -> Self {
         let both = || springs.iter().flat_map(|&(i, j, k)| [(i, j, k), (j, i, k)]);
         let graph = Csr::from_pairs(n_vertices, both().map(|(i, j, _)| (i, j)));

@@ -1,4 +1,5 @@
-//! A whole mesh as one patch for a smoother on a device, numbered without the crate's own way to do it.
+//! A whole mesh as one patch for a smoother on a device, numbered without the crate's own way to do
+//! it.
 
 use std::ops::Range;
 

@@ -30,7 +30,8 @@ pub fn hold_boundary(mesh: &TetMesh) -> Vec<Constraint> {
     mesh.vertices.iter().map(|&at| if on_boundary(at) { Constraint::Held } else { Constraint::Free }).collect()
 }
 
-/// Vertices inside a face of the unit cube slide in it, those inside an edge slide on it, corners stay.
+/// Vertices inside a face of the unit cube slide in it, those inside an edge slide on it, corners
+/// stay.
 pub fn slide_on_boundary(mesh: &TetMesh) -> Vec<Constraint> {
     let of_vertex = |&at: &DVec3| {
         let fixed: Vec<usize> = (0..3).filter(|&axis| at[axis] == 0.0 || at[axis] == 1.0).collect();
@@ -44,7 +45,8 @@ pub fn slide_on_boundary(mesh: &TetMesh) -> Vec<Constraint> {
     mesh.vertices.iter().map(of_vertex).collect()
 }
 
-/// The mesh with its free vertices displaced by up to `amount` in each direction, as their constraints allow.
+/// The mesh with its free vertices displaced by up to `amount` in each direction, as their
+/// constraints allow.
 pub fn shaken(mesh: &TetMesh, constraint: &[Constraint], amount: f64) -> Vec<DVec3> {
     let place = |(vertex, &at): (usize, &DVec3)| at + constraint[vertex].limit(noise(vertex) * amount);
     mesh.vertices.iter().enumerate().map(place).collect()

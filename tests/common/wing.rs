@@ -15,7 +15,8 @@ pub struct Wing {
     pub around: usize,
     /// Rows of vertices along the span.
     pub rows: usize,
-    /// Twist at the root and its change to the tip, degrees. With taper it makes the wing leave its loft between planes.
+    /// Twist at the root and its change to the tip, degrees. With taper it makes the wing leave its
+    /// loft between planes.
     pub twist: [f64; 2],
     /// Whether the base of a blunt trailing edge belongs to the wing.
     pub base: bool,
@@ -33,7 +34,8 @@ pub struct Surface {
 }
 
 impl Wing {
-    /// Section point: `t` from -1 (lower trailing edge) over 0 (leading edge) to 1 (upper trailing edge), at span `y`.
+    /// Section point: `t` from -1 (lower trailing edge) over 0 (leading edge) to 1 (upper trailing
+    /// edge), at span `y`.
     pub fn point(&self, t: f64, y: f64) -> DVec3 {
         let f = y / SPAN;
         let chord = CHORD + (0.8 - CHORD) * f;

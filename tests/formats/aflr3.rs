@@ -74,7 +74,8 @@ fn names_stand_in_the_mapbc_file() {
     }
 }
 
-/// FUN3D's form and VGRID's, with and without comments and names; no line of a patch is taken for a header.
+/// FUN3D's form and VGRID's, with and without comments and names; no line of a patch is taken for a
+/// header.
 #[test]
 fn both_forms_of_mapbc_are_read() {
     let header = "#Thu Nov 26 10:00:00 2026\n#tet.mapbc\nPatch #  BC  Family  #surf  surfIDs  Family\n#-----------\n";
@@ -102,7 +103,8 @@ fn both_forms_of_mapbc_are_read() {
     assert_eq!(read(&path).unwrap().mesh.families, ["c\u{f4}t\u{e9}", "c\u{f4}t\u{e8}"]);
 }
 
-/// The `.mapbc` of another mesh is neither left beside an output, where it would name its families, nor overwritten.
+/// The `.mapbc` of another mesh is neither left beside an output, where it would name its families,
+/// nor overwritten.
 #[test]
 fn another_meshs_mapbc_is_refused() {
     let (folder, path) = in_folder(Some(NAMES));

@@ -1,4 +1,5 @@
-//! Broken Gmsh files: each is refused with a message that leads to the spot, and nothing makes the reader panic.
+//! Broken Gmsh files: each is refused with a message that leads to the spot, and nothing makes the
+//! reader panic.
 
 use super::*;
 

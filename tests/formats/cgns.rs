@@ -104,7 +104,8 @@ fn text(name: &str, label: &str, text: &str) -> hdf5_pure::GroupBuilder {
     node
 }
 
-/// CGNS's numbers of elements, each with its vertices, in a mixed section: cells and faces among each other.
+/// CGNS's numbers of elements, each with its vertices, in a mixed section: cells and faces among
+/// each other.
 fn mixed_elements(file: &MeshFile) -> Vec<(i32, Vec<u32>, Option<FamilyId>)> {
     let MeshFile { mesh, others, .. } = file;
     let cells = (mesh.tets.iter().map(|cell| (10, cell.to_vec(), None)))
@@ -127,7 +128,8 @@ fn mixed_elements(file: &MeshFile) -> Vec<(i32, Vec<u32>, Option<FamilyId>)> {
     elements
 }
 
-/// The file of a mesh with one mixed section; `change` is made to its types and vertices, and to its offsets.
+/// The file of a mesh with one mixed section; `change` is made to its types and vertices, and to
+/// its offsets.
 fn mixed_section(file: &MeshFile, offsets: bool, change: impl Fn(&mut Vec<i32>, &mut Vec<i32>)) -> Vec<u8> {
     let elements = mixed_elements(file);
     let (mut connectivity, mut starts) = (Vec::new(), vec![0]);
@@ -171,7 +173,8 @@ fn mixed_section(file: &MeshFile, offsets: bool, change: impl Fn(&mut Vec<i32>, 
     hdf5.finish().unwrap()
 }
 
-/// One cell of every shape and their faces in a section of type MIXED, as before CGNS 3.4 and since.
+/// One cell of every shape and their faces in a section of type MIXED, as before CGNS 3.4 and
+/// since.
 #[test]
 fn mixed_sections_hold_elements_of_every_type() {
     let reference = read_mixed(&data("mixed/gmsh.v41.ascii.msh")).unwrap();
@@ -222,7 +225,8 @@ fn several_zones_are_refused() {
     );
 }
 
-/// Nodes and types of boundary conditions that a new file does not get are told, nodes with the name that the file has.
+/// Nodes and types of boundary conditions that a new file does not get are told, nodes with the
+/// name that the file has.
 #[test]
 fn what_a_new_file_loses_is_told() {
     let losses = |bytes: &[u8]| read_bytes("a.cgns", bytes).unwrap().losses(Path::new("a.vtu")).unwrap();

@@ -1,7 +1,7 @@
 //! Random damage to files, for the test of all readers and the long loop of `benches/damage.rs`.
 //!
-//! Whatever happens to a file, its reader gives an error or a mesh: no panic, no hang, no memory beyond a small multiple of
-//! the file's size; and what was read is written back to the byte.
+//! Whatever happens to a file, its reader gives an error or a mesh: no panic, no hang, no memory
+//! beyond a small multiple of the file's size; and what was read is written back to the byte.
 
 use std::fs;
 use std::io::Write;
@@ -102,7 +102,8 @@ pub fn damage(seed: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-/// Reads damaged bytes; if that gives a mesh, it must be written back as it was. Returns whether it did.
+/// Reads damaged bytes; if that gives a mesh, it must be written back as it was. Returns whether it
+/// did.
 pub fn survives(name: &str, bytes: &[u8]) -> bool {
     let Ok(file) = formats::read_bytes(Path::new(name), bytes.to_vec()) else { return false };
     let back = written_back(&file, name);

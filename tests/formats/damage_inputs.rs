@@ -1,4 +1,5 @@
-//! Random damage to the files beside the mesh: the case, profiles of every format, prescribed displacements, a batch's list.
+//! Random damage to the files beside the mesh: the case, profiles of every format, prescribed
+//! displacements, a batch's list.
 //!
 //! Each reader gives an error that names a line of the file, or something finite.
 

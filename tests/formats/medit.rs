@@ -52,7 +52,8 @@ fn everything_but_coordinates_is_kept() {
     }
 }
 
-/// Names of a `.mapbc` file beside, which goes along; those that the file has in a comment are its own.
+/// Names of a `.mapbc` file beside, which goes along; those that the file has in a comment are its
+/// own.
 #[test]
 fn names_stand_in_the_mapbc_file() {
     let folder = tempfile::tempdir().unwrap();

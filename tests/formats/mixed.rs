@@ -1,4 +1,5 @@
-//! Meshes with cells of every shape, as other programs write them, and what becomes of them in every format.
+//! Meshes with cells of every shape, as other programs write them, and what becomes of them in
+//! every format.
 
 use super::*;
 
@@ -109,7 +110,8 @@ fn volume(file: &MeshFile) -> f64 {
     file.mesh.tets.iter().chain(&file.others.tets()).map(|tet| quality::volume(tet.map(at))).sum()
 }
 
-/// The numbers of `make_mixed.py`: one cell of each shape, volume 1 + 0.5 + 0.2 + 0.1, one face on the wing.
+/// The numbers of `make_mixed.py`: one cell of each shape, volume 1 + 0.5 + 0.2 + 0.1, one face on
+/// the wing.
 #[test]
 fn every_shape_is_read_from_every_file() {
     for Golden { name, families, exact } in FILES {
@@ -147,7 +149,8 @@ fn unmoved_mixed_meshes_are_written_back_to_the_byte() {
     }
 }
 
-/// Moved coordinates come back to the last bit that the file can hold, and the rest of the mesh as it was.
+/// Moved coordinates come back to the last bit that the file can hold, and the rest of the mesh as
+/// it was.
 #[test]
 fn moved_mixed_meshes_are_read_back() {
     for Golden { name, exact, .. } in FILES {
@@ -167,7 +170,8 @@ fn moved_mixed_meshes_are_read_back() {
     }
 }
 
-/// From every file into every format, and read again: the same mesh, to the bit where the target holds doubles.
+/// From every file into every format, and read again: the same mesh, to the bit where the target
+/// holds doubles.
 #[test]
 fn conversion_keeps_mesh_and_families() {
     for Golden { name, families, exact } in FILES {
@@ -199,7 +203,8 @@ fn conversion_keeps_mesh_and_families() {
     }
 }
 
-/// The offsets that a VTU file says of its appended arrays, without their digits: they change with a compressed array.
+/// The offsets that a VTU file says of its appended arrays, without their digits: they change with
+/// a compressed array.
 fn without_offsets(bytes: &[u8]) -> Vec<u8> {
     let marker = b"offset=\"";
     let mut kept = Vec::new();
@@ -213,8 +218,8 @@ fn without_offsets(bytes: &[u8]) -> Vec<u8> {
     kept
 }
 
-/// One coordinate moves: from the first byte that differs, the bytes of one number at most may differ, or those of a block of
-/// the array where it is compressed.
+/// One coordinate moves: from the first byte that differs, the bytes of one number at most may
+/// differ, or those of a block of the array where it is compressed.
 #[test]
 fn one_moved_coordinate_changes_no_other_byte() {
     // In several pieces the coordinate stands in several places.
@@ -231,7 +236,8 @@ fn one_moved_coordinate_changes_no_other_byte() {
         let rest = (&before[same_start..], &after[same_start..]);
         let same_end = rest.0.iter().rev().zip(rest.1.iter().rev()).take_while(|(a, b)| a == b).count();
         let changed = rest.1.len() - same_end;
-        // 96 bytes of data in a block of VTK's files, all of them in meshio's; sizes stand before the blocks.
+        // 96 bytes of data in a block of VTK's files, all of them in meshio's; sizes stand before
+        // the blocks.
         let most = match name {
             _ if name.starts_with("meshio") && compressed => 12 * 24 / 3 * 4,
             _ if compressed => 300,

@@ -34,7 +34,8 @@ fn cells_are_recognised_by_their_faces() {
     }
 }
 
-/// Patches of type `cyclic` name their neighbours; `cyclicAMI` ones do not match, and others have none.
+/// Patches of type `cyclic` name their neighbours; `cyclicAMI` ones do not match, and others have
+/// none.
 #[test]
 fn cyclic_patches_are_partners() {
     let out = tempfile::tempdir().unwrap();
@@ -99,7 +100,8 @@ fn new_folders_hold_the_mesh() {
         assert_eq!(again.mesh.vertices, file.mesh.vertices, "{name}");
         assert!(mixed::fingerprint(&again) == mixed::fingerprint(&file), "{name}");
         assert_eq!(again.mesh.families.len(), file.mesh.families.len());
-        // What OpenFOAM demands of the order: a face's owner is below its neighbour, and owners rise.
+        // What OpenFOAM demands of the order: a face's owner is below its neighbour, and owners
+        // rise.
         let labels = |name: &str| -> Vec<usize> {
             let text = fs::read_to_string(target.join(name)).unwrap();
             text.lines().skip(3).take_while(|line| *line != ")").map(|line| line.parse().unwrap()).collect()
@@ -130,7 +132,8 @@ fn new_folders_hold_the_mesh() {
     assert!(error.to_string().contains("shares a face with two others"), "{error}");
 }
 
-/// A file of a folder of tets as machines of either byte order write it in binary, with either size of an index.
+/// A file of a folder of tets as machines of either byte order write it in binary, with either size
+/// of an index.
 fn in_binary(name: &str, text: &str, big: bool, long: bool) -> Vec<u8> {
     let (header, list) = text.split_once('}').unwrap();
     let arch = format!("\"{};label={};scalar=64\"", if big { "MSB" } else { "LSB" }, if long { 64 } else { 32 });
@@ -214,7 +217,8 @@ fn tets_are_read_and_refused_in_every_encoding() {
     assert!(read(&text).unwrap().mesh == mesh);
 }
 
-/// Wherever a face inside has another corner, or lies beside another cell, that leaves cells that are no tets.
+/// Wherever a face inside has another corner, or lies beside another cell, that leaves cells that
+/// are no tets.
 #[test]
 fn every_face_of_a_tet_is_checked() {
     let out = tempfile::tempdir().unwrap();
@@ -259,7 +263,8 @@ fn changed(kind: &str, name: &str, change: impl Fn(Vec<u8>) -> Vec<u8>) -> Resul
     read_mixed(&copy.path().join("points"))
 }
 
-/// The golden folder with other texts: the changes of `edits` to every file, each at least once in one of them.
+/// The golden folder with other texts: the changes of `edits` to every file, each at least once in
+/// one of them.
 fn edited(edits: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
     let out = tempfile::tempdir().unwrap();
     let copy = out.path().join("polyMesh");
@@ -277,7 +282,8 @@ fn edited(edits: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
     (out, copy)
 }
 
-/// Lists without their counts, and comments wherever white space may be: the same mesh, and the same bytes.
+/// Lists without their counts, and comments wherever white space may be: the same mesh, and the
+/// same bytes.
 #[test]
 fn lists_without_counts_and_comments_are_read_and_kept() {
     let plain = read_mixed(&folder("ascii")).unwrap();

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// Two tets. The triangle between them and one outside of them are in no group, and neither are a line and a point.
+/// Two tets. The triangle between them and one outside of them are in no group, and neither are a
+/// line and a point.
 const V22: &str = "$MeshFormat
 2.2 0 8
 $EndMeshFormat

@@ -42,7 +42,8 @@ fn longs(bytes: &[u8]) -> Vec<i64> {
     bytes.chunks_exact(8).map(|bytes| i64::from_le_bytes(bytes.try_into().unwrap())).collect()
 }
 
-/// Two tets on a common triangle; families `a--b` and `c`; vertex 4 touches only `c`, vertex 5 is used by no triangle.
+/// Two tets on a common triangle; families `a--b` and `c`; vertex 4 touches only `c`, vertex 5 is
+/// used by no triangle.
 fn two_tets() -> TetMesh {
     TetMesh {
         vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE, DVec3::splat(0.25)],
@@ -123,7 +124,8 @@ fn arrays_hold_whole_numbers() {
     assert!(error.contains("expected the array 'Points' of numbers of 8 bytes, found 291 bytes"), "{error}");
 }
 
-/// Every piece has points of its own; together they are the vertices of one mesh, and each copy moves.
+/// Every piece has points of its own; together they are the vertices of one mesh, and each copy
+/// moves.
 #[test]
 fn pieces_are_one_mesh() {
     let whole = read_mixed(&data("mixed/vtk.raw.vtu")).unwrap();

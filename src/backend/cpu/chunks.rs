@@ -1,18 +1,21 @@
-//! Arrays cut into chunks of rows, which the CPU's threads share.
+//! Arrays in chunks of rows for the CPU's threads.
 //!
-//! A chunk's result does not depend on who computes it, so neither does the result on the number of threads.
+//! The result of a chunk does not depend on the thread that computes it, so no result depends on
+//! the number of threads.
 
 use rayon::prelude::*;
 
 use crate::kernels::convergence::BLOCK;
 
-/// Rows in a task: a task of this size takes about 20 microseconds, ten times what handing it over does.
+/// Rows in a task. A task of this size takes about 20 microseconds, ten times its scheduling.
 pub(super) const CHUNK: usize = 4 * BLOCK;
 
-/// Arrays up to this size are worked through by the calling thread: waking the others would cost more than they save.
+/// Arrays up to this size are computed by the calling thread: waking other threads would cost more
+/// than it saves.
 const SERIAL: usize = 2 * CHUNK;
 
-/// Chunks of an array in parallel, each with the place of its first element; small arrays on the calling thread.
+/// Applies `work` to the chunks of an array in parallel, each with the index of its first element.
+/// Small arrays are one chunk, computed by the calling thread.
 pub(super) fn in_chunks<T: Send>(array: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
     if array.len() <= SERIAL {
         work(0, array);
@@ -21,9 +24,9 @@ pub(super) fn in_chunks<T: Send>(array: &mut [T], work: impl Fn(usize, &mut [T])
     }
 }
 
-/// [`in_chunks`] with what each block of [`BLOCK`] rows comes to.
+/// [`in_chunks`] with one result per block of [`BLOCK`] rows.
 ///
-/// - `of_blocks` `[blocks of the array]`
+/// - `of_blocks` `[blocks of the array]`: receives the results
 pub(super) fn in_chunks_with<T: Send, U: Send>(
     array: &mut [T],
     of_blocks: &mut [U],

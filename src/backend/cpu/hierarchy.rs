@@ -1,8 +1,8 @@
 //! Hierarchies of networks on the CPU: in f32 as on a GPU, and in f64.
 //!
-//! The f64 one cycles in f32 too: a cycle takes the load the correction leaves, and what it makes of it need only be right
-//! to a few digits. Load and correction are f64, so nothing is lost, and of a cycle's passes over the springs one is in f64
-//! instead of five.
+//! The f64 hierarchy also runs its cycles in f32. The load of a cycle is the residual of the
+//! correction, computed in f64, and the result of a cycle needs a few correct digits only. Load and
+//! correction are f64, so no precision is lost. One of five passes over the springs is in f64.
 
 use std::mem;
 
@@ -78,13 +78,13 @@ impl DeviceNetwork for SingleHierarchy {
     }
 }
 
-/// A hierarchy whose load and correction are f64.
+/// A hierarchy with load and correction in f64.
 pub(super) struct DoubleHierarchy {
     finest: Packed<f64>,
     /// Finest first.
     levels: Vec<Level>,
     e: Vectors<f64>,
-    /// The correction a cycle earlier.
+    /// The correction one cycle earlier.
     previous: Vectors<f64>,
     /// Whether `e` is zero everywhere.
     is_zero: bool,
@@ -106,7 +106,7 @@ impl DoubleHierarchy {
         }
     }
 
-    /// The load that the correction leaves becomes that of the cycle.
+    /// Sets the load of the next cycle: the residual of the correction.
     fn hand_over(&mut self) {
         let rows = self.finest.rows();
         let (e, is_zero) = (&*self.e, self.is_zero);
@@ -120,7 +120,8 @@ impl DoubleHierarchy {
         });
     }
 
-    /// `e_new = e + P (relaxation cycle's + momentum (e - previous))`, and how far that is at most: see [`accelerate::run`].
+    /// `e_new = e + P (relaxation * correction of the cycle + momentum (e - previous))`, and the
+    /// largest change: see [`accelerate::run`].
     fn accelerate(&mut self, &Sweep { relaxation, momentum }: &Sweep) {
         let (constraint, inverse_length) = (self.finest.rows().constraint, self.finest.inverse_length());
         let (e, of_cycle) = (&*self.e, &*self.levels[0].e);

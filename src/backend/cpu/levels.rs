@@ -1,4 +1,5 @@
-//! The levels of a hierarchy of networks in the CPU's memory, in f32: multigrid cycles out of the twins.
+//! The levels of a hierarchy of networks in the CPU's memory, in f32. Multigrid cycles are made of
+//! the twins.
 
 use std::mem;
 
@@ -13,14 +14,14 @@ use crate::kernels::{defect, relax_sweep, transfer};
 
 /// A level of a hierarchy.
 pub(super) struct Level {
-    /// Its network.
+    /// The level's network.
     pub(super) packed: Packed<f32>,
     sweeps: Vec<Sweep>,
-    /// To the load of the coarser level, and back.
+    /// The transfers to the load of the coarser level, and back.
     transfers: Option<[PackedTransfer; 2]>,
     /// The correction.
     pub(super) e: Vectors<f32>,
-    /// The correction a sweep earlier; also the defect.
+    /// The correction one sweep earlier; also the defect.
     spare: Vectors<f32>,
 }
 
@@ -30,7 +31,7 @@ struct PackedTransfer {
     weights: Vec<f32>,
 }
 
-/// These levels, finest first.
+/// Makes the levels, finest first.
 pub(super) fn levels(levels: &[LevelData]) -> Vec<Level> {
     let level = |level: &LevelData| {
         let packed = Packed::new(&level.network);
@@ -47,7 +48,7 @@ pub(super) fn levels(levels: &[LevelData]) -> Vec<Level> {
 
 /// Replaces the constraints of all levels.
 ///
-/// - `constraint`: of the levels one after another
+/// - `constraint`: constraints of the levels, one level after another
 pub(super) fn constrain(levels: &mut [Level], mut constraint: &[Constraint]) {
     for level in levels {
         let (own, coarser) = constraint.split_at(level.e.len());
@@ -56,7 +57,7 @@ pub(super) fn constrain(levels: &mut [Level], mut constraint: &[Constraint]) {
     }
 }
 
-/// The correction of the finest of these levels after one cycle, from the correction and load that stand in it.
+/// Replaces the correction of the finest of these levels by its correction after one cycle.
 pub(super) fn cycle(levels: &mut [Level]) {
     if let Some(level) = levels.first_mut() {
         level.smooth();
@@ -64,7 +65,7 @@ pub(super) fn cycle(levels: &mut [Level]) {
     }
 }
 
-/// [`cycle`] from no correction.
+/// [`cycle`] with a start correction of zero.
 pub(super) fn cycle_from_zero(levels: &mut [Level]) {
     if let Some(level) = levels.first_mut() {
         level.smooth_from_zero();
@@ -72,7 +73,8 @@ pub(super) fn cycle_from_zero(levels: &mut [Level]) {
     }
 }
 
-/// What follows a level's first sweeps: the coarser level's correction, and the sweeps once more.
+/// The part of a cycle after a level's first sweeps: the coarser level's correction, and the sweeps
+/// again.
 fn correct(levels: &mut [Level]) {
     let [level, coarser @ ..] = levels else { return };
     let (Some([restriction, prolongation]), Some(next)) = (&level.transfers, coarser.first_mut()) else { return };
@@ -91,7 +93,7 @@ impl Level {
         self.sweep_from(0);
     }
 
-    /// The first sweep from no correction takes a share of the load, and reads no spring.
+    /// The first sweep from a correction of zero takes a share of the load and reads no spring.
     fn smooth_from_zero(&mut self) {
         let rows = self.packed.rows();
         let relaxation = self.sweeps.first().map_or(0.0, |sweep| sweep.relaxation as f32);

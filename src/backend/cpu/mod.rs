@@ -1,4 +1,4 @@
-//! The CPU backend: the twins over chunks of rows, in parallel.
+//! The CPU backend: runs the twins over chunks of rows, in parallel.
 
 use std::fs;
 use std::mem;
@@ -24,28 +24,29 @@ use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};
 use chunks::{CHUNK, in_chunks, in_chunks_with};
 use hierarchy::{DoubleHierarchy, SingleHierarchy};
 
-/// Tets evaluated at a time for the stiffness of edges: enough for many threads, and little memory.
+/// Tets evaluated at a time for the stiffness of edges: enough for many threads, with little
+/// memory.
 const TETS: usize = 32 * CHUNK;
 
 /// Number type of the CPU backend.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// Double precision, the reference.
+    /// Double precision: the reference.
     #[default]
     F64,
-    /// Single precision, what a GPU computes.
+    /// Single precision, as on a GPU.
     F32,
 }
 
-/// Relaxes networks on the CPU, on rayon's current thread pool.
+/// The CPU backend. It uses rayon's current thread pool.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CpuBackend {
-    /// Number type it computes in.
+    /// The number type of the arithmetic.
     pub precision: Precision,
 }
 
 impl CpuBackend {
-    /// A CPU backend that computes in this number type.
+    /// A CPU backend with this number type.
     pub fn new(precision: Precision) -> Self {
         Self { precision }
     }
@@ -106,7 +107,8 @@ fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
     let packed = PackedEdges::<T>::new(input);
     let edges = Edges { tet_edges: input.tet_edges, edge_vector: &packed.edge_vector };
     let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
-    // A tet is evaluated once for its six edges. What it gives is added in the order of the tets, as the kernel does.
+    // A tet is evaluated once for its six edges. Contributions are added in the order of the tets,
+    // as in the kernel.
     let mut facing = vec![[T::ZERO; 6]; TETS.min(input.tet_edges.len())];
     for (block, of_block) in input.tet_edges.chunks(TETS).enumerate() {
         let facing = &mut facing[..of_block.len()];
@@ -183,7 +185,7 @@ impl<T: Real> DeviceNetwork for CpuNetwork<T> {
     }
 }
 
-/// The processor's name, where the system tells it.
+/// The processor's name, if the system gives it.
 fn processor() -> String {
     let listed = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = listed.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));

@@ -1,19 +1,19 @@
-//! Which adapter to take.
+//! Choice of the adapter.
 
 use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Instance, InstanceDescriptor, InstanceFlags, Limits};
 
 use super::super::{AdapterSummary, BackendError};
 
-/// Which adapters may be taken.
+/// The adapters that may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// Hardware only.
     Hardware,
-    /// Hardware first, else a software adapter.
+    /// Hardware first, otherwise a software adapter.
     Any,
 }
 
-/// The adapters the system offers that can run the kernels, the one to prefer first.
+/// The system's adapters that can run the kernels, the preferred one first.
 pub fn adapters() -> Vec<AdapterSummary> {
     let adapters = usable();
     let summary = |(place, adapter): (usize, &Adapter)| {
@@ -36,7 +36,10 @@ pub fn adapters() -> Vec<AdapterSummary> {
     adapters.iter().enumerate().map(summary).collect()
 }
 
-/// The adapter to take.
+/// The adapter to use.
+///
+/// # Errors
+/// [`BackendError::NoAdapter`]
 pub(super) fn choose(choice: Choice) -> Result<Adapter, BackendError> {
     let best = usable().into_iter().next();
     match choice {
@@ -57,12 +60,13 @@ pub(super) fn driver(info: &AdapterInfo) -> String {
     format!("{} {}", info.driver, info.driver_info).trim().to_owned()
 }
 
-/// Most bytes one array can have.
+/// Most bytes of one array.
 pub(super) fn max_binding(limits: &Limits) -> u64 {
     limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
 }
 
-/// What the kernels ask of an adapter: WebGPU's defaults, and as much memory in one array as it has.
+/// The limits that the kernels need: WebGPU's defaults, and the adapter's own limits for the size
+/// of an array.
 pub(super) fn required_limits(adapter: &Adapter) -> Limits {
     let limits = adapter.limits();
     Limits {
@@ -73,14 +77,14 @@ pub(super) fn required_limits(adapter: &Adapter) -> Limits {
 }
 
 fn usable() -> Vec<Adapter> {
-    // Without flags: validation layers would make debug builds depend on what else is installed.
+    // No flags: validation layers would make debug builds depend on other installed software.
     let instance = Instance::new(InstanceDescriptor {
         flags: InstanceFlags::empty(),
         ..InstanceDescriptor::new_without_display_handle()
     });
     let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY));
     adapters.retain(|adapter| required_limits(adapter).check_limits(&adapter.limits()));
-    // Stable: among equals the system's order stands.
+    // The sort is stable, so equal adapters keep the system's order.
     adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
         DeviceType::DiscreteGpu => 0,
         DeviceType::IntegratedGpu => 1,

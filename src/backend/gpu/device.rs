@@ -1,4 +1,4 @@
-//! An open device: its buffers, its errors, and the way data come back from it.
+//! An open device: its buffers, its errors, and the transfer of data from it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
@@ -16,11 +16,12 @@ use super::pipeline::Pipeline;
 use super::{BackendError, Bounds};
 use crate::kernels::{OfKernels, place};
 
-/// Most neighbours or tets a loop of one invocation runs over. Mesa's software adapter ends an invocation silently after
-/// 65 535 iterations of all its loops together; the reduction of a workgroup takes a few of them.
+/// Most neighbours or tets in a loop of one invocation. Mesa's software adapter silently ends an
+/// invocation after 65 535 iterations of all its loops together. The reduction in a workgroup takes
+/// a few of them.
 const MAX_ROW: u32 = 60_000;
 
-/// How long another thread may take to hand on what the device has answered.
+/// Time limit for another thread to pass on an answer of the device.
 const HANDED_ON: Duration = Duration::from_secs(10);
 
 /// An open device with its compiled kernels.
@@ -29,11 +30,11 @@ pub(super) struct Device {
     device: wgpu::Device,
     queue: Queue,
     pub(super) info: AdapterInfo,
-    /// The first failure no error scope saw; the device is of no more use after it.
+    /// The first failure outside an error scope. The device cannot be used after it.
     failure: Arc<Mutex<Option<String>>>,
-    /// Most bytes in one array.
+    /// Most bytes of one array.
     pub(super) max_array: u64,
-    /// Most bytes in one array of a chunk.
+    /// Most bytes of one array of a chunk.
     pub(super) max_chunk: u64,
     /// Most workgroups in one dimension of a dispatch.
     max_workgroups: u32,
@@ -79,12 +80,15 @@ impl Device {
         })
     }
 
-    /// What went wrong.
+    /// The error of the device with this message.
     pub(super) fn error(&self, message: impl Into<String>) -> BackendError {
         BackendError::Device { adapter: self.info.name.clone(), message: message.into() }
     }
 
     /// Refuses an array larger than one binding.
+    ///
+    /// # Errors
+    /// [`BackendError::TooLarge`]
     pub(super) fn fits(&self, needed: u64, available: u64) -> Result<(), BackendError> {
         if needed <= available {
             return Ok(());
@@ -92,9 +96,12 @@ impl Device {
         Err(BackendError::TooLarge { adapter: self.info.name.clone(), needed, available })
     }
 
-    /// Refuses rows longer than a kernel's loop may be.
+    /// Refuses rows that are too long for a kernel's loop.
     ///
-    /// - `passes`: how often an invocation may run over its row
+    /// - `passes`: number of loops of an invocation over its row
+    ///
+    /// # Errors
+    /// [`BackendError::Device`]
     pub(super) fn rows_fit(&self, row_start: &[u32], passes: u32, what: &str) -> Result<(), BackendError> {
         let most = MAX_ROW / passes;
         match row_start.windows(2).position(|ends| ends[1] - ends[0] > most) {
@@ -106,7 +113,7 @@ impl Device {
         }
     }
 
-    /// Runs work whose errors wgpu reports on the side.
+    /// Runs work and turns errors that wgpu reports separately into the error of the result.
     pub(super) fn guarded<R>(&self, work: impl FnOnce() -> Result<R, BackendError>) -> Result<R, BackendError> {
         let (result, error) = catching(&self.device, work);
         if let Some(message) = error {
@@ -119,7 +126,7 @@ impl Device {
         }
     }
 
-    /// A buffer of this many bytes. Never empty, as an empty one cannot be bound.
+    /// A buffer with this many bytes. It is never empty, because an empty buffer cannot be bound.
     pub(super) fn buffer(&self, label: &str, size: u64, usage: BufferUsages) -> Buffer {
         let size = size.max(16).next_multiple_of(4);
         self.device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
@@ -133,7 +140,7 @@ impl Device {
         buffer
     }
 
-    /// Replaces a buffer's contents, before the commands of the next submission.
+    /// Replaces a buffer's contents before the commands of the next submission.
     pub(super) fn write<T: NoUninit>(&self, buffer: &Buffer, data: &[T]) {
         if !data.is_empty() {
             self.queue.write_buffer(buffer, 0, cast_slice(data));
@@ -157,7 +164,8 @@ impl Device {
         place::workgroups(n_invocations as u32, pipeline.workgroup_size, self.max_workgroups)
     }
 
-    /// Submits, waits, and returns what then stands at the start of `source`, by way of `staging`.
+    /// Submits the commands, waits, and returns the first `n` elements of `source`, through the
+    /// buffer `staging`.
     pub(super) fn read<T: Pod>(
         &self,
         mut encoder: CommandEncoder,
@@ -172,16 +180,16 @@ impl Device {
             return Ok(Vec::new());
         }
         let (sender, receiver) = channel();
-        // The receiver outlives the wait below; should it not, there is nobody left to tell.
+        // The receiver outlives the wait below. If it does not, nobody needs the message.
         staging.map_async(MapMode::Read, 0..size, move |result| drop(sender.send(result)));
-        // wgpu panics where the device is lost during the wait.
+        // wgpu panics if the device is lost during the wait.
         let waited = catch_unwind(AssertUnwindSafe(|| self.device.poll(PollType::wait_indefinitely())));
         match waited {
             Err(_) => return Err(self.error("device lost")),
             Ok(Err(error)) => return Err(self.error(error.to_string())),
             Ok(Ok(_)) => {}
         }
-        // Another thread that waits for the device may have taken the answer up, and be about to hand it on.
+        // Another waiting thread may have received the answer, and may not have passed it on yet.
         match receiver.recv_timeout(HANDED_ON) {
             Ok(Ok(())) => {}
             _ => return Err(self.error("the device did not hand back its results")),
@@ -194,13 +202,13 @@ impl Device {
     }
 }
 
-/// Runs work and returns with its result the first error wgpu reported meanwhile.
+/// Runs work. Returns its result and the first error that wgpu reported meanwhile.
 fn catching<R>(device: &wgpu::Device, work: impl FnOnce() -> R) -> (R, Option<String>) {
     let filters = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal];
     let scopes = filters.map(|filter| device.push_error_scope(filter));
     let result = work();
     let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
-    // All scopes must be popped, so no early end.
+    // All scopes must be popped, so the loop has no early end.
     let first = errors.map(|error| error.to_string()).fold(None, |first: Option<String>, error| first.or(Some(error)));
     (result, first)
 }
@@ -219,7 +227,7 @@ mod tests {
     use crate::constraint::Constraint;
     use crate::mesh::csr::Csr;
 
-    /// wgpu answers an invalid operation and a lost device with a panic unless told otherwise.
+    /// Without handlers wgpu panics at an invalid operation and at a lost device.
     #[test]
     fn failures_are_errors() {
         if std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off") {

@@ -10,8 +10,8 @@ use crate::backend::packed::PackedEdges;
 use crate::backend::{BackendError, EdgeStiffness};
 use crate::kernels::edge_stiffness::Params;
 
-/// Torsional stiffness of each edge. A mesh larger than one binding is computed in chunks of edges, each with the tets around
-/// them.
+/// Torsional stiffness of each edge, without unit. A mesh larger than one binding is computed in
+/// chunks of edges, each with the tets around its edges.
 pub(super) fn stiffness(device: &Device, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
     device.rows_fit(&input.edge_tets.row_start, 1, "edge")?;
     let packed = PackedEdges::<f32>::new(input);
@@ -43,7 +43,7 @@ pub(super) fn stiffness(device: &Device, input: &EdgeStiffness) -> Result<Vec<f6
     Ok(stiffness.into_iter().map(f64::from).collect())
 }
 
-/// Some edges, the tets around them, and the edges of those: the chunk's own edges first.
+/// Some edges, the tets around them, and the edges of these tets. The chunk's own edges come first.
 struct Chunk<'a> {
     edge_start: &'a [u32],
     edge_tets: &'a [u32],
@@ -88,7 +88,7 @@ fn bytes(n_entries: usize, n_tets: usize, n_vectors: usize, n_edges: usize) -> u
     (4 * n_entries).max(24 * n_tets).max(16 * n_vectors).max(4 * (n_edges + 1)) as u64
 }
 
-/// Ranges of edges whose arrays fit.
+/// Ranges of edges whose arrays fit one binding.
 fn plan(device: &Device, input: &EdgeStiffness) -> Result<Vec<Range<usize>>, BackendError> {
     let mut plan: Vec<Range<usize>> = Vec::new();
     let mut seen_by = vec![usize::MAX; input.tet_edges.len()];
@@ -97,7 +97,7 @@ fn plan(device: &Device, input: &EdgeStiffness) -> Result<Vec<Range<usize>>, Bac
         let tets = input.edge_tets.row(edge);
         let mut chunk = plan.len().wrapping_sub(1);
         let new = |seen_by: &[usize], chunk| tets.iter().filter(|&&entry| seen_by[entry as usize / 6] != chunk).count();
-        // A tet brings at most the five edges it has besides the one it was met at.
+        // A tet brings at most five edges besides the edge at which it was found.
         let size = |n_entries: usize, n_tets: usize, n_edges| bytes(n_entries, n_tets, n_edges + 5 * n_tets, n_edges);
         let of_chunk = plan.last().map_or(0, Range::len);
         let extended = size(n_entries + tets.len(), n_tets + new(&seen_by, chunk), of_chunk + 1);
@@ -120,8 +120,8 @@ fn plan(device: &Device, input: &EdgeStiffness) -> Result<Vec<Range<usize>>, Bac
 /// A chunk's arrays: edge starts, entries, edges of the tets, edge vectors.
 type Arrays = (Vec<u32>, Vec<u32>, Vec<[u32; 6]>, Vec<[f32; 4]>);
 
-/// Numbers of the tets and edges within a chunk; `NONE` outside it. Kept between chunks so that a chunk costs no more
-/// than its own size.
+/// Numbers of the tets and edges within a chunk, or `NONE`. The arrays are kept between chunks, so
+/// the cost of a chunk is proportional to its own size.
 struct Numbering {
     tet: Vec<u32>,
     edge: Vec<u32>,

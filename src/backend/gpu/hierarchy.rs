@@ -1,6 +1,6 @@
-//! A hierarchy of networks on a GPU: multigrid cycles without a word to the CPU in between.
+//! A hierarchy of networks on a GPU. Multigrid cycles run without data transfers to the CPU.
 //!
-//! The dispatches that make a cycle never change: they are bound, and their parameters written, once.
+//! The dispatches of a cycle never change, so they are bound, and their parameters written, once.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,7 +18,8 @@ use crate::constraint::Constraint;
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::{Real, accelerate, defect, relax_sweep, transfer};
 
-/// Cycles in one submission: together they sweep the finest network about as often as a batch of sweeps does.
+/// Cycles in one submission. Their sweeps over the finest network are about as many as in a batch
+/// of sweeps.
 const BATCH: usize = 16;
 
 /// A hierarchy in the GPU's memory, finest level first.
@@ -29,7 +30,7 @@ pub(super) struct GpuHierarchy {
     start: Buffer,
     previous: Buffer,
     partials: Buffer,
-    /// Parameters of the ends of a batch's cycles `[BATCH]`, one slot each.
+    /// Parameters of the last step of each cycle of a batch `[BATCH]`, one slot each.
     end_params: Buffer,
     end: BindGroup,
     staging: Buffer,
@@ -37,24 +38,26 @@ pub(super) struct GpuHierarchy {
 
 struct Level {
     arrays: Arrays,
-    /// Sweeps, the defect, and what the coarser level gathers from it; on the coarsest level sweeps alone.
+    /// The way down: sweeps, the defect, and its transfer to the coarser level. On the coarsest
+    /// level only sweeps.
     down: Vec<Dispatch>,
-    /// What is gathered from the coarser level, and sweeps.
+    /// The way up: the transfer from the coarser level, and sweeps.
     up: Vec<Dispatch>,
 }
 
-/// The arrays of a level. The correction of a cycle begins in the first `e`.
+/// The arrays of a level. A cycle's correction begins in the first `e`.
 struct Arrays {
     packed: Packed<f32>,
     constraint: Buffer,
     load: Buffer,
-    /// The correction, and the one a sweep earlier, which also takes the defect; sweeps exchange the two.
+    /// The correction, and the correction one sweep earlier, which also holds the defect. Sweeps
+    /// exchange the two arrays.
     e: [Buffer; 2],
-    /// Which of the two holds the correction after a cycle.
+    /// Index of the array with the correction after a cycle.
     ends_in: usize,
 }
 
-/// A kernel over a chunk of rows, with all it reads and writes.
+/// A kernel over a chunk of rows, with all its bindings.
 struct Dispatch {
     kernel: Kernel,
     n_rows: usize,
@@ -105,7 +108,7 @@ impl GpuHierarchy {
         Ok(Self { levels, start, previous, partials, end_params, end, staging, device })
     }
 
-    /// Records a batch of cycles; it must be submitted before the next is recorded.
+    /// Records a batch of cycles. It must be submitted before the next batch is recorded.
     fn record(&self, sweeps: &[Sweep], encoder: &mut CommandEncoder) {
         let finest = &self.levels[0].arrays;
         let n_vertices = finest.packed.n_vertices();
@@ -133,7 +136,7 @@ impl GpuHierarchy {
         }
     }
 
-    /// Records a level's way down, the coarser levels' cycle, and its way up.
+    /// Records a level's way down, the cycle of the coarser levels, and the level's way up.
     fn record_cycle(&self, at: usize, encoder: &mut CommandEncoder) {
         self.record_dispatches(&self.levels[at].down, encoder);
         if let Some(coarser) = self.levels.get(at + 1) {
@@ -222,14 +225,15 @@ impl Arrays {
             constraint: device.filled("constraint", rows.constraint),
             load: device.filled("load", rows.load),
             e: ["e", "e_previous"].map(|label| vector(device, label, bytes)),
-            // As many sweeps on the way up as on the way down exchange the two arrays an even number of times.
+            // The numbers of sweeps on the way up and down are equal, so the arrays are exchanged
+            // an even number of times.
             ends_in: if level.transfers.is_some() { 0 } else { level.sweeps.len() % 2 },
             packed,
         })
     }
 }
 
-/// The ways down and up of a level.
+/// The way down and the way up of a level.
 fn dispatches(
     device: &Device,
     level: &LevelData,
@@ -282,7 +286,7 @@ fn dispatches(
     Ok([down, up])
 }
 
-/// A matrix, or the weights of a transfer, in chunks of rows that fit a binding.
+/// A matrix, or the weights of a transfer, in chunks of rows that fit one binding.
 struct Chunks {
     chunks: Vec<(Range<usize>, [Buffer; 2])>,
 }
@@ -302,7 +306,7 @@ impl Chunks {
         Self::new(device, &transfer.sources.row_start, &transfer.sources.entries, &weights)
     }
 
-    /// A kernel over all chunks.
+    /// One dispatch of a kernel per chunk.
     fn dispatches<P: NoUninit>(
         &self,
         device: &Device,
@@ -335,7 +339,7 @@ fn vector(device: &Device, label: &str, bytes: u64) -> Buffer {
     device.buffer(label, bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC)
 }
 
-/// Parameters of so many dispatches.
+/// A buffer for the parameters of `n` dispatches.
 fn uniform(device: &Device, n: usize) -> Buffer {
     device.buffer("parameters", (n * SLOT) as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST)
 }

@@ -1,7 +1,8 @@
 //! The GPU backend: WGSL compute shaders through wgpu, in f32.
 //!
-//! Works on any adapter with WebGPU's default limits: no optional feature is asked for. A network's matrix may be larger
-//! than one storage binding: it is split into chunks of rows with buffers of their own.
+//! It runs on any adapter with WebGPU's default limits and uses no optional feature. A network's
+//! matrix may be larger than one storage binding. It is then split into chunks of rows, each with
+//! buffers of its own.
 
 mod adapter;
 mod device;
@@ -18,7 +19,8 @@ use device::Device;
 
 use super::{Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, NetworkData};
 
-/// Bounds tighter than the adapter's own, so that tests reach what otherwise only the largest meshes do.
+/// Bounds tighter than the adapter's own. With them tests reach code that otherwise only the
+/// largest meshes reach.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bounds {
     /// Most bytes in one binding of a matrix or of a chunk of edges.
@@ -27,7 +29,7 @@ pub struct Bounds {
     pub workgroups: Option<u32>,
 }
 
-/// Relaxes networks on a GPU.
+/// The GPU backend.
 #[derive(Clone, Debug)]
 pub struct GpuBackend {
     device: Arc<Device>,
@@ -37,22 +39,22 @@ impl GpuBackend {
     /// Opens the best adapter of this choice.
     ///
     /// # Errors
-    /// [`BackendError::NoAdapter`] if there is none, [`BackendError::Device`] if it refuses to open or to compile the
-    /// kernels.
+    /// - [`BackendError::NoAdapter`]: there is none
+    /// - [`BackendError::Device`]: the adapter does not open, or does not compile the kernels
     pub fn new(choice: Choice) -> Result<Self, BackendError> {
         Self::with_bounds(choice, Bounds::default())
     }
 
-    /// As [`GpuBackend::new`], within these bounds.
+    /// [`GpuBackend::new`] within these bounds.
     ///
     /// # Errors
-    /// As [`GpuBackend::new`].
+    /// As for [`GpuBackend::new`].
     pub fn with_bounds(choice: Choice, bounds: Bounds) -> Result<Self, BackendError> {
         Ok(Self { device: Arc::new(Device::open(&adapter::choose(choice)?, bounds)?) })
     }
 
-    /// Whether the adapter is the CPU in disguise. Such an adapter rounds each operation as the CPU does; hardware may
-    /// contract `a * b + c`.
+    /// Whether the adapter is a software adapter, which runs on the CPU. A software adapter rounds
+    /// each operation as the CPU does; hardware may contract `a * b + c`.
     pub fn is_software(&self) -> bool {
         self.device.info.device_type == wgpu::DeviceType::Cpu
     }

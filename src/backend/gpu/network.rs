@@ -15,11 +15,12 @@ use crate::kernels::convergence::{self, BLOCK};
 use crate::kernels::relax_sweep;
 use crate::kernels::row::Entry;
 
-/// Sweeps in one submission. Enough to hide what a submission costs; few enough that a large network does not keep a
-/// display's GPU busy for the seconds after which its driver resets it.
+/// Sweeps in one submission: enough to hide the cost of a submission, and few enough that a large
+/// network does not occupy a display's GPU for seconds, after which its driver would reset it.
 const BATCH: usize = 64;
 
-/// Bytes from one dispatch's parameters to the next's: the largest alignment WebGPU lets a device ask for.
+/// Bytes between the parameters of two dispatches: the largest alignment that WebGPU allows a
+/// device to require.
 pub(super) const SLOT: usize = 256;
 
 /// A network in the GPU's memory. Buffers and bindings are made once.
@@ -29,7 +30,8 @@ pub(super) struct GpuNetwork {
     chunks: Vec<Chunk>,
     constraint: Buffer,
     load: Buffer,
-    /// The correction and the one a sweep earlier; `current` says which is which.
+    /// The correction, and the correction one sweep earlier. `current` is the index of the
+    /// correction.
     e: [Buffer; 2],
     current: usize,
     snapshot: Buffer,
@@ -39,11 +41,11 @@ pub(super) struct GpuNetwork {
     staging: Buffer,
 }
 
-/// Some of the rows, with a part of the matrix that fits one binding.
+/// A chunk of rows whose part of the matrix fits one binding.
 struct Chunk {
     first_row: usize,
     n_rows: usize,
-    /// By which of the two arrays holds the correction.
+    /// Bindings for either index of the correction.
     relax_sweep: [BindGroup; 2],
     convergence: [BindGroup; 2],
 }
@@ -109,8 +111,8 @@ impl GpuNetwork {
         Self { chunks, constraint, load, e, current: 0, snapshot, partials, sweep_params, staging, packed, device }
     }
 
-    /// Records a batch of sweeps. Their parameters are written at once, so a batch must be submitted before the next is
-    /// recorded.
+    /// Records a batch of sweeps. Their parameters are written at once, so a batch must be
+    /// submitted before the next is recorded.
     fn record(&mut self, sweeps: &[Sweep], encoder: &mut CommandEncoder) {
         let params = sweeps.iter().flat_map(|sweep| {
             self.chunks.iter().map(|chunk| relax_sweep::Params {
@@ -135,7 +137,7 @@ impl GpuNetwork {
         }
     }
 
-    /// Records the measure, and the copy of the correction it will be compared with next time.
+    /// Records the measure, and the copy of the correction for the next measure.
     fn record_measure(&self, encoder: &mut CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
         pass.set_pipeline(&self.device.pipelines.convergence.pipeline);
@@ -199,8 +201,8 @@ impl DeviceNetwork for GpuNetwork {
     }
 }
 
-/// Ranges of rows whose part of the matrix fits one binding; whole blocks, so that a block's partial sum does not depend on
-/// the split.
+/// Ranges of rows whose part of the matrix fits one binding. They consist of whole blocks, so a
+/// block's partial sum does not depend on the split.
 pub(super) fn plan(row_start: &[u32], device: &Device) -> Result<Vec<Range<usize>>, BackendError> {
     let n_rows = row_start.len() - 1;
     let bytes = |first: usize, end: usize| {
@@ -219,7 +221,8 @@ pub(super) fn plan(row_start: &[u32], device: &Device) -> Result<Vec<Range<usize
     Ok(plan)
 }
 
-/// A chunk's part of a matrix on the device: row starts counted from its first entry, and the entries.
+/// A chunk's part of a matrix on the device: row starts, counted from the chunk's first entry, and
+/// the entries.
 pub(super) fn matrix(
     device: &Device,
     row_start: &[u32],

@@ -1,4 +1,4 @@
-//! A compiled kernel, with all it says of itself: bindings by name, access, workgroup size.
+//! A compiled kernel with its reflection: bindings by name, access, workgroup size.
 
 use naga::{AddressSpace, Module, StorageAccess};
 use wgpu::{
@@ -10,12 +10,13 @@ use wgpu::{
 
 use crate::kernels::Kernel;
 
-/// A variable of a kernel that a buffer is bound to.
+/// A variable of a kernel to which a buffer is bound.
 #[derive(Debug)]
 struct Variable {
     name: String,
     binding: u32,
-    /// Bytes of the parameter struct of a dispatch, found at a dynamic offset; none for an array.
+    /// Bytes of the parameter struct of a dispatch, which has a dynamic offset; `None` for an
+    /// array.
     parameters: Option<u64>,
     read_only: bool,
 }
@@ -31,6 +32,9 @@ pub(super) struct Pipeline {
 
 impl Pipeline {
     /// Compiles a kernel. Errors of wgpu go to the caller's error scopes.
+    ///
+    /// # Errors
+    /// A message: the WGSL text is not valid, or the entry point is not as expected.
     pub(super) fn new(device: &Device, kernel: &Kernel) -> Result<Self, String> {
         let label = Some(kernel.name);
         let module = naga::front::wgsl::parse_str(kernel.source)

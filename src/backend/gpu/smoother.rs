@@ -1,4 +1,4 @@
-//! Local quality optimisation on a GPU: one dispatch a colour.
+//! Local optimisation on a GPU: one dispatch per colour.
 
 use std::sync::Arc;
 
@@ -13,16 +13,17 @@ use crate::backend::smoother::{PackedPatch, tolerance};
 use crate::backend::{BackendError, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 use crate::kernels::{raise_worst_beta, smooth_vertices};
 
-/// Most dispatches in one submission: a submission of seconds would have a display's driver reset its GPU.
+/// Most dispatches in one submission. A submission of several seconds would make a display's driver
+/// reset its GPU.
 const BATCH: usize = 256;
 
-/// Smooths in the GPU's memory.
+/// Local optimisation in the GPU's memory.
 pub(super) struct GpuSmoother {
     device: Arc<Device>,
     room: Option<Room>,
 }
 
-/// Buffers for patches up to a size, and what they are bound with.
+/// Buffers for patches up to a size, and their bindings.
 struct Room {
     buffers: Vec<(&'static str, Buffer)>,
     staging: Buffer,
@@ -35,7 +36,8 @@ impl Room {
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let buffer = |&(name, size): &(&'static str, u64)| {
-            // The next patch is often a little larger; but never more than a binding holds.
+            // The next patch is often a little larger, so the size is rounded up, at most to the
+            // size of a binding.
             let size = size.next_power_of_two().min(device.max_array).max(size);
             (name, device.buffer(name, size, if name == "params" { uniform } else { storage }))
         };
@@ -63,9 +65,9 @@ impl GpuSmoother {
         Self { device, room: None }
     }
 
-    /// Dispatches the colours, over and over.
+    /// Dispatches all colours, `count` times.
     ///
-    /// - `params`: those of each colour
+    /// - `params`: parameters of a colour, from its first vertex and its number of vertices
     fn dispatch<P: NoUninit>(
         &self,
         (pipeline, group): (&Pipeline, &BindGroup),

@@ -1,4 +1,4 @@
-//! The coordinates of a CGNS file: one array for each axis.
+//! The coordinates of a CGNS file: one array per axis.
 
 use std::io::{self, Write};
 
@@ -8,10 +8,10 @@ use crate::formats::document::{Coordinates, narrow};
 use crate::formats::out::Out;
 use crate::formats::scanner::{Endian, Width};
 
-/// Coordinates that stand in the file axis by axis.
+/// Coordinates with one array per axis in the file.
 #[derive(Debug)]
 pub(super) struct Columns {
-    /// Where x, y and z begin.
+    /// Offsets of the arrays of x, y and z.
     pub starts: [usize; 3],
     pub kind: (Width, Endian),
 }
@@ -24,7 +24,7 @@ impl Columns {
         (Width::Single, Endian::Big),
     ];
 
-    /// Whether these bytes hold these numbers in that way.
+    /// Whether these bytes hold these numbers in this encoding.
     pub fn holds((width, endian): (Width, Endian), bytes: &[u8], values: &[f64]) -> bool {
         bytes.len() == values.len() * width.bytes()
             && bytes.chunks_exact(width.bytes()).zip(values).all(|(bytes, &value)| match width {

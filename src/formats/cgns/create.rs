@@ -1,7 +1,8 @@
-//! New CGNS files: a base, a zone, and for every family its faces, a boundary condition and a `Family_t`.
+//! New CGNS files: a base, a zone, and for every family its faces, a boundary condition and a
+//! `Family_t`.
 //!
-//! Cells come first, shape by shape, then the faces of each family, its triangles before its quadrilaterals, so that a
-//! boundary condition is one range of elements. Source: as for reading.
+//! Cells come first, shape by shape. The faces of each family follow, its triangles before its
+//! quadrilaterals, so a boundary condition is one range of elements. Source: as for reading.
 
 use std::io;
 
@@ -12,20 +13,20 @@ use crate::formats::mesh_builder::CellKind;
 use crate::formats::new_file::{NewFile, clean_names};
 use crate::formats::out::Out;
 
-/// The longest name of a node.
+/// Most letters in the name of a node.
 const LONGEST: usize = 32;
 
 /// The name of the zone.
 const ZONE: &str = "Zone";
 
-/// What a node holds.
+/// The data of a node.
 enum Data {
     Nothing,
     Text(String),
     Single(f32),
     Doubles(Vec<f64>),
     Integers(Vec<i64>),
-    /// Integers that are written with 32 bits.
+    /// Integers written with 32 bits.
     Short(Vec<i32>),
 }
 
@@ -43,7 +44,7 @@ impl Data {
     }
 }
 
-/// A node without children; `shape` is that of HDF5, the last index first in CGNS.
+/// A node without children. `shape` has HDF5's order of indices; CGNS has the last index first.
 fn node(name: &str, label: &str, data: &Data, shape: &[u64]) -> Result<GroupBuilder, FormatError> {
     let mut node = FileBuilder::new().create_group(name);
     attributes(name, label, data.kind(), |key, value| node.set_attr(key, value))?;
@@ -80,12 +81,12 @@ fn text(name: &str, label: &str, text: &str) -> Result<GroupBuilder, FormatError
     node(name, label, &Data::Text(text.to_owned()), &[text.len() as u64])
 }
 
-/// The zone while it is filled.
+/// A zone under construction.
 struct Zone {
     node: GroupBuilder,
     /// Whether integers need 64 bits.
     long: bool,
-    /// The number of the next element.
+    /// Number of the next element.
     next: usize,
 }
 
@@ -106,13 +107,13 @@ impl Zone {
         Ok(Self { node: zone, long, next: 1 })
     }
 
-    /// The numbers of the elements from `first` up to the next.
+    /// A node with the range of element numbers from `first` up to the last one added.
     fn range(&self, name: &str, first: usize, shape: &[u64]) -> Result<GroupBuilder, FormatError> {
         let ends = [first as i64, self.next as i64 - 1];
         node(name, "IndexRange_t", &integers(self.long, ends.into_iter()), shape)
     }
 
-    /// Adds a section of elements of one shape, if there are any.
+    /// Adds a section of elements of one shape. Does nothing if there are none.
     fn add(&mut self, name: &str, shape: CellKind, vertices: &[u32]) -> Result<(), FormatError> {
         if vertices.is_empty() {
             return Ok(());
@@ -128,7 +129,7 @@ impl Zone {
     }
 }
 
-/// Integers of 32 bits, or of 64.
+/// Integers with 32 or 64 bits.
 fn integers(long: bool, values: impl Iterator<Item = i64>) -> Data {
     match long {
         true => Data::Integers(values.collect()),
@@ -136,20 +137,21 @@ fn integers(long: bool, values: impl Iterator<Item = i64>) -> Data {
     }
 }
 
-/// The names of the families as names of nodes.
+/// Names for the nodes of the families.
 fn node_names(families: &[String]) -> Vec<String> {
     let short = |name: &String| {
-        // Room for what makes equal names different.
+        // Leaves space for the suffix that makes equal names different.
         let name: String = name.trim().chars().take(LONGEST - 5).collect();
         if name.is_empty() { "family".to_owned() } else { name }
     };
-    // A family is a neighbour of the zone.
+    // The nodes of the families and of the zone have one parent, so no family may have the zone's
+    // name.
     let names: Vec<String> = std::iter::once(ZONE.to_owned()).chain(families.iter().map(short)).collect();
     let takes = |letter: char| letter == ' ' || letter.is_ascii_graphic() && !matches!(letter, '/' | '.');
     clean_names(&names, takes).split_off(1)
 }
 
-/// Says that boundary conditions have no types.
+/// Losses of a new file: the types of boundary conditions.
 pub(super) fn limits(_: &NewFile) -> Vec<String> {
     vec!["boundary conditions: those of the families have no type (FamilySpecified)".to_owned()]
 }
@@ -187,7 +189,7 @@ fn build(new_file: &NewFile) -> Result<FileBuilder, FormatError> {
             conditions.add_group(condition.finish());
         }
         let mut family = node(name, "Family_t", &Data::Nothing, &[])?;
-        // The name in full, as gmsh gives it.
+        // The full name, as in files of gmsh.
         let full = &new_file.cells.families[index];
         if !full.is_empty() {
             family.add_group(text("FamilyName", "FamilyName_t", full)?.finish());
@@ -200,7 +202,7 @@ fn build(new_file: &NewFile) -> Result<FileBuilder, FormatError> {
     base.add_group(zone.node.finish());
     families.into_iter().for_each(|family| base.add_group(family));
     let mut file = FileBuilder::new();
-    // Readers of HDF5 1.8 are still about.
+    // Some programs still read HDF5 1.8 only.
     file.with_libver_bounds(LibVer::Earliest, LibVer::V18);
     attributes("HDF5 MotherNode", "Root Node of HDF5 File", "MT", |key, value| file.set_attr(key, value))?;
     file.create_dataset(" format").with_i8_data(&letters("IEEE_LITTLE_32\0"));

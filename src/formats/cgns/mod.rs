@@ -1,8 +1,11 @@
-//! CGNS files in HDF5, of one unstructured zone.
+//! CGNS files in HDF5, with one unstructured zone.
 //!
-//! A family is a boundary condition (`BC_t`), called as its family says (`FamilyName_t`, and the name that the `Family_t`
-//! may carry itself), else as the condition; faces of no condition belong to a family of their section's name. Written
-//! back, the numbers of the coordinates are replaced where they stand, and nothing else.
+//! A family is a boundary condition (`BC_t`). Its name is the name of the condition's family:
+//! `FamilyName_t` of the condition, or the full name in the `Family_t`. Without a family it is the
+//! name of the condition. Faces without a condition belong to a family with their section's name.
+//!
+//! When a file is written back, the numbers of the coordinates are replaced in their places, and
+//! everything else is kept.
 //!
 //! Source: the CGNS standard, SIDS and "SIDS file mapping, HDF5".
 
@@ -41,7 +44,7 @@ pub(super) const FORMAT: Format = Format {
     companion: None,
 };
 
-/// CGNS's number for a type of element: how many vertices it has, and what it is.
+/// Number of vertices and kind of an element, from CGNS's number for its type.
 fn element_type(number: i64) -> Option<(usize, Kind)> {
     let mesh = |shape: CellKind| (shape.n_vertices(), Kind::Mesh(shape));
     Some(match number {
@@ -59,7 +62,7 @@ fn element_type(number: i64) -> Option<(usize, Kind)> {
     })
 }
 
-/// CGNS's number for a type of element.
+/// CGNS's number for the type of an element.
 fn element_number(shape: CellKind) -> i32 {
     match shape {
         CellKind::Triangle => 5,
@@ -71,11 +74,11 @@ fn element_number(shape: CellKind) -> i32 {
     }
 }
 
-/// Labels of the nodes in a base and in its zone that are read, or say nothing of the mesh.
+/// Labels of nodes in a base or zone that are read, or that hold nothing about the mesh.
 const READ: [&str; 7] =
     ["Zone_t", "Family_t", "ZoneType_t", "GridCoordinates_t", "Elements_t", "ZoneBC_t", "Ordinal_t"];
 
-/// A section whose elements have types of their own.
+/// The type of a section whose elements have types of their own.
 const MIXED: i64 = 20;
 
 /// Numbers of elements.
@@ -92,7 +95,7 @@ impl Numbers {
         }
     }
 
-    /// The places of these among faces whose numbers ascend.
+    /// Indices of these elements among faces in ascending order of their numbers.
     fn places<'a>(&'a self, faces: &'a [(i64, usize)]) -> Box<dyn Iterator<Item = usize> + 'a> {
         let below = |number: i64| faces.partition_point(|&(face, _)| face < number);
         match self {
@@ -104,34 +107,35 @@ impl Numbers {
     }
 }
 
-/// What the nodes of the zone have given so far.
+/// The parts of a mesh read so far.
 struct Reader<'a> {
     path: &'a Path,
     mesh_builder: MeshBuilder,
     n_vertices: usize,
-    /// The number of each face in the zone, of triangles and of quadrilaterals, with its section; ascending.
+    /// Number of each face in the zone, and index of its section, for triangles and for
+    /// quadrilaterals; ascending.
     faces: [Vec<(i64, usize)>; 2],
     sections: Vec<String>,
 }
 
-/// Reads a CGNS file from its (decompressed) bytes; `path` is for messages.
+/// Reads a CGNS file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let shared = Shared(Arc::new(bytes));
     let Zone { mesh_builder, positions, columns, names, beside } = read_zone(path, &shared)?;
     let (mesh, others) = mesh_builder.finish(path, positions, |tag| names[tag as usize].clone())?;
-    // HDF5 has let go of them.
+    // HDF5 has released the bytes.
     let bytes = Arc::unwrap_or_clone(shared.0);
     let coordinates = Box::new(columns);
     let document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
     Ok(Parsed { mesh, others, document })
 }
 
-/// What a zone holds.
+/// The contents of a zone.
 struct Zone {
     mesh_builder: MeshBuilder,
     positions: Vec<DVec3>,
     columns: Columns,
-    /// The name of each tag of the faces.
+    /// Name of each tag of the faces.
     names: Vec<String>,
     beside: Vec<String>,
 }
@@ -184,7 +188,8 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
     Ok(Zone { mesh_builder: reader.mesh_builder, positions, columns, names, beside })
 }
 
-/// What the boundary conditions are beside families, in words; those that do not say it count for none.
+/// The types of the boundary conditions, in words. Conditions without a type of their own do not
+/// count.
 fn types_of_conditions(zone: &Node) -> Result<Option<String>, ReadError> {
     let mut types = Vec::new();
     for zone_bc in zone.children("ZoneBC_t")? {
@@ -198,7 +203,7 @@ fn types_of_conditions(zone: &Node) -> Result<Option<String>, ReadError> {
     Ok((!types.is_empty()).then(|| format!("types of boundary conditions ({})", types.join(", "))))
 }
 
-/// The vertices, and where their coordinates stand in the file.
+/// The vertices, and the places of their coordinates in the file.
 fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, Columns), ReadError> {
     let mut values = Vec::new();
     let mut starts = [0; 3];
@@ -247,7 +252,7 @@ fn range(node: &Node) -> Result<(i64, i64), ReadError> {
     }
 }
 
-/// The sections of elements by their first number.
+/// The sections of elements, in the order of their first numbers.
 fn sorted_sections<'a>(zone: &Node<'a>) -> Result<Vec<(RangeInclusive<i64>, Node<'a>)>, ReadError> {
     let mut sections = Vec::new();
     for section in zone.children("Elements_t")? {
@@ -274,7 +279,7 @@ impl Reader<'_> {
         if let Some((count, Kind::Mesh(shape))) = element_type(of_section) {
             self.mesh_builder.reserve(shape, length / count);
         }
-        // Before CGNS 3.4 there were no offsets: the types of the elements say where each begins.
+        // CGNS before 3.4 has no offsets. The types of the elements also give each element's begin.
         let offsets = if is_mixed { section.find("ElementStartOffset") } else { None };
         let mut offsets = offsets.map(|node| Ok((node.integers()?, node))).transpose()?;
         let mut begins = |at: usize, element: i64| match &mut offsets {
@@ -294,7 +299,7 @@ impl Reader<'_> {
         let (mut at, mut element) = (0, *range.start());
         while at < length && range.contains(&element) {
             begins(at, element)?;
-            // In a mixed section each element's type stands before its vertices.
+            // In a mixed section the type of an element stands before its vertices.
             let kind = if is_mixed { connectivity.get(at).unwrap_or_default() } else { of_section };
             at += usize::from(is_mixed);
             let known = element_type(kind);
@@ -335,8 +340,9 @@ impl Reader<'_> {
         begins(at, element)
     }
 
-    /// Gives every face the number of its boundary condition or section, and the names of both. Conditions come in the
-    /// order of their lowest faces, as the programs that wrote them numbered them.
+    /// Gives every face the tag of its boundary condition or section, and returns the names of the
+    /// tags. Conditions are ordered by their lowest faces, as the programs that wrote them numbered
+    /// them.
     fn tag_faces(&mut self, base: &Node, zone: &Node) -> Result<Vec<String>, ReadError> {
         let mut conditions = Vec::new();
         for zone_bc in zone.children("ZoneBC_t")? {
@@ -348,7 +354,7 @@ impl Reader<'_> {
         let mut names: Vec<String> = conditions.iter().map(|(_, name)| name.clone()).collect();
         let tags = self.faces.each_ref().map(|of_shape| {
             let mut tags: Vec<i32> = of_shape.iter().map(|&(_, section)| (names.len() + section) as i32).collect();
-            // Where conditions overlap, the first counts.
+            // If conditions overlap, the first one counts.
             for (tag, (faces, _)) in conditions.iter().enumerate().rev() {
                 faces.places(of_shape).for_each(|place| tags[place] = tag as i32);
             }
@@ -382,7 +388,7 @@ impl Reader<'_> {
     }
 }
 
-/// What a boundary condition's family is called: two hops to the name, where there are.
+/// Name of a boundary condition's family. There may be two levels of names.
 fn family_name(base: &Node, bc: &Node) -> Result<String, ReadError> {
     let names = bc.children("FamilyName_t")?;
     let Some(family) = names.first().map(Node::text).transpose()? else { return Ok(bc.name().to_owned()) };

@@ -13,7 +13,7 @@ use crate::formats::error::{Location, ReadError};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::Endian;
 
-/// The bytes of a file that HDF5 and idmesh read together.
+/// The bytes of a file, shared by HDF5 and idmesh.
 #[derive(Clone)]
 pub(super) struct Shared(pub Arc<Vec<u8>>);
 
@@ -34,17 +34,19 @@ impl Source for Shared {
     }
 }
 
-/// A node.
+/// A node of the tree.
 pub(super) struct Node<'a> {
     file: &'a Path,
     bytes: &'a [u8],
-    /// The names that lead to it, each after a slash.
+    /// The names on the way to the node, each after a slash.
     path: String,
     group: Group,
 }
 
 impl<'a> Node<'a> {
-    /// The root of the file at that path, for messages, with these bytes.
+    /// The root of a file.
+    ///
+    /// - `file`: path, for messages
     pub fn root(file: &'a Path, bytes: &'a [u8], hdf5: &File) -> Self {
         Self { file, bytes, path: String::new(), group: hdf5.root() }
     }
@@ -57,29 +59,32 @@ impl<'a> Node<'a> {
         Location::Node(self.file.into(), if self.path.is_empty() { "/".into() } else { self.path.clone() })
     }
 
-    /// The error that the node is not as `expected`.
+    /// The error of a node that is not as `expected`.
     pub fn malformed(&self, expected: impl Into<String>, found: impl Display) -> ReadError {
         ReadError::Malformed { place: self.place(), expected: expected.into(), found: found.to_string() }
     }
 
-    /// The node's child of that name, if it has one.
+    /// The child with this name, if there is one.
     pub fn find(&self, name: &str) -> Option<Self> {
         let group = self.group.group(name).ok()?;
         Some(Self { file: self.file, bytes: self.bytes, path: format!("{}/{name}", self.path), group })
     }
 
-    /// The node's child of that name, which it must have.
+    /// The child with this name.
+    ///
+    /// # Errors
+    /// [`ReadError::Malformed`]: there is none.
     pub fn child(&self, name: &str) -> Result<Self, ReadError> {
         self.find(name).ok_or_else(|| self.malformed(format!("a node {name} in it"), "none"))
     }
 
-    /// The children of that label, by name: HDF5 keeps no other order.
+    /// The children with this label, in the order of their names: HDF5 keeps no other order.
     pub fn children(&self, label: &str) -> Result<Vec<Self>, ReadError> {
         let labelled = self.labelled()?.into_iter().filter(|(found, _)| found == label);
         Ok(labelled.map(|(_, node)| node).collect())
     }
 
-    /// All children with their labels, by name.
+    /// All children with their labels, in the order of their names.
     pub fn labelled(&self) -> Result<Vec<(String, Self)>, ReadError> {
         let mut names = self.group.groups().map_err(|error| self.malformed("nodes of CGNS", error))?;
         names.sort();
@@ -99,7 +104,9 @@ impl<'a> Node<'a> {
         Ok(children)
     }
 
-    /// The only child of that label; `hint` says what to do about several.
+    /// The only child with this label.
+    ///
+    /// - `hint`: advice for a file with several such children
     pub fn only(&self, label: &str, what: &'static str, hint: &'static str) -> Result<Self, ReadError> {
         let mut nodes = self.children(label)?;
         let path = self.file.into();
@@ -110,7 +117,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// The node's data, of no more numbers than the file has bytes.
+    /// The node's data. Data with more numbers than the file has bytes are refused.
     pub fn data(&self) -> Result<Dataset, ReadError> {
         // The name begins with a space.
         let data = self.group.dataset(" data").map_err(|error| self.malformed("data", error))?;
@@ -124,7 +131,7 @@ impl<'a> Node<'a> {
         Ok(data)
     }
 
-    /// Where the data stand in the file and their bytes, if they stand there in one piece.
+    /// Offset and bytes of the data in the file, if they are in one piece.
     pub fn stored(&self, data: &Dataset) -> Result<Option<(usize, &'a [u8])>, ReadError> {
         let Layout::Contiguous { address: Some(address), size } =
             data.layout().map_err(|error| self.malformed("data", error))?
@@ -159,7 +166,8 @@ impl<'a> Node<'a> {
     }
 }
 
-/// CGNS's types of whole numbers: with a sign, of 32 or 64 bits.
+/// Number type and byte order of an HDF5 type, if CGNS uses it for whole numbers: signed, 32 or 64
+/// bits.
 fn number_of(datatype: &Datatype) -> Option<(Number, Endian)> {
     let Datatype::FixedPoint { size, byte_order, layout } = datatype else { return None };
     let full = layout.signed && layout.bit_offset == 0 && u32::from(layout.bit_precision) == 8 * size;

@@ -21,7 +21,7 @@ fn number(shape: CellKind) -> i32 {
     }
 }
 
-/// A run of elements of one type on one entity.
+/// Elements of one type on one entity.
 struct Block<'a> {
     dimension: i32,
     entity: i32,
@@ -29,8 +29,9 @@ struct Block<'a> {
     elements: Vec<&'a [u32]>,
 }
 
-/// Writes a Gmsh file whose arrays have been checked. A family is a surface entity and a physical group of its number,
-/// counted from 1; the cells are volume 1, in the group `volume`, without which Gmsh would not save them again.
+/// Writes a Gmsh file whose arrays have been checked. A family is a surface entity and a physical
+/// group, both with the family's number, counted from 1. The cells are volume 1, in the group
+/// `volume`; Gmsh does not save cells without a group.
 pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let names = clean_names(new_file.cells.families, fits);
     let n_families = names.len() as u64;
@@ -84,17 +85,17 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     out.write_all(b"\n$EndElements\n")
 }
 
-/// What a Gmsh file holds otherwise: quotes in names.
+/// Losses of a new file: quotes in names.
 pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
     renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits))
 }
 
-/// `$PhysicalNames` has no way to write a quote or a line's end.
+/// `$PhysicalNames` cannot hold a quote or the end of a line.
 fn fits(letter: char) -> bool {
     letter != '"' && !letter.is_control()
 }
 
-/// Faces by family and type, then cells by type.
+/// Blocks of faces by family and type, then blocks of cells by type.
 fn blocks<'a>(new_file: &NewFile<'a>) -> Vec<Block<'a>> {
     let mut blocks: Vec<Block> = Vec::new();
     for (index, faces) in new_file.faces_by_family().into_iter().enumerate() {
@@ -111,7 +112,7 @@ fn blocks<'a>(new_file: &NewFile<'a>) -> Vec<Block<'a>> {
     blocks
 }
 
-/// A surface or volume: its box, its physical group and what bounds it.
+/// Writes a surface or volume: its box, its physical group and its bounding entities.
 fn entity(out: &mut Out, tag: i32, bounds: [DVec3; 2], group: i32, boundary: &[i32]) -> io::Result<()> {
     ints(out, &[tag])?;
     doubles(out, &bounds[0])?;
@@ -122,7 +123,7 @@ fn entity(out: &mut Out, tag: i32, bounds: [DVec3; 2], group: i32, boundary: &[i
     ints(out, boundary)
 }
 
-/// The box of some points; at the origin if there are none.
+/// The box of some points. Without points it is the origin.
 fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
     geometry::bounds(points).unwrap_or_default()
 }

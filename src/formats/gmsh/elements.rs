@@ -1,4 +1,4 @@
-//! The `$Elements` section as cells and faces, and the mesh that they make.
+//! The `$Elements` section as cells and faces, and the mesh made of them.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::Version;
 use super::families::Groups;
-use super::lonely::Lonely;
+use super::ungrouped::Ungrouped;
 use super::vertices::Vertices;
 use crate::formats::error::ReadError;
 use crate::formats::mesh_builder::{CellKind, Kind, MeshBuilder};
@@ -17,7 +17,7 @@ use crate::mesh::{OtherCells, TetMesh};
 /// An element type of Gmsh.
 pub(super) struct ElementType {
     kind: Kind,
-    /// How many vertices an element has.
+    /// Number of vertices of an element.
     pub n_vertices: usize,
 }
 
@@ -33,7 +33,7 @@ const fn mesh(shape: CellKind) -> ElementType {
     ElementType { kind: Kind::Mesh(shape), n_vertices: shape.n_vertices() }
 }
 
-/// The element types from number 1 on; later ones are of third order and more.
+/// The element types from number 1 on. Later types have third or higher order.
 const TYPES: [ElementType; 19] = [
     passed_over("lines", 2),
     mesh(CellKind::Triangle),
@@ -66,25 +66,25 @@ impl ElementType {
     }
 }
 
-/// The elements of a file, in its order. Faces are tagged with where they belong: their surface entity (4.1) or signed
-/// physical tag (2.2).
+/// The elements of a file, in its order. The tag of a face is its surface entity (4.1) or its
+/// signed physical tag (2.2).
 #[derive(Default)]
 pub(super) struct Elements {
     mesh_builder: MeshBuilder,
-    /// Where cells belong: their volume entity (4.1) or physical tag (2.2).
+    /// Volume entities (4.1) or physical tags (2.2) of the cells.
     cell_owners: BTreeSet<i32>,
     last_owner: Option<i32>,
 }
 
 impl Elements {
-    /// Makes room for `count` elements, a count that was checked against the size of the file.
+    /// Reserves memory for `count` elements. The count was checked against the size of the file.
     pub fn begin(&mut self, of: &ElementType, count: usize) {
         if let Kind::Mesh(shape) = of.kind {
             self.mesh_builder.reserve(shape, count);
         }
     }
 
-    /// Reads the vertices of one element with `node`, which reads a tag.
+    /// Reads the vertices of one element. `node` reads a tag.
     #[inline]
     pub fn read<'a>(
         &mut self,
@@ -124,7 +124,7 @@ impl Elements {
         })
     }
 
-    /// What does not belong to the mesh.
+    /// The parts of the file that do not belong to the mesh, in words.
     fn passed_over(&self) -> Vec<String> {
         let mut words = self.mesh_builder.passed_over();
         if self.cell_owners.len() > 1 {
@@ -133,7 +133,7 @@ impl Elements {
         words
     }
 
-    /// Joins the parts to a mesh. Also what of the file does not belong to it, in words.
+    /// Makes the mesh. Also returns the parts of the file that do not belong to the mesh, in words.
     pub fn into_mesh(
         mut self,
         path: &Path,
@@ -144,7 +144,7 @@ impl Elements {
         self.mesh_builder.check_refused(path)?;
         let mut beside = self.passed_over();
         let n_faces = self.mesh_builder.triangles.len() + self.mesh_builder.others.quadrilaterals.len();
-        let lonely = match version {
+        let ungrouped = match version {
             Version::V22 => {
                 self.forget_repeated_cells();
                 self.groups_of_faces_22(path, groups, &positions)?
@@ -152,7 +152,7 @@ impl Elements {
             Version::V41 => self.groups_of_faces_41(path, groups)?,
         };
         let at = |vertex: u32| positions[vertex as usize].to_string();
-        beside.extend(lonely.check(path, &self.mesh_builder, n_faces, at)?);
+        beside.extend(ungrouped.check(path, &self.mesh_builder, n_faces, at)?);
         let used =
             groups.in_order(&self.mesh_builder.used_tags().into_iter().map(i32::unsigned_abs).collect::<Vec<_>>());
         let used: Vec<i32> = used.into_iter().map(group_tag).collect();
@@ -161,10 +161,10 @@ impl Elements {
         Ok((mesh, others, beside))
     }
 
-    /// Version 4.1: turns the surface of each face into its group. Faces of surfaces that their group sees reversed are
-    /// turned over, as Gmsh does when it saves version 2.2; those between partitions go, and so do those without a group,
-    /// which are returned.
-    fn groups_of_faces_41(&mut self, path: &Path, groups: &Groups) -> Result<Lonely, ReadError> {
+    /// Version 4.1: replaces the surface of each face by its group. If the group sees the surface
+    /// reversed, the face is turned over, as Gmsh does when it saves version 2.2. Faces between
+    /// partitions are removed. Faces without a group are removed and returned.
+    fn groups_of_faces_41(&mut self, path: &Path, groups: &Groups) -> Result<Ungrouped, ReadError> {
         let mut known: HashMap<i32, Owner> = HashMap::new();
         for surface in self.mesh_builder.used_tags() {
             let group = groups.of_surface(surface).map_err(|(first, second)| ReadError::TwoFamilies {
@@ -175,17 +175,22 @@ impl Elements {
             })?;
             known.insert(surface, (group, groups.is_interface(surface)));
         }
-        let mut lonely = Lonely::default();
+        let mut ungrouped = Ungrouped::default();
         let MeshBuilder { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.mesh_builder;
-        resolve(triangles, triangle_tags, &known, &mut lonely);
-        resolve(&mut others.quadrilaterals, quadrilateral_tags, &known, &mut lonely);
-        Ok(lonely)
+        resolve(triangles, triangle_tags, &known, &mut ungrouped);
+        resolve(&mut others.quadrilaterals, quadrilateral_tags, &known, &mut ungrouped);
+        Ok(ungrouped)
     }
 
-    /// Version 2.2: the group of each face is its own tag. A face in two groups is there twice. Those without a group go and are
-    /// returned.
-    fn groups_of_faces_22(&mut self, path: &Path, groups: &Groups, positions: &[DVec3]) -> Result<Lonely, ReadError> {
-        let mut lonely = Lonely::default();
+    /// Version 2.2: the group of each face is its own tag. A face in two groups occurs twice. Faces
+    /// without a group are removed and returned.
+    fn groups_of_faces_22(
+        &mut self,
+        path: &Path,
+        groups: &Groups,
+        positions: &[DVec3],
+    ) -> Result<Ungrouped, ReadError> {
+        let mut ungrouped = Ungrouped::default();
         let MeshBuilder { triangles, triangle_tags, others, quadrilateral_tags, .. } = &mut self.mesh_builder;
         let two = |what: &str, vertex: u32, first, second| ReadError::TwoFamilies {
             path: path.into(),
@@ -193,14 +198,14 @@ impl Elements {
             first: groups.name(first),
             second: groups.name(second),
         };
-        keep_grouped(triangles, triangle_tags, &mut lonely)
+        keep_grouped(triangles, triangle_tags, &mut ungrouped)
             .map_err(|(vertex, first, second)| two("triangle", vertex, first, second))?;
-        keep_grouped(&mut others.quadrilaterals, quadrilateral_tags, &mut lonely)
+        keep_grouped(&mut others.quadrilaterals, quadrilateral_tags, &mut ungrouped)
             .map_err(|(vertex, first, second)| two("quadrilateral", vertex, first, second))?;
-        Ok(lonely)
+        Ok(ungrouped)
     }
 
-    /// Gmsh saves a cell of version 2.2 once for each 3-D group that it is in: keeps the first.
+    /// Removes repeated cells. Gmsh saves a cell of version 2.2 once for each of its 3-D groups.
     fn forget_repeated_cells(&mut self) {
         if self.cell_owners.len() < 2 {
             return;
@@ -218,28 +223,29 @@ fn keep_first<const N: usize>(cells: &mut Vec<[u32; N]>) {
     cells.retain(|cell| seen.insert(*cell));
 }
 
-/// The size of a physical tag as the tag of a face.
+/// The absolute value of a physical tag as the tag of a face.
 fn group_tag(group: u32) -> i32 {
-    // Only the size 2^31 does not fit, and comes back as itself.
+    // Only the value 2^31 overflows, and it converts back to itself.
     group as i32
 }
 
-/// The group of a surface, whether it sees the surface reversed, and whether the surface lies between partitions.
+/// The group of a surface, whether the group sees the surface reversed, and whether the surface
+/// lies between partitions.
 type Owner = (Option<(u32, bool)>, bool);
 
-/// Turns the surface of each face into its group; `known` has every surface.
+/// Replaces the surface of each face by its group. `known` holds every surface.
 fn resolve<const N: usize>(
     faces: &mut Vec<[u32; N]>,
     surfaces: &mut Vec<i32>,
     known: &HashMap<i32, Owner>,
-    lonely: &mut Lonely,
+    ungrouped: &mut Ungrouped,
 ) {
     let mut kept = Vec::with_capacity(faces.len());
     let mut tags = Vec::with_capacity(faces.len());
     for (&(mut face), &surface) in faces.iter().zip(surfaces.iter()) {
         match known[&surface] {
             (_, true) => {}
-            (None, _) => lonely.add(&face, Some(surface)),
+            (None, _) => ungrouped.add(&face, Some(surface)),
             (Some((group, reversed)), _) => {
                 if reversed {
                     face[1..].reverse();
@@ -252,19 +258,21 @@ fn resolve<const N: usize>(
     (*faces, *surfaces) = (kept, tags);
 }
 
-/// Turns the signed group of each face into its size, and takes out those without one. The error is a face in two groups: a
-/// vertex of it, and both.
+/// Replaces the signed group of each face by its absolute value, and removes faces without a group.
+///
+/// # Errors
+/// A face is in two groups: a vertex of the face, and both groups.
 fn keep_grouped<const N: usize>(
     faces: &mut Vec<[u32; N]>,
     tags: &mut Vec<i32>,
-    lonely: &mut Lonely,
+    ungrouped: &mut Ungrouped,
 ) -> Result<(), (u32, u32, u32)> {
     let mut seen = HashMap::with_capacity(faces.len());
     for (face, tag) in faces.iter().zip(tags.iter_mut()) {
         let group = tag.unsigned_abs();
         *tag = group_tag(group);
         if group == 0 {
-            lonely.add(face, None);
+            ungrouped.add(face, None);
             continue;
         }
         let mut key = *face;

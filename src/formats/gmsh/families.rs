@@ -1,4 +1,4 @@
-//! Physical groups: their names, and the families that the 2-D ones are.
+//! Physical groups: their names, and the families given by 2-D groups.
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
@@ -9,20 +9,22 @@ use crate::formats::scanner::{Scanner, shown};
 /// Dimension of surfaces.
 const SURFACE: i32 = 2;
 
-/// What the file says about surfaces and their physical groups.
+/// The surfaces of a file and their physical groups.
 #[derive(Default)]
 pub(super) struct Groups {
     /// Tags of the named 2-D groups, in the order of `$PhysicalNames`.
     named: Vec<u32>,
     names: HashMap<u32, String>,
-    /// 4.1: physical tags of each surface entity. A negative one means that the group sees the surface reversed.
+    /// Version 4.1: physical tags of each surface entity. With a negative tag the group sees the
+    /// surface reversed.
     surfaces: HashMap<i32, Vec<i32>>,
-    /// 4.1: surface entities between two partitions of a volume, which bound nothing.
+    /// Version 4.1: surface entities between two partitions of a volume, which bound nothing.
     interfaces: HashSet<i32>,
 }
 
 impl Groups {
-    /// Reads `$PhysicalNames`, which is text in binary files too: a count, then `dimension tag "name"` a line.
+    /// Reads `$PhysicalNames`, which is text in binary files too: a count, then a line
+    /// `dimension tag "name"` per group.
     pub fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), ReadError> {
         let int = |scanner: &mut Scanner, what: &str| {
             let token = scanner.token();
@@ -62,14 +64,18 @@ impl Groups {
         self.interfaces.contains(&surface)
     }
 
-    /// The name of a 2-D group, given the size of its tag.
+    /// The name of a 2-D group.
+    ///
+    /// - `group`: absolute value of the group's tag
     pub fn name(&self, group: u32) -> String {
         self.names.get(&group).cloned().unwrap_or_else(|| format!("surface {group}"))
     }
 
-    /// The 2-D group that a surface entity of a 4.1 file belongs to, and whether it sees the surface reversed.
+    /// The 2-D group of a surface entity in a 4.1 file, and whether the group sees the surface
+    /// reversed.
     ///
-    /// The error names two groups.
+    /// # Errors
+    /// The surface is in two groups.
     pub fn of_surface(&self, surface: i32) -> Result<Option<(u32, bool)>, (u32, u32)> {
         let Some(&[first, ref others @ ..]) = self.surfaces.get(&surface).map(Vec::as_slice) else {
             return Ok(None);
@@ -80,7 +86,8 @@ impl Groups {
         }
     }
 
-    /// The groups that are `used`, in the order of the families: as named in the file, then the unnamed by first use.
+    /// The groups in `used`, in the order of the families: named groups in the order of the file,
+    /// then unnamed ones by first use.
     pub fn in_order(&self, used: &[u32]) -> Vec<u32> {
         let is_used: HashSet<u32> = used.iter().copied().collect();
         let named = self.named.iter().filter(|group| is_used.contains(group));

@@ -1,18 +1,20 @@
-//! Gmsh `.msh` files, versions 4.1 and 2.2, ascii and binary.
+//! Gmsh `.msh` files, versions 4.1 and 2.2, ASCII and binary.
 //!
-//! A family is a 2-D physical group. Faces in none are left out inside the volume, and an error on its boundary. Vertices, tets and triangles keep the order of the file; points and lines are
-//! passed over, as are all sections that do not define the mesh: they survive because the file is written back as it
-//! was, see [`super::document`].
+//! A family is a 2-D physical group. A face without a group is left out if it lies inside the
+//! volume, and is an error on the boundary. Vertices, tets and triangles keep the order of the
+//! file. Points, lines, and all sections that do not define the mesh are ignored. They survive
+//! because the file is written back with only its coordinates replaced, see [`super::document`].
 //!
-//! Vertices may therefore move away from what the file says about their geometry: the parameters of parametric nodes
-//! and the bounding boxes of entities stay those of the mesh before it moved.
+//! Numbers about the geometry of vertices do not change: the parameters of parametric nodes and the
+//! bounding boxes of entities still describe the mesh before it moved.
 //!
-//! Source: the Gmsh reference manual, "MSH file format" (4.1) and "MSH file format version 2 (Legacy)".
+//! Source: the Gmsh reference manual, "MSH file format" (4.1) and "MSH file format version 2
+//! (Legacy)".
 
 mod create;
 mod elements;
 mod families;
-mod lonely;
+mod ungrouped;
 mod v22;
 mod v41;
 mod vertices;
@@ -49,7 +51,7 @@ enum Version {
     V41,
 }
 
-/// What the sections of the file have given so far.
+/// The parts of a mesh read so far.
 #[derive(Default)]
 struct Parts {
     version: Option<Version>,
@@ -57,16 +59,16 @@ struct Parts {
     groups: Groups,
     vertices: Option<Vertices>,
     elements: Option<Elements>,
-    /// Names of the sections that are only kept.
+    /// Names of the sections that are kept but not read.
     beside: Vec<String>,
 }
 
-/// Reads a Gmsh file from its (decompressed) bytes; `path` is for messages.
+/// Reads a Gmsh file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut parts = Parts::default();
     let mut scanner = Scanner::new(path, &bytes);
     while scanner.remaining() > 0 {
-        // Text between the sections is a comment to Gmsh as well.
+        // Text between the sections is a comment for Gmsh too.
         if let Some(name) = scanner.line().strip_prefix(b"$") {
             read_section(&mut scanner, name, &mut parts)?;
         }
@@ -83,7 +85,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
-/// Reads the section whose `$Name` line was just read, up to and with its `$EndName`.
+/// Reads the section after its `$Name` line, including its `$EndName`.
 fn read_section(scanner: &mut Scanner, name: &[u8], parts: &mut Parts) -> Result<(), ReadError> {
     let end = [b"$End", name].concat();
     let unsupported =
@@ -141,7 +143,8 @@ fn read_section(scanner: &mut Scanner, name: &[u8], parts: &mut Parts) -> Result
 
 const UPGRADE: &str = "save it as version 4.1: gmsh old.msh -save -format msh41 -o new.msh";
 
-/// `version file-type data-size`, and in a binary file the number one, which tells the byte order.
+/// Reads `version file-type data-size`, and in a binary file the number one, which shows the byte
+/// order.
 fn read_format(scanner: &mut Scanner, parts: &mut Parts) -> Result<(), ReadError> {
     let path = scanner.path();
     let unsupported = |found, hint| ReadError::Unsupported { path: path.into(), found, hint };

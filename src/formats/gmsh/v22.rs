@@ -1,11 +1,11 @@
-//! The sections of version 2.2: nodes and elements that carry their tags themselves.
+//! The sections of version 2.2, in which nodes and elements have their tags beside them.
 
 use super::elements::{ElementType, Elements};
 use super::vertices::{Builder, Vertices};
 use crate::formats::error::ReadError;
 use crate::formats::scanner::{Encoding, Scanner, shown};
 
-/// A count, which is text in binary files too and ends its line.
+/// Reads a count, which is text on a line of its own, also in binary files.
 fn read_count(scanner: &mut Scanner, what: &'static str, text: u64, binary: u64) -> Result<usize, ReadError> {
     if scanner.encoding == Encoding::Text {
         return scanner.count(what, text, binary);
@@ -16,8 +16,8 @@ fn read_count(scanner: &mut Scanner, what: &'static str, text: u64, binary: u64)
     scanner.checked(what, count, text, binary)
 }
 
-/// Reads `$Nodes`: tag and coordinates. In `$ParametricNodes` the dimension and tag of the node's entity follow, and
-/// its parameters on a curve or a surface.
+/// Reads `$Nodes`: tag and coordinates of each node. In `$ParametricNodes` the dimension and the
+/// tag of the node's entity follow, and the parameters of the node on a curve or a surface.
 pub(super) fn read_nodes(scanner: &mut Scanner, parametric: bool) -> Result<Vertices, ReadError> {
     let n_vertices = read_count(scanner, "the number of nodes", 8, 28)?;
     let mut vertices = Builder::new(n_vertices);
@@ -35,8 +35,8 @@ pub(super) fn read_nodes(scanner: &mut Scanner, parametric: bool) -> Result<Vert
     vertices.finish(scanner)
 }
 
-/// Reads `$Elements`: `tag type n_tags tags... nodes...`; in a binary file, type and number of tags stand before each
-/// run of elements that share them. The first of the tags is the physical group.
+/// Reads `$Elements`: `tag type n_tags tags... nodes...`. In a binary file type and number of tags
+/// stand before each run of elements that share them. The first tag is the physical group.
 pub(super) fn read_elements(scanner: &mut Scanner, vertices: &Vertices) -> Result<Elements, ReadError> {
     let n_elements = read_count(scanner, "the number of elements", 8, 8)?;
     let mut elements = Elements::default();

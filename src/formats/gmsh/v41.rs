@@ -1,6 +1,4 @@
-//! The sections of version 4.1: entities, and blocks of nodes and elements on them.
-//!
-//! Text and binary files hold the same numbers in the same order.
+//! The sections of version 4.1: entities, and blocks of nodes and elements on entities.
 
 use super::elements::{ElementType, Elements};
 use super::families::Groups;
@@ -23,7 +21,8 @@ pub(super) fn read_entities(scanner: &mut Scanner, groups: &mut Groups) -> Resul
     Ok(())
 }
 
-/// Reads `$PartitionedEntities`: each entity cut into parts, and the interfaces between the parts of a volume.
+/// Reads `$PartitionedEntities`: each entity cut into parts, and the interfaces between the parts
+/// of a volume.
 pub(super) fn read_partitioned_entities(scanner: &mut Scanner, groups: &mut Groups) -> Result<(), ReadError> {
     scanner.size("the number of partitions")?;
     for _ in 0..scanner.count("the number of ghost entities", 4, 8)? {
@@ -50,7 +49,8 @@ pub(super) fn read_partitioned_entities(scanner: &mut Scanner, groups: &mut Grou
     Ok(())
 }
 
-/// Numbers of points, curves, surfaces and volumes. An entity is five numbers at least: a point that has no groups.
+/// Reads the numbers of points, curves, surfaces and volumes. An entity has at least five numbers:
+/// a point without groups.
 fn read_entity_counts(scanner: &mut Scanner) -> Result<[usize; 4], ReadError> {
     let mut counts = [0; 4];
     for count in &mut counts {
@@ -59,7 +59,8 @@ fn read_entity_counts(scanner: &mut Scanner) -> Result<[usize; 4], ReadError> {
     Ok(counts)
 }
 
-/// The rest of an entity after its tags: its box, physical tags (returned) and bounding entities.
+/// Reads the rest of an entity after its tags: its box, physical tags and bounding entities.
+/// Returns the physical tags.
 fn read_entity(scanner: &mut Scanner, dimension: i32) -> Result<Vec<i32>, ReadError> {
     for _ in 0..if dimension == 0 { 3 } else { 6 } {
         scanner.double("a coordinate of an entity's bounding box")?;
@@ -74,7 +75,8 @@ fn read_entity(scanner: &mut Scanner, dimension: i32) -> Result<Vec<i32>, ReadEr
     Ok(physical)
 }
 
-/// Reads `$Nodes`: blocks of node tags followed by their coordinates, each with parameters if the block says so.
+/// Reads `$Nodes`: blocks of node tags followed by coordinates. In a parametric block parameters
+/// follow the coordinates.
 pub(super) fn read_nodes(scanner: &mut Scanner) -> Result<Vertices, ReadError> {
     let n_blocks = scanner.size("the number of node blocks")?;
     let n_vertices = scanner.count("the number of nodes", 8, 32)?;

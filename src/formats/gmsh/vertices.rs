@@ -1,4 +1,4 @@
-//! The `$Nodes` section as vertices, found by their tags.
+//! The `$Nodes` section as vertices with their tags.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use crate::formats::scanner::Scanner;
 
 /// The vertices in the order of the file.
 pub(super) struct Vertices {
-    /// Coordinates `[n_vertices]`.
+    /// Coordinates `[n_vertices]`, in the unit of the file.
     pub positions: Vec<DVec3>,
     /// Offset of each vertex's coordinates in the file `[n_vertices]`.
     pub slots: Vec<usize>,
@@ -18,17 +18,18 @@ pub(super) struct Vertices {
     range: (u64, u64),
 }
 
-/// Finds a vertex by its tag.
+/// The vertex of each tag.
 enum Index {
-    /// Vertex of each tag from the smallest on, or `NONE`.
+    /// A table of all tags from the smallest on, with [`NONE`] for unused tags.
     Dense(Vec<u32>),
-    /// For tags far apart.
+    /// A hash map, for tags that are far apart.
     Sparse(HashMap<u64, u32>),
 }
 
 const NONE: u32 = u32::MAX;
 
-/// Above this many times more tags than vertices, a hash map is smaller than the table.
+/// If the range of tags is this many times larger than the number of vertices, a hash map is
+/// smaller than the table.
 const DENSE: u64 = 4;
 
 /// Vertices while they are read.
@@ -39,7 +40,7 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    /// Room for `n_vertices`, a count that was checked against the size of the file.
+    /// Reserves memory for `n_vertices`. The count was checked against the size of the file.
     pub fn new(n_vertices: usize) -> Self {
         Self {
             positions: Vec::with_capacity(n_vertices),
@@ -52,7 +53,7 @@ impl Builder {
         self.positions.len()
     }
 
-    /// Reads the coordinates of the vertex with that tag.
+    /// Reads the coordinates of the vertex with this tag.
     #[inline]
     pub fn read(&mut self, scanner: &mut Scanner, tag: u64) -> Result<(), ReadError> {
         self.slots.push(scanner.next_number());
@@ -96,7 +97,7 @@ impl Builder {
 }
 
 impl Vertices {
-    /// The vertex with that tag.
+    /// The vertex with this tag.
     #[inline]
     pub fn find(&self, tag: u64) -> Option<u32> {
         match &self.index {
@@ -108,7 +109,8 @@ impl Vertices {
         }
     }
 
-    /// What there is, for messages: `90000 vertices with tags 1..=90000`.
+    /// Number of vertices and range of their tags, for messages:
+    /// `90000 vertices with tags 1..=90000`.
     pub fn described(&self) -> String {
         match self.positions.len() {
             0 => "no vertices".to_string(),

@@ -1,4 +1,4 @@
-//! Which shape each cell has, from its faces.
+//! Recognises the shape of each cell by its faces.
 
 use std::convert::Infallible;
 
@@ -8,10 +8,10 @@ use super::file::{Faces, Label};
 use crate::formats::mesh_builder::{CellKind, MeshBuilder};
 use crate::mesh::csr::Csr;
 
-/// Adds every cell; those of no known shape are counted as polyhedra.
+/// Adds every cell. Cells of an unknown shape are counted as polyhedra.
 ///
 /// - `owner` `[n_faces]`: the cell that each face's normal points out of
-/// - `neighbour` `[n_internal_faces]`: the cell it points into
+/// - `neighbour` `[n_internal_faces]`: the cell that the normal points into
 pub(super) fn assemble(faces: &Faces, owner: &[Label], neighbour: &[Label], mesh_builder: &mut MeshBuilder) {
     if let Some(tets) = tets(faces, owner, neighbour) {
         mesh_builder.tets = tets;
@@ -32,10 +32,10 @@ pub(super) fn assemble(faces: &Faces, owner: &[Label], neighbour: &[Label], mesh
     }
 }
 
-/// Marks the number of a face whose normal points out of the cell.
+/// Marks a face number: the face's normal points out of the cell.
 const OUTWARD: u32 = 1 << 31;
 
-/// Stands for no face, whose number is too high for one.
+/// Stands for no face. The number is too large for a face.
 const NONE: u32 = u32::MAX;
 
 /// Cells whose faces are gathered at a time.
@@ -44,23 +44,26 @@ const BLOCK: usize = 64;
 /// Cells in a task.
 const TASK: usize = 256 * BLOCK;
 
-/// The corners of the four faces of some cells. Each corner of each face stands beside that of the next cell, so that several
-/// cells are compared at a time.
+/// Corners of the four faces of some cells. Equal corners of different cells are adjacent, so
+/// several cells are compared at a time.
 type Corners = [[[u32; BLOCK]; 3]; 4];
 
-/// The cells if all of them are tets: the corners of the first face, normal inward, and the one that this has not.
+/// The cells, if all of them are tets: the corners of the first face, with its normal inward, and
+/// the fourth vertex.
 ///
-/// The faces of a cell lie anywhere in memory, and to wait for them takes most of the time. So they are gathered for many cells
-/// without a question in between, and the processor waits for several at once.
+/// The faces of a cell lie anywhere in memory, and loading them takes most of the time. So the
+/// faces of many cells are gathered without a branch in between, and the processor loads several at
+/// once.
 fn tets(faces: &Faces, owner: &[Label], neighbour: &[Label]) -> Option<Vec<[u32; 4]>> {
     let triangles = faces.triangles()?;
     let n_sides = owner.len() + neighbour.len();
     if !n_sides.is_multiple_of(4) {
         return None;
     }
-    // First the faces of each cell, in the place of its corners: backwards, so that the first one comes last and stands first.
-    // Where each cell has a fourth, none has a fifth. Filled with something else than zero, because zeros come from the system
-    // page by page, each where it is first touched and once more where it is written.
+    // The array first holds the faces of each cell, in the place of its corners. Faces are added
+    // backwards, so that the first one comes first in the end. If every cell has a fourth face, no
+    // cell has a fifth. The array is not filled with zeros, because the system provides zero pages
+    // at their first use, which costs time twice.
     let mut tets = vec![[NONE; 4]; n_sides / 4];
     let mut push = |cell: &Label, face: u32| {
         let faces = tets.get_mut(cell.value() as usize)?;
@@ -80,7 +83,7 @@ fn tets(faces: &Faces, owner: &[Label], neighbour: &[Label]) -> Option<Vec<[u32;
     Some(tets)
 }
 
-/// Fetches the corners of the faces of each cell; none if one has no fourth face.
+/// Fetches the corners of the faces of each cell. `None` if a cell has no fourth face.
 fn gather(cells: &[[u32; 4]], triangles: &[[Label; 3]], corners: &mut Corners) -> Option<()> {
     for (cell, faces) in cells.iter().enumerate() {
         for (face, corners) in faces.iter().zip(&mut *corners) {
@@ -91,24 +94,26 @@ fn gather(cells: &[[u32; 4]], triangles: &[[Label; 3]], corners: &mut Corners) -
     Some(())
 }
 
-/// Puts the corners of each cell in the place of its faces; none if the faces of one are not those of a tet.
+/// Replaces the faces of each cell by its corners. `None` if the faces of a cell do not form a tet.
 fn form(corners: &Corners, cells: &mut [[u32; 4]]) -> Option<()> {
     let mut apexes = [0; BLOCK];
     let mut fits = true;
-    // Without branches, and without `map` over arrays: with these the compiler takes cell by cell.
+    // No branches and no `map` over arrays: with them the compiler does not use vector
+    // instructions.
     for cell in 0..cells.len().min(BLOCK) {
         let face = |face: usize| [corners[face][0][cell], corners[face][1][cell], corners[face][2][cell]];
         let [p, q, r] = face(0);
-        // The corners of the first face come twice in the others: joined by exclusive or, they leave the apex.
+        // The corners of the first face occur twice in the other faces. An exclusive or of all
+        // corners leaves the apex.
         let joined = |[a, b, c]: [u32; 3]| a ^ b ^ c;
         let apex = joined(face(1)) ^ joined(face(2)) ^ joined(face(3));
-        // The corners of the cell that a face has not, as bits.
+        // The corners of the cell that a face does not have, as bits.
         let lacking = |[a, b, c]: [u32; 3]| {
             let lacks = |corner| u32::from((corner != a) & (corner != b) & (corner != c));
             lacks(p) | lacks(q) << 1 | lacks(r) << 2 | lacks(apex) << 3
         };
-        // Each of these faces lacks one corner of the first, another one each: 1, 2 and 4 are the only numbers but zero
-        // that both join and add up to 7. Then all four corners differ.
+        // Each of the other faces lacks another corner of the first face. 1, 2 and 4 are the only
+        // three nonzero numbers whose bitwise or and whose sum are both 7. Then all corners differ.
         let (x, y, z) = (lacking(face(1)), lacking(face(2)), lacking(face(3)));
         fits &= (x | y | z == 7) & (x + y + z == 7) & (x != 0) & (y != 0) & (z != 0);
         apexes[cell] = apex;
@@ -120,7 +125,7 @@ fn form(corners: &Corners, cells: &mut [[u32; 4]]) -> Option<()> {
     fits.then_some(())
 }
 
-/// The shape and the corners of a cell, from its faces and whether their normals point out of it.
+/// The shape and the corners of a cell, from its faces and the directions of their normals.
 fn recognise(faces: &Faces, of_cell: &[u32], outward: impl Fn(u32) -> bool) -> Option<(CellKind, [u32; 8])> {
     let mut corners = [&[][..]; 6];
     let corners = corners.get_mut(..of_cell.len())?;
@@ -141,7 +146,7 @@ fn recognise(faces: &Faces, of_cell: &[u32], outward: impl Fn(u32) -> bool) -> O
     if outward(of_cell[base_face]) {
         cell[..base].reverse();
     }
-    // The end of the edge that leads away from the base.
+    // The other end of the edge that leads from a vertex of the base away from the base.
     let over = |vertex: Label| {
         let others = corners.iter().enumerate().filter(|&(place, _)| place != base_face).map(|(_, face)| face);
         others.into_iter().find_map(|face| {

@@ -1,4 +1,4 @@
-//! New `polyMesh` folders, ascii.
+//! New `polyMesh` folders, in ASCII.
 
 use std::io::{self, Write};
 use std::ops::Range;
@@ -10,14 +10,15 @@ use crate::formats::new_file::{NewFile, clean_names, renamed};
 use crate::mesh::csr::Csr;
 use crate::mesh::{cell_faces, in_pieces};
 
-/// Stands for no vertex, no cell, no side.
+/// Stands for no vertex, no cell and no side.
 const NONE: u32 = u32::MAX;
 
-/// The faces as each cell has them, and behind these the faces of the families, which are sides of the boundary.
+/// The sides of all cells, followed by the faces of the families, which are sides of the boundary.
 struct Sides {
-    /// Three or four, normal out of the cell; behind three, [`NONE`].
+    /// Corners of each side: three or four, with the normal out of the cell. After three corners
+    /// [`NONE`].
     corners: Vec<[u32; 4]>,
-    /// The cell of each `[n_sides_of_cells]`, ascending.
+    /// Cell of each side of a cell `[n_sides_of_cells]`, ascending.
     cells: Vec<u32>,
 }
 
@@ -42,13 +43,17 @@ impl Sides {
         (side as usize) < self.cells.len()
     }
 
-    /// The side with the same corners as each, or [`NONE`]. The error is the first that finds them taken, or none of a cell.
+    /// The side with the same corners as each side, or [`NONE`].
+    ///
+    /// # Errors
+    /// The first side whose corners more than two sides have, or that no cell has.
     fn partners(&self, n_vertices: usize) -> Result<Vec<u32>, u32> {
         let lowest = |corners: &[u32; 4]| corners.iter().copied().min().unwrap_or(NONE);
         let by_lowest = Csr::from_pairs(n_vertices, self.corners.iter().map(lowest).zip(0..));
         let pairs_of = |vertices: Range<usize>| {
             let (mut pairs, mut wrong) = (Vec::new(), NONE);
-            // The other corners above, the side below: numbers are sorted faster than tuples of them.
+            // The other corners in the upper bits, the side in the lower bits: numbers are sorted
+            // faster than tuples.
             let mut row: Vec<u128> = Vec::new();
             for vertex in vertices {
                 row.clear();
@@ -83,8 +88,11 @@ impl Sides {
     }
 }
 
-/// The files of a new folder, points last. Internal faces stand in OpenFOAM's upper-triangular order, patches are the
-/// families, of type `patch`.
+/// The files of a new folder, points last. Internal faces have OpenFOAM's upper-triangular order.
+/// Patches are the families, of type `patch`.
+///
+/// # Errors
+/// The faces of the families are not the boundary of the cells, or there are too many faces.
 pub(super) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
     let sides = Sides::new(new_file);
     let (n_sides, n_of_cells) = (sides.corners.len(), sides.cells.len());
@@ -105,7 +113,7 @@ pub(super) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
     if n_open > 0 {
         return Err(invalid(format!("{n_open} faces on the boundary of the cells belong to no family")));
     }
-    // A face is the side of its owner, and the neighbour.
+    // A face is the side of its owner, with the neighbour's cell.
     let owner = |face: &(u32, u32)| sides.cells[face.0 as usize];
     let internal = (0..).zip(of_cells).filter(|&(side, &partner)| side < partner && sides.is_of_cell(partner));
     let mut faces: Vec<(u32, u32)> = internal.map(|(side, &partner)| (side, sides.cells[partner as usize])).collect();
@@ -159,10 +167,10 @@ pub(super) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
     written.collect()
 }
 
-/// Adds the entry of that index to a list.
+/// Appends the entry with this index to a list.
 type Entry<'a> = &'a (dyn Fn(usize, &mut Vec<u8>) -> io::Result<()> + Sync);
 
-/// A file of a list, and its name.
+/// A file with a list, and its name.
 fn list(class: &str, object: &str, count: usize, write: Entry) -> io::Result<(String, Vec<u8>)> {
     let mut text = Vec::new();
     let header = format!("version 2.0; format ascii; class {class}; location \"constant/polyMesh\"; object {object};");
@@ -172,7 +180,7 @@ fn list(class: &str, object: &str, count: usize, write: Entry) -> io::Result<(St
     Ok((object.to_string(), text))
 }
 
-/// Adds the digits of a number and a mark: as `write!` does, several times as fast.
+/// Appends the digits of a number and a mark, several times as fast as `write!`.
 fn add_whole(text: &mut Vec<u8>, mut number: u32, mark: u8) {
     let mut digits = [mark; 11];
     let mut start = 10;
@@ -191,7 +199,7 @@ fn invalid(message: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
-/// What a folder holds otherwise: names without spaces, types of patches.
+/// Losses of a new folder: spaces in names, types of patches.
 pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
     let mut limits = renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits));
     limits.push("types of patches: all are 'patch', none is 'wall'".to_string());

@@ -1,4 +1,4 @@
-//! One file of a `polyMesh` folder: its header, and lists of numbers, faces and patches.
+//! A file of a `polyMesh` folder: its header, and lists of numbers, faces and patches.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -12,24 +12,25 @@ use crate::formats::error::ReadError;
 use crate::formats::number::Number;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, parse_double, parse_signed, parse_unsigned, shown};
 
-/// A position in a file whose header was read.
+/// A position in a file after its header.
 pub(super) struct File<'a> {
     scanner: Scanner<'a>,
     /// Type of an index in a binary file.
     label: Number,
 }
 
-/// More faces than this cannot be numbered: most of them are sides of two cells.
+/// Largest number of faces that can be numbered. Most faces are sides of two cells.
 const MOST_FACES: usize = u32::MAX as usize / 2;
 
-/// An index as most binary files hold it, little-endian and of four bytes, at any address: where it stands so, it is used there,
-/// because to copy all indices is a good part of the time of reading.
+/// An index in the encoding of most binary files: four bytes, little-endian, without alignment.
+/// Files with this encoding are used in place, because a copy of all indices takes a good part of
+/// the reading time.
 #[derive(Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(super) struct Label([u8; 4]);
 
 impl Label {
-    /// What [`File::cells_below`] gives for -1.
+    /// Stands for -1 in [`File::cells_below`].
     pub const NONE: Self = Self([u8::MAX; 4]);
 
     #[inline]
@@ -44,9 +45,9 @@ impl From<u32> for Label {
     }
 }
 
-/// Faces as runs of vertices.
+/// Faces with their vertices.
 pub(super) struct Faces<'a> {
-    /// Where each face begins in `vertices`, and the end `[n_faces + 1]`.
+    /// Start of each face in `vertices`, and the end `[n_faces + 1]`.
     starts: Cow<'a, [Label]>,
     vertices: Cow<'a, [Label]>,
 }
@@ -62,7 +63,7 @@ impl Faces<'_> {
         &self.vertices[start..end]
     }
 
-    /// All faces if they are triangles.
+    /// All faces, if all are triangles.
     pub fn triangles(&self) -> Option<&[[Label; 3]]> {
         let (triangles, _) = self.vertices.as_chunks();
         each_pair(&self.starts, |start, end| end - start == 3).then_some(triangles)
@@ -72,9 +73,9 @@ impl Faces<'_> {
 /// A patch of the boundary.
 pub(super) struct Patch {
     pub name: String,
-    /// Its type, such as `wall`.
+    /// Type of the patch, such as `wall`.
     pub kind: String,
-    /// The patch it is periodic with.
+    /// Name of the patch with which it is periodic.
     pub neighbour: Option<String>,
     pub faces: Range<usize>,
 }
@@ -112,7 +113,7 @@ impl<'a> File<'a> {
         Ok(file)
     }
 
-    /// Goes past white space and comments.
+    /// Skips white space and comments.
     fn skip(&mut self) {
         while let Some(byte) = self.scanner.byte(0) {
             if byte.is_ascii_whitespace() {
@@ -131,7 +132,7 @@ impl<'a> File<'a> {
         self.scanner.byte(0)
     }
 
-    /// A punctuation mark; the position is right behind it.
+    /// Reads a punctuation mark.
     fn expect(&mut self, mark: u8) -> Result<(), ReadError> {
         let expected = || format!("'{}'", mark as char);
         match self.peek() {
@@ -147,7 +148,8 @@ impl<'a> File<'a> {
         }
     }
 
-    /// A run of letters up to white space, punctuation or a comment; a punctuation mark alone.
+    /// Reads a word: letters up to white space, punctuation or a comment, or a single punctuation
+    /// mark.
     fn word(&mut self, what: &str) -> Result<&'a [u8], ReadError> {
         self.skip();
         let ends = |byte: u8| byte.is_ascii_whitespace() || matches!(byte, b'(' | b')' | b'{' | b'}' | b';');
@@ -160,7 +162,7 @@ impl<'a> File<'a> {
         self.scanner.take(end.unwrap_or(rest.len()).max(1), "")
     }
 
-    /// What stands before the next `;` outside quotes, without its comments.
+    /// Reads the text before the next `;` outside quotes, without its comments.
     fn until_semicolon(&mut self) -> Result<Vec<u8>, ReadError> {
         self.skip();
         let start = self.scanner.at();
@@ -190,7 +192,7 @@ impl<'a> File<'a> {
         parse(word).ok_or_else(|| self.scanner.malformed(what, shown(word)))
     }
 
-    /// The count of a list and its opening parenthesis. The list of a text may have no count.
+    /// Reads the count of a list and its opening parenthesis. A list in text may have no count.
     fn begin(&mut self, what: &'static str, text: u64, binary: u64) -> Result<Option<usize>, ReadError> {
         let mut count = None;
         if self.scanner.encoding != Encoding::Text || self.peek() != Some(b'(') {
@@ -201,7 +203,9 @@ impl<'a> File<'a> {
         Ok(count)
     }
 
-    /// Whether a list of that count, or of none, has another entry after `n_read`.
+    /// Whether a list has another entry after `n_read`.
+    ///
+    /// - `count`: count of the list, if it has one
     fn goes_on(&mut self, count: Option<usize>, n_read: usize) -> bool {
         match count {
             Some(count) => n_read < count,
@@ -209,7 +213,7 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Reads a list of points; slots are where they stand.
+    /// Reads a list of points, with their places in the file.
     pub fn points(mut self) -> Result<(Vec<DVec3>, Slots), ReadError> {
         let width = self.scanner.width;
         let count = self.begin("the number of points", 7, 3 * width.bytes() as u64)?;
@@ -238,14 +242,16 @@ impl<'a> File<'a> {
         Ok((positions, Slots { encoding: self.scanner.encoding, width, slots }))
     }
 
-    /// The error of an index that `wrong` tells of, from its place in the list and itself: what is expected and found.
+    /// The error of a wrong index. `wrong` gives the expected and the found contents, from the
+    /// index's place in the list and the index.
     fn wrong_label(&self, (place, label): (usize, i64), wrong: impl Fn(usize, i64) -> (String, String)) -> ReadError {
         let (expected, found) = wrong(place, label);
         self.scanner.malformed(expected, found)
     }
 
-    /// Reads a list of indices within `range`, -1 as [`Label::NONE`]. Of another one, `wrong` says what is expected and
-    /// found, from its place in the list and itself.
+    /// Reads a list of indices within `range`; -1 becomes [`Label::NONE`]. For an index outside the
+    /// range `wrong` gives the expected and the found contents, from the index's place in the list
+    /// and the index.
     fn labels(
         &mut self,
         range: Range<i64>,
@@ -278,7 +284,7 @@ impl<'a> File<'a> {
         Ok(labels)
     }
 
-    /// Reads a list as [`File::labels`] from text, and adds it to others.
+    /// Reads a list from text as [`File::labels`] does, and appends it to `labels`.
     fn add_labels(
         &mut self,
         labels: &mut Vec<Label>,
@@ -299,14 +305,16 @@ impl<'a> File<'a> {
         self.expect(b')')
     }
 
-    /// Reads the cell of each face, below `limit`; with `or_none`, -1 is let through as [`Label::NONE`].
+    /// Reads the cell of each face. Cells must be below `limit`. With `or_none`, -1 is accepted as
+    /// [`Label::NONE`].
     pub fn cells_below(mut self, limit: usize, or_none: bool) -> Result<Cow<'a, [Label]>, ReadError> {
         self.labels(-i64::from(or_none)..limit as i64, |face, cell| {
             (format!("cells numbered from 0, below {limit}"), format!("cell {cell} for face {face}"))
         })
     }
 
-    /// Reads the faces: each a list of its own, or in a binary file all their starts and then all vertices.
+    /// Reads the faces. Each face is a list of its own; in a binary file there are two lists, of
+    /// all starts and of all vertices.
     pub fn faces(mut self, n_vertices: usize) -> Result<Faces<'a>, ReadError> {
         let wrong = |_, label: i64| (format!("a vertex below {n_vertices}"), label.to_string());
         let range = 0..n_vertices as i64;
@@ -344,7 +352,8 @@ impl<'a> File<'a> {
         Ok(faces)
     }
 
-    /// Reads the patches, which are text in binary files too; they must hold every face from `n_internal` on, once.
+    /// Reads the patches, which are text in binary files too. Together they must hold every face
+    /// from `n_internal` on, once.
     pub fn patches(mut self, n_internal: usize, n_faces: usize) -> Result<Vec<Patch>, ReadError> {
         self.scanner.encoding = Encoding::Text;
         let count = self.begin("the number of patches", 20, 20)?;
@@ -389,19 +398,24 @@ impl<'a> File<'a> {
     }
 }
 
-/// Whether that is so for each index and the next. Without an early end, many are compared at a time.
+/// Whether a condition holds for each pair of neighbouring indices. There is no early end, so many
+/// pairs are tested at a time.
 fn each_pair(labels: &[Label], is_so: impl Fn(u32, u32) -> bool) -> bool {
     labels.windows(2).fold(true, |all, pair| all & is_so(pair[0].value(), pair[1].value()))
 }
 
-/// Whether indices are within `range`; the error is the first other one after its place among them.
+/// Checks that all indices are within `range`.
+///
+/// # Errors
+/// The first index outside, after its place in the list.
 fn all_within<T: Copy + Ord + Into<i64>>(
     range: Range<i64>,
     list: impl Iterator<Item = T> + Clone,
 ) -> Result<(), (usize, i64)> {
     let Some(first) = list.clone().next() else { return Ok(()) };
     let is_within = |label: T| range.contains(&label.into());
-    // Where these two are, all are: they are found many at a time.
+    // If the least and the greatest index are inside, all are. Both are found with vector
+    // instructions.
     let (least, most) = list.clone().fold((first, first), |(least, most), label| (least.min(label), most.max(label)));
     if is_within(least) && is_within(most) {
         return Ok(());

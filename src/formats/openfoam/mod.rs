@@ -1,7 +1,11 @@
-//! OpenFOAM meshes: a folder `polyMesh` with points, faces, owner, neighbour and boundary, ascii or binary.
+//! OpenFOAM meshes: a folder `polyMesh` with points, faces, owner, neighbour and boundary, in ASCII
+//! or binary.
 //!
-//! A family is a patch; patches of type `cyclic` are partners. Cells are recognised by their faces; polyhedra are counted and refused. Written back, only `points`
-//! changes: to a folder `polyMesh` all its files go, to a file named `points` (in a time folder, say) that one alone.
+//! A family is a patch. Patches of type `cyclic` are partners. Cells are recognised by their faces;
+//! polyhedra are counted and refused.
+//!
+//! When a mesh is written back, only `points` changes. An output folder `polyMesh` gets all files
+//! of the mesh. An output file named `points` (for example in a time folder) is written alone.
 //!
 //! Source: the OpenFOAM user guide, "Mesh description", and the files of OpenFOAM 1912 to 2312.
 
@@ -28,7 +32,8 @@ use file::{File, Label};
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "OpenFOAM";
 
-/// The names that select it, lower case: of the folder, of its file of points.
+/// The names that select the format, in lower case: the folder's name, and the name of its file of
+/// points.
 pub(super) const NAMES: &[&str] = &["polymesh", "points"];
 
 /// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
@@ -42,10 +47,10 @@ pub(super) const FORMAT: Format = Format {
     companion: None,
 };
 
-/// The files of a mesh beside its points.
+/// The files of a mesh besides its points.
 const FILES: [&str; 4] = ["faces", "owner", "neighbour", "boundary"];
 
-/// Where the points of a mesh stand: the path itself, or in that folder.
+/// Path of a mesh's points: `path` itself, or a file in the folder `path`.
 pub(super) fn points_path(path: &Path) -> PathBuf {
     if !path.is_dir() {
         return path.to_path_buf();
@@ -54,7 +59,8 @@ pub(super) fn points_path(path: &Path) -> PathBuf {
     if zipped.exists() && !plain.exists() { zipped } else { plain }
 }
 
-/// Reads a mesh from the (decompressed) bytes of its points at `path`; the other files stand beside.
+/// Reads a mesh from the (decompressed) bytes of its points at `path`. The other files are in the
+/// same folder.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (positions, slots) = read_points(path, &bytes)?;
@@ -64,12 +70,12 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let faces = File::open(&faces_path, &faces)?.faces(positions.len())?;
     let (owner, neighbour) = rayon::join(|| load("owner"), || load("neighbour"));
     let ((owner_path, owner), (neighbour_path, neighbour)) = (owner?, neighbour?);
-    // Every cell has a face, so no number reaches theirs.
+    // Every cell has a face, so the number of faces bounds the numbers of cells.
     let cells = |path, bytes, or_none| File::open(path, bytes)?.cells_below(faces.len(), or_none);
     let (owner, neighbour) =
         rayon::join(|| cells(&owner_path, &owner, false), || cells(&neighbour_path, &neighbour, true));
     let (owner, neighbour) = (owner?, neighbour?);
-    // Old files give the faces of the boundary the neighbour -1.
+    // Old files hold the neighbour -1 for faces on the boundary.
     let neighbour = neighbour.split(|&cell| cell == Label::NONE).next().unwrap_or_default();
     let (boundary_path, boundary) = load("boundary")?;
     let patches = File::open(&boundary_path, &boundary)?.patches(neighbour.len(), faces.len())?;
@@ -107,7 +113,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     }
     let further = siblings.iter().map(|(name, _)| name.trim_end_matches(".gz")).filter(|name| !FILES.contains(name));
     beside.extend(further.map(|name| format!("the file {name}")));
-    // Those of type cyclicAMI do not match, face for face.
+    // The faces of patches of type cyclicAMI do not match one by one.
     let cyclic = patches.iter().filter(|patch| patch.kind == "cyclic");
     let partners = cyclic.filter_map(|patch| Some([patch.name.clone(), patch.neighbour.clone()?])).collect();
     let document =
@@ -137,7 +143,7 @@ fn load<'a>(folder: &Path, files: &'a NamedFiles, name: &str) -> Result<(PathBuf
     Ok((path, bytes))
 }
 
-/// All other files of the folder as they are.
+/// All other files of the folder, unchanged.
 fn siblings(folder: &Path) -> io::Result<NamedFiles> {
     let mut siblings = Vec::new();
     for entry in fs::read_dir(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })? {

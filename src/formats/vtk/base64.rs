@@ -1,8 +1,8 @@
-//! Base64 (RFC 4648) as VTK writes it: chunks that are padded each for itself and follow one another.
+//! Base64 (RFC 4648) as in VTK's files: consecutive chunks, each with its own padding.
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-/// The value of a letter; anything else is no base64.
+/// The value of each letter; 0xff for other bytes.
 const VALUES: [u8; 256] = {
     let mut values = [0xff; 256];
     let mut value = 0;
@@ -13,13 +13,13 @@ const VALUES: [u8; 256] = {
     values
 };
 
-/// Decodes the first `wanted` bytes of a text, and tells where the letters that hold them end. Nothing if there are
-/// fewer or other letters.
+/// Decodes the first `wanted` bytes of a text. Also returns the index after the last letter used.
+/// `None` if there are fewer letters, or invalid ones.
 pub(super) fn decode(text: &[u8], wanted: usize) -> Option<(Vec<u8>, usize)> {
     if wanted > text.len() / 4 * 3 {
         return None;
     }
-    // Nearly all of it: four letters at a time, up to the first white space or padding.
+    // Most of the text: four letters at a time, up to the first white space or padding.
     let mut bytes = vec![0; wanted / 3 * 3];
     let groups = bytes.as_chunks_mut::<3>().0.iter_mut().zip(text.as_chunks::<4>().0);
     let n_plain = groups

@@ -1,4 +1,4 @@
-//! The cells of a VTK file, however it was encoded.
+//! The cells of a VTK file, in any encoding.
 
 use std::ops::Range;
 use std::path::Path;
@@ -17,16 +17,16 @@ pub(super) struct Table<'a> {
 
 /// The vertices of cells or lines.
 pub(super) enum Corners<'a> {
-    /// Those of each follow their number, so many cells in all.
+    /// Number of cells, and runs of numbers: a count, then the vertices of a cell.
     Runs(usize, Integers<'a>),
-    /// Where those of each end, and all vertices.
+    /// End of each cell in the vertices, and the vertices.
     Ends(Integers<'a>, Integers<'a>),
-    /// Where the first begins, where those of each end, and all vertices.
+    /// Start of the first cell and end of each cell in the vertices, and the vertices.
     Bounds(Integers<'a>, Integers<'a>),
 }
 
 impl Corners<'_> {
-    /// How many cells there are.
+    /// Number of cells.
     pub fn n_cells(&self) -> usize {
         match self {
             Corners::Runs(n_cells, _) => *n_cells,
@@ -35,7 +35,10 @@ impl Corners<'_> {
         }
     }
 
-    /// Where the vertices of a cell stand, if those of the one before end at `start`. The error is a wrong end.
+    /// Range of a cell's vertices. `start` is the end of the cell before.
+    ///
+    /// # Errors
+    /// A wrong end.
     #[inline]
     pub fn of(&mut self, cell: usize, start: usize) -> Result<Range<usize>, i64> {
         let (range, end, len) = match self {
@@ -56,7 +59,7 @@ impl Corners<'_> {
         if end < range.start as i64 || end as u64 > len as u64 { Err(end) } else { Ok(range) }
     }
 
-    /// The vertex that stands there.
+    /// The vertex at an index.
     #[inline]
     pub fn vertex(&mut self, place: usize) -> Option<i64> {
         match self {
@@ -66,7 +69,7 @@ impl Corners<'_> {
         }
     }
 
-    /// How many numbers there are, counts among them.
+    /// Number of numbers, including counts.
     pub fn len(&self) -> usize {
         match self {
             Corners::Runs(_, vertices) | Corners::Ends(_, vertices) | Corners::Bounds(_, vertices) => vertices.len(),
@@ -74,10 +77,11 @@ impl Corners<'_> {
     }
 }
 
-/// Sorts the cells by their types into `mesh_builder`; `families` `[n_cells]` gives the number of each cell's family.
+/// Adds the cells to `mesh_builder`, by their types.
 ///
+/// - `families` `[n_cells]`: number of each cell's family
 /// - `numbered`: the mesh's number for a vertex below `n_vertices`
-/// - `malformed`: makes the error from what was expected and what was found
+/// - `malformed`: makes the error from the expected and the found contents
 pub(super) fn assemble(
     path: &Path,
     table: Table,

@@ -1,4 +1,4 @@
-//! How VTK's writers compress the blocks of an array.
+//! Compression of the blocks of an array in VTK's files.
 
 use std::io::{self, Read, Write};
 
@@ -6,21 +6,21 @@ use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
 use lzma_rust2::{XzOptions, XzReader, XzWriter};
 
-/// What compressed the blocks.
+/// The method of compression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Compression {
     Zlib,
     /// Blocks of LZ4 without a frame.
     Lz4,
-    /// Each block a stream of xz.
+    /// Each block is a stream of xz.
     Lzma,
 }
 
-/// Most memory that a block's dictionary may ask for, KiB: what xz takes at its highest level.
+/// Most memory for the dictionary of a block, in KiB: the need of xz at its highest level.
 const DICTIONARY: u32 = 66 << 10;
 
 impl Compression {
-    /// By the name of VTK's class.
+    /// The method with this name of a VTK class.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "vtkZLibDataCompressor" => Compression::Zlib,
@@ -38,7 +38,7 @@ impl Compression {
         }
     }
 
-    /// How many bytes it makes of one at most.
+    /// Largest factor between plain and compressed bytes.
     fn expansion(self) -> usize {
         match self {
             Compression::Zlib => 1032,
@@ -47,14 +47,17 @@ impl Compression {
         }
     }
 
-    /// Adds the `plain` bytes that a block holds to `data`. The error says what is wrong.
+    /// Appends the `plain` bytes of a block to `data`.
+    ///
+    /// # Errors
+    /// A message in words.
     pub fn unpack(self, packed: &[u8], plain: usize, data: &mut Vec<u8>) -> Result<(), String> {
         let wrong = |found: &dyn std::fmt::Display| Err(format!("a block of {found} bytes that should hold {plain}"));
         if plain / self.expansion() > packed.len() {
             return wrong(&packed.len());
         }
         let before = data.len();
-        // One byte more than there should be shows that there are more.
+        // One byte more than expected shows that the block is too long.
         let most = plain as u64 + 1;
         let broken = |error: &dyn std::fmt::Display| format!("broken {} data ({error})", self.name());
         match self {
@@ -77,7 +80,7 @@ impl Compression {
         }
     }
 
-    /// Adds a compressed block to `packed`.
+    /// Appends a compressed block to `packed`.
     pub fn pack(self, plain: &[u8], packed: &mut Vec<u8>) -> io::Result<()> {
         match self {
             Compression::Zlib => {
@@ -87,7 +90,7 @@ impl Compression {
             }
             Compression::Lzma => {
                 let mut options = XzOptions::with_preset(5);
-                // No more than the block can use.
+                // A dictionary no larger than the block.
                 options.lzma_options.dict_size = (plain.len() as u32).max(1 << 12);
                 let mut encoder = XzWriter::new(packed, options)?;
                 encoder.write_all(plain)?;

@@ -1,7 +1,7 @@
 //! New VTU files.
 //!
-//! One file with cells and boundary faces as cells, all arrays appended raw (little-endian, 64-bit sizes, not
-//! compressed: reading it is then one copy).
+//! A file holds cells and boundary faces as cells. All arrays are appended raw (little-endian,
+//! 64-bit sizes, not compressed), so reading is one copy.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -15,18 +15,23 @@ use crate::formats::new_file::{Cells, Fields, NewFile};
 use crate::formats::out::{Out, write_file};
 use crate::mesh::{FamilyId, OtherCells};
 
-/// Writes vertices `[n_vertices]` and some cells on them as a VTU file, gzipped if `path` ends in `.gz`.
+/// Writes vertices `[n_vertices]` and some cells on them as a VTU file, gzipped if `path` ends in
+/// `.gz`.
 ///
-/// - point data: `displacement` if given; `family`: 1 + the lowest family that touches the vertex, 0 if none does
-/// - cell data: `family`: 0 for tets, 1 + its family for triangles; `beta` if given: that of the tets, 0 for triangles
+/// | data | array | values |
+/// |---|---|---|
+/// | point | `displacement`, if given | displacement of the vertex |
+/// | point | `family` | 1 + the lowest family of the vertex, 0 without family |
+/// | cell | `family` | 0 for tets, 1 + the family for triangles |
+/// | cell | `beta`, if given | beta for tets, 0 for triangles |
 ///
-/// Tets come before triangles, each in their order. A comment at the head of the file tells which number is which
-/// family.
+/// Tets come before triangles, each in their order. A comment at the head of the file lists the
+/// families' numbers.
 ///
 /// # Errors
 ///
 /// - [`WriteError::Length`]: a field or the families do not fit the vertices or cells.
-/// - [`WriteError::VertexOutOfRange`]: a cell names a vertex that is not there.
+/// - [`WriteError::VertexOutOfRange`]: a cell names a vertex that does not exist.
 /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
 /// - [`WriteError::Io`]: the file could not be written.
 pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<(), WriteError> {
@@ -48,7 +53,7 @@ struct Array<'a> {
 
 type WriteArray<'a> = dyn Fn(&mut Out) -> io::Result<()> + 'a;
 
-/// Describes an array of `len` entries; `values` is run when it is written.
+/// An array with `len` entries. `values` runs when the array is written.
 fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
     (name, kind, components): (&'static str, &'static str, usize),
     len: usize,
@@ -63,18 +68,18 @@ fn vectors<'a>(name: &'static str, values: &'a [DVec3]) -> Array<'a> {
     array((name, "Float64", 3), 3 * values.len(), move || values.iter().flat_map(bytes))
 }
 
-/// The number of a family in a file.
+/// The number of a family in a file: its index + 1.
 pub(super) fn number(family: FamilyId) -> i32 {
     i32::from(family.0) + 1
 }
 
-/// The family number of every cell and face in their order: 0 for cells.
+/// The family number of every cell and face in their order; 0 for cells.
 pub(super) fn families_of_cells<'a>(new_file: &NewFile<'a>) -> impl Iterator<Item = i32> + use<'a> {
     let of_cells = std::iter::repeat_n(0, new_file.cells.tets.len() + new_file.others.n_cells());
     of_cells.chain(new_file.faces().map(|(_, _, family)| number(family)))
 }
 
-/// 1 + the lowest family that touches each vertex, 0 if none does `[n_vertices]`.
+/// The number of the lowest family at each vertex, or 0 `[n_vertices]`.
 fn vertex_families(new_file: &NewFile) -> Vec<i32> {
     let mut vertex_family = vec![0; new_file.vertices.len()];
     for (_, corners, family) in new_file.faces() {
@@ -131,7 +136,7 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
         out,
         "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
     )?;
-    // A comment may not hold "--".
+    // A comment must not hold "--".
     writeln!(out, "<!-- {} -->", list_names(families).replace("--", "&#45;&#45;"))?;
     writeln!(out, "<UnstructuredGrid>")?;
     writeln!(out, "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{n_cells}\">", vertices.len())?;
@@ -140,7 +145,7 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
         writeln!(out, "<{part}>")?;
         for Array { name, kind, components, n_bytes, .. } in arrays {
             write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\" ")?;
-            // Told of one component, meshio makes an array of two dimensions.
+            // With the attribute for one component meshio makes an array of two dimensions.
             if *components > 1 {
                 write!(out, "NumberOfComponents=\"{components}\" ")?;
             }

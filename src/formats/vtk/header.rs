@@ -1,4 +1,4 @@
-//! What the tags of a VTK XML file say: pieces and their arrays, up to the appended data.
+//! The tags of a VTK XML file: pieces and their arrays, up to the appended data.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,39 +12,39 @@ use crate::formats::error::ReadError;
 use crate::formats::number::Number;
 use crate::formats::scanner::{Endian, shown};
 
-/// An array that the file declares.
+/// An array declared in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
-    /// The tag around it: `Points`, `Cells`, `PointData`, `CellData`.
+    /// The tag around the array: `Points`, `Cells`, `PointData` or `CellData`.
     pub section: String,
     pub name: String,
     pub number: Number,
-    /// Where its tag stands.
+    /// Offset of its tag.
     pub tag: usize,
     pub values: Values,
 }
 
-/// Where the values of an array stand.
+/// The place of the values of an array.
 #[derive(Clone, Debug)]
 pub(super) enum Values {
-    /// Text from here to the next `<`.
+    /// Text from this offset to the next `<`.
     Text(usize),
-    /// Base64 from here on.
+    /// Base64 from this offset on.
     Base64(usize),
-    /// In the appended section, at the offset that an attribute says.
+    /// In the appended section, at an offset that an attribute gives.
     Appended { offset: usize, attribute: Range<usize> },
 }
 
-/// What the tags say.
+/// The contents of the tags.
 pub(super) struct Header {
     pub coding: Coding,
     pub pieces: Vec<Piece>,
-    /// Where the appended arrays begin, and whether they are base64.
+    /// Offset of the appended arrays, and whether they are base64.
     pub appended: Option<(usize, bool)>,
     pub names: Vec<(i32, String)>,
 }
 
-/// A part of the mesh with points of its own.
+/// A part of the mesh with its own points.
 #[derive(Default)]
 pub(super) struct Piece {
     pub n_points: usize,
@@ -53,7 +53,7 @@ pub(super) struct Piece {
 }
 
 impl Header {
-    /// Where the file says where its appended arrays begin.
+    /// The places in which the file gives the offsets of its appended arrays.
     pub fn offsets(&self) -> Vec<Offset> {
         let Some((base, _)) = self.appended else { return Vec::new() };
         let arrays = self.pieces.iter().flat_map(|piece| &piece.arrays);
@@ -65,7 +65,7 @@ impl Header {
     }
 }
 
-/// Reads the tags of a file of that type, up to the appended data.
+/// Reads the tags of a file with the type `expected`, up to the appended data.
 pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Header, ReadError> {
     let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
     let mut tags = Tags::new(path, bytes);
@@ -164,7 +164,7 @@ fn read_coding(
     Ok(Coding { endian, header, compression })
 }
 
-/// A `DataArray`; nothing if it is one of strings.
+/// Reads a `DataArray`. `None` for an array of strings.
 fn read_array(tags: &Tags, tag: &Tag, section: &str) -> Result<Option<Array>, ReadError> {
     let kind = tag.get("type").unwrap_or_default();
     let Some(number) = Number::named(kind) else {

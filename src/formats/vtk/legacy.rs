@@ -1,6 +1,6 @@
-//! Legacy VTK files, `.vtk`: unstructured grids, text or binary (big-endian), versions up to 5.1.
+//! Legacy VTK files, `.vtk`: unstructured grids as text or binary (big-endian), versions up to 5.1.
 //!
-//! Families are as in VTU files; files that idmesh wrote hold their names in the title, where they fit.
+//! Families are as in VTU files. Files written by idmesh hold the names in the title, if they fit.
 //!
 //! Source: K. Martin and others, *VTK File Formats*, "Simple Legacy Formats".
 
@@ -37,25 +37,25 @@ pub(in crate::formats) const FORMAT: Format = Format {
     companion: None,
 };
 
-/// Longest title that VTK reads.
+/// Longest title that VTK reads, in bytes.
 const TITLE: usize = 255;
 
-/// What the sections of the file have given so far.
+/// The parts of a mesh read so far.
 #[derive(Default)]
 struct Parts<'a> {
     points: Option<(Vec<DVec3>, Slots)>,
     corners: Option<Corners<'a>>,
     types: Option<Integers<'a>>,
-    /// Where the cells begin in the file.
+    /// Offset of the cells in the file.
     cells_at: usize,
-    /// Whether data of cells is being read, and of how many entries.
+    /// Whether the current data belong to cells, and the number of their entries.
     data: Option<(bool, usize)>,
-    /// Cell arrays that may be the families.
+    /// Cell arrays that may hold the families.
     families: Vec<(String, Integers<'a>)>,
     beside: Vec<String>,
 }
 
-/// Reads a legacy VTK file from its (decompressed) bytes; `path` is for messages.
+/// Reads a legacy VTK file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let mut scanner = Scanner::new(path, &bytes);
     let (names, parts) = read_sections(&mut scanner, "UNSTRUCTURED_GRID")?;
@@ -82,7 +82,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     Ok(Parsed { mesh, others, document })
 }
 
-/// The points of a poly data file, and those of its lines.
+/// The points and lines of a poly data file.
 pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVec3>, Corners<'a>), ReadError> {
     let (_, parts) = read_sections(&mut Scanner::new(path, bytes), "POLYDATA")?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
@@ -90,7 +90,7 @@ pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVe
     Ok((points, parts.corners.ok_or_else(|| missing("LINES"))?))
 }
 
-/// Reads a file whose data set is of that kind; also the names in its title.
+/// Reads a file with this kind of data set. Also returns the names in its title.
 fn read_sections<'a>(scanner: &mut Scanner<'a>, kind: &str) -> Result<(Vec<(i32, String)>, Parts<'a>), ReadError> {
     let path = scanner.path();
     if !scanner.line().starts_with(b"# vtk DataFile Version") {
@@ -121,7 +121,7 @@ fn read_sections<'a>(scanner: &mut Scanner<'a>, kind: &str) -> Result<(Vec<(i32,
     }
 }
 
-/// Reads what a line of keywords announces.
+/// Reads the section of a line of keywords.
 fn read_section<'a>(
     scanner: &mut Scanner<'a>,
     words: &[&str],
@@ -230,8 +230,9 @@ fn read_points(scanner: &mut Scanner, n_points: usize, number: Number) -> Result
     Ok((positions, Slots { encoding: scanner.encoding, width: scanner.width, slots }))
 }
 
-/// Reads `CELLS`: before version 5 `n_cells` runs of a count and vertices, `size` numbers together; from then on
-/// `n_cells` offsets, one more than there are cells, and `size` vertices as arrays of their own.
+/// Reads `CELLS`. Before version 5 there are `n_cells` runs of a count and vertices, `size` numbers
+/// together. From version 5 on there are two arrays: `n_cells` offsets, one more than cells, and
+/// `size` vertices.
 fn read_cells<'a>(scanner: &mut Scanner<'a>, n_cells: usize, size: usize) -> Result<Corners<'a>, ReadError> {
     if scanner.peek_line().starts_with(b"OFFSETS") {
         let mut array = |keyword: &str, count: usize, what: &'static str| {
@@ -253,7 +254,7 @@ fn read_cells<'a>(scanner: &mut Scanner<'a>, n_cells: usize, size: usize) -> Res
     Ok(Corners::Runs(n_cells, integers(scanner, Number::I32, size, "a vertex of a cell")?))
 }
 
-/// Reads an array of data and keeps it if it may be the families.
+/// Reads an array of data. It is kept if it may hold the families.
 fn read_array<'a>(
     scanner: &mut Scanner<'a>,
     name: Option<&str>,
@@ -302,12 +303,12 @@ fn integers<'a>(
     Ok(values.into())
 }
 
-/// Goes past a block that ends with an empty line.
+/// Skips a block that ends with an empty line.
 fn skip_metadata(scanner: &mut Scanner) {
     while !scanner.line().is_empty() {}
 }
 
-/// Writes a binary file of version 3.0, which every reader of VTK files understands.
+/// Writes a binary file of version 3.0, which every reader of VTK files reads.
 fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let names = list_names(new_file.cells.families);
     let title = if names.len() <= TITLE { names.as_str() } else { "a mesh by idmesh" };
@@ -338,7 +339,7 @@ fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     out.write_all(b"\n")
 }
 
-/// What a legacy VTK file may not hold: many or long names.
+/// Losses of a new file: names, if there are many or long ones.
 fn limits(new_file: &NewFile) -> Vec<String> {
     let names = list_names(new_file.cells.families);
     if names.len() <= TITLE {

@@ -1,4 +1,5 @@
-//! The files of VTK and ParaView: XML unstructured grids (`.vtu`) and legacy ones (`.vtk`).
+//! Files of VTK and ParaView: XML unstructured grids (`.vtu`) and legacy unstructured grids
+//! (`.vtk`).
 
 mod base64;
 mod cells;

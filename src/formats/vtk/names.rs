@@ -1,13 +1,14 @@
-//! The names of the families in files that hold their numbers only: `families: 1=wing, 2=far field`.
+//! The names of the families in files that otherwise hold only their numbers:
+//! `families: 1=wing, 2=far field`.
 
-/// The families and their numbers in words.
+/// A list of the families and their numbers.
 pub(in crate::formats) fn list_names(families: &[String]) -> String {
     let list: Vec<_> = families.iter().enumerate().map(|(index, family)| format!("{}={family}", index + 1)).collect();
     let list = format!("families: {}", list.join(", "));
     list.chars().map(|letter| if letter.is_control() { '\u{fffd}' } else { letter }).collect()
 }
 
-/// The numbers and names that a text lists, if it is such a list.
+/// The numbers and names in a list. Empty if the text is no such list.
 pub(in crate::formats) fn parse_names(text: &str) -> Vec<(i32, String)> {
     let Some((_, mut rest)) = text.split_once("families: ") else { return Vec::new() };
     rest = rest.trim_end();

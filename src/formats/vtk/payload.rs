@@ -1,4 +1,5 @@
-//! The bytes of one array in a VTK XML file: a header of sizes, then the numbers, perhaps compressed, perhaps in base64.
+//! The bytes of an array in a VTK XML file: a header of sizes, then the numbers, which may be
+//! compressed or in base64.
 
 use std::borrow::Cow;
 use std::io;
@@ -7,27 +8,27 @@ use super::base64;
 use super::compression::Compression;
 use crate::formats::scanner::Endian;
 
-/// How a file writes all of its arrays that are not text.
+/// The encoding of all arrays of a file that are not text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coding {
     pub endian: Endian,
-    /// Size of a number of the header: 4 or 8.
+    /// Size of a number in the header, in bytes: 4 or 8.
     pub header: usize,
-    /// What the numbers are compressed with, block by block.
+    /// Compression of the numbers, block by block.
     pub compression: Option<Compression>,
 }
 
-/// An array taken apart.
+/// A decoded array.
 #[derive(Debug)]
 pub(super) struct Payload<'a> {
     pub coding: Coding,
     pub base64: bool,
     /// The numbers.
     pub data: Cow<'a, [u8]>,
-    /// How many bytes of the file it takes.
+    /// Number of bytes of the array in the file.
     pub length: usize,
-    /// Of a compressed array: bytes of data in a block, and in the last one if it is not full (or 0); then all blocks
-    /// as they stand, and the size of each.
+    /// For a compressed array: bytes of data in a block, and in the last block if it is not full
+    /// (otherwise 0); the compressed blocks, and the size of each block.
     block: usize,
     last: usize,
     packed: Cow<'a, [u8]>,
@@ -35,7 +36,10 @@ pub(super) struct Payload<'a> {
 }
 
 impl Coding {
-    /// Takes apart the array at the beginning of `bytes`. The error says what is wrong.
+    /// Decodes the array at the beginning of `bytes`.
+    ///
+    /// # Errors
+    /// A message in words.
     pub fn decode<'a>(self, bytes: &'a [u8], base64: bool) -> Result<Payload<'a>, String> {
         let take = |from: usize, count: usize| -> Result<(Cow<'a, [u8]>, usize), String> {
             let rest = bytes.get(from..).unwrap_or_default();
@@ -92,14 +96,15 @@ impl Coding {
 }
 
 impl Payload<'_> {
-    /// The same with numbers of its own.
+    /// The same array with numbers of its own.
     pub fn into_owned(self) -> Payload<'static> {
         let Payload { coding, base64, data, length, block, last, packed, sizes } = self;
         let [data, packed] = [data, packed].map(|bytes| Cow::Owned(bytes.into_owned()));
         Payload { coding, base64, data, length, block, last, packed, sizes }
     }
 
-    /// The array with other data of the same length, as the file writes it. Blocks that did not change stay as they are.
+    /// The bytes of the array with other data of the same length. Blocks that did not change keep
+    /// their bytes.
     pub fn encode(&self, data: &[u8]) -> io::Result<Vec<u8>> {
         let mut header = Vec::new();
         let mut body = Vec::new();
@@ -130,7 +135,7 @@ impl Payload<'_> {
         Ok(self.written(&header, &body))
     }
 
-    /// The parts as they stand in the file; in base64 each is a chunk of its own.
+    /// Header and body in the encoding of the file. In base64 each is a chunk of its own.
     fn written(&self, header: &[u8], body: &[u8]) -> Vec<u8> {
         if !self.base64 {
             return [header, body].concat();

@@ -1,4 +1,4 @@
-//! The points of a VTU file, and how they are written back.
+//! The points of a VTU file, and their writing.
 
 use std::collections::HashMap;
 use std::io::{self, Write};
@@ -11,46 +11,46 @@ use crate::formats::document::{Coordinates, Slots, narrow};
 use crate::formats::out::Out;
 use crate::formats::scanner::{Encoding, Width};
 
-/// How a piece of the file holds its points.
+/// The points of a piece in the file.
 pub(super) enum Stored {
-    /// As text: where each stands.
+    /// Text, with the offset of each point.
     Text(Vec<usize>),
     Array(Array),
 }
 
-/// An array of points, to be replaced as a whole.
+/// An array of points, which is replaced as a whole.
 #[derive(Debug)]
 pub(super) struct Array {
-    /// Where it begins in the file.
+    /// Offset of the array in the file.
     pub start: usize,
     pub payload: Payload<'static>,
     pub width: Width,
 }
 
-/// Where the file says where an appended array begins.
+/// An offset of an appended array in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Offset {
-    /// From the beginning of the appended arrays.
+    /// Offset from the beginning of the appended arrays.
     pub value: usize,
-    /// From the file's beginning.
+    /// Offset from the beginning of the file.
     pub start: usize,
-    /// Where the value stands.
+    /// Range of the number in the file.
     pub attribute: Range<usize>,
 }
 
-/// Puts the points of pieces together. A point of a piece is that of an earlier one at the very same place.
+/// Merges the points of pieces. Points of different pieces with equal coordinates are one vertex.
 #[derive(Default)]
 pub(super) struct Pieces {
     pub positions: Vec<DVec3>,
-    /// The vertex of each point of the file.
+    /// Vertex of each point of the file.
     vertex_of: Vec<u32>,
-    /// Vertices of earlier pieces by the bits of their coordinates.
+    /// Vertices of earlier pieces, by the bits of their coordinates.
     earlier: HashMap<[u64; 3], u32>,
     stored: Vec<Stored>,
 }
 
 impl Pieces {
-    /// Adds the points of a piece and gives their vertices.
+    /// Adds the points of a piece and returns their vertices.
     pub fn add(&mut self, points: Vec<DVec3>, stored: Stored) -> &[u32] {
         let first = self.vertex_of.len();
         self.stored.push(stored);
@@ -67,7 +67,8 @@ impl Pieces {
         &self.vertex_of[first..]
     }
 
-    /// The vertices and how to write them; nothing if some pieces are text and others not, or overlap.
+    /// The vertices and their writer. `None` if some pieces are text and others are not, or if
+    /// pieces overlap in the file.
     pub fn finish(self, offsets: Vec<Offset>) -> Option<(Vec<DVec3>, Box<dyn Coordinates>)> {
         let Self { positions, vertex_of, stored, .. } = self;
         let coordinates = together(stored, offsets)?;
@@ -75,7 +76,7 @@ impl Pieces {
     }
 }
 
-/// How to write all points of a file.
+/// The writer of all points of a file.
 pub(super) fn together(stored: Vec<Stored>, mut offsets: Vec<Offset>) -> Option<Box<dyn Coordinates>> {
     let (mut slots, mut arrays) = (Vec::new(), Vec::<Array>::new());
     for piece in stored {
@@ -96,10 +97,10 @@ fn bits(point: &DVec3) -> [u64; 3] {
     point.to_array().map(f64::to_bits)
 }
 
-/// Points that stand in several pieces.
+/// Points that occur in several pieces.
 #[derive(Debug)]
 struct Copies {
-    /// The vertex of each point of the file.
+    /// Vertex of each point of the file.
     vertex_of: Vec<u32>,
     coordinates: Box<dyn Coordinates>,
 }
@@ -111,11 +112,12 @@ impl Coordinates for Copies {
     }
 }
 
-/// Arrays of points one after another.
+/// Arrays of points, in the order of the file.
 #[derive(Debug)]
 struct Points {
     arrays: Vec<Array>,
-    /// Those of the appended arrays behind the first one: if the length of one changes, so do they.
+    /// Offsets of the appended arrays after the first array of points. They change if the length of
+    /// an array changes.
     offsets: Vec<Offset>,
 }
 

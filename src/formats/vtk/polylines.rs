@@ -1,4 +1,5 @@
-//! Polylines of VTK poly data, `.vtp` and legacy `.vtk`: sections of a surface as ParaView and others cut them.
+//! Polylines of VTK poly data, `.vtp` and legacy `.vtk`: sections of a surface cut by ParaView and
+//! other programs.
 
 use std::path::Path;
 
@@ -7,17 +8,19 @@ use glam::DVec3;
 use super::{legacy, vtu};
 use crate::formats::error::{Location, ReadError};
 
-/// Points and the lines between them.
+/// Points and polylines between them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Polylines {
-    /// Coordinates `[n_points]`.
+    /// Coordinates `[n_points]`, in the unit of the file.
     pub points: Vec<DVec3>,
     /// Points of each line, in order.
     pub lines: Vec<Vec<u32>>,
 }
 
-/// Reads the polylines of a VTK file from its bytes; `path` selects the format (`.vtk` is legacy, all else XML) and is named
-/// in messages.
+/// Reads the polylines of a VTK file from its bytes.
+///
+/// - `path`: selects the format (`.vtk` is legacy, any other extension is XML), and is named in
+///   messages
 ///
 /// # Errors
 ///

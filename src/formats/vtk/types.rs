@@ -1,11 +1,12 @@
-//! What VTK's numbers of cell types stand for, and the arrays that hold families.
+//! VTK's numbers of cell types, and the names of arrays with families.
 
 use crate::formats::mesh_builder::{CellKind, Kind};
 
-/// Cell arrays that are taken for the families, the first that there is: idmesh's own and those of meshio and ParaView.
+/// Cell arrays with families, in order of preference: idmesh's own, and the arrays of meshio and
+/// ParaView.
 pub(super) const FAMILY_ARRAYS: &[&str] = &["family", "gmsh:physical", "medit:ref", "ugrid:ref", "CellEntityIds"];
 
-/// VTK's number for a type of cell. SU2 uses the same.
+/// VTK's number for a type of cell. SU2 uses the same numbers.
 pub(in crate::formats) fn vtk_number(shape: CellKind) -> u8 {
     match shape {
         CellKind::Triangle => 5,
@@ -17,8 +18,8 @@ pub(in crate::formats) fn vtk_number(shape: CellKind) -> u8 {
     }
 }
 
-/// The cells that a number of VTK stands for, and how many vertices they have where that is fixed; nothing if there is
-/// no such number.
+/// The kind of cell with this number in VTK, and its number of vertices if this is fixed. `None`
+/// for an unknown number.
 pub(in crate::formats) fn vtk_kind(number: u64) -> Option<(Kind, Option<usize>)> {
     let mesh = |shape: CellKind| (Kind::Mesh(shape), Some(shape.n_vertices()));
     Some(match number {

@@ -1,12 +1,12 @@
-//! VTU files: VTK unstructured grids in XML, as ParaView and others write them.
+//! VTU files: VTK unstructured grids in XML, as written by ParaView and other programs.
 //!
-//! A family is a number that a cell array gives the boundary faces; files that idmesh wrote also hold the names, in a
-//! comment. All encodings are read: text, base64 and appended raw, zlib, LZ4, LZMA, headers of 32 and 64 bits, both byte
-//! orders.
+//! A family is a number of the boundary faces in a cell array. Files written by idmesh also hold
+//! the names, in a comment. All encodings are read: text, base64 and appended raw; zlib, LZ4, LZMA;
+//! headers of 32 and 64 bits; both byte orders.
 //!
-//! What the file says about the range of its coordinates (`RangeMin`, `L2_NORM_RANGE`) stays that of the mesh before it
-//! moved. Several pieces are one mesh: points of different pieces at the very same place are one vertex, and are written
-//! back each where it stands.
+//! Ranges of coordinates in the file (`RangeMin`, `L2_NORM_RANGE`) do not change when the mesh is
+//! written back. Several pieces are one mesh: points of different pieces with equal coordinates are
+//! one vertex, and each point is written back in its place.
 //!
 //! Source: K. Martin and others, *VTK File Formats*, "XML File Formats".
 
@@ -42,7 +42,7 @@ pub(in crate::formats) const FORMAT: Format = Format {
     companion: None,
 };
 
-/// Reads a VTU file from its (decompressed) bytes; `path` is for messages.
+/// Reads a VTU file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let header = read_header(path, &bytes, "UnstructuredGrid")?;
     let offsets = header.offsets();
@@ -88,7 +88,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
 }
 
-/// The points of a poly data file, and those of its lines.
+/// The points and lines of a poly data file.
 pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVec3>, Corners<'a>), ReadError> {
     let header = read_header(path, bytes, "PolyData")?;
     let [piece] = &header.pieces[..] else {
@@ -101,7 +101,7 @@ pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVe
     Ok((points, file.corners("Lines")?))
 }
 
-/// A piece of a file with what its tags say.
+/// A piece of a file with the contents of its tags.
 struct File<'a, 'h> {
     path: &'a Path,
     bytes: &'a [u8],
@@ -116,7 +116,7 @@ impl<'a, 'h> File<'a, 'h> {
         ReadError::Malformed { place, expected: expected.into(), found: found.into() }
     }
 
-    /// The array of that name in a section, or its only one.
+    /// The array with this name in a section, or the section's only array.
     fn array(&self, section: &'static str, name: Option<&str>) -> Result<&'h Array, ReadError> {
         let fits = |array: &&Array| array.section == section && name.is_none_or(|name| array.name == name);
         self.piece.arrays.iter().find(fits).ok_or_else(|| ReadError::Missing {
@@ -131,7 +131,7 @@ impl<'a, 'h> File<'a, 'h> {
         })
     }
 
-    /// Where the payload of an array begins and the array itself; nothing if it is text.
+    /// Offset of an array's payload, and the decoded payload. `None` if the array is text.
     fn payload(&self, array: &Array) -> Result<Option<(usize, Payload<'a>)>, ReadError> {
         let (start, base64) = match array.values {
             Values::Text(_) => return Ok(None),
@@ -156,7 +156,10 @@ impl<'a, 'h> File<'a, 'h> {
         Ok(Some((start, payload)))
     }
 
-    /// Fails if cells of the piece are copies of another's.
+    /// Checks that no cell of the piece is a copy of another piece's cell.
+    ///
+    /// # Errors
+    /// [`ReadError::Unsupported`]
     fn refuse_ghosts(&self) -> Result<(), ReadError> {
         let Some(array) = self.cell_array("vtkGhostType") else { return Ok(()) };
         let mut ghosts = self.integers(array)?;
@@ -171,7 +174,7 @@ impl<'a, 'h> File<'a, 'h> {
         self.piece.arrays.iter().find(|array| array.section == "CellData" && array.name == name)
     }
 
-    /// Reads the cells of a piece of so many points, of which `numbered` says the vertices.
+    /// Reads the cells of a piece with `n_points` points. `numbered` gives the vertex of a point.
     fn read_cells(
         &self,
         n_points: usize,
@@ -217,7 +220,7 @@ impl<'a, 'h> File<'a, 'h> {
         values.ok_or_else(|| self.malformed(array.tag, format!("whole numbers in '{}'", array.name), "others"))
     }
 
-    /// Where the values of a text array stand.
+    /// Ranges of the values of a text array.
     fn tokens(&self, array: &Array) -> impl Iterator<Item = Range<usize>> + '_ {
         let start = if let Values::Text(start) = array.values { start } else { self.bytes.len() };
         let rest = &self.bytes[start..];
@@ -230,7 +233,7 @@ impl<'a, 'h> File<'a, 'h> {
         })
     }
 
-    /// The points and how to write them back.
+    /// Reads the points, and their places in the file.
     fn read_points(&self, array: &Array) -> Result<(Vec<DVec3>, Stored), ReadError> {
         let mut slots = Vec::new();
         let payload = self.payload(array)?;
@@ -271,7 +274,7 @@ impl<'a, 'h> File<'a, 'h> {
     }
 }
 
-/// How many white-space bytes a text begins with.
+/// Number of white-space bytes at the start of a text.
 fn blanks(bytes: &[u8]) -> usize {
     bytes.iter().take_while(|byte| byte.is_ascii_whitespace()).count()
 }

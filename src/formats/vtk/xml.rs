@@ -1,4 +1,4 @@
-//! The tags of a VTK XML file, up to its appended data, which is no XML.
+//! The tags of a VTK XML file, up to its appended data, which are no XML.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,12 +6,12 @@ use std::path::Path;
 use crate::formats::error::{Location, ReadError};
 use crate::formats::scanner::{find_byte, shown};
 
-/// A tag: `<Name key="value">`, `</Name>` or `<Name/>`; or a comment.
+/// A tag (`<Name key="value">`, `</Name>` or `<Name/>`) or a comment.
 #[derive(Clone, Debug)]
 pub(super) struct Tag<'a> {
     /// Empty for a comment.
     pub name: &'a str,
-    /// Begins with `/` if the tag closes; then there is nothing else.
+    /// Whether it is a closing tag, which begins with `/` and has nothing but a name.
     pub closes: bool,
     /// Whether the tag closes itself.
     pub empty: bool,
@@ -19,7 +19,7 @@ pub(super) struct Tag<'a> {
     pub start: usize,
     /// Offset after `>`.
     pub end: usize,
-    /// What stands between the name and the end; a comment's text.
+    /// The text between the name and the end, or the text of a comment.
     pub text: &'a str,
 }
 
@@ -35,7 +35,7 @@ impl<'a> Tags<'a> {
         Self { path, bytes, at: 0 }
     }
 
-    /// `at` in the words of a message.
+    /// The place of an offset, for messages.
     pub fn place(&self, at: usize) -> Location {
         Location::Line(self.path.into(), 1 + self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
     }
@@ -44,7 +44,7 @@ impl<'a> Tags<'a> {
         ReadError::Malformed { place: self.place(at), expected: expected.into(), found: found.into() }
     }
 
-    /// The next tag or comment; declarations such as `<?xml ...?>` are passed over.
+    /// The next tag or comment. Declarations such as `<?xml ...?>` are skipped.
     pub fn next_tag(&mut self) -> Result<Option<Tag<'a>>, ReadError> {
         loop {
             let rest = &self.bytes[self.at..];
@@ -60,7 +60,7 @@ impl<'a> Tags<'a> {
                 let text = self.utf8(start + 4..start + 4 + length)?;
                 return Ok(Some(Tag { name: "", closes: false, empty: true, start, end: self.at, text }));
             }
-            // A `>` may stand in a value.
+            // A value may hold `>`.
             let mut quote = None;
             let length = rest.iter().position(|&byte| {
                 match (quote, byte) {
@@ -111,7 +111,7 @@ impl<'a> Tag<'a> {
         None
     }
 
-    /// Where the value of an attribute stands in the file.
+    /// Range of an attribute's value in the file.
     pub fn place_of(&self, key: &str) -> Option<Range<usize>> {
         let value = self.get(key)?;
         // The text ends before `>` or `/>`.
@@ -121,7 +121,7 @@ impl<'a> Tag<'a> {
     }
 }
 
-/// Where a pattern first stands.
+/// Index of the first occurrence of a pattern.
 fn find(bytes: &[u8], pattern: &[u8]) -> Option<usize> {
     bytes.windows(pattern.len()).position(|window| window == pattern)
 }

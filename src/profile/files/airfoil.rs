@@ -1,12 +1,15 @@
-//! Airfoil coordinates without units, as databases and panel codes hold them, and where they go in space.
+//! Airfoil coordinates without units, as in databases and panel codes, and their placement in
+//! space.
 //!
-//! Rows `x y` after a title, in one of these orders:
+//! A file has rows `x y` after a title, in one of these orders:
 //!
 //! - Selig's: from the trailing edge over one side to the leading edge and back along the other
+//!   side
 //! - Lednicer's: the numbers of points of both sides, then each side between the edges
-//! - the same two sides without their numbers, one after the other
+//! - the two sides without their numbers, one after the other
 //!
-//! A third column may stand beside these, if one of the last two is the same in all rows: the place along the span.
+//! A third column may hold the coordinate along the span, the same in all rows. It is the second or
+//! the third column.
 
 use std::path::Path;
 
@@ -17,31 +20,33 @@ use super::{fail, number};
 use crate::profile::ProfileError;
 use crate::text::{Mark, Row, fields, parse_number, rows};
 
-/// The coordinate axis along the span: profiles lie in planes across it.
+/// The coordinate axis along the span. Profiles lie in planes perpendicular to this axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SpanAxis {
-    /// Chord along x, thickness along z.
+    /// Span along y: chord along x, thickness along z.
     #[default]
     Y,
-    /// Chord along x, thickness along y.
+    /// Span along z: chord along x, thickness along y.
     Z,
 }
 
-/// Where an airfoil of chord 1 goes in space.
+/// Position, size and twist of an airfoil of chord 1 in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Length of the chord, in the unit of the mesh.
+    /// Length of the chord, in the mesh's unit.
     pub chord: f64,
     /// Nose-up rotation about the leading edge, in degrees.
     pub twist: f64,
-    /// Where the airfoil's origin, its leading edge, goes.
+    /// Position of the airfoil's origin, its leading edge, in the mesh's unit.
     pub position: DVec3,
     /// The axis along the span.
     pub span: SpanAxis,
 }
 
 impl Placement {
-    /// The place of a point of the airfoil: x along the chord, y upward.
+    /// Places a point of the airfoil in space, in the mesh's unit.
+    ///
+    /// - `point`: x along the chord, y upward, in chords
     pub fn place(&self, point: DVec2) -> DVec3 {
         let (sin, cos) = self.twist.to_radians().sin_cos();
         let (along, up) = (point.x * cos + point.y * sin, point.y * cos - point.x * sin);
@@ -53,23 +58,28 @@ impl Placement {
     }
 }
 
-/// A first pair of two whole numbers beyond this is no point of an airfoil, but Lednicer's numbers of points.
+/// A first row of two whole numbers above this is no point of an airfoil. It holds Lednicer's
+/// numbers of points.
 const COUNTS: f64 = 1.5;
 
-/// A place along the span is the same in all rows to this share of the greatest coordinate.
+/// The coordinate along the span must be the same in all rows, up to this share of the largest
+/// coordinate.
 const SAME: f64 = 1e-9;
 
-/// The rows of numbers of a file.
+/// The rows of numbers in a file.
 struct Table {
     /// Line of each row, from 0.
     lines: Vec<usize>,
-    /// Two or three numbers of each row; the third is 0 where there are two.
+    /// The two or three numbers of each row; the third is 0 if there are two.
     rows: Vec<[f64; 3]>,
-    /// Rows before which a blank line stands.
+    /// Indices of the rows after a blank line.
     after_blank: Vec<usize>,
 }
 
 /// Reads the points of one airfoil, from one side of the trailing edge to the other.
+///
+/// # Errors
+/// [`ProfileError::Line`]
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<DVec2>, ProfileError> {
     let table = table(path, text)?;
     let points = in_plane(path, &table)?;
@@ -87,7 +97,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<DVec2>, ProfileError>
     } else {
         join(path, &table.lines, &points, &Break::Perhaps(&table.after_blank))?
     };
-    // Both sides begin at the leading edge.
+    // Both sides begin at the leading edge, so the point occurs twice.
     curve.dedup();
     check_place(path, table.lines[0], &curve)?;
     Ok(curve)
@@ -104,7 +114,8 @@ fn table(path: &Path, text: &str) -> Result<Table, ProfileError> {
             continue;
         }
         let is_point = (2..=3).contains(&n) && words.iter().all(|word| parse_number(word).is_some());
-        // The title, which may be missing, is anything that is no point. Names of the columns may follow it.
+        // The title, which may be missing, is any row that is no point. Names of the columns may
+        // follow it.
         let is_title = std::mem::take(&mut is_first);
         if !is_point && (is_title || table.rows.is_empty() && names_columns(&words)) {
             continue;
@@ -135,7 +146,7 @@ fn names_columns(words: &[&str]) -> bool {
     words.iter().all(|word| matches!(&*word.to_ascii_lowercase(), "x" | "y" | "z" | "x/c" | "y/c" | "z/c"))
 }
 
-/// The coordinates in the airfoil's plane: without those along the span.
+/// The coordinates in the airfoil's plane, without the coordinate along the span.
 fn in_plane(path: &Path, table: &Table) -> Result<Vec<DVec2>, ProfileError> {
     let largest = table.rows.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let varies =

@@ -1,12 +1,15 @@
 //! Joins line segments to curves.
 
-/// The curves that segments between points form: open ones from an end to the other, closed ones with the first point
-/// repeated, in the order of their first points. The error is a point at which more than two segments meet.
+/// The curves formed by segments between points, in the order of their first points. A closed curve
+/// repeats its first point.
+///
+/// # Errors
+/// The index of a point at which more than two segments meet.
 pub(super) fn chains(n_points: usize, segments: &[[usize; 2]]) -> Result<Vec<Vec<usize>>, usize> {
     const NONE: usize = usize::MAX;
     let mut neighbours = vec![[NONE; 2]; n_points];
     for &[a, b] in segments {
-        // A segment of no length, or one that is there twice, joins nothing.
+        // A segment without length, or a repeated one, joins nothing.
         if a == b || neighbours[a].contains(&b) {
             continue;
         }
@@ -21,7 +24,7 @@ pub(super) fn chains(n_points: usize, segments: &[[usize; 2]]) -> Result<Vec<Vec
     let is_used = |point: &usize| neighbours[*point] != [NONE; 2];
     let mut visited = vec![false; n_points];
     let mut curves: Vec<Vec<usize>> = Vec::new();
-    // Open curves first, from an end; what is left then are loops.
+    // Open curves come first, from an end. The rest are loops.
     for start in (0..n_points).filter(is_end).chain(0..n_points).filter(is_used) {
         if visited[start] {
             continue;

@@ -15,6 +15,9 @@ struct JsonSection {
 }
 
 /// Reads the profiles of a file.
+///
+/// # Errors
+/// [`ProfileError::Line`]
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Profile>, ProfileError> {
     let sections: Vec<JsonSection> = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
         let expected = "[{\"profile\": 0, \"points\": [[x, y, z], ...]}, ...]";

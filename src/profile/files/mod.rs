@@ -1,8 +1,9 @@
-//! Profile files of every format that other programs write, recognised by extension: CSV, airfoil coordinates, Tecplot
-//! zones, JSON, polylines of VTK.
+//! Profile files in the formats of other programs, recognised by extension: CSV, airfoil
+//! coordinates, Tecplot zones, JSON, and polylines of VTK.
 //!
-//! CSV and JSON number their profiles; those of the others are numbered from 0 in the order of the files and of the curves
-//! in them. Nothing here opens a file: the caller hands over paths, for the messages, and contents.
+//! CSV and JSON number their profiles. Profiles of the other formats are numbered from 0, in the
+//! order of the files and of the curves in them. This module opens no file: the caller passes
+//! contents, and paths for messages.
 
 mod airfoil;
 mod chain;
@@ -22,17 +23,17 @@ use super::{Profile, ProfileError, csv};
 use crate::formats::read_polylines;
 use crate::text::{decode, parse_number, shorten};
 
-/// The extensions by which profile files are found in a folder.
+/// The extensions of profile files in a folder.
 pub const EXTENSIONS: &[&str] = &["csv", "dat", "tec", "plt", "txt", "json", "vtp", "vtk"];
 
 /// A profile file.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
-    /// Selects the format by its extension, and is named in messages.
+    /// Path of the file. Its extension selects the format, and messages name it.
     pub path: &'a Path,
-    /// The file.
+    /// Contents of the file.
     pub bytes: &'a [u8],
-    /// Where an airfoil without units goes, for files of such.
+    /// Placement in space, for a file of airfoil coordinates.
     pub placement: Option<&'a Placement>,
 }
 
@@ -41,7 +42,7 @@ impl Source<'_> {
         self.path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
     }
 
-    /// The file as JSON has to be.
+    /// The contents as UTF-8, which JSON requires.
     fn utf8(&self) -> Result<&str, ProfileError> {
         std::str::from_utf8(self.bytes).map_err(|error| {
             let before = &self.bytes[..error.valid_up_to()];
@@ -51,17 +52,20 @@ impl Source<'_> {
     }
 }
 
-/// Reads the profiles of one or several files, perhaps of different formats, in the order they stand in.
+/// Reads the profiles of one or several files, which may differ in format, in their order.
 ///
-/// - `.csv`, and any extension not named below: [`csv`]
-/// - `.dat`, `.tec`, `.plt`, `.txt`: Tecplot zones if the file has any, else the coordinates of one airfoil in the order of
-///   Selig or Lednicer, put into space by its [`Placement`]
-/// - `.json`: `[{"profile": 0, "points": [[x, y, z], ...]}, ...]`
-/// - `.vtp`, `.vtk`: each connected polyline is a profile
+/// | extension | contents |
+/// |---|---|
+/// | `.csv`, and any other extension | [`csv`] |
+/// | `.dat`, `.tec`, `.plt`, `.txt` | Tecplot zones if the file has any; otherwise the coordinates of one airfoil in Selig's or Lednicer's order, placed in space by a [`Placement`] |
+/// | `.json` | `[{"profile": 0, "points": [[x, y, z], ...]}, ...]` |
+/// | `.vtp`, `.vtk` | polylines, each connected one is a profile |
 ///
 /// # Errors
-/// [`ProfileError::Line`] with path and line, [`ProfileError::File`] for a file that cannot be read as what it is,
-/// [`ProfileError::Doubled`], [`ProfileError::NoProfiles`].
+/// - [`ProfileError::Line`] with path and line
+/// - [`ProfileError::File`]: a file cannot be read in its format
+/// - [`ProfileError::Doubled`]: two profiles have one number
+/// - [`ProfileError::NoProfiles`]
 pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
     let texts: Vec<Cow<str>> = sources.iter().map(|source| decode(source.bytes)).collect();
     let kinds: Vec<Kind> = sources.iter().zip(&texts).map(|(source, text)| Kind::of(source, text)).collect();
@@ -105,7 +109,7 @@ pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
     if profiles.is_empty() { Err(ProfileError::NoProfiles) } else { Ok(profiles) }
 }
 
-/// What a file is.
+/// The format of a file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Csv,
@@ -140,12 +144,15 @@ fn polylines(source: &Source) -> Result<Vec<Vec<DVec3>>, ProfileError> {
     Ok(chains.into_iter().map(|chain| chain.into_iter().map(|point| lines.points[point]).collect()).collect())
 }
 
-/// The error of a line, counted from 0.
+/// The error of a line; `line` counts from 0.
 fn fail(path: &Path, line: usize, what: String, expected: &'static str) -> ProfileError {
     ProfileError::Line { path: path.to_path_buf(), line: line + 1, what, expected }
 }
 
 /// A finite number.
+///
+/// # Errors
+/// [`ProfileError::Line`]
 fn number(path: &Path, line: usize, word: &str) -> Result<f64, ProfileError> {
     match parse_number(word) {
         Some(value) if value.is_finite() => Ok(value),

@@ -1,5 +1,5 @@
-//! The two sides of an airfoil, put together to one curve from the trailing edge round the leading edge and back, and
-//! whether that curve is where a placement takes it to be.
+//! Joins the two sides of an airfoil to one curve, from the trailing edge round the leading edge
+//! and back. Checks that the curve has the origin and the chord that a placement assumes.
 
 use std::path::Path;
 
@@ -10,27 +10,30 @@ use crate::geometry::nearest_on_segment;
 use crate::profile::ProfileError;
 use crate::profile::edges::trailing_edge;
 
-/// Two points this far apart, as share of the chord, do not follow each other along a side, and a part of the points that
-/// is a side reaches at least as far.
+/// Two points farther apart than this share of the chord do not follow each other along a side. A
+/// side has at least this extent.
 const FAR: f64 = 0.5;
 
-/// The least and greatest x of some points.
+/// The least and the greatest x of some points.
 fn range(points: &[DVec2]) -> (f64, f64) {
     points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| (low.min(point.x), high.max(point.x)))
 }
 
-/// Where the second side begins, as far as the file says.
+/// The first point of the second side, as far as the file gives it.
 pub(super) enum Break<'a> {
-    /// At that point.
+    /// The index of the point.
     At(usize),
-    /// Perhaps at one of these points, before which a blank line stands.
+    /// Candidates: the points after blank lines.
     Perhaps(&'a [usize]),
 }
 
 /// The curve from one side of the trailing edge round the leading edge to the other.
 ///
-/// - `lines`: line of each point, from 0
-/// - `points`: one curve, or both sides, each in either direction
+/// - `lines` `[n_points]`: line of each point, from 0
+/// - `points` `[n_points]`: one curve, or both sides, each in either direction
+///
+/// # Errors
+/// [`ProfileError::Line`]
 pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Break) -> Result<Vec<DVec2>, ProfileError> {
     let (low, high) = range(points);
     let (chord, middle) = (high - low, 0.5 * (low + high));
@@ -41,7 +44,7 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
         high - low >= FAR * chord
     };
     let is_between_sides = |at: &usize| is_side(&points[..*at]) && is_side(&points[*at..]);
-    // Where x starts again, from one end of the chord at the other.
+    // A point where x jumps from one end of the chord to the other.
     let starts_again = |at: &usize| (points[*at].x - points[*at - 1].x).abs() > FAR * chord && is_between_sides(at);
     let meeting = match *second {
         Break::At(at) => Some(at).filter(|at| (1..points.len()).contains(at)),
@@ -52,7 +55,8 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
                 let what = "the points begin a third time at an end of the chord".to_string();
                 return Err(fail(path, lines[third], what, "one airfoil: one curve, or its two sides"));
             }
-            // Where two sides meet at the trailing edge, only the file's blank line tells where.
+            // Two sides may meet at the trailing edge. Then only a blank line in the file marks the
+            // point.
             let apart = blanks.iter().find(|at| blanks.len() == 1 && !is_trailing(first) && is_between_sides(at));
             at.or(apart.copied())
         }
@@ -89,21 +93,27 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
     Ok(points.to_vec())
 }
 
-/// How far the leading edge may be from the origin and the chord from 1, as share of the chord.
+/// Largest distance of the leading edge from the origin, and of the chord from 1, as a share of the
+/// chord.
 const OFF: f64 = 0.01;
 
-/// Checks that an airfoil's leading edge is its origin and that its chord is 1, as a placement has it.
+/// Checks that an airfoil's leading edge is the origin and that its chord is 1, as a placement
+/// assumes.
 ///
-/// - `line`: the first point's
+/// - `line`: line of the first point
 /// - `curve`: from one side of the trailing edge to the other
+///
+/// # Errors
+/// [`ProfileError::Line`]
 pub(super) fn check_place(path: &Path, line: usize, curve: &[DVec2]) -> Result<(), ProfileError> {
     let (Some(first), Some(last)) = (curve.first(), curve.last()) else { return Ok(()) };
-    // A blunt nose has several points of the least x.
+    // A blunt nose has several points with the least x.
     let (low, high) = range(curve);
     let foremost = || curve.iter().filter(|point| point.x <= low + 1e-3 * (high - low));
     let nose = DVec2::new(low, foremost().map(|point| point.y).sum::<f64>() / foremost().count() as f64);
     let chord = (0.5 * (first + last)).distance(nose);
-    // The curve leads through the origin, but no point has to be there. With camber the nose is a little below or above.
+    // The curve passes through the origin, but no point has to lie there. With camber the nose is a
+    // little below or above.
     let to_origin = curve.windows(2).map(|pair| {
         let [from, to] = [pair[0], pair[1]].map(|end| end.extend(0.0));
         nearest_on_segment(DVec3::ZERO, from, to).0.length()

@@ -1,4 +1,5 @@
-//! Sections as Tecplot zones in ASCII: ordered points (`I=`) or line segments (`FELINESEG`), as flow solvers write slices.
+//! Sections as Tecplot zones in ASCII: ordered points (`I=`) or line segments (`FELINESEG`). Flow
+//! solvers write slices in this form.
 //!
 //! Source: the Tecplot 360 data format guide, "ASCII data".
 
@@ -10,7 +11,7 @@ use super::{chain, fail, number};
 use crate::profile::ProfileError;
 use crate::text::{Mark, parse_number, rows, shorten};
 
-/// Whether a text is Tecplot's rather than a list of airfoil coordinates.
+/// Whether a text is in Tecplot's format and no list of airfoil coordinates.
 pub(super) fn is_tecplot(text: &str) -> bool {
     text.lines().any(|line| begins(line, "ZONE") || begins(line, "VARIABLES"))
 }
@@ -22,7 +23,7 @@ fn begins(line: &str, keyword: &str) -> bool {
         && after.is_none_or(|letter| !letter.is_alphanumeric())
 }
 
-/// What a zone's header says.
+/// The header of a zone.
 #[derive(Default)]
 struct Zone {
     line: usize,
@@ -32,7 +33,10 @@ struct Zone {
     block: bool,
 }
 
-/// Reads the curves of all zones, in their order; a zone of segments may hold several.
+/// Reads the curves of all zones, in their order. A zone of segments may hold several curves.
+///
+/// # Errors
+/// [`ProfileError::Line`], [`ProfileError::File`]
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileError> {
     let mut columns: Option<([usize; 3], usize)> = None;
     let mut curves = Vec::new();
@@ -41,7 +45,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
         if row.is_empty() {
             continue;
         }
-        // A header goes on until a line of numbers or the next keyword.
+        // A header continues until a line of numbers or the next keyword.
         let mut header = row.to_string();
         while let Some((_, next)) = lines.next_if(|(_, next)| continues(next)) {
             header += " ";
@@ -62,7 +66,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
         let Some(n_points) = zone.n_points else {
             return Err(fail(path, line, "a zone without I= or N=".into(), "the number of its points"));
         };
-        // Every value takes two bytes of the text at least.
+        // Every value takes at least two bytes of the text.
         let n_values = n_points.saturating_mul(n_variables).saturating_add(2 * zone.n_segments);
         if n_values > text.len() {
             return Err(fail(path, line, format!("a zone of {n_values} values"), "no more than the file can hold"));
@@ -108,7 +112,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
     Ok(curves)
 }
 
-/// Whether a line goes on with a header: it is no row of numbers and begins nothing else.
+/// Whether a line continues a header: it is no row of numbers and begins with no keyword.
 fn continues(line: &str) -> bool {
     let first = line.split([' ', '\t', ',']).find(|word| !word.is_empty()).unwrap_or_default();
     !first.is_empty()
@@ -116,7 +120,7 @@ fn continues(line: &str) -> bool {
         && !["ZONE", "VARIABLES", "TITLE"].iter().any(|keyword| begins(line, keyword))
 }
 
-/// The columns of x, y and z among the variables, and how many variables there are.
+/// The columns of x, y and z among the variables, and the number of variables.
 fn coordinates(path: &Path, line: usize, header: &str) -> Result<([usize; 3], usize), ProfileError> {
     let list = header.split_once('=').map_or("", |(_, list)| list);
     let names: Vec<String> = if list.contains('"') {
@@ -138,7 +142,7 @@ fn coordinates(path: &Path, line: usize, header: &str) -> Result<([usize; 3], us
 impl Zone {
     fn parse(path: &Path, line: usize, header: &str) -> Result<Self, ProfileError> {
         let mut zone = Zone { line, ..Zone::default() };
-        // Titles may hold anything: only what stands outside quotes counts.
+        // Titles may hold any text, so text inside quotes is removed.
         let plain: String = header.split('"').step_by(2).collect::<Vec<_>>().join(" ");
         let plain = plain.to_ascii_uppercase().replace(',', " ").replace('=', " = ");
         let words: Vec<&str> = plain.split_ascii_whitespace().collect();

@@ -1,4 +1,5 @@
-//! Which vertices of a network become one vertex of the coarser network.
+//! Aggregation: groups the vertices of a network. Each group becomes one vertex of the coarser
+//! network.
 
 use std::sync::Arc;
 
@@ -8,37 +9,41 @@ use super::super::Network;
 use crate::constraint::Constraint;
 use crate::mesh::csr::Csr;
 
-/// Constraints differ when the squares of the difference of their projections add up to more: about 25 degrees between
-/// two normals.
+/// Two constraints differ if the squared Frobenius norm of the difference of their projections
+/// exceeds this number: about 25 degrees between two normals.
 const ALIKE: f64 = 0.4;
 
-/// Vertices join along springs of at least this share of the stiffest ones at their ends (geometric mean of the two).
+/// Vertices join along strong springs: springs of at least this share of the stiffest springs at
+/// their two ends (geometric mean).
 ///
-/// On a wing of 102 341 tets, refined once and twice, a residual of 1e-6 then takes 8, 8 and 9 cycles, and 8, 10 and 11 if all
-/// springs join. Where tets are thin those across are some thousand times stiffer than those along the wall: vertices join
-/// across, and displacements that differ along the wall, which sweeps hardly damp, are left to the coarser network.
+/// On a wing of 102 341 tets, refined once and twice, a residual of 1e-6 takes 8, 8 and 9 cycles;
+/// if all springs count, 8, 10 and 11. In layers of thin tets the springs across the layer are some
+/// thousand times stiffer than the springs along the wall. There vertices join across the layer.
+/// Sweeps hardly damp displacements that differ along the wall, so these are left to the coarser
+/// network.
 const STRONG: f64 = 0.3;
 
-/// A vertex with more than this share of its stiffness in its anchor, weak springs apart, is left to the sweeps, which damp its
-/// error at once. Thin layers end as such vertices, tied to the wall beneath, and would never become fewer.
+/// A vertex is anchored if more than this share of its stiffness, without weak springs, is in its
+/// anchor. Anchored vertices join no aggregate: sweeps damp their error at once. On coarse levels
+/// thin layers end as such vertices, tied to the wall beneath, and their number would never fall.
 const ANCHORED: f64 = 0.9;
 
 /// Stands for no aggregate.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// The aggregate of each vertex.
+/// The aggregates of a network.
 #[derive(Clone, Debug)]
 pub(super) struct Aggregates {
-    /// Aggregate of each vertex `[n_vertices]`, [`NONE`] for those that sweeps alone relax.
+    /// Aggregate of each vertex `[n_vertices]`, or [`NONE`] for a vertex that only sweeps relax.
     pub(super) of_vertex: Vec<u32>,
-    /// How many there are.
+    /// Number of aggregates.
     pub(super) count: usize,
 }
 
-/// The springs along which vertices join: strong ones between vertices that may do the same.
+/// The springs along which vertices join: strong springs between vertices with similar constraints.
 ///
-/// Along these a coarse displacement is smoothed too. So it keeps to what all its vertices may do, and the coarse network is
-/// as stiff as the fine one.
+/// A coarse displacement is also smoothed along these springs. So it keeps the constraints of all
+/// vertices in an aggregate, and the coarse network is as stiff as the fine one.
 pub(super) fn strong(network: &Network) -> Network {
     let springs = |row: usize| network.graph.row(row).iter().zip(&network.stiffness[network.graph.range(row)]);
     let of_row = |row: usize| springs(row).fold(0.0, |stiffest: f64, (_, &k)| stiffest.max(k));
@@ -49,7 +54,7 @@ pub(super) fn strong(network: &Network) -> Network {
     for row in 0..network.len() {
         for (&other, &k) in springs(row) {
             let at = other as usize;
-            // Squares: the same from either end, to the bit.
+            // Squares give the same bits from either end.
             let is_strong = k > 0.0 && k * k >= STRONG * STRONG * (stiffest[row] * stiffest[at]);
             if is_strong && alike(&network.constraint[row], &network.constraint[at]) {
                 entries.push(other);
@@ -64,7 +69,8 @@ pub(super) fn strong(network: &Network) -> Network {
 }
 
 impl Aggregates {
-    /// Vertices with all their neighbours along strong springs, in the order of the vertices, so that no thread decides.
+    /// Joins each vertex with all its neighbours along strong springs. The order of the vertices
+    /// decides, not the threads.
     ///
     /// - `strong`: see [`strong`]
     ///
@@ -78,7 +84,7 @@ impl Aggregates {
             let springs = strong.graph.row(row).iter().zip(&strong.stiffness[strong.graph.range(row)]);
             springs.map(|(&other, &k)| (other as usize, k)).filter(|&(other, _)| !is_anchored(other))
         };
-        // Whole neighbourhoods that nobody has touched yet.
+        // First, whole neighbourhoods without a vertex in another aggregate.
         for row in 0..n {
             let mut alone = true;
             if of_vertex[row] == NONE && !is_anchored(row) && joined(row).all(|(other, _)| of_vertex[other] == NONE) {
@@ -92,7 +98,7 @@ impl Aggregates {
                 count += 1;
             }
         }
-        // Those in between join the neighbourhood they are tied to most.
+        // Second, a remaining vertex joins the aggregate to which its stiffest spring leads.
         let whole = of_vertex.clone();
         for row in 0..n {
             if whole[row] == NONE && !is_anchored(row) {
@@ -103,7 +109,7 @@ impl Aggregates {
                 }
             }
         }
-        // The rest among themselves.
+        // Third, the vertices that are left join among themselves.
         for row in 0..n {
             if of_vertex[row] == NONE && !is_anchored(row) {
                 of_vertex[row] = count;
@@ -118,7 +124,7 @@ impl Aggregates {
         Self { of_vertex, count: count as usize }
     }
 
-    /// What each aggregate may do: the directions that most of its vertices may follow.
+    /// Constraint of each aggregate: the directions that most of its vertices may follow.
     pub(super) fn constraints(&self, of_vertices: &[Constraint]) -> Vec<Constraint> {
         if of_vertices.iter().all(|constraint| *constraint == Constraint::Free) {
             return vec![Constraint::Free; self.count];

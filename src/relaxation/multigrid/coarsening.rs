@@ -1,4 +1,4 @@
-//! From one network to the coarser one: smoothed prolongation and the Galerkin product.
+//! Coarsening of a network: smoothed prolongation and the Galerkin product.
 
 use std::sync::Arc;
 
@@ -10,13 +10,13 @@ use crate::backend::Transfer;
 use crate::constraint::Constraint;
 use crate::mesh::csr::Csr;
 
-/// Rows per parallel piece; fixed, so that nothing depends on threads.
+/// Rows per parallel piece. The size is fixed, so no result depends on the number of threads.
 const ROWS: usize = 1024;
 
-/// Carries a coarse displacement to the fine network: each vertex takes its aggregate's, smoothed by one sweep of Jacobi's
-/// method with relaxation `4 / (3 highest)`.
+/// The prolongation, which carries a coarse displacement to the fine network. Each vertex takes its
+/// aggregate's displacement, smoothed by one Jacobi sweep with relaxation `4 / (3 highest)`.
 ///
-/// - `strong`: the springs it is smoothed along
+/// - `strong`: the springs of the smoothing sweep
 /// - `highest`: largest eigenvalue of the whole network's scaled matrix
 ///
 /// Source: Vanek, Mandel and Brezina (Computing 56, 1996), section 4.
@@ -63,7 +63,8 @@ pub(super) fn galerkin(network: &Network, prolongation: &Transfer, restriction: 
     as_springs(&matrix)
 }
 
-/// A matrix as springs and anchors: off-diagonal entries with their sign turned, and the sum of each row.
+/// A matrix as springs and anchors. The stiffness of a spring is minus the off-diagonal entry, an
+/// anchor is the sum of a row.
 fn as_springs(matrix: &Transfer) -> Network {
     let n = matrix.sources.n_rows();
     let mut anchor = Vec::with_capacity(n);
@@ -90,7 +91,8 @@ fn as_springs(matrix: &Transfer) -> Network {
 struct Row {
     columns: Vec<u32>,
     values: Vec<f64>,
-    /// Where a column stands in `columns`, if that is where it stands `[n_columns]`.
+    /// Possible index of each column in `columns` `[n_columns]`; valid only if `columns` holds the
+    /// column there.
     place: Vec<u32>,
 }
 
@@ -106,7 +108,7 @@ impl Row {
         }
     }
 
-    /// Adds a multiple of a row of a matrix.
+    /// Adds a multiple of a matrix row.
     fn add_row(&mut self, matrix: &Transfer, row: usize, factor: f64) {
         for (&column, &weight) in matrix.sources.row(row).iter().zip(&matrix.weights[matrix.sources.range(row)]) {
             self.add(column, factor * weight);
@@ -114,7 +116,7 @@ impl Row {
     }
 }
 
-/// Collects sparse rows in parallel.
+/// Builds the rows of a sparse matrix in parallel.
 fn by_rows(n_rows: usize, n_columns: usize, of_row: impl Fn(usize, &mut Row) + Sync) -> Transfer {
     let empty = || Row { columns: Vec::new(), values: Vec::new(), place: vec![0; n_columns] };
     let pieces: Vec<(Vec<u32>, Vec<u32>, Vec<f64>)> = (0..n_rows.div_ceil(ROWS))

@@ -1,16 +1,22 @@
 //! Smoothed aggregation multigrid: a hierarchy of ever coarser networks.
 //!
-//! A cycle sweeps a network a few times, which damps what differs between neighbours, hands what is left to a network with
-//! some twentieth of its vertices, and so on down; the coarsest network is relaxed by sweeps alone. Every level is a
-//! spring network with constraints of its own and is swept by the same kernels; what is special here is made once, on the
-//! CPU: which vertices become one (`aggregation`) and with which springs (`coarsening`).
+//! A cycle sweeps a network a few times, which damps the differences between neighbours. The
+//! remaining error goes to a network with about a twentieth of the vertices, and so on down. The
+//! coarsest network is relaxed by sweeps alone. Every level is a spring network with constraints of
+//! its own, and is swept by the same kernels. The groups of vertices (`aggregation`) and the coarse
+//! springs (`coarsening`) are computed once, on the CPU.
 //!
-//! Constraints: a vertex joins and is smoothed with only vertices that may do the same, and the aggregate inherits it, so a plane
-//! stays a plane on all levels, and the coarse networks are as stiff as what they stand for. Smoothed across a plane's edge,
-//! corrections overshot: cycles on thin layers with a symmetry plane then had eigenvalues up to 1.38, beyond their bounds.
+//! **Constraints.** A vertex joins, and is smoothed with, only vertices with similar constraints,
+//! and the aggregate inherits the constraint. So a plane stays a plane on all levels, and the
+//! coarse networks are as stiff as the fine ones. With smoothing across the edge of a plane,
+//! corrections overshot: cycles on thin layers with a symmetry plane had eigenvalues up to 1.38,
+//! beyond their bounds.
 //!
-//! Cycles follow each other with Chebyshev's coefficients. Conjugate gradients took 6 cycles where these take 7 to 8 (residual
-//! over 1e6, wings of 100 000 and 900 000 tets), but need sums over all vertices in each of them.
+//! **Acceleration.** Cycles follow one another with Chebyshev's coefficients. Conjugate gradients
+//! took 6 cycles where these take 7 to 8 (residual over 1e6, wings of 100 000 and 900 000 tets),
+//! but need sums over all vertices in each cycle.
+//!
+//! The paper has no multigrid.
 
 mod aggregation;
 mod coarsening;
@@ -22,21 +28,23 @@ use super::{Network, Spectrum};
 use crate::backend::{LevelData, Sweep, Transfer};
 use crate::constraint::Constraint;
 
-/// Networks of at most so many vertices are relaxed by sweeps alone.
+/// A network with at most so many vertices is relaxed by sweeps alone.
 const COARSEST: usize = 40;
 
-/// A network of which more than this share is left is not worth another level.
+/// A further level is not worth its cost if it has more than this share of the vertices.
 const SHRINKS: f64 = 0.8;
 
-/// Sweeps before a coarse correction, and again after it. One takes 1.5 times the cycles at 0.65 times the cost, three 0.85
-/// times at 1.4.
+/// Sweeps before a coarse correction, and again after it. One sweep takes 1.5 times the cycles at
+/// 0.65 times the cost, three take 0.85 times the cycles at 1.4 times the cost.
 ///
-/// Levels between the finest and the last two are swept twice as often: what is inexact on each of them adds up over many
-/// (Bramble and Pasciak, Math. Comp. 49, 1987, 311-329, show it for cycles with more sweeps the coarser the level).
+/// Levels between the finest and the last two are swept twice as often, because the errors of many
+/// levels add up (Bramble and Pasciak, Math. Comp. 49, 1987, 311-329, show it for cycles with more
+/// sweeps the coarser the level).
 const SMOOTHING: usize = 2;
 
-/// [`SMOOTHING`] sweeps damp the eigenvalues from the highest down to this fraction of it, the rest is left to the coarser levels;
-/// twice as many, as Chebyshev's polynomials do, down to a quarter of that.
+/// [`SMOOTHING`] sweeps damp the eigenvalues from the highest down to this fraction of it. Lower
+/// eigenvalues are left to the coarser levels. With twice as many sweeps the limit falls to a
+/// quarter, as Chebyshev's polynomials allow.
 const DAMPED: f64 = 0.25;
 
 /// A hierarchy of networks.
@@ -45,13 +53,13 @@ pub struct Hierarchy {
 }
 
 struct Level {
-    /// None at the finest level, whose network is the caller's.
+    /// `None` at the finest level, whose network belongs to the caller.
     network: Option<Network>,
     sweeps: Vec<Sweep>,
     coarser: Option<Coarser>,
 }
 
-/// The way to the next level.
+/// The aggregates and transfers to the next coarser level.
 struct Coarser {
     aggregates: Aggregates,
     restriction: Transfer,
@@ -59,7 +67,7 @@ struct Coarser {
 }
 
 impl Hierarchy {
-    /// Coarsens a network of vertices that all move, until little is left.
+    /// Coarsens a network until few vertices are left. All vertices of `finest` must move.
     pub fn new(finest: &Network) -> Self {
         let mut levels: Vec<Level> = Vec::new();
         let mut highest = Vec::new();
@@ -95,14 +103,17 @@ impl Hierarchy {
         self.levels.len()
     }
 
-    /// Springs of all levels over those of the finest one: what a cycle's sweeps cost beyond the finest level's.
+    /// Number of springs on all levels over the number on the finest: the cost of a cycle's sweeps
+    /// in units of the finest level.
     pub fn complexity(&self, finest: &Network) -> f64 {
         let coarse: usize =
             self.levels.iter().flat_map(|level| &level.network).map(|coarse| coarse.stiffness.len()).sum();
         1.0 + coarse as f64 / finest.stiffness.len().max(1) as f64
     }
 
-    /// The levels as a backend sees them; `finest` is the network the hierarchy was made of.
+    /// The levels in the layout for a backend, the finest first.
+    ///
+    /// - `finest`: the network from which the hierarchy was made
     pub fn data<'a>(&'a self, finest: &'a Network) -> Vec<LevelData<'a>> {
         let data = |level: &'a Level| LevelData {
             network: level.network.as_ref().unwrap_or(finest).data(),
@@ -112,20 +123,21 @@ impl Hierarchy {
         self.levels.iter().map(data).collect()
     }
 
-    /// What is worth keeping once a device has the rest.
-    pub fn joined(self) -> AggregateMaps {
+    /// The part of the hierarchy that is needed after a device has received the rest.
+    pub fn aggregate_maps(self) -> AggregateMaps {
         let coarser = self.levels.into_iter().filter_map(|level| level.coarser);
         AggregateMaps { aggregates: coarser.map(|coarser| coarser.aggregates).collect() }
     }
 }
 
-/// Which vertices of each level are one on the next, finest level first.
+/// The aggregates of each level, finest level first.
 pub struct AggregateMaps {
     aggregates: Vec<Aggregates>,
 }
 
 impl AggregateMaps {
-    /// The constraints of all levels one after another, from those of the finest one.
+    /// The constraints of all levels, one level after another, from the constraints of the finest
+    /// level `[n_vertices]`.
     pub fn constraints(&self, finest: &[Constraint]) -> Vec<Constraint> {
         let mut all = finest.to_vec();
         let mut first = 0;
@@ -139,7 +151,7 @@ impl AggregateMaps {
 }
 
 impl Coarser {
-    /// The way to the coarser network, and that network.
+    /// The transfers to the coarser network, and the coarser network.
     fn new(fine: &Network, strong: Network, aggregates: Aggregates, highest: f64) -> (Self, Network) {
         let prolongation = coarsening::prolongation(&strong, &aggregates, highest);
         drop(strong);
@@ -157,7 +169,8 @@ impl Coarser {
     }
 }
 
-/// How the vertices of a network join, unless it is coarse enough or does not become much coarser.
+/// The aggregates of a network. `None` if the network is coarse enough, or would hardly become
+/// coarser.
 fn aggregates(network: &Network, strong: &Network) -> Option<Aggregates> {
     if network.len() <= COARSEST {
         return None;
@@ -166,7 +179,7 @@ fn aggregates(network: &Network, strong: &Network) -> Option<Aggregates> {
     (aggregates.count > 0 && aggregates.count as f64 <= SHRINKS * network.len() as f64).then_some(aggregates)
 }
 
-/// Sweeps that damp what a coarser network cannot hold.
+/// Sweeps that damp the errors that a coarser network cannot represent.
 ///
 /// - `highest`: largest eigenvalue of the network's scaled matrix
 fn smoothing_sweeps(highest: f64, count: usize) -> Vec<Sweep> {

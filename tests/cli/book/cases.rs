@@ -1,4 +1,5 @@
-//! Every case and every part of one is taken by the parser, and every word that the parser knows is in the book.
+//! Every case and every part of one is taken by the parser, and every word that the parser knows is
+//! in the book.
 
 use std::path::Path;
 
@@ -8,7 +9,8 @@ use toml::{Table, Value};
 use super::{page, pages, root, workplace};
 use crate::fixture::{assert_good, command};
 
-/// The keys whose values a table of the book lists: the first cell of its head, and where the key stands in a case.
+/// The keys whose values a table of the book lists: the first cell of its head, and where the key
+/// stands in a case.
 const KEYS: [(&str, &[&str]); 6] = [
     ("role", &["family", "new"]),
     ("mirror", &["profiles", "wing"]),

@@ -39,7 +39,8 @@ fn commands(block: &Block) -> Vec<Line> {
     lines.map(command).collect()
 }
 
-/// The idmesh command in a line: as it stands, through cargo, or in a job of a cluster, whose first task it is.
+/// The idmesh command in a line: as it stands, through cargo, or in a job of a cluster, whose first
+/// task it is.
 fn of_idmesh(line: &str) -> Option<String> {
     if let Some(arguments) = line.strip_prefix("cargo run --release -- ") {
         return Some(arguments.to_owned());
@@ -80,7 +81,8 @@ fn every_command_runs() {
     }
 }
 
-/// Runs a command, and looks for the files it was to write; false if it needs a GPU and these tests are off.
+/// Runs a command, and looks for the files it was to write; false if it needs a GPU and these tests
+/// are off.
 fn run(folder: &Path, arguments: &str, exit: i32, place: &str) -> bool {
     assert!(!arguments.contains(['\'', '"', '$', '|', '>', '*', '&', ';']), "{place} needs a shell");
     let words: Vec<&str> = arguments.split_whitespace().collect();
@@ -133,7 +135,8 @@ fn every_subcommand_has_its_section_and_its_row() {
     }
 }
 
-/// In code between words too: `idmesh cut --planes N` names a command that is there, with an option it has.
+/// In code between words too: `idmesh cut --planes N` names a command that is there, with an option
+/// it has.
 #[test]
 fn commands_and_options_in_the_text_are_known() {
     let names = subcommands();

@@ -88,7 +88,8 @@ impl Page {
     }
 }
 
-/// A folder as the text has it: the example in its place and beside the user, and the user's own designs.
+/// A folder as the text has it: the example in its place and beside the user, and the user's own
+/// designs.
 fn workplace() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let example = folder.path().join("examples/wing-body");

@@ -1,7 +1,7 @@
 //! Faces without a physical group: an error on the boundary, and left out elsewhere.
 //!
-//! With "Save all elements" Gmsh also saves the surfaces that lie inside the volume, such as those that only guide the size of
-//! the cells, and those that bound no volume.
+//! With "Save all elements" Gmsh also saves surfaces inside the volume, for example surfaces that
+//! only control the size of the cells, and surfaces that bound no volume.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::formats::error::ReadError;
 use crate::formats::mesh_builder::MeshBuilder;
 use crate::mesh::cell_faces;
 
-/// The vertices of a face, ascending; those of a triangle before a number that no vertex has.
+/// The vertices of a face, ascending. For a triangle the last entry is a number that no vertex has.
 type Key = [u32; 4];
 
 fn key(corners: impl IntoIterator<Item = u32>) -> Key {
@@ -20,23 +20,27 @@ fn key(corners: impl IntoIterator<Item = u32>) -> Key {
     key
 }
 
-/// The faces of a file that are in no group.
+/// The faces of a file without a group.
 #[derive(Default)]
-pub(super) struct Lonely {
-    /// Each with the surface it lies on, where the file says one.
+pub(super) struct Ungrouped {
+    /// Each face with its surface, if the file gives one.
     faces: Vec<(Key, Option<i32>)>,
 }
 
-impl Lonely {
+impl Ungrouped {
     /// Adds a face by its vertices.
     pub fn add(&mut self, face: &[u32], surface: Option<i32>) {
         self.faces.push((key(face.iter().copied()), surface));
     }
 
-    /// Fails if one of them has a cell on one side alone. Returns what is left out, in words.
+    /// Checks that no face without a group has a cell on one side only. Returns the faces that are
+    /// left out, in words.
     ///
-    /// - `n_faces`: how many faces the file has, with those in groups
-    /// - `at`: where a vertex is, in words
+    /// - `n_faces`: number of faces in the file, including faces in groups
+    /// - `at`: the place of a vertex, in words
+    ///
+    /// # Errors
+    /// [`ReadError::WithoutFamily`]
     pub fn check(
         &self,
         path: &Path,
@@ -59,7 +63,7 @@ impl Lonely {
         mesh_builder.others.pyramids.iter().for_each(|cell| count(cell));
         mesh_builder.others.prisms.iter().for_each(|cell| count(cell));
         mesh_builder.others.hexahedra.iter().for_each(|cell| count(cell));
-        // A face that is there a second time, in a group, has a family.
+        // A face that also occurs in a group has a family.
         let grouped = mesh_builder.triangles.iter().map(|face| key(*face));
         for face in grouped.chain(mesh_builder.others.quadrilaterals.iter().map(|face| key(*face))) {
             if let Some(cells) = n_cells.get_mut(&face) {
