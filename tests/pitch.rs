@@ -5,6 +5,7 @@ mod common;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use common::aircraft::{Anyway, cpu, file, vertices_of};
 use common::faults::{bits_changed, inverted};
@@ -226,6 +227,10 @@ fn a_wing_that_leaves_the_mesh_is_refused() {
         assert!(!outcome.is_valid() && outcome.inverted > 0, "{by}");
         assert_eq!(outcome.smoothed, None, "{by}");
         assert!(outcome.path.reached < 4.5 / by, "{by}: {:?}", outcome.path);
+        // Steps begin with half of the way; each failure halves them and each success doubles them, down to a 256th.
+        if outcome.path.given_up > 0 {
+            assert_eq!(outcome.path.given_up - 1, outcome.path.steps + 8, "{by}: {:?}", outcome.path);
+        }
     }
 }
 

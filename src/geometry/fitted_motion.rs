@@ -187,6 +187,7 @@ mod tests {
         check(FittedMotion::affine, &cloud(), moved);
     }
 
+    /// Fails if `FLAT` is 0.9.
     #[test]
     fn an_affine_motion_is_found_again() {
         let moved = |p: DVec3| DVec3::new(1.1 * p.x + 0.2 * p.z, 0.9 * p.y, p.z - 0.3 * p.x + 7.0);

@@ -195,3 +195,21 @@ fn into(plane: &Plane, point: DVec3, along: DVec3) -> DVec3 {
     let height = plane.distance(point);
     if rise.abs() < GRAZING { point - plane.normal * height } else { point - along * (height / rise) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A direction at 12 degrees to the plane leads into it, and one at 3 degrees does not: the way would be 20 times the height.
+    ///
+    /// Fails if `GRAZING` is 0 or 0.9.
+    #[test]
+    fn steep_directions_lead_into_the_plane() {
+        let plane = Plane { point: DVec3::new(0.0, 2.0, 0.0), normal: DVec3::Y };
+        let point = DVec3::new(1.0, 2.5, 3.0);
+        let along = |rise: f64| DVec3::new((1.0 - rise * rise).sqrt(), rise, 0.0);
+        let found = into(&plane, point, along(0.2));
+        assert!(found.distance(DVec3::new(1.0 - 0.5 * 0.96f64.sqrt() / 0.2, 2.0, 3.0)) < 1e-12, "{found}");
+        assert_eq!(into(&plane, point, along(0.05)), DVec3::new(1.0, 2.0, 3.0));
+    }
+}

@@ -188,6 +188,7 @@ mod tests {
         }
     }
 
+    /// Fails if `LEAST_TURN` is 0.
     #[test]
     fn a_translation_is_followed_straight() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];

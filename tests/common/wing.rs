@@ -53,22 +53,28 @@ impl Wing {
     }
 
     pub fn surface(&self) -> Surface {
-        let (n, m) = (self.around, self.rows);
-        let mut vertices = Vec::new();
         // The last point of a sharp section is its first.
-        let closed = self.te == 0.0 || self.base;
-        let columns = if self.te == 0.0 { n - 1 } else { n };
-        for j in 0..m {
-            let y = SPAN * j as f64 / (m - 1) as f64;
-            for i in 0..columns {
-                let t = 2.0 * i as f64 / (n - 1) as f64 - 1.0;
-                vertices.push(self.point(t, y));
-            }
-        }
+        let columns = if self.te == 0.0 { self.around - 1 } else { self.around };
+        let row = |j: usize| {
+            let y = SPAN * j as f64 / (self.rows - 1) as f64;
+            (0..columns).map(|i| self.point(2.0 * i as f64 / (self.around - 1) as f64 - 1.0, y)).collect()
+        };
+        let rows: Vec<Vec<DVec3>> = (0..self.rows).map(row).collect();
+        Surface::through(&rows, self.te == 0.0 || self.base)
+    }
+}
+
+impl Surface {
+    /// The surface through rows of vertices along the span, each from the lower side of the trailing edge to the upper one.
+    ///
+    /// - `closed`: whether triangles lead from the last vertex of a row to its first
+    pub fn through(rows: &[Vec<DVec3>], closed: bool) -> Self {
+        let columns = rows[0].len();
+        let vertices = rows.concat();
         let at = |i: usize, j: usize| (j * columns + i % columns) as u32;
         let mut triangles = Vec::new();
-        for j in 0..m - 1 {
-            for i in 0..if closed { columns } else { n - 1 } {
+        for j in 0..rows.len() - 1 {
+            for i in 0..if closed { columns } else { columns - 1 } {
                 let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
                 let [a, b, c, d] = corners;
                 let halves = if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
@@ -81,14 +87,12 @@ impl Wing {
             triangle.iter().for_each(|&v| normals[v as usize] += (c - a).cross(b - a));
         }
         let mut normals: Vec<DVec3> = normals.into_iter().map(|n| n.normalize_or_zero()).collect();
-        if normals[3 * n / 4].z < 0.0 {
+        if normals[3 * columns / 4].z < 0.0 {
             normals.iter_mut().for_each(|n| *n = -*n);
         }
-        Surface { vertices, triangles, normals }
+        Self { vertices, triangles, normals }
     }
-}
 
-impl Surface {
     pub fn cut(&self, stations: &[f64]) -> Vec<Profile> {
         let planes: Vec<(i64, Plane)> = stations.iter().enumerate().map(|(i, &y)| (i as i64, at_y(y))).collect();
         cut::cut_at_planes(&self.vertices, &self.triangles, &planes).unwrap()
