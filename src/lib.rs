@@ -36,6 +36,7 @@ pub mod backend;
 pub mod case;
 #[doc(hidden)]
 pub mod cli;
+#[doc(hidden)]
 pub mod constraint;
 pub mod families;
 pub mod formats;
@@ -43,6 +44,7 @@ pub mod formats;
 pub mod geometry;
 #[doc(hidden)]
 pub mod kernels;
+#[doc(hidden)]
 pub mod memory;
 pub mod mesh;
 pub mod mover;
@@ -56,6 +58,7 @@ pub mod report;
 pub mod session;
 #[doc(hidden)]
 pub mod smoothing;
+#[doc(hidden)]
 pub mod springs;
 #[doc(hidden)]
 pub mod stage;

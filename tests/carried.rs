@@ -1,6 +1,8 @@
-//! The section that the vertices beside a plane say, on wings whose sections are known in closed form.
+//! The section that the vertices beside a plane say, on wings whose sections are known in closed
+//! form.
 //!
-//! The facets of these wings cut up to half a percent of the chord off their sections: rows of 16 or 24 vertices are staggered.
+//! The facets of these wings cut up to half a percent of the chord off their sections: rows of 16
+//! or 24 vertices are staggered.
 
 #[path = "common/wing.rs"]
 mod wing;
@@ -9,7 +11,8 @@ use glam::DVec3;
 use idmesh::profile::{cut, distance};
 use wing::{Surface, at_y};
 
-/// A NACA 0012 of chord 1 with a sharp trailing edge, at `y`: `t` from -1 (trailing edge, lower side) over 0 (leading edge) to 1.
+/// A NACA 0012 of chord 1 with a sharp trailing edge, at `y`: `t` from -1 (trailing edge, lower
+/// side) over 0 (leading edge) to 1.
 fn airfoil(t: f64, y: f64) -> DVec3 {
     let x = t * t;
     let polynomial = 0.2969 * t.abs() - 0.126 * x - 0.3516 * x * x + 0.2843 * x.powi(3) - 0.1036 * x.powi(4);
@@ -62,7 +65,8 @@ fn a_straight_wing_has_its_airfoil() {
     assert!(flat > 4e-3 && section < 1e-6, "{flat:e} {section:e}");
 }
 
-/// A wing that bends upward has no straight lines: those through both guides are parabolas, as the wing is.
+/// A wing that bends upward has no straight lines: those through both guides are parabolas, as the
+/// wing is.
 ///
 /// Fails if `SMOOTHER` is 0.3, and if `ROUGH` is 3.
 #[test]

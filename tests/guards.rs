@@ -48,8 +48,8 @@ fn across(mesh: &TetMesh, family: &str) -> (usize, DVec3) {
 
 /// What breaks nothing is not refused, or the guards would be of no use.
 ///
-/// Fails if, of `carry`, `FAR` is 40, all `NEARER` are 1, or `ALIKE` is 1.02; if `REACH` of the wing is 0.1, `SAME_FORM` 1e-2, or
-/// `MOST_ROUNDS` 1.
+/// Fails if, of `carry`, `FAR` is 40, all `NEARER` are 1, or `ALIKE` is 1.02; if `REACH` of the
+/// wing is 0.1, `SAME_FORM` 1e-2, or `MOST_ROUNDS` 1.
 #[test]
 fn an_untouched_update_is_good() {
     let outcome = update(&mut SMALL.mover(2), "none", &[]);
@@ -117,6 +117,8 @@ fn a_vertex_that_leaves_its_surface_is_refused() {
 
 /// Half a percent of the chord is more than a wing may miss its profile by, along the span it may
 /// go far.
+///
+/// Fails if `MISSED` is 0.02 or 1e-5.
 #[test]
 fn a_wing_that_misses_its_profile_is_refused() {
     let mut mover = SMALL.mover(2);

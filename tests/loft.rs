@@ -108,9 +108,23 @@ fn unchanged_profiles_move_nothing_at_all() {
     }
 }
 
+/// A millionth of the chord is a change, though 12 digits are none.
+///
+/// Fails if `IDENTICAL` is 1e-3.
+#[test]
+fn a_small_change_is_a_change() {
+    let surface = BLUNT.surface();
+    let old = surface.cut(&[1.03, 2.71]);
+    let raised = |at: DVec3| at + 1e-6 * CHORD * DVec3::Z;
+    let motion = surface.loft(&old).displacements(&mapped(&old, raised)).unwrap();
+    assert!(worst(&surface, &motion.displacement, raised) < EXACT);
+}
+
 /// A wing 0.5 % thick at its trailing edge is bowed between and beyond its two planes by several
 /// times that, so that both sides of the straight loft lie above or below it. The sides move apart
 /// at the trailing edge; no vertex there follows the other side.
+///
+/// Fails if `CLOSED` of `curve` is 1e-2.
 #[test]
 fn the_sides_of_a_thin_wing_do_not_mix() {
     let wing = Wing { te: 0.005, thickness: 0.01, twist: [0.0; 2], ..BLUNT };
@@ -298,8 +312,8 @@ fn vertices_in_the_planes_are_judged_too() {
     assert!(missed.len() == 2 && missed[0].vertex == vertex && missed[0].share > 5e-3, "{missed:?}");
 }
 
-/// The wing's own sections, as its vertices say them, to seven digits, and a design made of one of their two forms: that form is
-/// turned, and then bulges in the middle.
+/// The wing's own sections, as its vertices say them, to seven digits, and a design made of one of
+/// their two forms: that form is turned, and then bulges in the middle.
 ///
 /// - `bulge`: in chords
 fn is_compared_with_flat_cuts(flat: bool, bulge: f64) -> bool {
@@ -320,7 +334,8 @@ fn is_compared_with_flat_cuts(flat: bool, bulge: f64) -> bool {
     surface.loft(&old).displacements(&new).unwrap().flat_cuts
 }
 
-/// What a bulge alternates by from point to point is the same in both forms; what tells them apart is the facets' sag, 1e-4 chords.
+/// What a bulge alternates by from point to point is the same in both forms; what tells them apart
+/// is the facets' sag, 1e-4 chords.
 ///
 /// Fails if `CLEARLY` is 5 or 0.05, and if `SAME_FORM` is 1e-9.
 #[test]

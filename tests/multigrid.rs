@@ -114,7 +114,8 @@ fn slanted(at: DVec3) -> Constraint {
     }
 }
 
-/// Fails if `FASTEST` is 0.01, `SMOOTHING` 1, `DAMPED` 0.9, or, of `aggregation`, `ALIKE` 2 or `STRONG` 0.95.
+/// Fails if `FASTEST` is 0.01, `SMOOTHING` 1, `DAMPED` 0.9, or, of `aggregation`, `ALIKE` 2 or
+/// `STRONG` 0.95.
 #[test]
 fn cycles_agree_with_a_direct_solution() {
     let warped = |at: DVec3| at * at * DVec3::new(1.0, 0.5, 2.0) + at;
@@ -139,6 +140,9 @@ fn cycles_agree_with_a_direct_solution() {
 
 /// Cycles to an error of 1e-6 edges, for springs of every kind on meshes that are even, graded a
 /// thousandfold, and flattened.
+///
+/// Fails if, of `aggregation`, `STRONG` is 0.95 or 0, or `ANCHORED` 0.01, and if `SMOOTHING` is 1
+/// or `DAMPED` 0.9.
 #[test]
 fn a_cycle_is_worth_as_much_on_every_mesh() {
     let even = |at: DVec3| at;

@@ -1,4 +1,5 @@
-//! Profiles that are refused, and profiles that are just not: a straight wing of chord 1 and span 4, NACA 0012 all along.
+//! Profiles that are refused, and profiles that are just not: a straight wing of chord 1 and span
+//! 4, NACA 0012 all along.
 
 #[path = "common/wing.rs"]
 mod wing;
@@ -7,7 +8,8 @@ use glam::{DMat3, DVec3};
 use idmesh::profile::{Profile, ProfileError, ProfileInterpolation, WingSurface, compare_sizes};
 use wing::{Surface, mapped};
 
-/// The airfoil in the plane at `y`, from the lower side of the trailing edge to the upper one, `te` apart.
+/// The airfoil in the plane at `y`, from the lower side of the trailing edge to the upper one, `te`
+/// apart.
 fn airfoil(te: f64, y: f64) -> Vec<DVec3> {
     let point = |i: i32| {
         let t = f64::from(i) / 40.0;
@@ -67,8 +69,9 @@ fn old_profiles_lie_on_the_wing() {
     );
 }
 
-/// A body cuts the section at the second profile short: it cannot be compared with the wing's own, and the vertices beside the
-/// plane decide. Lines between the profiles carry them there, which stand aslant by as much.
+/// A body cuts the section at the second profile short: it cannot be compared with the wing's own,
+/// and the vertices beside the plane decide. Lines between the profiles carry them there, which
+/// stand aslant by as much.
 ///
 /// Fails if `OFF_WING` of `accuracy` is 0.3 or 0.003.
 #[test]
@@ -117,9 +120,10 @@ fn the_mirror_image_lies_on_the_old_profiles() {
 
 const OUTBOARD: [f64; 2] = [1.05, 4.2];
 
-/// A profile outboard of the tip is refused where the loft to it leaves the wing's end by more than a twentieth of the chord.
-/// Here it has a camber that the wing has not; the straight way to the profile's plane has covered 0.94 of it at the tip. With a
-/// dihedral all the wing but its edges looks along the span a little.
+/// A profile outboard of the tip is refused where the loft to it leaves the wing's end by more than
+/// a twentieth of the chord. Here it has a camber that the wing has not; the straight way to the
+/// profile's plane has covered 0.94 of it at the tip. With a dihedral all the wing but its edges
+/// looks along the span a little.
 ///
 /// Fails if `OFF_END` is 0.1 or 0.03, and if `CAP` is 0.05.
 #[test]
@@ -137,12 +141,14 @@ fn the_loft_to_a_profile_outboard_meets_the_end() {
     }
 }
 
-/// The end is more than the vertex that is nearest to the profile, and less than what comes half a chord before it.
+/// The end is more than the vertex that is nearest to the profile, and less than what comes half a
+/// chord before it.
 ///
 /// Fails if `AT_END` is 0.5 or 0.02.
 #[test]
 fn the_end_of_a_wing_is_a_tenth_of_a_chord() {
-    // The trailing edge ends 0.07 before the leading edge, and the profile is turned about the leading edge by 0.1.
+    // The trailing edge ends 0.07 before the leading edge, and the profile is turned about the
+    // leading edge by 0.1.
     let slanted = |at: DVec3| if at.y > 3.95 { at - 0.07 * at.x * DVec3::Y } else { at };
     let turned = with(profiles(0.0, &OUTBOARD), 1, |at| at + 0.1 * at.x * DVec3::Z);
     let refused = old(&wing(0.0, slanted), &turned);
@@ -151,7 +157,8 @@ fn the_end_of_a_wing_is_a_tenth_of_a_chord() {
     assert_eq!(old(&wing(0.0, bump), &profiles(0.0, &OUTBOARD)), Ok(()));
 }
 
-/// A rounded cap stands inside the section: half a section's thickness off it, which is more than a twentieth of the chord.
+/// A rounded cap stands inside the section: half a section's thickness off it, which is more than a
+/// twentieth of the chord.
 ///
 /// Fails if `CAP` is 0.95.
 #[test]
@@ -221,8 +228,8 @@ fn planes_turn_by_less_than_75_degrees() {
     assert!(matches!(refused, Err(ProfileError::Turned { profile: 0 })), "{refused:?}");
 }
 
-/// The longest way round a section that bulges everywhere goes round a square: four sides over the diagonal are 2.83. A curve
-/// that goes round an airfoil twice is 4 chords long.
+/// The longest way round a section that bulges everywhere goes round a square: four sides over the
+/// diagonal are 2.83. A curve that goes round an airfoil twice is 4 chords long.
 ///
 /// Fails if `ROUND` is 10 or 2.7.
 #[test]
@@ -272,7 +279,8 @@ fn profiles_change_places_where_one_has_passed_the_other() {
     assert!(matches!(refused, Err(ProfileError::Order { .. })), "{refused:?}");
 }
 
-/// A trailing edge 0.3 % thick may become a tenth as thick, not a fortieth; one 0.1 % thick may close.
+/// A trailing edge 0.3 % thick may become a tenth as thick, not a fortieth; one 0.1 % thick may
+/// close.
 ///
 /// Fails if `CLOSED` of `checks` is 0.9 or 0.001, and if `BLUNT` is 0.02 or 1e-5.
 #[test]

@@ -40,7 +40,8 @@ fn thick(column: &str, last: &str) -> String {
 
 /// Each order of points, and each habit of other programs, gives the curve of the plain file.
 ///
-/// Fails if `COUNTS` is 10, if `SAME` of `airfoil` is 0.1 or 0, and if `FAR` of `sides` is 5 or 0.01.
+/// Fails if `COUNTS` is 10, if `SAME` of `airfoil` is 0.1 or 0, and if `FAR` of `sides` is 5 or
+/// 0.01.
 #[test]
 fn airfoils_are_read_as_others_write_them() {
     let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
@@ -233,7 +234,8 @@ fn files_of_several_formats_go_together() {
     assert_eq!(twice, ProfileError::Doubled { profile: 0 });
 }
 
-/// Fails if `COUNTS` is 10 or 0.5, if `SAME` of `airfoil` is 0.1, and if `FAR` is 5 or 0.01 or `OFF` 0.3, both of `sides`.
+/// Fails if `COUNTS` is 10 or 0.5, if `SAME` of `airfoil` is 0.1, and if `FAR` is 5 or 0.01 or
+/// `OFF` 0.3, both of `sides`.
 #[test]
 fn broken_files_are_refused_with_their_line() {
     let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };

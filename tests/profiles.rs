@@ -36,7 +36,8 @@ fn a_sharp_section_is_closed_at_its_trailing_edge() {
 
 /// The base belongs to the wing: the two sides come first, then the base leads back.
 ///
-/// Fails if `SAME` of `cut` is 1e-2, and if, of `edges`, `PROBE` is 0.001, `SHARP` 175 or 80, or `CORNER` 89.
+/// Fails if `SAME` of `cut` is 1e-2, and if, of `edges`, `PROBE` is 0.001, `SHARP` 175 or 80, or
+/// `CORNER` 89.
 #[test]
 fn a_section_with_its_base_is_closed_and_ends_with_the_base() {
     let wing = Wing { base: true, te: 0.02, ..BLUNT };
@@ -52,6 +53,8 @@ fn a_section_with_its_base_is_closed_and_ends_with_the_base() {
 
 /// Rows of vertices stand exactly at y = 1.0: each vertex of the row appears once, and nothing else
 /// but the row.
+///
+/// Fails if `SAME` of `cut` is 0.
 #[test]
 fn a_plane_through_vertices_cuts_them_once() {
     for (wing, y) in [(BLUNT, 1.0), (SHARP, 1.0), (BLUNT, 1.0 + 1e-14), (SHARP, 1.0 + 1e-14)] {
@@ -125,7 +128,8 @@ fn planes_stand_evenly_or_where_named() {
     }
 }
 
-/// The tip is an ellipse over the last 0.2 of the span: a section there has 0.97 of the chord up to 0.151 before the end.
+/// The tip is an ellipse over the last 0.2 of the span: a section there has 0.97 of the chord up to
+/// 0.151 before the end.
 ///
 /// Fails if `FULL` is 0.3 or 1.5.
 #[test]
@@ -188,7 +192,8 @@ fn csv_errors_name_path_line_and_what_is_expected() {
     assert!(error.to_string().starts_with("b:2: profile 0 begins"), "{error}");
 }
 
-/// Fails if `FLATNESS` is 1e-1 or 1e-12, `AXIS` 1e-1 or 0, `LARGEST` of profiles 1e308 or 10, and `MOST_POINTS` 1000000000 or 200.
+/// Fails if `FLATNESS` is 1e-1 or 1e-12, `AXIS` 1e-1 or 0, `LARGEST` of profiles 1e308 or 10, and
+/// `MOST_POINTS` 1000000000 or 200.
 #[test]
 fn planes_are_fitted_and_bad_profiles_refused() {
     let section = BLUNT.surface().cut(&[1.3]).remove(0);
@@ -224,6 +229,8 @@ fn planes_are_fitted_and_bad_profiles_refused() {
 /// New points are another sampling of the section mapped by a strong affine change (40 % thicker,
 /// sheared, rotated): old points must find their images. Fit and match leave 1e-3 of the chord
 /// along the curve; across it only the sampling errs, by (1/160)^2 of the section at the nose.
+///
+/// Fails if `TURNS` of `matching` is 1, and if, of `edges`, `PROBE` is 0.4 or `ALIKE` 10.
 #[test]
 fn matching_survives_other_counts_directions_and_starts() {
     for wing in [BLUNT, SHARP] {
@@ -256,6 +263,9 @@ fn matching_survives_other_counts_directions_and_starts() {
 /// points: 161 and 121 points, and the moved points themselves for comparison. Along the curve a
 /// match is a matter of judgement where the change is not affine; the bounds hold what was measured
 /// (7e-4 and 5e-3 of the chord). Across it, the new curve is hit.
+///
+/// Fails if `CLOSE` is 0.3, `TURNS_BACK` 0, or, of `matching`, `POINT_BY_POINT` 0.01, `STRAIGHT`
+/// 0.1, `NOTHING` 0, or `END` 1e-6.
 #[test]
 fn matching_finds_the_moved_points_of_a_real_section() {
     let read = |name: &str| {

@@ -191,3 +191,31 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
         }
     }
 }
+
+/// Modules that `cargo doc` shows.
+fn shown_modules() -> Vec<String> {
+    let mut files = Vec::new();
+    sources(&root().join("src"), &mut files);
+    let mut shown = Vec::new();
+    for path in files.iter().filter(|path| path.extension().is_some_and(|extension| extension == "rs")) {
+        let code = fs::read_to_string(path).unwrap();
+        let lines: Vec<&str> = code.lines().collect();
+        for (index, line) in lines.iter().enumerate().filter(|(_, line)| line.starts_with("pub mod ")) {
+            if index == 0 || lines[index - 1] != "#[doc(hidden)]" {
+                shown.push(line.trim_start_matches("pub mod ").trim_end_matches(';').to_owned());
+            }
+        }
+    }
+    shown.sort();
+    shown
+}
+
+/// A reader of the documentation meets the rooms that a program needs, and no others.
+#[test]
+fn the_documentation_shows_a_dozen_modules() {
+    let shown = shown_modules();
+    assert!(shown.len() <= 12, "{shown:?}");
+    for room in ["backend", "case", "families", "formats", "mesh", "mover", "profile", "report", "session"] {
+        assert!(shown.iter().any(|module| module == room), "{room}: {shown:?}");
+    }
+}

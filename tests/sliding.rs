@@ -161,8 +161,8 @@ fn corners_stay() {
     }
 }
 
-/// The lid of a brick is folded by 30 degrees along its middle, or by 10: an edge of 30 degrees shapes the surface, and its
-/// vertices slide along it alone.
+/// The lid of a brick is folded by 30 degrees along its middle, or by 10: an edge of 30 degrees
+/// shapes the surface, and its vertices slide along it alone.
 ///
 /// Fails if `SHARP` is 0.5 or 0.9999.
 #[test]
@@ -386,6 +386,8 @@ fn curves(mesh: &TetMesh) -> HashMap<[u16; 2], Vec<[u32; 2]>> {
 
 /// Held surfaces end at 0.87 of the original's worst beta here, limited by tets between the wing,
 /// the carenage and one vertex off them.
+///
+/// Fails if `IMPROVED` is 1, and if `MOST_POINTS` of profiles is 200.
 #[test]
 fn surfaces_slide_within_themselves() {
     let (springs, slid) =

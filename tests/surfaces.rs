@@ -6,7 +6,8 @@ use common::aircraft::{Anyway, SMALL, cpu, vertices_of};
 use common::block::{CELL, block, design, mapped, sections, set_up};
 use common::faults::{bits_changed, inverted};
 use glam::{DQuat, DVec3};
-use idmesh::families::Role;
+use idmesh::families::{Families, Role, SetupError};
+use idmesh::mesh::Topology;
 use idmesh::mover::{Design, HeldBack, MoveError, Mover, Warning};
 use idmesh::smoothing::QualityTarget;
 
@@ -97,8 +98,29 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
     }
 }
 
+/// A plane that shall be flat may have the noise of a file of seven digits, and no more.
+///
+/// Fails if `FLAT` of `shape` is 0.1 or 1e-14.
+#[test]
+fn planes_are_flat_to_the_digits_of_files() {
+    let with = |noise: f64| {
+        let mesh = block(5.0, |at| if at == DVec3::new(1.0, 0.0, 0.5) { at + noise * DVec3::Y } else { at });
+        let surface = Topology::new(&mesh).unwrap().surface;
+        let role = |name: &String| match name.as_str() {
+            "wing" => Role::Wing,
+            "symmetry" => Role::PLANE,
+            _ => Role::Fixed,
+        };
+        Families::new(&mesh, &surface, mesh.families.iter().map(role).collect()).map(drop)
+    };
+    assert!(with(1e-7).is_ok());
+    assert!(matches!(with(1e-4), Err(SetupError::NotPlane { .. })));
+}
+
 /// A wing that ends in a family that does not let its root go: how far it is kept back is known in
 /// closed form.
+///
+/// Fails if `BACK` of `held_back` is 1e-1 or 1e-14.
 #[test]
 fn a_wing_that_is_held_back_is_told_of() {
     let [held, free] = [&Role::Fixed, &Role::PLANE];

@@ -4,8 +4,10 @@
 //! A backend evaluates stiffness, sweeps a network and measures it. It knows no wings and no
 //! tolerances; [`crate::relaxation`] decides on the number of sweeps.
 
+#[doc(hidden)]
 pub mod cpu;
 #[cfg(feature = "gpu")]
+#[doc(hidden)]
 pub mod gpu;
 mod packed;
 mod select;

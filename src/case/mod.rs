@@ -13,7 +13,9 @@ mod load;
 mod parse;
 mod paths;
 
+#[doc(hidden)]
 pub mod design_list;
+#[doc(hidden)]
 pub mod displacement;
 
 use std::collections::BTreeMap;

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 mod partners;
 mod roles;
+#[doc(hidden)]
 pub mod shape;
 
 pub use partners::{Partners, even};

@@ -3,9 +3,13 @@
 //! Coordinates are f64. They stand in the order of the file, or in an [`Order`] made for speed. The
 //! other modules refer to vertices, tets and triangles by their indices here.
 
+#[doc(hidden)]
 pub mod csr;
+#[doc(hidden)]
 pub mod edges;
+#[doc(hidden)]
 pub mod half_edge;
+#[doc(hidden)]
 pub mod half_face;
 mod order;
 mod other_cells;

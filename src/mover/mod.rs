@@ -12,6 +12,7 @@ mod builder;
 mod fold_check;
 mod held_back;
 mod outcome;
+#[doc(hidden)]
 pub mod prescribed;
 mod refused;
 mod reports;
@@ -26,6 +27,7 @@ use thiserror::Error;
 pub use crate::{
     relaxation::{Method, Stopping},
     smoothing::{QualityTarget, Smoothed},
+    springs::{SPRINGS, Springs},
     volume::{MAX_STEPS, Path, Start},
 };
 pub use builder::MoverBuilder;

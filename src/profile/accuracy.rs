@@ -200,7 +200,8 @@ fn into(plane: &Plane, point: DVec3, along: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// A direction at 12 degrees to the plane leads into it, and one at 3 degrees does not: the way would be 20 times the height.
+    /// A direction at 12 degrees to the plane leads into it, and one at 3 degrees does not: the way
+    /// would be 20 times the height.
     ///
     /// Fails if `GRAZING` is 0 or 0.9.
     #[test]

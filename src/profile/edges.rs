@@ -113,7 +113,8 @@ mod tests {
         corners.iter().map(|&(x, z)| DVec3::new(x, 0.0, z)).collect()
     }
 
-    /// An oblique base: its lower corner stands 0.02 before the upper one. Both are corners of the trailing edge.
+    /// An oblique base: its lower corner stands 0.02 before the upper one. Both are corners of the
+    /// trailing edge.
     ///
     /// Fails if `REACH` is 0.005.
     #[test]
@@ -132,8 +133,8 @@ mod tests {
         assert_eq!(trailing_edge(&section), TrailingEdge { start: 0, end: 8 });
     }
 
-    /// The round end of a section whose sides are 0.024 apart, from its farthest point to the upper side. It turns by 15 to 25
-    /// degrees at a point, the most in the middle.
+    /// The round end of a section whose sides are 0.024 apart, from its farthest point to the upper
+    /// side. It turns by 15 to 25 degrees at a point, the most in the middle.
     fn round_end() -> Vec<(f64, f64)> {
         let at = |degrees: f64| (degrees.to_radians().cos(), degrees.to_radians().sin());
         [0.0, 20.0, 40.0, 70.0, 80.0].map(at).map(|(x, z)| (0.988 + 0.012 * x, 0.012 * z)).to_vec()
@@ -145,7 +146,8 @@ mod tests {
         points(&[upper, &lower].concat())
     }
 
-    /// A flap is down by 45 degrees over the last fifth, and its end is round: its kinks are no trailing edge, the end is.
+    /// A flap is down by 45 degrees over the last fifth, and its end is round: its kinks are no
+    /// trailing edge, the end is.
     ///
     /// Fails if `REACH` is 0.3.
     #[test]

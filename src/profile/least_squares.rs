@@ -100,8 +100,8 @@ mod tests {
         LeastSquares::new(columns).solve(&values)
     }
 
-    /// A direction that the data see is solved for; one that differs by rounding alone gets the least norm, which is an equal
-    /// share.
+    /// A direction that the data see is solved for; one that differs by rounding alone gets the
+    /// least norm, which is an equal share.
     ///
     /// Fails if `RANK` is 1e-2 or 0.
     #[test]

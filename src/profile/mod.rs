@@ -32,18 +32,23 @@ mod checks;
 pub mod csv;
 mod curve;
 pub mod cut;
+#[doc(hidden)]
 pub mod distance;
 mod edges;
 mod error;
+#[doc(hidden)]
 pub mod files;
+#[doc(hidden)]
 pub mod interpolation;
 mod least_squares;
 mod locate;
+#[doc(hidden)]
 pub mod matching;
 mod plane;
 mod section;
 mod simple;
 mod span;
+#[doc(hidden)]
 pub mod stations;
 mod trend;
 

@@ -40,7 +40,8 @@ fn separates(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
 mod tests {
     use super::*;
 
-    /// The sides of an open section cross at this place of the chord: behind it the upper one lies below.
+    /// The sides of an open section cross at this place of the chord: behind it the upper one lies
+    /// below.
     fn crosses_at(place: f64) -> bool {
         let side = |sign: f64| {
             move |i: i32| {

@@ -1,6 +1,7 @@
 //! Quality of the tets: signed volume and the paper's beta. [`faults`] finds inverted tets and
 //! folded triangles.
 
+#[doc(hidden)]
 pub mod faults;
 
 use glam::DVec3;

@@ -399,8 +399,8 @@ pub fn moved(at: DVec3, by: DVec3) -> DVec3 {
 mod tests {
     use super::regularisation;
 
-    /// The regularised volume `h = (v + sqrt(v^2 + 4 delta^2)) / 2` of the worst tet is 1e-4; where the worst tet has a
-    /// hundredth of its volume nothing is regularised.
+    /// The regularised volume `h = (v + sqrt(v^2 + 4 delta^2)) / 2` of the worst tet is 1e-4; where
+    /// the worst tet has a hundredth of its volume nothing is regularised.
     ///
     /// Fails if `EPSILON` is 0.1 or 1e-9.
     #[test]

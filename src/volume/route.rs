@@ -172,6 +172,8 @@ mod tests {
 
     /// A quarter turn about a hinge with a travel along it: half-way is an eighth of a turn and
     /// half the travel.
+    ///
+    /// Fails if `LEAST_TURN` is 1.
     #[test]
     fn a_screw_is_followed_about_its_hinge() {
         let hinge = DVec3::new(2.0, 0.0, -1.0);

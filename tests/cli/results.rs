@@ -57,8 +57,8 @@ fn quiet_says_nothing() {
     assert!(stderr(&output).contains("volume"), "{}", stderr(&output));
 }
 
-/// A wing that is told to move by (0.01, 0, 0.02) does, to the last digit. A row belongs to the vertex that it is 4e-4 edges
-/// from, and to none that it is 4e-3 edges from.
+/// A wing that is told to move by (0.01, 0, 0.02) does, to the last digit. A row belongs to the
+/// vertex that it is 4e-4 edges from, and to none that it is 4e-3 edges from.
 ///
 /// Fails if `MATCH` of `job` is 0.3 or 1e-9.
 #[test]

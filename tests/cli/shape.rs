@@ -123,7 +123,8 @@ const NEW: &str = "[profiles.wing]\nnew = \"new.csv\"\n";
 
 /// Flat cuts through the facets lie 0.8 % of the chord below the airfoil; the vertices stand on it.
 ///
-/// Fails if, of `carry`, `FLAT` is 1e-3 or `LOST` 0.005, or, of `matching`, `STRAIGHT_TURNS` 0, `STRAIGHT` 1e-5 or `CROWDED` 1.
+/// Fails if, of `carry`, `FLAT` is 1e-3 or `LOST` 0.005, or, of `matching`, `STRAIGHT_TURNS` 0,
+/// `STRAIGHT` 1e-5 or `CROWDED` 1.
 #[test]
 fn a_wings_own_airfoil_moves_nothing() {
     for (mesh, base) in [("dent.msh.gz", 0.0), ("blunt6.msh.gz", 0.02)] {
@@ -179,6 +180,8 @@ fn assert_thickness(wing: &Wing, from: f64, to: f64, low: f64, high: f64) {
 /// One section of several is 30 % thicker. The trend is the straight line of least squares, and
 /// what the outermost section differs from it is held: with three sections nothing is left at the
 /// ends, with five 0.03 / 2 of the thickness.
+///
+/// Fails if `OVERSHOOT` is 1, and if `STEPS` of `locate` is 8.
 #[test]
 fn a_change_inside_stays_inside() {
     let wing = Wing::new("half4.su2.gz");

@@ -65,7 +65,8 @@ impl Wing {
 }
 
 impl Surface {
-    /// The surface through rows of vertices along the span, each from the lower side of the trailing edge to the upper one.
+    /// The surface through rows of vertices along the span, each from the lower side of the
+    /// trailing edge to the upper one.
     ///
     /// - `closed`: whether triangles lead from the last vertex of a row to its first
     pub fn through(rows: &[Vec<DVec3>], closed: bool) -> Self {

@@ -14,8 +14,9 @@ fn off_circle(path: &[DVec3]) -> f64 {
     path.iter().copied().chain(middles).map(|at| (at.length() - 1.0).abs()).fold(0.0, f64::max)
 }
 
-/// Between 33 points the spline is off by 3e-7, but for its ends, where it runs straight. A chord over a step of `h` lies
-/// `h^2 / 8` inside the circle: 1e-6 with 1024 steps, 8e-5 with four a piece.
+/// Between 33 points the spline is off by 3e-7, but for its ends, where it runs straight. A chord
+/// over a step of `h` lies `h^2 / 8` inside the circle: 1e-6 with 1024 steps, 8e-5 with four a
+/// piece.
 ///
 /// Fails if `STEPS` is 64, and if `STEPS_PER_PIECE` is (1, 2).
 #[test]
@@ -25,7 +26,8 @@ fn steps_follow_a_circle() {
     assert!(off_circle(&path[n / 4..3 * n / 4]) < 1e-5);
 }
 
-/// A plane that passes near a vertex cuts two points that are a hundredth of the spacing apart, one of them off by half as much.
+/// A plane that passes near a vertex cuts two points that are a hundredth of the spacing apart, one
+/// of them off by half as much.
 ///
 /// Fails if `CLOSE` is 0.001.
 #[test]
