@@ -5,6 +5,7 @@
 
 pub mod csr;
 pub mod edges;
+mod error;
 pub mod half_edge;
 pub mod half_face;
 mod order;
@@ -17,10 +18,11 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use error::MeshError;
 pub use order::Order;
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
-pub use validate::{MeshError, Topology, check, validate};
+pub use validate::{Topology, check, validate};
 
 /// Index of a family in [`TetMesh::families`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
