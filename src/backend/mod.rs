@@ -15,7 +15,7 @@ mod smoother;
 mod vectors;
 
 pub use cpu::{CpuBackend, Precision};
-pub use select::{AdapterSummary, Selection, adapters, select};
+pub use select::{Selection, adapters, select};
 pub use smoother::{Ball, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 
 use std::sync::Arc;
@@ -109,6 +109,23 @@ pub struct BackendInfo {
     pub adapter: String,
     /// Driver name and version; empty for the CPU.
     pub driver: String,
+}
+
+/// An adapter of the system.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AdapterSummary {
+    /// Name of the adapter.
+    pub name: String,
+    /// `"discrete GPU"`, `"integrated GPU"`, `"virtual GPU"`, `"software"` or `"other"`.
+    pub kind: &'static str,
+    /// Driver name and version.
+    pub driver: String,
+    /// The graphics interface: `"vulkan"`, `"metal"` or `"dx12"`.
+    pub api: String,
+    /// Most bytes of one array.
+    pub max_array_bytes: u64,
+    /// Whether [`Selection::Auto`] takes the adapter.
+    pub auto: bool,
 }
 
 /// An error of a backend.

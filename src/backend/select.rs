@@ -15,23 +15,6 @@ pub enum Selection {
     Cpu,
 }
 
-/// An adapter of the system.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AdapterSummary {
-    /// Name of the adapter.
-    pub name: String,
-    /// `"discrete GPU"`, `"integrated GPU"`, `"virtual GPU"`, `"software"` or `"other"`.
-    pub kind: &'static str,
-    /// Driver name and version.
-    pub driver: String,
-    /// The graphics interface: `"vulkan"`, `"metal"` or `"dx12"`.
-    pub api: String,
-    /// Most bytes of one array.
-    pub max_array_bytes: u64,
-    /// Whether [`Selection::Auto`] takes the adapter.
-    pub auto: bool,
-}
-
 /// The backend for a selection. `Gpu` never falls back to the CPU, because the user would report a
 /// wrong timing.
 ///
@@ -72,6 +55,6 @@ use gpu as hardware_gpu;
 
 /// The system's adapters: none, because this idmesh was built without the gpu feature.
 #[cfg(not(feature = "gpu"))]
-pub fn adapters() -> Vec<AdapterSummary> {
+pub fn adapters() -> Vec<super::AdapterSummary> {
     Vec::new()
 }

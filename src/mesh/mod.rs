@@ -7,6 +7,7 @@
 pub mod csr;
 #[doc(hidden)]
 pub mod edges;
+mod error;
 #[doc(hidden)]
 pub mod half_edge;
 #[doc(hidden)]
@@ -21,10 +22,11 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use error::MeshError;
 pub use order::Order;
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
-pub use validate::{MeshError, Topology, check, validate};
+pub use validate::{Topology, check, validate};
 
 /// Index of a family in [`TetMesh::families`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

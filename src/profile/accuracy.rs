@@ -15,10 +15,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::curve::ProfileCurve;
+use super::displacement::ProfileDisplacement;
 use super::distance::distance;
-use super::interpolation::{ProfileDisplacement, WingSurface};
 use super::matching::OldSection;
 use super::span::Span;
+use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
 
 /// Largest distance of the vertices beside a plane from the old profile, as a share of its length,

@@ -5,13 +5,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::curve::Outline;
-use super::cut::flat_section;
+use super::cut::{carried, flat_section};
 use super::distance::distance;
-use super::interpolation::WingSurface;
 use super::matching::OldSection;
 use super::section::OwnSection;
 use super::span::Span;
-use super::{Plane, Profile, ProfileError, carry, extent};
+use super::wing_surface::WingSurface;
+use super::{Plane, Profile, ProfileError, extent};
 
 /// Largest distance between an old profile and the wing's section in its plane, as a share of the
 /// section's length.
@@ -176,7 +176,7 @@ fn own_section(
     triangles: &[[u32; 3]],
 ) -> Result<OwnSection, ProfileError> {
     let flat = flat_section(positions, triangles, plane)?;
-    let carried = carry::carried(positions, triangles, plane, &flat);
+    let carried = carried(positions, triangles, plane, &flat);
     OwnSection::new(number, flat.points(), carried, plane)
 }
 

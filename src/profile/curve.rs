@@ -8,7 +8,6 @@
 
 use glam::DVec3;
 
-use super::cut::{short_end, twice_area};
 use super::distance::distance;
 use super::edges::trailing_edge;
 use super::simple::crossing;
@@ -25,6 +24,12 @@ const CLOSE: f64 = 0.03;
 const STEPS: f64 = 1024.0;
 /// Least and largest number of steps between two knots.
 const STEPS_PER_PIECE: (f64, f64) = (4.0, 64.0);
+
+/// An open section ends at the trailing edge on both sides: no point lies farther behind an end,
+/// along the chord, than this share of the length, or than half the thickness of the base, which
+/// may be oblique. A section that another body cuts short, or of one side of a wing, ends far
+/// before the trailing edge on one side.
+const BEHIND: f64 = 0.1;
 
 /// The first point counts as repeated at the end if the two are closer than this share of the size.
 const CLOSED: f64 = 1e-9;
@@ -347,6 +352,28 @@ pub(super) fn bracket(values: &[f64], x: f64) -> (usize, f64) {
     let i = values.partition_point(|&v| v <= x).clamp(1, values.len() - 1) - 1;
     let gap = values[i + 1] - values[i];
     (i, if gap > 0.0 { ((x - values[i]) / gap).clamp(0.0, 1.0) } else { 0.0 })
+}
+
+/// The end of an open curve that is not at the trailing edge, if there is one.
+pub(super) fn short_end(curve: &[DVec3]) -> Option<DVec3> {
+    let (&first, &last) = (curve.first()?, curve.last()?);
+    let middle = (first + last) / 2.0;
+    let farther = |far: DVec3, &point: &DVec3| {
+        if point.distance_squared(middle) > far.distance_squared(middle) { point } else { far }
+    };
+    let leading = curve.iter().fold(middle, farther);
+    let chord = (middle - leading).try_normalize()?;
+    let rear = curve.iter().map(|point| point.dot(chord)).fold(f64::NEG_INFINITY, f64::max);
+    let length = rear - leading.dot(chord);
+    let end = if first.dot(chord) < last.dot(chord) { first } else { last };
+    let base = (last - first).reject_from_normalized(chord).length();
+    (rear - end.dot(chord) > f64::max(BEHIND * length, base / 2.0)).then_some(end)
+}
+
+/// Twice the area vector of a curve, closed by a straight line from its end to its start.
+pub(super) fn twice_area(curve: &[DVec3]) -> DVec3 {
+    let Some(&origin) = curve.first() else { return DVec3::ZERO };
+    curve.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
 }
 
 #[cfg(test)]

@@ -40,33 +40,19 @@ use rayon::prelude::*;
 use super::accuracy::{Carried, Missed, Watch};
 use super::along::{SectionArcs, cubic_at};
 use super::checks::{self, Closeness};
+use super::displacement::ProfileDisplacement;
 use super::locate::{SectionGrid, point};
 use super::matching::OldSection;
 use super::section::{Changes, Forms};
 use super::span::{Span, SpanWeights};
 use super::trend::{Trend, TrendMap};
+use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
 
 /// Largest distance from the straight interpolation between two neighbouring sections, as a share
 /// of the change. The change is the largest displacement of the sections that count, or the largest
 /// difference between these displacements if it is less.
 pub const OVERSHOOT: f64 = 0.1;
-
-/// A wing's surface, over which profiles are interpolated.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct WingSurface<'a> {
-    /// Positions of the wing's vertices `[n]`, in the unit of the profiles.
-    pub positions: &'a [DVec3],
-    /// Unit outward normals at the vertices `[n]`. A zero normal matches either side.
-    pub normals: &'a [DVec3],
-    /// The wing's triangles as indices into `positions`, with any orientation. Old profiles are
-    /// checked against them; without triangles there is no check.
-    pub triangles: &'a [[u32; 3]],
-    /// Triangles of a half that is the mirror image of the other half, mirrored onto it. No
-    /// sections are cut from them, but they too must agree with the profiles, before and after the
-    /// motion.
-    pub mirrored: &'a [[u32; 3]],
-}
 
 /// The interpolation of a wing with its old profiles. Made once per mesh, used for any number of
 /// new profiles.
@@ -91,29 +77,6 @@ pub struct ProfileInterpolation {
     extent: f64,
     /// The check that comes nearest to refusing the old profiles.
     closeness: Closeness,
-}
-
-/// The displacement of the wing by new profiles.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ProfileDisplacement {
-    /// Displacement of each wing vertex `[n_positions]`, in the mesh's unit.
-    pub displacement: Vec<DVec3>,
-    /// Unit span-wise direction of the moved wing at each vertex `[n_positions]`: at constant
-    /// parameter of the sections, towards growing span coordinate.
-    pub span_direction: Vec<DVec3>,
-    /// The sections of the moved wing's vertices, in the order of the span. They are the new
-    /// profiles. If the new profiles are flat cuts through facets, they are the old sections from
-    /// vertices with the change of the cuts.
-    pub sections: Vec<Profile>,
-    /// For each section, the new positions of the vertices beside its plane, carried into the
-    /// plane.
-    pub(super) carried: Vec<Vec<DVec3>>,
-    /// The planes of the new profiles.
-    pub(super) planes: Vec<Plane>,
-    /// The check that comes nearest to refusing the profiles.
-    pub closeness: Closeness,
-    /// Whether the new profiles were compared with flat cuts through the wing's facets.
-    pub flat_cuts: bool,
 }
 
 /// A wing vertex between the profiles.

@@ -17,7 +17,7 @@
 //!   section and linear along the span. The remainder is interpolated along the profiles and across
 //!   the planes, so the moved wing passes through the new profiles. See [`interpolation`].
 //! - The paper cuts old profiles from the surface. Here the vertices beside a plane define them
-//!   (`carry`). A design that continues flat cuts is compared with flat cuts (`section`).
+//!   (`cut::carry`). A design that continues flat cuts is compared with flat cuts (`section`).
 //! - The paper has no checks. Here profiles are checked against the wing and each other (`checks`),
 //!   and the wing's vertices against the new profiles (`accuracy`).
 //!
@@ -27,11 +27,11 @@
 
 mod accuracy;
 mod along;
-mod carry;
 mod checks;
 pub mod csv;
 mod curve;
 pub mod cut;
+mod displacement;
 #[doc(hidden)]
 pub mod distance;
 mod edges;
@@ -51,14 +51,17 @@ mod span;
 #[doc(hidden)]
 pub mod stations;
 mod trend;
+mod wing_surface;
 
 use glam::DVec3;
 
 pub use accuracy::Missed;
 pub use checks::{Closeness, compare_sizes};
+pub use displacement::ProfileDisplacement;
 pub use error::ProfileError;
-pub use interpolation::{ProfileDisplacement, ProfileInterpolation, WingSurface};
+pub use interpolation::ProfileInterpolation;
 pub use plane::Plane;
+pub use wing_surface::WingSurface;
 
 /// One section of the wing.
 #[derive(Clone, Debug, PartialEq)]

@@ -80,3 +80,16 @@ fn a_section_is_closed_to_the_digits_of_a_file() {
     assert!(joined(1e-12));
     assert!(!joined(0.005));
 }
+
+/// The lower side of a blunt section ends `by` before the upper one; the base is 0.01 thick.
+///
+/// Fails if `BEHIND` is 2 or 0.001.
+#[test]
+fn an_open_curve_ends_at_the_trailing_edge_on_both_sides() {
+    let section = |by: f64| {
+        [(1.0 - by, -0.005), (0.5, -0.06), (0.1, -0.05), (0.0, 0.0), (0.1, 0.05), (0.5, 0.06), (1.0, 0.005)]
+            .map(|(x, z)| DVec3::new(x, 0.0, z))
+    };
+    assert_eq!(short_end(&section(0.05)), None);
+    assert_eq!(short_end(&section(0.2)), Some(section(0.2)[0]));
+}

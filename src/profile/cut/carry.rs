@@ -20,11 +20,11 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::Plane;
-use super::curve::{Measured, ProfileCurve, arc_length};
-use super::cut::{FlatSection, flat_section};
-use super::distance::distance;
+use super::flat::{FlatSection, flat_section};
 use crate::geometry::nearest_on_segment;
+use crate::profile::curve::{Measured, ProfileCurve, arc_length, bracket};
+use crate::profile::distance::distance;
+use crate::profile::{Plane, extent};
 
 /// Iterations of directions and sections. The third changes a point by less than 1e-5 of the chord
 /// on wings of 25 points a chord.
@@ -71,7 +71,12 @@ const CROWDED: f64 = 0.15;
 ///
 /// - `vertices` `[n_vertices]`: positions, in the mesh's unit
 /// - `triangles`: the wing's triangles
-pub(super) fn carried(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane, flat: &FlatSection) -> Vec<DVec3> {
+pub(in crate::profile) fn carried(
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+    plane: &Plane,
+    flat: &FlatSection,
+) -> Vec<DVec3> {
     let mut strips = vec![Strip::new(vertices, *plane, flat)];
     let length = strips[0].length;
     let way = strips[0].beside.iter().map(|beside| beside.height.abs()).fold(0.0, f64::max);
@@ -225,7 +230,7 @@ impl Line {
     }
 
     fn point(&self, tau: f64) -> DVec3 {
-        let (i, t) = super::curve::bracket(&self.tau, tau);
+        let (i, t) = bracket(&self.tau, tau);
         self.path[i].lerp(self.path[i + 1], t)
     }
 }
@@ -279,7 +284,7 @@ impl Strip {
         }
         let corners = [Some(0), flat.base, Some(n - 1)].into_iter().flatten().map(|i| points[i]).collect();
         let line = Line::new(&points, flat.base);
-        let length = super::extent(&points);
+        let length = extent(&points);
         Self { plane, beside, corners, closed: flat.is_closed(), points, line, length }
     }
 

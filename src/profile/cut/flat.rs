@@ -1,62 +1,24 @@
-//! Cuts profiles from the wing's surface.
+//! The flat section: the curve in which a plane cuts a wing's facets.
 //!
 //! The signs of the vertices alone decide which triangles a plane cuts, and how the pieces join. A
 //! crossing is identified by its edge. So rounding cannot break the curve. A vertex exactly on the
 //! plane counts as above it; the crossings of its edges then coincide, and are merged at the end.
-//!
-//! A cut through flat facets lies below the smooth surface of the vertices, by up to the facets'
-//! sag. [`cut`] gives this flat cut. [`section`] gives the section defined by the vertices beside
-//! the plane (see `carry`).
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::edges::trailing_edge;
-use super::{Plane, Profile, ProfileError, carry, extent};
+use crate::profile::curve::{short_end, twice_area};
+use crate::profile::edges::trailing_edge;
+use crate::profile::{Plane, ProfileError, extent};
 
 /// Points closer than this share of the section's size are one point.
 const SAME: f64 = 1e-12;
 
-/// An open section ends at the trailing edge on both sides: no point lies farther behind an end,
-/// along the chord, than this share of the length, or than half the thickness of the base, which
-/// may be oblique. A section that another body cuts short, or of one side of a wing, ends far
-/// before the trailing edge on one side.
-const BEHIND: f64 = 0.1;
-
-/// The curve in which a plane cuts a wing's facets, in order: lower side of the trailing edge,
-/// leading edge, upper side of the trailing edge. Open for a blunt trailing edge (its triangles are
-/// another family). For a sharp one it is closed, and the first point is repeated.
-///
-/// - `vertices` `[n_vertices]`: positions of the whole mesh, in its unit
-/// - `triangles`: the wing's triangles, with any orientation
-///
-/// "Lower" is the direction -z, or -y for a plane with the normal z.
-///
-/// # Errors
-/// - [`ProfileError::PlaneMisses`] with the wing's extent along the normal
-/// - [`ProfileError::Pieces`] with the number of curves
-/// - [`ProfileError::CutShort`]: an open curve does not end at the trailing edge on both sides
-/// - [`ProfileError::Branches`]: the surface is no simple sheet
-/// - [`ProfileError::Triangle`]: a triangle names a vertex that does not exist or is not finite
-pub fn cut(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
-    Ok(flat_section(vertices, triangles, plane)?.points())
-}
-
-/// The section defined by a wing's vertices beside a plane, in the order of [`cut`]. Each vertex is
-/// carried into the plane along the wing's span-wise direction.
-///
-/// # Errors
-/// As for [`cut`].
-pub fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
-    let flat = flat_section(vertices, triangles, plane)?;
-    Ok(carry::carried(vertices, triangles, plane, &flat))
-}
-
 /// A section cut from facets.
 #[derive(Clone, Debug)]
-pub(super) struct FlatSection {
-    /// Crossings in the order of [`cut`]. If the section is closed, the last repeats the first.
+pub(in crate::profile) struct FlatSection {
+    /// Crossings in the order of [`super::cut()`]. If the section is closed, the last repeats the first.
     pub crossings: Vec<Crossing>,
     /// Index of the first crossing of a blunt base, if the base is part of a closed section.
     pub base: Option<usize>,
@@ -64,7 +26,7 @@ pub(super) struct FlatSection {
 
 /// A crossing of the plane and the edges of the surface.
 #[derive(Clone, Debug)]
-pub(super) struct Crossing {
+pub(in crate::profile) struct Crossing {
     pub at: DVec3,
     /// The edges that cross the plane there: the end below it and the end above it.
     pub edges: Vec<[u32; 2]>,
@@ -84,8 +46,8 @@ fn is_closed(curve: &[Crossing]) -> bool {
     curve.len() > 3 && curve[0].at == curve[curve.len() - 1].at
 }
 
-/// The section of [`cut`], with the edges.
-pub(super) fn flat_section(
+/// The section of [`super::cut()`], with the edges.
+pub(in crate::profile) fn flat_section(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
     plane: &Plane,
@@ -113,37 +75,8 @@ pub(super) fn flat_section(
     }
 }
 
-/// The end of an open curve that is not at the trailing edge, if there is one.
-pub(super) fn short_end(curve: &[DVec3]) -> Option<DVec3> {
-    let (&first, &last) = (curve.first()?, curve.last()?);
-    let middle = (first + last) / 2.0;
-    let farther = |far: DVec3, &point: &DVec3| {
-        if point.distance_squared(middle) > far.distance_squared(middle) { point } else { far }
-    };
-    let leading = curve.iter().fold(middle, farther);
-    let chord = (middle - leading).try_normalize()?;
-    let rear = curve.iter().map(|point| point.dot(chord)).fold(f64::NEG_INFINITY, f64::max);
-    let length = rear - leading.dot(chord);
-    let end = if first.dot(chord) < last.dot(chord) { first } else { last };
-    let base = (last - first).reject_from_normalized(chord).length();
-    (rear - end.dot(chord) > f64::max(BEHIND * length, base / 2.0)).then_some(end)
-}
-
-/// [`section`] at each of several planes. Each plane comes with the number of its profile.
-///
-/// # Errors
-/// As for [`cut`], for the first plane that fails.
-pub fn cut_at_planes(
-    vertices: &[DVec3],
-    triangles: &[[u32; 3]],
-    planes: &[(i64, Plane)],
-) -> Result<Vec<Profile>, ProfileError> {
-    let profile = |&(number, ref plane)| Ok(Profile { number, points: section(vertices, triangles, plane)? });
-    planes.iter().map(profile).collect()
-}
-
 /// Checks that all vertices of the triangles exist and have finite positions.
-pub(super) fn check(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), ProfileError> {
+pub(in crate::profile) fn check(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), ProfileError> {
     for (triangle, corners) in triangles.iter().enumerate() {
         for &vertex in corners {
             if !vertices.get(vertex as usize).is_some_and(|v| v.is_finite()) {
@@ -297,28 +230,4 @@ fn starts_above(curve: &[DVec3], up: DVec3) -> bool {
     // The curve in order runs forward along the lower side and back along the upper one: it turns
     // from forward to up.
     twice_area(curve).dot((le - te).cross(up)) < 0.0
-}
-
-/// Twice the area vector of a curve, closed by a straight line from its end to its start.
-pub(super) fn twice_area(curve: &[DVec3]) -> DVec3 {
-    let Some(&origin) = curve.first() else { return DVec3::ZERO };
-    curve.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The lower side of a blunt section ends `by` before the upper one; the base is 0.01 thick.
-    ///
-    /// Fails if `BEHIND` is 2 or 0.001.
-    #[test]
-    fn an_open_curve_ends_at_the_trailing_edge_on_both_sides() {
-        let section = |by: f64| {
-            [(1.0 - by, -0.005), (0.5, -0.06), (0.1, -0.05), (0.0, 0.0), (0.1, 0.05), (0.5, 0.06), (1.0, 0.005)]
-                .map(|(x, z)| DVec3::new(x, 0.0, z))
-        };
-        assert_eq!(short_end(&section(0.05)), None);
-        assert_eq!(short_end(&section(0.2)), Some(section(0.2)[0]));
-    }
 }

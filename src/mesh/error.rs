@@ -1,0 +1,42 @@
+//! The faults of a mesh.
+
+use glam::DVec3;
+use thiserror::Error;
+
+/// A fault of a mesh. Vertices, tets and triangles are numbered from 0, in the order of the file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages name the fields")]
+pub enum MeshError {
+    #[error("the mesh has no tets")]
+    NoTets,
+    #[error("vertex {vertex} has the coordinates {at:?}; they must be finite numbers")]
+    NotFinite { vertex: usize, at: [f64; 3] },
+    #[error("{what} {index} names vertex {vertex}, but the mesh has the vertices 0..{n_vertices}")]
+    VertexOutOfRange { what: &'static str, index: usize, vertex: u32, n_vertices: usize },
+    #[error("{what} {index} names vertex {vertex} twice")]
+    RepeatedVertex { what: &'static str, index: usize, vertex: u32 },
+    #[error(
+        "{count} of {n_tets} tets are inverted or flat; the first is tet {first} with volume {volume:e}, near {at:.6}; \
+         a mesh must be valid before it is moved"
+    )]
+    Inverted { count: usize, n_tets: usize, first: usize, volume: f64, at: DVec3 },
+    #[error("tets {first} and {second} have the same four vertices")]
+    DuplicateTet { first: u32, second: u32 },
+    #[error("the face with the vertices {vertices:?} belongs to {} tets ({tets:?}); at most two can share a face", tets.len())]
+    FaceOfManyTets { vertices: [u32; 3], tets: Vec<u32> },
+    #[error("boundary triangle {triangle} with the vertices {vertices:?} stands in the file twice")]
+    DuplicateTriangle { triangle: u32, vertices: [u32; 3] },
+    #[error(
+        "{count} triangles are not faces on the boundary of the tets; the first is triangle {first} with the vertices \
+         {vertices:?}"
+    )]
+    TrianglesNotOnBoundary { count: usize, first: u32, vertices: [u32; 3] },
+    #[error(
+        "{count} faces on the boundary of the tets belong to no family; the first has the vertices {vertices:?}, near \
+         {at:.6}; every boundary face needs a named surface group"
+    )]
+    BoundaryWithoutFamily { count: usize, vertices: [u32; 3], at: DVec3 },
+    #[error("{triangles} boundary triangles meet in the edge {vertices:?} near {at:.6}; exactly two can")]
+    NonManifoldEdge { vertices: [u32; 2], triangles: usize, at: DVec3 },
+}

@@ -1,0 +1,29 @@
+//! The displacement of a wing by new profiles.
+
+use glam::DVec3;
+
+use super::checks::Closeness;
+use super::{Plane, Profile};
+
+/// The displacement of the wing by new profiles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileDisplacement {
+    /// Displacement of each wing vertex `[n_positions]`, in the mesh's unit.
+    pub displacement: Vec<DVec3>,
+    /// Unit span-wise direction of the moved wing at each vertex `[n_positions]`: at constant
+    /// parameter of the sections, towards growing span coordinate.
+    pub span_direction: Vec<DVec3>,
+    /// The sections of the moved wing's vertices, in the order of the span. They are the new
+    /// profiles. If the new profiles are flat cuts through facets, they are the old sections from
+    /// vertices with the change of the cuts.
+    pub sections: Vec<Profile>,
+    /// For each section, the new positions of the vertices beside its plane, carried into the
+    /// plane.
+    pub(super) carried: Vec<Vec<DVec3>>,
+    /// The planes of the new profiles.
+    pub(super) planes: Vec<Plane>,
+    /// The check that comes nearest to refusing the profiles.
+    pub closeness: Closeness,
+    /// Whether the new profiles were compared with flat cuts through the wing's facets.
+    pub flat_cuts: bool,
+}
