@@ -58,6 +58,7 @@ fn the_exactness_check_sees_one_wrong_point() {
     assert!(worst(&surface, &motion.displacement, affine) > 100.0 * EXACT);
 }
 
+/// Fails if `OVERSHOOT` is 0.001.
 #[test]
 fn bending_quadratic_along_the_span_is_exact_between_three_planes_and_more() {
     let bend = |p: DVec3| p + DVec3::new(0.01 * p.y * p.y - 0.03 * p.y, 0.0, 0.02 * p.y * p.y + 0.1 * p.x);
@@ -87,6 +88,7 @@ fn one_plane_moves_the_whole_span_alike() {
     assert!(motion.span_direction.iter().all(|g| g.distance(DVec3::Y) < 1e-12));
 }
 
+/// Fails if `IDENTICAL` is 0.
 #[test]
 fn unchanged_profiles_move_nothing_at_all() {
     for wing in [BLUNT, SHARP] {
@@ -106,9 +108,23 @@ fn unchanged_profiles_move_nothing_at_all() {
     }
 }
 
+/// A millionth of the chord is a change, though 12 digits are none.
+///
+/// Fails if `IDENTICAL` is 1e-3.
+#[test]
+fn a_small_change_is_a_change() {
+    let surface = BLUNT.surface();
+    let old = surface.cut(&[1.03, 2.71]);
+    let raised = |at: DVec3| at + 1e-6 * CHORD * DVec3::Z;
+    let motion = surface.loft(&old).displacements(&mapped(&old, raised)).unwrap();
+    assert!(worst(&surface, &motion.displacement, raised) < EXACT);
+}
+
 /// A wing 0.5 % thick at its trailing edge is bowed between and beyond its two planes by several times that, so that both
 /// sides of the straight loft lie above or below it. The sides move apart at the trailing edge; no vertex there follows
 /// the other side.
+///
+/// Fails if `CLOSED` of `curve` is 1e-2.
 #[test]
 fn the_sides_of_a_thin_wing_do_not_mix() {
     let wing = Wing { te: 0.005, thickness: 0.01, twist: [0.0; 2], ..BLUNT };
@@ -226,6 +242,8 @@ fn numbers_must_agree() {
 }
 
 /// Rubbish in: an error or numbers out, never a panic.
+///
+/// Fails if `BACK` of `curve` is 30.
 #[test]
 fn degenerate_input_never_panics() {
     let mut state = 1u64;
@@ -289,4 +307,37 @@ fn vertices_in_the_planes_are_judged_too() {
     moved[vertex].z += 0.01 * CHORD;
     let missed = loft.missed(&motion, &moved);
     assert!(missed.len() == 2 && missed[0].vertex == vertex && missed[0].share > 5e-3, "{missed:?}");
+}
+
+/// The wing's own sections, as its vertices say them, to seven digits, and a design made of one of their two forms: that form is
+/// turned, and then bulges in the middle.
+///
+/// - `bulge`: in chords
+fn is_compared_with_flat_cuts(flat: bool, bulge: f64) -> bool {
+    let surface = BLUNT.surface();
+    let stations = [1.1, 2.7];
+    let rounded = |p: DVec3| DVec3::from_array(p.to_array().map(|x| format!("{x:.6e}").parse().unwrap()));
+    let old = mapped(&surface.cut(&stations), rounded);
+    let cuts = stations.map(|y| cut::cut(&surface.vertices, &surface.triangles, &wing::at_y(y)).unwrap());
+    let design = |(old, cut): (&Profile, Vec<DVec3>)| {
+        let points = if flat { cut } else { surface.cut(&[old.points[0].y]).remove(0).points };
+        let le = points.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
+        let chord = points[0].x - le;
+        let bump = |p: &DVec3| (-(20.0 * ((p.x - le) / chord - 0.5)).powi(2)).exp();
+        let points = points.iter().map(|p| *p + (0.05 * (p.x - le) + bulge * chord * bump(p)) * DVec3::Z).collect();
+        Profile { number: old.number, points }
+    };
+    let new: Vec<Profile> = old.iter().zip(cuts).map(design).collect();
+    surface.loft(&old).displacements(&new).unwrap().flat_cuts
+}
+
+/// What a bulge alternates by from point to point is the same in both forms; what tells them apart is the facets' sag, 1e-4 chords.
+///
+/// Fails if `CLEARLY` is 5 or 0.05, and if `SAME_FORM` is 1e-9.
+#[test]
+fn a_design_is_compared_with_the_form_it_continues() {
+    assert!(is_compared_with_flat_cuts(true, 0.0));
+    assert!(is_compared_with_flat_cuts(true, 3e-3));
+    assert!(!is_compared_with_flat_cuts(false, 0.0));
+    assert!(!is_compared_with_flat_cuts(false, 1e-3));
 }

@@ -38,6 +38,8 @@ fn thick(column: &str, last: &str) -> String {
 }
 
 /// Each order of points, and each habit of other programs, gives the curve of the plain file.
+///
+/// Fails if `COUNTS` is 10, if `SAME` of `airfoil` is 0.1 or 0, and if `FAR` of `sides` is 5 or 0.01.
 #[test]
 fn airfoils_are_read_as_others_write_them() {
     let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
@@ -56,6 +58,7 @@ fn airfoils_are_read_as_others_write_them() {
         SELIG.replace('\n', " ! more\n").replacen("! more", "12%", 1),
         thick(" 0.000", " 0.000"),
         thick(" 2.5", " 2.5"),
+        thick(" 2.5", " 2.5000000001"),
         // x, y along the span, z.
         SELIG
             .replace(" 0.5 ", "0.5 0 ")
@@ -228,6 +231,7 @@ fn files_of_several_formats_go_together() {
     assert_eq!(twice, ProfileError::Doubled { profile: 0 });
 }
 
+/// Fails if `COUNTS` is 10 or 0.5, if `SAME` of `airfoil` is 0.1, and if `FAR` is 5 or 0.01 or `OFF` 0.3, both of `sides`.
 #[test]
 fn broken_files_are_refused_with_their_line() {
     let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
@@ -252,6 +256,11 @@ fn broken_files_are_refused_with_their_line() {
             "b.dat",
             moved(-0.3, 0.0, 1.0),
             "b.dat:2: the airfoil's leading edge is at x = -0.300000, y = 0.000000 and its chord is 1.0",
+        ),
+        (
+            "b.dat",
+            moved(0.0, 0.6, 1.0),
+            "b.dat:2: the airfoil's leading edge is at x = 0.000000, y = 0.600000 and its chord is 1.0",
         ),
         (
             "b.dat",

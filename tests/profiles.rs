@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use idmesh::profile::{Plane, Profile, ProfileError, csv, cut, distance, matching, stations};
-use wing::{BLUNT, CHORD, SHARP, SPAN, Wing, affine, at_y, mapped, resampled};
+use wing::{BLUNT, CHORD, SHARP, SPAN, Surface, Wing, affine, at_y, mapped, resampled};
 
 #[test]
 fn a_blunt_section_is_open_and_runs_lower_te_le_upper_te() {
@@ -34,6 +34,8 @@ fn a_sharp_section_is_closed_at_its_trailing_edge() {
 }
 
 /// The base belongs to the wing: the two sides come first, then the base leads back.
+///
+/// Fails if `SAME` of `cut` is 1e-2, and if, of `edges`, `PROBE` is 0.001, `SHARP` 175 or 80, or `CORNER` 89.
 #[test]
 fn a_section_with_its_base_is_closed_and_ends_with_the_base() {
     let wing = Wing { base: true, te: 0.02, ..BLUNT };
@@ -47,11 +49,14 @@ fn a_section_with_its_base_is_closed_and_ends_with_the_base() {
     }
 }
 
-/// Rows of vertices stand exactly at y = 1.0: each vertex of the row appears once, and nothing else but the row.
+/// Rows of vertices stand exactly at y = 1.0: each vertex of the row appears once, and nothing else but the row. So it is where
+/// the plane misses them by rounding.
+///
+/// Fails if `SAME` of `cut` is 0.
 #[test]
 fn a_plane_through_vertices_cuts_them_once() {
-    for wing in [BLUNT, SHARP] {
-        let curve = &wing.surface().cut(&[1.0])[0].points;
+    for (wing, y) in [(BLUNT, 1.0), (SHARP, 1.0), (BLUNT, 1.0 + 1e-14), (SHARP, 1.0 + 1e-14)] {
+        let curve = &wing.surface().cut(&[y])[0].points;
         assert_eq!(curve.len(), wing.around);
         for (i, p) in curve.iter().enumerate() {
             assert!(p.distance(wing.point(2.0 * i as f64 / (wing.around - 1) as f64 - 1.0, 1.0)) < 1e-12, "{i}");
@@ -103,6 +108,7 @@ fn several_pieces_and_branches_are_errors() {
     assert!(matches!(result, Err(ProfileError::Triangle { triangle: 0, vertex: u32::MAX, .. })), "{result:?}");
 }
 
+/// Fails if all `MARGINS` are 0.1 or 0.0001, and if `FULL` is 1.5.
 #[test]
 fn planes_stand_evenly_or_where_named() {
     let surface = BLUNT.surface();
@@ -118,6 +124,23 @@ fn planes_stand_evenly_or_where_named() {
     for text in ["", "y", "1.5", "w=1", "y=", "y=nan", "y=1,2"] {
         assert_eq!(stations::parse(text), Err(ProfileError::PlaneText { text: text.into() }));
     }
+}
+
+/// The tip is an ellipse over the last 0.2 of the span: a section there has 0.97 of the chord up to 0.151 before the end.
+///
+/// Fails if `FULL` is 0.3 or 1.5.
+#[test]
+fn planes_stand_where_sections_are_full() {
+    let row = |i: i32| {
+        let y = if i < 100 { 0.038 * f64::from(i) } else { 3.8 + 0.2 * f64::from(i - 100) / 100.0 };
+        let scale = (1.0 - ((y - 3.8f64).max(0.0) / 0.2).powi(2)).sqrt().max(1e-3);
+        let points = (0..80).map(|k| SHARP.point(f64::from(k) / 40.0 - 1.0, 0.0));
+        points.map(|at| DVec3::new(1.0, y, 0.0) + DVec3::new(scale * (at.x - 1.0), 0.0, scale * at.z)).collect()
+    };
+    let surface = Surface::through(&(0..=200).map(row).collect::<Vec<_>>(), true);
+    let planes = stations::evenly(&surface.vertices, &surface.triangles, 3).unwrap();
+    let found: Vec<f64> = planes.iter().map(|plane| plane.point.y).collect();
+    assert!(found.iter().zip([0.02, 1.93, 3.84]).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
 }
 
 #[test]
@@ -166,6 +189,7 @@ fn csv_errors_name_path_line_and_what_is_expected() {
     assert!(error.to_string().starts_with("b:2: profile 0 begins"), "{error}");
 }
 
+/// Fails if `FLATNESS` is 1e-1 or 1e-12, `AXIS` 1e-1 or 0, `LARGEST` of profiles 1e308 or 10, and `MOST_POINTS` 1000000000 or 200.
 #[test]
 fn planes_are_fitted_and_bad_profiles_refused() {
     let section = BLUNT.surface().cut(&[1.3]).remove(0);
@@ -189,6 +213,11 @@ fn planes_are_fitted_and_bad_profiles_refused() {
     assert_eq!(with(vec![]), ProfileError::TooFewPoints { profile: 3, points: 0 });
     assert!(matches!(with(vec![p[0], DVec3::NAN, p[1]]), ProfileError::NotFinite { profile: 3, point: 1, .. }));
     assert!(matches!(with(vec![p[0], p[1], DVec3::INFINITY]), ProfileError::NotFinite { point: 2, .. }));
+    assert!(matches!(with(vec![p[0], 1e120 * DVec3::X, p[1]]), ProfileError::NotFinite { point: 1, .. }));
+    let many =
+        |n: usize| (0..n).map(|i| DVec3::new(f64::from(i as u32).cos(), 0.0, f64::from(i as u32).sin())).collect();
+    assert_eq!(with(many(30_000)), ProfileError::TooManyPoints { profile: 3, points: 30_000, most: 20_000 });
+    assert!(Plane::of_profile(&Profile { number: 3, points: many(10_000) }).is_ok());
     let line = (0..5).map(|i| DVec3::new(1.0, 2.0, 3.0) * f64::from(i)).collect();
     assert_eq!(with(line), ProfileError::OnOneLine { profile: 3 });
 }
@@ -196,6 +225,8 @@ fn planes_are_fitted_and_bad_profiles_refused() {
 /// New points are another sampling of the section mapped by a strong affine change (40 % thicker, sheared, rotated): old
 /// points must find their images. Fit and match leave 1e-3 of the chord along the curve; across it only the sampling
 /// errs, by (1/160)^2 of the section at the nose.
+///
+/// Fails if `TURNS` of `matching` is 1, and if, of `edges`, `PROBE` is 0.4 or `ALIKE` 10.
 #[test]
 fn matching_survives_other_counts_directions_and_starts() {
     for wing in [BLUNT, SHARP] {
@@ -227,6 +258,8 @@ fn matching_survives_other_counts_directions_and_starts() {
 /// Profiles of a coarse mesh (26 and 31 points) and new ones made from a spline through their moved points: 161 and 121
 /// points, and the moved points themselves for comparison. Along the curve a match is a matter of judgement where the
 /// change is not affine; the bounds hold what was measured (7e-4 and 5e-3 of the chord). Across it, the new curve is hit.
+///
+/// Fails if `CLOSE` is 0.3, `TURNS_BACK` 0, or, of `matching`, `POINT_BY_POINT` 0.01, `STRAIGHT` 0.1, `NOTHING` 0, or `END` 1e-6.
 #[test]
 fn matching_finds_the_moved_points_of_a_real_section() {
     let read = |name: &str| {

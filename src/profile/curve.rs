@@ -337,3 +337,6 @@ pub(super) fn bracket(values: &[f64], x: f64) -> (usize, f64) {
     let gap = values[i + 1] - values[i];
     (i, if gap > 0.0 { ((x - values[i]) / gap).clamp(0.0, 1.0) } else { 0.0 })
 }
+
+#[cfg(test)]
+mod tests;

@@ -297,3 +297,21 @@ pub(super) fn twice_area(curve: &[DVec3]) -> DVec3 {
     let Some(&origin) = curve.first() else { return DVec3::ZERO };
     curve.windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The lower side of a blunt section ends `by` before the upper one; the base is 0.01 thick.
+    ///
+    /// Fails if `BEHIND` is 2 or 0.001.
+    #[test]
+    fn an_open_curve_ends_at_the_trailing_edge_on_both_sides() {
+        let section = |by: f64| {
+            [(1.0 - by, -0.005), (0.5, -0.06), (0.1, -0.05), (0.0, 0.0), (0.1, 0.05), (0.5, 0.06), (1.0, 0.005)]
+                .map(|(x, z)| DVec3::new(x, 0.0, z))
+        };
+        assert_eq!(short_end(&section(0.05)), None);
+        assert_eq!(short_end(&section(0.2)), Some(section(0.2)[0]));
+    }
+}

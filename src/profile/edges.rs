@@ -100,3 +100,68 @@ fn turn(points: &[DVec3], i: usize) -> f64 {
     let (before, after) = (points[i] - points[(i + n - 1) % n], points[(i + 1) % n] - points[i]);
     before.angle_between(after).to_degrees()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(corners: &[(f64, f64)]) -> Vec<DVec3> {
+        corners.iter().map(|&(x, z)| DVec3::new(x, 0.0, z)).collect()
+    }
+
+    /// An oblique base: its lower corner stands 0.02 before the upper one. Both are corners of the trailing edge.
+    ///
+    /// Fails if `REACH` is 0.005.
+    #[test]
+    fn both_corners_of_an_oblique_base_are_found() {
+        let section = points(&[
+            (1.0, 0.03),
+            (0.5, 0.06),
+            (0.2, 0.06),
+            (0.05, 0.04),
+            (0.0, 0.0),
+            (0.05, -0.04),
+            (0.2, -0.06),
+            (0.5, -0.06),
+            (0.98, -0.02),
+        ]);
+        assert_eq!(trailing_edge(&section), TrailingEdge { start: 0, end: 8 });
+    }
+
+    /// The round end of a section whose sides are 0.024 apart, from its farthest point to the upper side. It turns by 15 to 25
+    /// degrees at a point, the most in the middle.
+    fn round_end() -> Vec<(f64, f64)> {
+        let at = |degrees: f64| (degrees.to_radians().cos(), degrees.to_radians().sin());
+        [0.0, 20.0, 40.0, 70.0, 80.0].map(at).map(|(x, z)| (0.988 + 0.012 * x, 0.012 * z)).to_vec()
+    }
+
+    /// A section from its farthest point round to its farthest point, from its upper half.
+    fn symmetric(upper: &[(f64, f64)]) -> Vec<DVec3> {
+        let lower: Vec<(f64, f64)> = upper[1..].iter().rev().map(|&(x, z)| (x, -z)).filter(|at| at.1 != 0.0).collect();
+        points(&[upper, &lower].concat())
+    }
+
+    /// A flap is down by 45 degrees over the last fifth, and its end is round: its kinks are no trailing edge, the end is.
+    ///
+    /// Fails if `REACH` is 0.3.
+    #[test]
+    fn the_kink_of_a_flap_is_no_trailing_edge() {
+        let front = [(0.8, 0.012), (0.5, 0.05), (0.2, 0.06), (0.05, 0.04), (0.0, 0.0)];
+        let mut section = symmetric(&[&round_end(), &front[..]].concat());
+        let turn = glam::DQuat::from_rotation_y(std::f64::consts::FRAC_PI_4);
+        let hinge = DVec3::new(0.8, 0.0, 0.0);
+        section.iter_mut().filter(|at| at.x > 0.81).for_each(|at| *at = hinge + turn * (*at - hinge));
+        let TrailingEdge { start, end } = trailing_edge(&section);
+        assert!(start == end && section[start].distance(section[0]) < 0.03, "{start} {end}");
+    }
+
+    /// No point of a round end is a corner, and the trailing edge is the farthest one.
+    ///
+    /// Fails if `CORNER` is 5.
+    #[test]
+    fn a_round_end_begins_at_its_farthest_point() {
+        let front = [(0.96, 0.02), (0.5, 0.06), (0.2, 0.08), (0.05, 0.05), (0.0, 0.0)];
+        let section = symmetric(&[&round_end(), &front[..]].concat());
+        assert_eq!(trailing_edge(&section), TrailingEdge { start: 0, end: 0 });
+    }
+}

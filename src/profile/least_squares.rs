@@ -85,3 +85,30 @@ fn rotate(columns: &mut [Vec<f64>], p: usize, q: usize, cos: f64, sin: f64) {
         (*x, *y) = (cos * *x - sin * *y, sin * *x + cos * *y);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two columns that differ by `apart` in one row of three.
+    fn solve(apart: f64) -> Vec<DVec3> {
+        let columns = vec![vec![1.0, 1.0, 1.0], vec![1.0, 1.0, 1.0 + apart]];
+        // What 3 times the first and minus 1 times the second make.
+        let values: Vec<DVec3> = columns[0].iter().zip(&columns[1]).map(|(a, b)| DVec3::splat(3.0 * a - b)).collect();
+        LeastSquares::new(columns).solve(&values)
+    }
+
+    /// A direction that the data see is solved for; one that differs by rounding alone gets the least norm, which is an equal
+    /// share.
+    ///
+    /// Fails if `RANK` is 1e-2 or 0.
+    #[test]
+    fn what_rounding_alone_tells_apart_gets_equal_shares() {
+        for (unknown, expected) in solve(1e-3).into_iter().zip([3.0, -1.0]) {
+            assert!((unknown.x - expected).abs() < 1e-9, "{unknown}");
+        }
+        for unknown in solve(1e-13) {
+            assert!((unknown.x - 1.0).abs() < 1e-9, "{unknown}");
+        }
+    }
+}

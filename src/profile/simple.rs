@@ -34,3 +34,27 @@ pub(super) fn crossing(sides: &[DVec3], plane: &Plane) -> Option<DVec3> {
 fn separates(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
     (b - a).perp_dot(c - a) * (b - a).perp_dot(d - a) < 0.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sides of an open section cross at this place of the chord: behind it the upper one lies below.
+    fn crosses_at(place: f64) -> bool {
+        let side = |sign: f64| {
+            move |i: i32| {
+                let x = f64::from(i) / 1000.0;
+                DVec3::new(x, 0.0, sign * 0.2 * x.sqrt() * (place - x))
+            }
+        };
+        let sides: Vec<DVec3> = (1..=1000).rev().map(side(-1.0)).chain((0..=1000).map(side(1.0))).collect();
+        crossing(&sides, &Plane { point: DVec3::ZERO, normal: DVec3::Y }).is_some()
+    }
+
+    /// Fails if `TRAILING_EDGE` is 0.2 or 0.
+    #[test]
+    fn sides_may_cross_where_digits_decide() {
+        assert!(crosses_at(0.9505));
+        assert!(!crosses_at(0.9985));
+    }
+}

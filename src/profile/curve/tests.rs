@@ -1,0 +1,80 @@
+use std::f64::consts::PI;
+
+use super::*;
+
+/// Half a circle of radius 1, through `n` points at equal distances.
+fn half_circle(n: usize) -> Vec<DVec3> {
+    let at = |i: usize| PI * i as f64 / (n - 1) as f64;
+    (0..n).map(|i| DVec3::new(at(i).cos(), 0.0, at(i).sin())).collect()
+}
+
+/// How far a curve's steps, and the middles between them, lie off the unit circle.
+fn off_circle(path: &[DVec3]) -> f64 {
+    let middles = path.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0);
+    path.iter().copied().chain(middles).map(|at| (at.length() - 1.0).abs()).fold(0.0, f64::max)
+}
+
+/// Between 33 points the spline is off by 3e-7, but for its ends, where it runs straight. A chord over a step of `h` lies
+/// `h^2 / 8` inside the circle: 1e-6 with 1024 steps, 8e-5 with four a piece.
+///
+/// Fails if `STEPS` is 64, and if `STEPS_PER_PIECE` is (1, 2).
+#[test]
+fn steps_follow_a_circle() {
+    let path = ProfileCurve::new(&half_circle(33)).path;
+    let n = path.len();
+    assert!(off_circle(&path[n / 4..3 * n / 4]) < 1e-5);
+}
+
+/// A plane that passes near a vertex cuts two points that are a hundredth of the spacing apart, one of them off by half as much.
+///
+/// Fails if `CLOSE` is 0.001.
+#[test]
+fn a_point_close_to_another_one_bends_no_curve() {
+    let mut points = half_circle(33);
+    let spacing = PI / 32.0;
+    let beside = DVec3::new((16.01 * spacing).cos(), 0.0, (16.01 * spacing).sin());
+    points.insert(17, beside * (1.0 - 0.005 * spacing));
+    let off = off_circle(&ProfileCurve::new(&points).path);
+    assert!(off < 0.006 * spacing, "{off:e}");
+}
+
+/// The nose of a wedge turns by 120 degrees: it is a corner, and the sides stay straight.
+///
+/// Fails if `CORNER` is 170.
+#[test]
+fn a_corner_stays_a_corner() {
+    let side = |i: i32| DVec3::new(f64::from(i.abs()), 0.0, f64::from(i) / 3f64.sqrt());
+    let points: Vec<DVec3> = (-5..=5).map(side).collect();
+    let path = ProfileCurve::new(&points).path;
+    assert!(path.iter().all(|at| (at.z.abs() - at.x / 3f64.sqrt()).abs() < 1e-12));
+}
+
+/// Points that are sorted by a coordinate jump from side to side.
+///
+/// Fails if `BACK` is 175 or `TURNS_BACK` is 30, and if `TURNS_BACK` is 0.
+#[test]
+fn points_that_jump_back_and_forth_are_in_no_order() {
+    // From side to side by 0.4 and on by 0.1: turns of 152 degrees.
+    let zigzag: Vec<DVec3> = (0..8).map(|i| DVec3::new(0.1 * f64::from(i), 0.0, 0.4 * f64::from(i % 2))).collect();
+    assert_eq!(disorder(&zigzag), Some(zigzag[1]));
+    // Begun at the leading edge, a closed section turns back at its trailing edge.
+    let wedge: Vec<DVec3> =
+        [(0.0, 0.0), (0.5, -0.05), (1.0, 0.0), (0.5, 0.05), (0.0, 0.0)].map(|(x, z)| DVec3::new(x, 0.0, z)).to_vec();
+    assert_eq!(disorder(&wedge), None);
+}
+
+/// The last point repeats the first to the digits of a file.
+///
+/// Fails if `CLOSED` is 0, and if it is 0.01: a trailing edge half a percent thick is blunt.
+#[test]
+fn a_section_is_closed_to_the_digits_of_a_file() {
+    let plane = Plane { point: DVec3::ZERO, normal: DVec3::Y };
+    let joined = |gap: f64| {
+        let half =
+            |i: i32| f64::from(i.signum()) * (0.1 * (1.0 - (f64::from(i.abs()) / 5.0 - 1.0).powi(2)) + gap / 2.0);
+        let points = (-10..=10).map(|i: i32| DVec3::new(f64::from(i.abs()) / 10.0, 0.0, half(i))).collect();
+        Outline::new(&Profile { number: 0, points }, &plane).unwrap().joined
+    };
+    assert!(joined(1e-12));
+    assert!(!joined(0.005));
+}
