@@ -47,6 +47,9 @@ fn across(mesh: &TetMesh, family: &str) -> (usize, DVec3) {
 }
 
 /// What breaks nothing is not refused, or the guards would be of no use.
+///
+/// Fails if, of `carry`, `FAR` is 40, all `NEARER` are 1, or `ALIKE` is 1.02; if `REACH` of the wing is 0.1, `SAME_FORM` 1e-2, or
+/// `MOST_ROUNDS` 1.
 #[test]
 fn an_untouched_update_is_good() {
     let outcome = update(&mut SMALL.mover(2), "none", &[]);
@@ -92,7 +95,9 @@ fn a_tet_turned_over_in_the_end_is_refused() {
     assert_eq!(outcome.stages[3].inverted, outcome.inverted);
 }
 
-/// A ten thousandth of a chord, which inverts nothing.
+/// A ten thousandth of a chord, which inverts nothing. A hundred millionth is rounding.
+///
+/// Fails if `STRAYED` is 0.1 or 1e-12.
 #[test]
 fn a_vertex_that_leaves_its_surface_is_refused() {
     let mut mover = SMALL.mover(2);
@@ -104,10 +109,15 @@ fn a_vertex_that_leaves_its_surface_is_refused() {
         assert_eq!(outcome.inverted, 0, "{stage}");
         assert!(!outcome.is_valid(), "{stage} {family}");
         assert_eq!(outcome.off_surface.keys().collect::<Vec<_>>(), [family], "{stage}");
+        if stage == "volume" {
+            assert!(update(&mut mover, stage, &[(vertex, DVec3::new(0.0, 1e-8, 1e-8))]).is_valid(), "{family}");
+        }
     }
 }
 
 /// Half a percent of the chord is more than a wing may miss its profile by, along the span it may go far.
+///
+/// Fails if `MISSED` is 0.02 or 1e-5.
 #[test]
 fn a_wing_that_misses_its_profile_is_refused() {
     let mut mover = SMALL.mover(2);

@@ -157,6 +157,35 @@ fn corners_stay() {
     }
 }
 
+/// The lid of a brick is folded by 30 degrees along its middle, or by 10: an edge of 30 degrees shapes the surface, and its
+/// vertices slide along it alone.
+///
+/// Fails if `SHARP` is 0.5 or 0.9999.
+#[test]
+fn sharp_edges_keep_their_vertices() {
+    for (degrees, is_sharp) in [(30.0f64, true), (10.0, false)] {
+        let mut mesh = brick(4);
+        let slope = (degrees / 2.0).to_radians().tan();
+        let ridge: Vec<u32> = (0..mesh.vertices.len() as u32)
+            .filter(|&v| mesh.vertices[v as usize].with_y(0.0) == DVec3::new(0.5, 0.0, 1.0))
+            .filter(|&v| ![0.0, 1.0].contains(&mesh.vertices[v as usize].y))
+            .collect();
+        assert_eq!(ridge.len(), 3);
+        mesh.vertices.iter_mut().for_each(|at| at.z *= 1.0 - slope * (at.x - 0.5).abs());
+        mesh.families = vec!["body".to_owned()];
+        mesh.triangle_family.fill(FamilyId(0));
+        let topology = mesh::validate(&mesh).unwrap();
+        let families = Families::new(&mesh, &topology.surface, vec![Role::TrailingEdge]).unwrap();
+        let slides = SurfaceFreedom::new(&mesh, &topology.surface, &families, &[]);
+        let sliding = slides.on(&mesh, &topology.surface, &families, &mesh.vertices);
+        for vertex in ridge {
+            let tangent = sliding.tangent(vertex, mesh.vertices[vertex as usize]);
+            let is_curve = matches!(tangent, Constraint::OnLine(line) if line.y.abs() > 1.0 - 1e-12);
+            assert_eq!(is_curve, is_sharp, "{degrees}: {tangent:?}");
+        }
+    }
+}
+
 #[test]
 fn fixed_prescribed_and_plane_families_do_not_slide() {
     let mesh = brick(3);
@@ -353,6 +382,8 @@ fn curves(mesh: &TetMesh) -> HashMap<[u16; 2], Vec<[u32; 2]>> {
 
 /// Held surfaces end at 0.87 of the original's worst beta here, limited by tets between the wing, the carenage and one
 /// vertex off them.
+///
+/// Fails if `IMPROVED` is 1, and if `MOST_POINTS` of profiles is 200.
 #[test]
 fn surfaces_slide_within_themselves() {
     let (springs, slid) =

@@ -8,8 +8,8 @@ use common::aircraft::{SMALL, mover, settings, vertices_of};
 use common::block::{CELL, block, design, mapped, sections, set_up};
 use common::faults::{bits_changed, inverted};
 use glam::{DQuat, DVec3};
-use idmesh::families::Role;
-use idmesh::mesh::FamilyId;
+use idmesh::families::{Families, Role, SetupError};
+use idmesh::mesh::{FamilyId, Topology};
 use idmesh::mover::{Design, HeldBack, MoveError, Mover, Warning};
 use idmesh::smoothing::QualityTarget;
 
@@ -31,6 +31,7 @@ fn prescribed(wing: impl Fn(DVec3) -> DVec3, tip: impl Fn(DVec3) -> DVec3) -> (M
     (mover, Design { prescribed, ..Design::default() })
 }
 
+/// Fails if `AGREE` is 1e-12.
 #[test]
 fn prescribed_families_that_agree_are_moved() {
     let bend = |at: DVec3| 0.01 * at.y * at.y * DVec3::Z;
@@ -38,6 +39,7 @@ fn prescribed_families_that_agree_are_moved() {
     mover.update(&design, &|_| {}).unwrap();
 }
 
+/// Fails if `AGREE` is 0.1.
 #[test]
 fn prescribed_families_that_disagree_are_an_error() {
     let bend = |at: DVec3| 0.01 * at.y * at.y * DVec3::Z;
@@ -102,7 +104,28 @@ fn planes_that_are_not_quite_flat_keep_their_noise() {
     }
 }
 
+/// A plane that shall be flat may have the noise of a file of seven digits, and no more.
+///
+/// Fails if `FLAT` of `shape` is 0.1 or 1e-14.
+#[test]
+fn planes_are_flat_to_the_digits_of_files() {
+    let with = |noise: f64| {
+        let mesh = block(5.0, |at| if at == DVec3::new(1.0, 0.0, 0.5) { at + noise * DVec3::Y } else { at });
+        let surface = Topology::new(&mesh).unwrap().surface;
+        let role = |name: &String| match name.as_str() {
+            "wing" => Role::Wing,
+            "symmetry" => Role::PLANE,
+            _ => Role::Fixed,
+        };
+        Families::new(&mesh, &surface, mesh.families.iter().map(role).collect()).map(drop)
+    };
+    assert!(with(1e-7).is_ok());
+    assert!(matches!(with(1e-4), Err(SetupError::NotPlane { .. })));
+}
+
 /// A wing that ends in a family that does not let its root go: how far it is kept back is known in closed form.
+///
+/// Fails if `BACK` of `held_back` is 1e-1 or 1e-14.
 #[test]
 fn a_wing_that_is_held_back_is_told_of() {
     let [held, free] = [&Role::Fixed, &Role::PLANE];
@@ -153,4 +176,6 @@ fn a_wing_that_is_held_back_is_told_of() {
     };
     common::assert_close(of_wing(0.05, 0.03)[0], 0.02, 1e-12);
     assert!(of_wing(0.05, 0.05).is_empty());
+    // The digits of a file hold nothing back.
+    assert!(of_wing(0.05, 0.05 + 1e-11).is_empty());
 }

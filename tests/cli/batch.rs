@@ -245,17 +245,24 @@ fn airfoils_take_the_cases_place() {
     assert_ne!(fixture.read("moved.msh"), fixture.read("box.msh"));
 }
 
-/// Old profiles cut at other planes than a design's would move the wing otherwise than in a run of its own.
+/// Old profiles cut at other planes than a design's would move the wing otherwise than in a run of its own. Planes differ by
+/// more than the digits of a file.
+///
+/// Fails if `PLANES` is 1e-2 or 1e-12.
 #[test]
 fn designs_in_other_planes_need_old_profiles() {
     let fixture = designs(&[("a", 0.06)]);
     fixture.write("case.toml", CASE);
     fixture.write("designs/b.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.1, 0.05)]));
+    fixture.write("designs/c.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.2 + 1e-8, 0.05)]));
+    fixture.write("designs/d.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.2 + 1e-4, 0.05)]));
     let output = batch(&fixture, &["--json", "-"]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let all = lines(&stdout(&output));
     assert_eq!(all[0].get("error"), None);
     assert!(all[1]["error"].as_str().unwrap().contains("profile 1 is up to 1.0e-1 away"), "{}", all[1]);
+    assert_eq!(all[2].get("error"), None);
+    assert!(all[3]["error"].as_str().unwrap().contains("profile 1 is up to 1.0e-4 away"), "{}", all[3]);
 }
 
 #[test]

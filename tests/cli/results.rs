@@ -57,7 +57,10 @@ fn quiet_says_nothing() {
     assert!(stderr(&output).contains("volume"), "{}", stderr(&output));
 }
 
-/// A wing that is told to move by (0.01, 0, 0.02) does, to the last digit.
+/// A wing that is told to move by (0.01, 0, 0.02) does, to the last digit. A row belongs to the vertex that it is 4e-4 edges
+/// from, and to none that it is 4e-3 edges from.
+///
+/// Fails if `MATCH` of `job` is 0.3 or 1e-9.
 #[test]
 fn prescribed_displacements_are_followed() {
     let fixture = Fixture::new();
@@ -75,15 +78,25 @@ fn prescribed_displacements_are_followed() {
     assert_good(&fixture.run());
     let moved = fixture.read("moved.msh");
     let nodes: Vec<&str> = moved.lines().skip_while(|line| *line != "$Nodes").skip(2).collect();
-    for vertex in wing {
+    for &vertex in &wing {
         let found: Vec<f64> = nodes[vertex].split_whitespace().skip(1).map(|text| text.parse().unwrap()).collect();
         let [x, y, z] = mesh.vertices[vertex];
         assert_eq!(found, [x + 0.01, y, z + 0.02]);
     }
 
+    let beside = |by: f64| {
+        let [x, y, z] = mesh.vertices[wing[0]];
+        rows.replacen(&format!("{x},{y},{z},"), &format!("{},{y},{z},", x + by), 1)
+    };
+    fixture.write("wing.csv", &beside(1e-4));
+    assert_good(&fixture.run());
+    assert_eq!(fixture.read("moved.msh"), moved);
+    fs::remove_file(fixture.path("moved.msh")).unwrap();
+    fixture.write("wing.csv", &beside(1e-3));
+    fixture.refuses(3, &["wing.csv", "of the family"]);
+
     let half: String = rows.lines().skip(1).map(|line| format!("{line}\n")).collect();
     fixture.write("wing.csv", &half);
-    fs::remove_file(fixture.path("moved.msh")).unwrap();
     fixture.refuses(3, &["wing.csv: 1 of the family's", "vertices have no row"]);
 }
 

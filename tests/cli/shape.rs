@@ -119,6 +119,8 @@ fn thicker(y: f64, factor: f64) -> Vec<DVec3> {
 const NEW: &str = "[profiles.wing]\nnew = \"new.csv\"\n";
 
 /// Flat cuts through the facets lie 0.8 % of the chord below the airfoil; the vertices stand on it.
+///
+/// Fails if, of `carry`, `FLAT` is 1e-3 or `LOST` 0.005, or, of `matching`, `STRAIGHT_TURNS` 0, `STRAIGHT` 1e-5 or `CROWDED` 1.
 #[test]
 fn a_wings_own_airfoil_moves_nothing() {
     for (mesh, base) in [("dent.msh.gz", 0.0), ("blunt6.msh.gz", 0.02)] {
@@ -172,6 +174,8 @@ fn assert_thickness(wing: &Wing, from: f64, to: f64, low: f64, high: f64) {
 
 /// One section of several is 30 % thicker. The trend is the straight line of least squares, and what the outermost section
 /// differs from it is held: with three sections nothing is left at the ends, with five 0.03 / 2 of the thickness.
+///
+/// Fails if `OVERSHOOT` is 1, and if `STEPS` of `locate` is 8.
 #[test]
 fn a_change_inside_stays_inside() {
     let wing = Wing::new("half4.su2.gz");
@@ -219,6 +223,8 @@ fn a_linear_twist_stays_linear() {
 }
 
 /// A full-span wing in one family, from y = -2 to 2, with sections on its right half.
+///
+/// Fails if `REACH` of the wing is 5, `SLACK` 0, or `ON_MIRROR` 1e-3.
 #[test]
 fn the_other_half_is_a_mirror_image_where_the_case_says_so() {
     let wing = Wing::new("full6.msh.gz");
@@ -260,6 +266,8 @@ fn families_of_one_wing_move_as_one() {
 }
 
 /// Sections that cannot be meant are refused before anything moves, with what is wrong.
+///
+/// Fails if `SLACK` of the wing is 0.2.
 #[test]
 fn sections_that_are_not_the_wings_are_refused() {
     let wing = Wing::new("half4.su2.gz");
@@ -271,6 +279,9 @@ fn sections_that_are_not_the_wings_are_refused() {
     wing.sections("old.csv", &good);
     wing.sections("new.csv", &of(&|at| at + 0.25 * DVec3::X));
     assert_good(&wing.run(both));
+    // The wing ends at 2: beyond the last section it reaches 0.58 of what the sections cover.
+    wing.sections("old.csv", &[0.5, 1.45].map(|y| thicker(y, 1.0)));
+    wing.refuses(both, &["of the span that its profiles cover", "0.58 beyond the last"]);
     wing.sections("old.csv", &of(&|at| at + 0.25 * DVec3::X));
     wing.refuses(both, &["profile 0", "24.8 % of the chord"]);
     wing.sections("old.csv", &of(&|at| at / 1000.0));
