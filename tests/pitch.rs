@@ -3,8 +3,8 @@
 mod common;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use common::aircraft::{cpu, file, vertices_of};
 use common::faults::{bits_changed, inverted};
@@ -113,6 +113,8 @@ fn pitched_quality(mover: &mut Mover, degrees: f64) -> (f64, f64) {
 
 /// The mesh's own worst beta is 0.0126. The best of the tools measured on this case keeps a worst beta of 0.0101 and a mean
 /// of 0.0547 at 60 degrees, and none a valid mesh at 120.
+///
+/// Fails if `BODY` is 10.
 #[test]
 fn large_rotations_keep_the_mesh_as_good_as_it_was() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
@@ -124,10 +126,20 @@ fn large_rotations_keep_the_mesh_as_good_as_it_was() {
 
 /// Half-way through half a turn a straight way would leave no wing: the path turns with it. One jump is not enough, and
 /// what small rotations need is one jump.
+///
+/// Fails if `FIRST_TURN` is 0.05 or 3.
 #[test]
 fn half_a_turn_is_followed_in_steps() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
-    let outcome = mover.update(&pitched(&mover, 180.0), &|_| {}).unwrap();
+    let steps = Mutex::new(Vec::new());
+    let hears = |stage: &str| {
+        if stage.starts_with("step to") {
+            steps.lock().unwrap().push(stage.to_owned());
+        }
+    };
+    let outcome = mover.update(&pitched(&mover, 180.0), &hears).unwrap();
+    // The first step turns by 30 degrees.
+    assert_eq!(steps.into_inner().unwrap()[0], "step to 17 %");
     assert_eq!(outcome.inverted, 0);
     assert!(outcome.is_valid() && outcome.folded.is_empty());
     assert!(outcome.path.steps > 1 && outcome.path.given_up > 0, "{:?}", outcome.path);
@@ -147,6 +159,8 @@ fn half_a_turn_is_followed_in_steps() {
 }
 
 /// Where the jump inverts a few tets in one place, they are repaired there: steps are for those that cannot be.
+///
+/// Fails if `ENOUGH` is 1.5.
 #[test]
 fn a_few_faults_of_the_jump_are_repaired_without_steps() {
     let mut alone = set_up(Default::default(), None);
@@ -197,6 +211,8 @@ impl Backend for Counting {
 
 /// Springs are evaluated once at each shape that a step starts from: the undeformed mesh's are there, and steps that fail
 /// leave the shape as it was.
+///
+/// Fails if `SINGLE` is 0.5.
 #[test]
 fn springs_are_evaluated_once_at_a_shape() {
     let backend = Arc::new(Counting { cpu: cpu(), evaluated: AtomicUsize::new(0) });
@@ -226,6 +242,8 @@ fn a_jump_is_repaired_but_once() {
 
 /// A wing that is moved into the farfield, and one that ends beyond it without touching it: nothing can be done, and
 /// nothing is optimised. The farfield stands at x = 5.5, the trailing edge at 1 chord.
+///
+/// Fails if `LOCAL` is 1, and if `SHORTEST` is 0.00001 or 0.5.
 #[test]
 fn a_wing_that_leaves_the_mesh_is_refused() {
     let mut mover = set_up(Default::default(), Some(QualityTarget::Original));
@@ -237,6 +255,10 @@ fn a_wing_that_leaves_the_mesh_is_refused() {
         assert!(!outcome.is_valid() && outcome.inverted > 0, "{by}");
         assert_eq!(outcome.smoothed, None, "{by}");
         assert!(outcome.path.reached < 4.5 / by, "{by}: {:?}", outcome.path);
+        // Steps begin with half of the way; each failure halves them and each success doubles them, down to a 256th.
+        if outcome.path.given_up > 0 {
+            assert_eq!(outcome.path.given_up - 1, outcome.path.steps + 8, "{by}: {:?}", outcome.path);
+        }
     }
 }
 

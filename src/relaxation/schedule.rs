@@ -177,8 +177,20 @@ mod tests {
         panic!("{eigenvalues:?} do not fade: {errors:?}");
     }
 
+    /// The largest network measured is three times as fast by multigrid; the smallest gains nothing.
+    ///
+    /// Fails if `LARGE` is 100000000 or 10.
+    #[test]
+    fn large_networks_are_relaxed_by_multigrid() {
+        assert_eq!(Method::Auto.for_size(117_649), Method::Multigrid);
+        assert_eq!(Method::Auto.for_size(1_000), Method::Chebyshev);
+        assert_eq!(Method::Jacobi.for_size(117_649), Method::Jacobi);
+    }
+
     /// On the first bounds the mode of eigenvalue 0.2 fades by 0.75 with each cycle and takes 64 of them; on bounds
     /// that hold it, and end at 0.1 or above, every mode fades by 0.52 or faster.
+    ///
+    /// Fails if `SLOW` is 0.9, and if `LOWEST` is 0.001 or 0.6.
     #[test]
     fn bounds_follow_a_mode_below_them() {
         let (cycles, low) = cycles(&[0.2, 0.66, 0.8, 0.9, 1.0]);

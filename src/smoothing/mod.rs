@@ -373,3 +373,21 @@ pub fn moved(at: DVec3, by: DVec3) -> DVec3 {
     let add = |x: f64, c: f64| if c == 0.0 { x } else { x + c };
     DVec3::new(add(at.x, by.x), add(at.y, by.y), add(at.z, by.z))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::regularisation;
+
+    /// The regularised volume `h = (v + sqrt(v^2 + 4 delta^2)) / 2` of the worst tet is 1e-4; where the worst tet has a
+    /// hundredth of its volume nothing is regularised.
+    ///
+    /// Fails if `EPSILON` is 0.1 or 1e-9.
+    #[test]
+    fn inverted_tets_alone_are_regularised() {
+        assert_eq!(regularisation(0.01), 0.0);
+        for volume in [-0.3f64, 0.0, 5e-5] {
+            let regularised = 0.5 * (volume + (volume * volume + 4.0 * regularisation(volume)).sqrt());
+            assert!((0.5e-4..2e-4).contains(&regularised), "{volume}: {regularised:e}");
+        }
+    }
+}

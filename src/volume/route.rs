@@ -164,6 +164,8 @@ mod tests {
     use super::*;
 
     /// A quarter turn about a hinge with a travel along it: half-way is an eighth of a turn and half the travel.
+    ///
+    /// Fails if `LEAST_TURN` is 1.
     #[test]
     fn a_screw_is_followed_about_its_hinge() {
         let hinge = DVec3::new(2.0, 0.0, -1.0);
@@ -180,6 +182,7 @@ mod tests {
         }
     }
 
+    /// Fails if `LEAST_TURN` is 0.
     #[test]
     fn a_translation_is_followed_straight() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
