@@ -283,6 +283,7 @@ fn keys_must_fit_the_role() {
     );
 }
 
+/// Fails if `MOST_FLAT` is 0.001 or 1.
 #[test]
 fn planes_may_be_not_quite_flat() {
     let with = |text: &str| GOOD.replace("role = \"plane\"", &format!("role = \"plane\"\n{text}"));

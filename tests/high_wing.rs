@@ -68,6 +68,7 @@ fn check(outcome: &Outcome, mesh: &TetMesh, name: &str) {
     assert!(junction.map(|vertex| outcome.displacement[vertex].length()).fold(0.0, f64::max) > 1e-3, "{name}");
 }
 
+/// Fails if `STRIP` is 0.01, `CROWDED` of `carry` 0.9, or `MOST_STEPS` 5.
 #[test]
 fn a_high_wing_slides_on_the_steep_side_of_its_fuselage() {
     let mesh = mesh();
@@ -89,6 +90,8 @@ fn a_high_wing_slides_on_the_steep_side_of_its_fuselage() {
 
 /// Raised so far that springs alone fold the fuselage beside the root over and push the wing through it: vertices that
 /// slide undo it.
+///
+/// Fails if `FAR` of `star` is 1, `MOST_STEPS` 5, `ROUND` of smoothing 40, `PATIENCE_TANGLED` 100, `MOST_SWEEPS` 8, or `LOCAL` 0.
 #[test]
 fn a_fold_beside_the_root_is_undone() {
     let mesh = mesh();

@@ -135,6 +135,8 @@ fn motion_turns_and_scales_with_a_large_aircraft() {
     assert_moves_along(WING_BODY, &Stance::odd(0.3), "big_2");
 }
 
+/// Fails if, of `curve`, `CORNER` is 30 or `LONGEST_TANGENT` 0.3, if `POINT_BY_POINT` is 100, and if `FLAT` of `fitted_motion` is
+/// 0.
 #[test]
 fn motion_turns_and_scales_with_a_rounded_wingtip() {
     assert_moves_along(ROUND, &Stance::odd(-0.5), "planform_2");

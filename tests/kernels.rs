@@ -85,6 +85,8 @@ fn stiffness_adds_over_tets() {
 }
 
 /// A tet without volume, without a face's area, or without any length: sin^2 counts as 1e-6.
+///
+/// Fails if `LARGEST` of `edge_stiffness` is 1 or 1e30.
 #[test]
 fn stiffness_of_flat_tets_is_bounded() {
     let flat = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.7, 0.6, 0.0]];

@@ -88,6 +88,7 @@ fn check(aircraft: Aircraft, set: &str) {
     }
 }
 
+/// Fails if `ON_MIRROR` is -1.
 #[test]
 fn both_halves_of_a_small_aircraft_move_alike() {
     check(SMALL, "planform_2");

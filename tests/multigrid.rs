@@ -112,6 +112,7 @@ fn slanted(at: DVec3) -> Constraint {
     }
 }
 
+/// Fails if `FASTEST` is 0.01, `SMOOTHING` 1, `DAMPED` 0.9, or, of `aggregation`, `ALIKE` 2 or `STRONG` 0.95.
 #[test]
 fn cycles_agree_with_a_direct_solution() {
     let warped = |at: DVec3| at * at * DVec3::new(1.0, 0.5, 2.0) + at;
@@ -135,6 +136,8 @@ fn cycles_agree_with_a_direct_solution() {
 
 /// Cycles to an error of 1e-6 edges, for springs of every kind on meshes that are even, graded a thousandfold, and
 /// flattened.
+///
+/// Fails if, of `aggregation`, `STRONG` is 0.95 or 0, or `ANCHORED` 0.01, and if `SMOOTHING` is 1 or `DAMPED` 0.9.
 #[test]
 fn a_cycle_is_worth_as_much_on_every_mesh() {
     let even = |at: DVec3| at;
@@ -160,6 +163,8 @@ fn a_cycle_is_worth_as_much_on_every_mesh() {
 }
 
 /// Layers at a wall, a thousand times as wide as thick, that end at a symmetry plane.
+///
+/// Fails if, of `aggregation`, `ALIKE` is 2, `STRONG` 0.95 or 0, or `ANCHORED` 0.01.
 #[test]
 fn thin_layers_take_no_more_cycles() {
     let layers = |at: DVec3| DVec3::new(at.x, at.y, 1e-4f64.powf(1.0 - at.z) - 1e-4);
@@ -196,6 +201,7 @@ fn cycles_of_the_reference_lose_no_digit_of_f64() {
     assert!(left < 1e-13, "{left:e} of a load of 1");
 }
 
+/// Fails if `SMOOTHING` is 1 or 6, and if, of `aggregation`, `STRONG` is 0.95 or `ANCHORED` 0.01.
 #[test]
 fn middle_levels_are_swept_twice_as_often() {
     let (_, whole) = network(34, (Length::Inverse, Torsion::None), |at| at, hold_boundary);

@@ -65,6 +65,7 @@ fn allowed(gpu: &GpuBackend, twin: &[DVec3]) -> f64 {
     if gpu.is_software() { 0.0 } else { 1e-4 * greatest }
 }
 
+/// Fails if `COARSEST` is 4000, and if `SHRINKS` is 0.1.
 #[test]
 fn cycles_match_their_twins() {
     let Some(gpu) = gpu(Bounds::default()) else { return };
@@ -106,6 +107,8 @@ fn neither_splitting_nor_batches_change_a_bit() {
 }
 
 /// The tolerance asked for is reached in f32 too, also with constraints that were replaced.
+///
+/// Fails if `HIGHEST_STEPS` is 2.
 #[test]
 fn the_gpu_relaxes_by_cycles() {
     let Some(gpu) = gpu(Bounds::default()) else { return };

@@ -123,6 +123,7 @@ fn bare_wing() -> TetMesh {
     carve(CELLS, &["wing", "symmetry", "farfield"], |at| is_block(at, 0.0, 5.0), family, |at| at * CELL)
 }
 
+/// Fails if `ALIKE` of `edges` is 1.
 #[test]
 fn bare_wing_is_translated() {
     let mesh = bare_wing();

@@ -39,6 +39,7 @@ fn is_mesh(name: &str) -> bool {
     name.contains("polyMesh/") || extensions.chain(&["cgns"]).any(|extension| name.ends_with(&format!(".{extension}")))
 }
 
+/// Fails if the limit of the package is 1 MiB.
 #[test]
 fn a_package_holds_the_program_and_no_mesh() {
     let packaged = packaged();

@@ -78,6 +78,7 @@ fn closest_points_of_one_triangle() {
     }
 }
 
+/// Fails if `LEAST_COSINE` is 0.99 or -1.
 #[test]
 fn a_line_meets_the_surface_where_it_should() {
     let (points, triangles) = cylinder(64, |_, _| false);
@@ -94,6 +95,7 @@ fn a_line_meets_the_surface_where_it_should() {
     assert_eq!(along, target.closest(from).point);
 }
 
+/// Fails if `MOST_SAMPLES` is 12.
 #[test]
 fn a_hole_in_a_cylinder_is_continued_round() {
     let (points, triangles) = cylinder(40, |x, angle| x.abs() < 0.6 && angle.abs() < 0.25);

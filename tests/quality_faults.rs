@@ -170,6 +170,8 @@ fn around_are_the_tets_that_share_a_vertex() {
 }
 
 /// Surfaces touch along edges, lie in one plane, stand at right angles; none of that is passing through, at any place.
+///
+/// Fails if `BEYOND` is 0.
 #[test]
 fn whole_surfaces_pierce_nothing() {
     for (mesh, surface) in [block(), wedge()] {
@@ -202,6 +204,8 @@ fn a_spike_pierces_the_triangle_it_comes_out_of() {
 }
 
 /// Vertices thrown about: every edge against every triangle, where it meets its plane by solving for the place.
+///
+/// Fails if `BEYOND` is 0.1.
 #[test]
 fn all_pierced_triangles_are_found() {
     let (mesh, surface) = block();

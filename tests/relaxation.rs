@@ -88,6 +88,7 @@ fn hold_boundary(at: DVec3) -> Constraint {
     if on_boundary(at) { Constraint::Held } else { Constraint::Free }
 }
 
+/// Fails if `MARGIN` of `spectrum` is 0.7.
 #[test]
 fn a_translated_boundary_translates_everything() {
     let (positions, network) = brick_network(5, hold_boundary);
@@ -164,6 +165,7 @@ fn what_is_left_is_no_more_than_is_said() {
     }
 }
 
+/// Fails if `MARGIN` of `spectrum` is 2.
 #[test]
 fn the_spectrum_encloses_the_eigenvalues() {
     let (_, network) = brick_network(5, hold_boundary);

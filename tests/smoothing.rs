@@ -88,6 +88,8 @@ fn an_unmoved_mesh_keeps_its_bits() {
 }
 
 /// One vertex displaced, the rest in place: the original shape is the optimum, and it is found.
+///
+/// Fails if, of smoothing, `ROUND` is 1, `PATIENCE` 1, `IMPROVES` 0.1, or `NEAR` 1.
 #[test]
 fn a_displaced_vertex_returns() {
     let mesh = brick(4);
@@ -104,6 +106,8 @@ fn a_displaced_vertex_returns() {
 }
 
 /// A vertex pushed out of its star, and a brick shaken until a third of its tets are inverted.
+///
+/// Fails if `EPSILON` of smoothing is 1e-9.
 #[test]
 fn inverted_tets_are_untangled() {
     let mesh = brick(4);
@@ -213,6 +217,8 @@ fn the_number_of_threads_changes_no_bit() {
 
 /// Towards the original shape a run climbs to the original's worst beta and hardly further: its margin is 2 %. The original
 /// is at the optimum of the sum of powers, but a shaken one comes to rest below it.
+///
+/// Fails if `MARGIN` of smoothing is 0.5.
 #[test]
 fn a_run_ends_with_a_climb_on_beta() {
     let mesh = brick(4);
@@ -226,6 +232,8 @@ fn a_run_ends_with_a_climb_on_beta() {
 }
 
 /// Only vertices of tets below the goal and of their neighbours move.
+///
+/// Fails if `ROUND` of smoothing is 1, or `POWER` 4.
 #[test]
 fn what_is_good_stays() {
     let mesh = brick(8);

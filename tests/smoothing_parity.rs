@@ -106,6 +106,8 @@ fn sweeps_agree_with_the_twin() {
 }
 
 /// A run from a tangled mesh: on hardware it may take another way, but it must get there too.
+///
+/// Fails if `POWER_TANGLED` is 4.
 #[test]
 fn runs_agree_with_the_twin() {
     let Some(gpu) = gpu(Bounds::default()) else { return };

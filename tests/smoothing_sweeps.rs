@@ -283,6 +283,7 @@ fn assert_lowered(
     assert!(last < share * first, "{what}: {first} to {last}");
 }
 
+/// Fails if `SHIFTS` is 0.
 #[test]
 fn energy_falls_with_every_sweep_and_tets_stay_valid() {
     let mesh = brick(4);

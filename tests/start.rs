@@ -35,6 +35,8 @@ fn shortest_edges(mover: &Mover) -> Vec<f64> {
 
 /// Both ends are estimated to be within 1e-4 shortest edges of the same equilibrium; an error of a rotation moves a vertex by
 /// itself times some tens of edges.
+///
+/// Fails if `NORMAL` is 100 or 0.
 #[test]
 fn the_last_design_is_a_shorter_way_to_the_same_place() {
     for aircraft in [SMALL, WING_BODY] {
