@@ -216,19 +216,68 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 /// Towards the original shape a run climbs to the original's worst beta and hardly further: its margin is 2 %. The original
-/// is at the optimum of the sum of powers, but a shaken one comes to rest below it.
+/// is at the optimum of the sum of powers, but a shaken one comes to rest below it. Without a bound a climb goes on while it pays,
+/// to 1.39 times that beta.
 ///
-/// Fails if `MARGIN` of smoothing is 0.5.
+/// Fails if, of smoothing, `MARGIN` is 0.5 or 0, and if `GAIN` is 0.1.
 #[test]
 fn a_run_ends_with_a_climb_on_beta() {
     let mesh = brick(4);
     let constraint = slide_on_boundary(&mesh);
-    let positions = shaken(&mesh, &constraint, 0.06);
     let original = worst(&mesh, &mesh.vertices).1;
-    let end = |target| run(&F64, &mesh, &constraint, target, &positions, &ALL).1.beta_min;
-    let (of_original, of_improve) = (end(QualityTarget::Original), end(QualityTarget::Improve));
-    assert!(of_original > 0.999 * original && of_original < 1.03 * original, "{of_original} of {original}");
-    assert!(of_improve > 1.01 * original, "{of_improve} of {original}");
+    let end = |target, amount| {
+        run(&F64, &mesh, &constraint, target, &shaken(&mesh, &constraint, amount), &ALL).1.beta_min / original
+    };
+    for amount in [0.03, 0.06] {
+        let found = end(QualityTarget::Original, amount);
+        assert!((1.0..1.03).contains(&found), "{found}");
+    }
+    let improved = end(QualityTarget::Improve, 0.1);
+    assert!(improved > 1.36, "{improved}");
+}
+
+/// With its sides held a brick is best as it is, whatever the target. A run for more gets there from afar, and ends then and not
+/// with its sweeps.
+///
+/// Fails if `PATIENCE` is 30, and if `FADES` is 0.9.
+#[test]
+fn a_run_ends_when_nothing_improves() {
+    let mesh = brick(4);
+    let constraint = hold_boundary(&mesh);
+    for (amount, target, sweeps) in [(0.03, QualityTarget::Original, 40), (0.3, QualityTarget::Improve, 120)] {
+        let positions = shaken(&mesh, &constraint, amount);
+        let smoothed = run(&F64, &mesh, &constraint, target, &positions, &ALL).1;
+        assert!(smoothed.beta_min > 0.999 * worst(&mesh, &mesh.vertices).1, "{smoothed:?}");
+        assert!(smoothed.sweeps <= sweeps, "{smoothed:?}");
+    }
+}
+
+/// A fine brick shaken by more than half a cell, sides and all: shapes count as well as sizes.
+///
+/// Fails if `SIZE` of smoothing is 4.
+#[test]
+fn a_brick_shaken_on_all_sides_is_untangled() {
+    let mesh = brick(8);
+    let constraint = slide_on_boundary(&mesh);
+    let positions = shaken(&mesh, &constraint, 0.15);
+    assert!(worst(&mesh, &positions).0 > 100);
+    let goal = Goal { beta: 0.025, max_sweeps: 200 };
+    let smoothed = run(&F64, &mesh, &constraint, QualityTarget::Original, &positions, &goal).1;
+    assert!(smoothed.inverted == 0 && smoothed.beta_min >= 0.025, "{smoothed:?}");
+}
+
+/// The sides of a brick are pressed through each other, and no vertex inside can mend that. The number of inverted tets falls in
+/// fits: a run that gives up at the first pause leaves three times as many.
+///
+/// Fails if `PATIENCE_TANGLED` is 1.
+#[test]
+fn a_tangled_mesh_gets_time() {
+    let mesh = brick(6);
+    let pressed = |&at: &DVec3| if on_boundary(at) { at - 0.6 * at.x * at.x * DVec3::X } else { at };
+    let positions: Vec<DVec3> = mesh.vertices.iter().map(pressed).collect();
+    let goal = Goal { max_sweeps: 400, ..ALL };
+    let smoothed = run(&F64, &mesh, &hold_boundary(&mesh), QualityTarget::Original, &positions, &goal).1;
+    assert!(smoothed.inverted < 100, "{smoothed:?}");
 }
 
 /// Only vertices of tets below the goal and of their neighbours move.
