@@ -192,21 +192,23 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Modules that `cargo doc` shows.
+/// The public modules that a file declares and does not hide.
+fn shown_in(path: &Path) -> Vec<String> {
+    let code = fs::read_to_string(path).unwrap();
+    let lines: Vec<&str> = code.lines().collect();
+    let is_hidden = |index: usize| index > 0 && lines[index - 1] == "#[doc(hidden)]";
+    let declared = lines.iter().enumerate().filter(|&(index, _)| !is_hidden(index));
+    let names = declared.filter_map(|(_, line)| line.strip_prefix("pub mod ")?.strip_suffix(';'));
+    names.map(str::to_owned).collect()
+}
+
+/// Modules that `cargo doc` shows: those of the crate, and those within.
 fn shown_modules() -> Vec<String> {
-    let mut files = Vec::new();
-    sources(&root().join("src"), &mut files);
-    let mut shown = Vec::new();
-    for path in files.iter().filter(|path| path.extension().is_some_and(|extension| extension == "rs")) {
-        let code = fs::read_to_string(path).unwrap();
-        let lines: Vec<&str> = code.lines().collect();
-        for (index, line) in lines.iter().enumerate().filter(|(_, line)| line.starts_with("pub mod ")) {
-            if index == 0 || lines[index - 1] != "#[doc(hidden)]" {
-                shown.push(line.trim_start_matches("pub mod ").trim_end_matches(';').to_owned());
-            }
-        }
+    let mut shown = shown_in(&root().join("src/lib.rs"));
+    for module in shown.clone() {
+        let path = root().join("src").join(&module).join("mod.rs");
+        shown.extend(shown_in(&path).into_iter().map(|within| format!("{module}::{within}")));
     }
-    shown.sort();
     shown
 }
 
