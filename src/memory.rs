@@ -36,9 +36,9 @@ fn enough(needed: u64, available: Option<u64>) -> Result<(), MemoryError> {
     }
 }
 
-/// Bytes that the process may still use. These are the smallest of the system's available memory,
-/// the rest of the process's own limit (`ulimit -v`), and the rest of the limits of its control
-/// groups. Linux gives these numbers. `None` if the system gives none of them.
+/// Bytes that the process may still use: the smallest of the system's available memory, the rest of
+/// the process's own limit (`ulimit -v`), and the rest of the limits of its control groups. Linux
+/// gives these numbers. `None` if the system gives none of them.
 fn available_memory() -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let of_system = kilobytes(&read("/proc/meminfo"), "MemAvailable:");

@@ -67,7 +67,7 @@ struct Comparison {
     seconds: Option<Timings>,
 }
 
-/// Time of an update on each backend, in s. It includes all stages and no files.
+/// Time of an update on each backend, in s, with all stages and without files.
 #[derive(Debug, Serialize)]
 struct Timings {
     cpu: f64,

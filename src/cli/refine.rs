@@ -20,9 +20,9 @@ pub(super) struct Arguments {
     output: PathBuf,
 }
 
-/// Bytes for each tet of the fine mesh. They include the tet's share of vertices, of the coarse
-/// mesh's topology, and of the memory for writing. Measured were 40 to 55 with 7.4 million tets,
-/// depending on the format.
+/// Bytes for each tet of the fine mesh, with the tet's share of vertices, of the coarse mesh's
+/// topology, and of the memory for writing. Measured were 40 to 55 with 7.4 million tets, depending
+/// on the format.
 const BYTES: u64 = 60;
 
 /// Runs the command.

@@ -1,4 +1,5 @@
-//! [`Mover`] moves one mesh to many designs. It is set up once per mesh and run once per design.
+//! [`Mover`] moves one mesh to many designs. A mover is set up once per mesh and run once per
+//! design.
 //!
 //! [`MoverBuilder::build`] makes everything that depends on the mesh alone: topology, places of
 //! wing vertices among the old profiles, continued surfaces, stiffness, spectra and device buffers.
@@ -164,7 +165,7 @@ pub enum MoveError {
     Memory {
         /// Tets of the mesh.
         n_tets: usize,
-        /// What is lacking.
+        /// The bytes needed and available.
         error: MemoryError,
     },
     /// A stage could not be run: the memory does not suffice for a path of steps.

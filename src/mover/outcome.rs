@@ -219,7 +219,7 @@ fn is_zero(count: &usize) -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProfileReport {
     /// Largest distance between the new profiles and the moved wing's facets, cut in the planes of
-    /// the profiles, in the mesh's unit. It includes the sag of the facets.
+    /// the profiles, in the mesh's unit. The sag of the facets is included.
     pub max_distance_to_new_profiles: Option<f64>,
     /// Deviation of the wing's vertices beside the profiles' planes: the largest increase of a
     /// vertex's distance, from the distance to the old profile to the distance to the new one, as a

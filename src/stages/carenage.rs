@@ -5,7 +5,7 @@
 //! freely, and the vertices are projected. Then rounds follow: the springs relax within the tangent
 //! planes at the vertices, and the vertices are projected again. The rounds end when no vertex
 //! moves any more. The equilibrium is the paper's: springs balance along the surface, and every
-//! vertex is on the surface. It takes a few projections instead of hundreds.
+//! vertex is on the surface. Here the equilibrium takes a few projections instead of hundreds.
 //!
 //! Vertices at which a carenage meets a plane family or another carenage stay where they are.
 

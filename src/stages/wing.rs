@@ -5,8 +5,8 @@
 //! The families of a wing move as one surface.
 //!
 //! 1. [`Wings::interpolate`] displaces every wing vertex with its profiles ([`crate::profile`]).
-//!    This takes the wing's root off the fuselage, or off the symmetry plane in which the wing
-//!    ends.
+//!    The displacement takes the wing's root off the fuselage, or off the symmetry plane in which
+//!    the wing ends.
 //! 2. [`Stage::run`] slides each junction vertex along the moved wing's span direction at the
 //!    vertex, until it meets the fuselage's original surface. This slide does not change the wing's
 //!    shape.

@@ -15,8 +15,8 @@
 //!
 //! # The start
 //!
-//! The paper's conservative springs pull a vertex to its original position. They would pull the tip
-//! of a wing that is bent up back down. Here the best affine (or rigid) motion of the tip's
+//! The paper's conservative springs pull a vertex to its original position. Such springs would pull
+//! the tip of a wing that is bent up back down. Here the best affine (or rigid) motion of the tip's
 //! boundary is subtracted first. All springs, the longitudinal ones too, act on the remaining
 //! displacement, and the subtracted motion is added in the end. So a tip that is only turned or
 //! stretched keeps the shapes of its triangles with every coefficient. [`TipStart`] selects the
