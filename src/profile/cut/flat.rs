@@ -18,7 +18,8 @@ const SAME: f64 = 1e-12;
 /// A section cut from facets.
 #[derive(Clone, Debug)]
 pub(in crate::profile) struct FlatSection {
-    /// Crossings in the order of [`super::cut()`]. If the section is closed, the last repeats the first.
+    /// Crossings in the order of [`super::cut()`]. If the section is closed, the last repeats the
+    /// first.
     pub crossings: Vec<Crossing>,
     /// Index of the first crossing of a blunt base, if the base is part of a closed section.
     pub base: Option<usize>,
