@@ -1,5 +1,5 @@
-//! Moves the mesh of a case to design after design, as an optimiser does: set up once, update
-//! often.
+//! Moves the mesh of a case to one design after another, as an optimiser does. The mover is set up
+//! once.
 //!
 //! `cargo run --release --example design_loop -- CASE.toml`
 
@@ -15,7 +15,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The wing bent up more and more: how far the mesh moves up at most, in the mesh's unit.
+/// Bends the wings up more and more. Returns pairs of the bend and the mesh's largest upward
+/// displacement, both in the mesh's unit.
+///
+/// # Errors
+/// The case cannot be loaded, the backend failed, or a result is not valid.
 pub fn run(path: &str) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
     let case = Case::load(path)?;
     let mut mover = case.mover(backend::select(backend::Selection::Cpu)?)?;

@@ -1,4 +1,5 @@
-//! Moves the mesh of a case to its design and writes it where the case says.
+//! Moves the mesh of a case to the design of the case, and writes the moved mesh to the outputs of
+//! the case.
 //!
 //! `cargo run --release --example move_one -- CASE.toml`
 
@@ -11,12 +12,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     run(&path)
 }
 
-/// Moves the mesh of the case in this file.
+/// Moves the mesh of a case file and writes the outputs.
+///
+/// # Errors
+/// The case cannot be loaded, the backend failed, an output cannot be written, or the result may
+/// not be used.
 pub fn run(path: &str) -> Result<(), Box<dyn Error>> {
     let case = Case::load(path)?;
     let mut mover = case.mover(backend::select(backend::Selection::Auto)?)?;
     let outcome = mover.update(&case.design)?;
-    // A mesh that is not valid gets another name: NAME.invalid.EXT.
+    // A mesh that is not valid gets another name: `NAME.invalid.EXT`.
     for file in case.write(&outcome)? {
         println!("wrote {}", file.display());
     }

@@ -1,4 +1,5 @@
-//! A mover on a thread of its own: designs go in by a channel, worst betas come out by another.
+//! Runs a mover on a thread of its own. One channel carries designs to the thread, and another
+//! carries worst betas back.
 //!
 //! `cargo run --release --example own_thread -- CASE.toml`
 
@@ -12,7 +13,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The worst beta of the case's design, in the volume of a tet over the cube of its longest edge.
+/// Returns the worst beta of the case's design. The beta of a tet is its volume over the cube of
+/// its longest edge.
+///
+/// # Errors
+/// The case cannot be loaded, the backend failed, or the result is not valid.
 pub fn run(path: &str) -> Result<f64, Box<dyn Error>> {
     let case = Case::load(path)?;
     let mut mover = case.mover(backend::select(backend::Selection::Cpu)?)?;

@@ -1,5 +1,7 @@
-//! What a vertex may do when everything around it moves. Stages say it, networks and optimisation
-//! keep to it, devices know a packed form of it ([`crate::kernels::constraint`]).
+//! [`Constraint`]: the directions in which a vertex may move.
+//!
+//! Stages set constraints. Networks and local optimisation keep them. Devices hold them in a packed
+//! form ([`crate::kernels::constraint`]).
 
 use glam::DVec3;
 

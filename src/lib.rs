@@ -1,23 +1,23 @@
 //! idmesh moves an aircraft's tetrahedral CFD mesh when its wing profiles change.
 //!
-//! Every vertex and every tet is kept; only coordinates change. See `ARCHITECTURE.md` for the map
-//! of the code and [`mover::Mover`] for the one door to it.
+//! Every vertex and every tet is kept, and only coordinates change. A [`mover::Mover`] is set up
+//! once per mesh and moves the mesh to many designs. `ARCHITECTURE.md` is the map of the code.
 //!
 //! # A guided tour
 //!
-//! | step | by |
+//! | step | call |
 //! |---|---|
-//! | a case file, its mesh and its profiles are read | [`case::Case::load`] |
-//! | or a mesh alone, as a [`mesh::TetMesh`] with families | [`formats::read`] |
-//! | each family has a role, each wing old profiles | [`families::Role`], [`profile::Profile`] |
-//! | what depends on the mesh alone is made | [`case::LoadedCase::mover`], [`mover::Mover::builder`] |
-//! | the undeformed mesh is moved to one design after another | [`mover::Mover::update`] |
-//! | the moved vertices are handed out, if the result is good | [`mover::Outcome::valid`] |
-//! | the moved mesh is written | [`case::LoadedCase::write`], [`formats::MeshFile::write`] |
-//! | everything that a command does with a design is done | [`session::Session`] |
+//! | read a case file, its mesh and its profiles | [`case::Case::load`] |
+//! | or read a mesh alone, as a [`mesh::TetMesh`] with families | [`formats::read`] |
+//! | give each family a role, and each wing its old profiles | [`families::Role`], [`profile::Profile`] |
+//! | set up a mover, which makes everything that depends on the mesh alone | [`case::LoadedCase::mover`], [`mover::Mover::builder`] |
+//! | move the undeformed mesh to one design after another | [`mover::Mover::update`] |
+//! | get the moved vertices, if the result may be used | [`mover::Outcome::valid`] |
+//! | write the moved mesh | [`case::LoadedCase::write`], [`formats::MeshFile::write`] |
+//! | do everything that `idmesh run` does with a design | [`session::Session`] |
 //!
 //! Bad input and a failed device are errors. A relaxation that did not converge and tets that stay
-//! inverted are results: [`mover::Outcome::valid`] refuses both.
+//! inverted are results. [`mover::Outcome::valid`] returns an error for such results.
 //!
 //! ```
 //! use idmesh::{backend, case::Case};

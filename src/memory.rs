@@ -1,5 +1,7 @@
-//! Checks of the available memory before it is used. A large mesh is refused with two numbers;
-//! otherwise the system would end the process.
+//! Checks the available memory before a large allocation.
+//!
+//! A mesh that needs more memory gets an error with both numbers. Without the check the system
+//! would end the process.
 
 use std::{fs, path::Path};
 
@@ -18,7 +20,8 @@ pub struct MemoryError {
     pub available: u64,
 }
 
-/// Checks that so many bytes are available, as far as the system gives the number.
+/// Checks that this number of bytes is available. If the system does not give the available memory,
+/// the check passes.
 ///
 /// # Errors
 /// [`MemoryError`]: fewer bytes are available.
@@ -33,9 +36,9 @@ fn enough(needed: u64, available: Option<u64>) -> Result<(), MemoryError> {
     }
 }
 
-/// Bytes that the process may still use: the system's available memory, limited by the process's
-/// own limit (`ulimit -v`) and by the limits of its control groups. `None` if the system does not
-/// give them; Linux does.
+/// Bytes that the process may still use: the smallest of the system's available memory, the rest of
+/// the process's own limit (`ulimit -v`), and the rest of the limits of its control groups. Linux
+/// gives these numbers. `None` if the system gives none of them.
 fn available_memory() -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let of_system = kilobytes(&read("/proc/meminfo"), "MemAvailable:");
@@ -51,8 +54,8 @@ struct GroupFiles {
     folder: &'static str,
     limit: &'static str,
     taken: &'static str,
-    /// The line of `memory.stat` with the part of the use that the system frees on demand: copies
-    /// of files.
+    /// Beginning of the line in `memory.stat` with the bytes that the system frees on demand, such
+    /// as copies of files.
     given_back: &'static str,
 }
 
@@ -66,8 +69,8 @@ const VERSION_1: GroupFiles = GroupFiles {
 const VERSION_2: GroupFiles =
     GroupFiles { folder: "", limit: "memory.max", taken: "memory.current", given_back: "inactive_file " };
 
-/// Bytes left in the tightest of a process's control groups and their parents. Jobs of a cluster
-/// and containers have such limits. `None` if no group has a limit.
+/// Bytes left in the control group with the fewest left, among the groups of a process and their
+/// parents. Jobs of a cluster and containers have such limits. `None` if no group has a limit.
 ///
 /// - `membership`: contents of `/proc/self/cgroup`
 /// - `root`: the folder with all groups
@@ -80,14 +83,14 @@ fn left_in_groups(membership: &str, root: &Path) -> Option<u64> {
             _ => return None,
         };
         let folder = root.join(files.folder);
-        // In a container the path may be valid outside only. Then only the folder of all groups
-        // exists.
+        // In a container the path may be valid only outside the container. Then only the folder of
+        // all groups exists.
         Path::new(path.trim_start_matches('/')).ancestors().filter_map(|group| left(&folder.join(group), files)).min()
     };
     membership.lines().filter_map(of_group).min()
 }
 
-/// Bytes left in one group.
+/// Bytes left in one group. `None` if the group has no limit.
 fn left(group: &Path, files: &GroupFiles) -> Option<u64> {
     let number = |name: &str| fs::read_to_string(group.join(name)).ok()?.trim().parse::<u64>().ok();
     let (limit, taken) = (number(files.limit)?, number(files.taken)?);

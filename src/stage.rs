@@ -1,4 +1,6 @@
-//! What a stage is, and what every stage is set up from.
+//! The trait [`Stage`], and [`SetUp`], from which every stage is set up.
+//!
+//! [`crate::stages`] and [`crate::volume`] hold the stages.
 
 use glam::DVec3;
 use thiserror::Error;
@@ -11,23 +13,25 @@ use crate::{
     relaxation::{Convergence, Method, Stopping},
 };
 
-/// One stage of the way from a design to a moved mesh: it places the vertices of its families, or
-/// all that are left.
+/// A stage of an update. A stage places the vertices of its families. The last stage, the volume,
+/// places all other vertices.
 ///
-/// A stage is set up once per mesh by its `new`, which does what depends on the mesh alone, and run
-/// once per design. Each run starts from the undeformed mesh. A tangent and an adjoint of `run`
-/// will stand beside it later.
+/// The function `new` of a stage does everything that depends on the mesh alone, once per mesh.
+/// [`Stage::run`] is called once per design. Each run starts from the undeformed mesh.
 pub trait Stage {
-    /// Moves the stage's vertices after those that the stages before it have moved.
+    /// Moves the vertices of the stage. Earlier stages have moved their vertices before.
     ///
-    /// - `set_up`: what the stage was set up from
-    /// - `displacement` `[n_vertices]`, in the unit of the mesh: what earlier stages have made of
-    ///   it; the stage changes its own vertices'
-    /// - `observer`: hears what a long stage does in the meantime
+    /// - `set_up`: the same as for `new`
+    /// - `displacement` `[n_vertices]`: in the mesh's unit; the stage changes the displacements of
+    ///   its own vertices
+    /// - `observer`: gets the names of the steps of a long stage as they begin
     ///
     /// # Errors
-    /// The backend failed, or there is no memory for what the design needs. A relaxation that did
-    /// not converge is a result.
+    /// - [`StageError::Backend`]: the backend failed
+    /// - [`StageError::Memory`]: the design needs a path of steps, and the memory does not suffice
+    ///   for it
+    ///
+    /// A relaxation that did not converge is no error; see [`Convergence::converged`].
     fn run(
         &mut self,
         set_up: &SetUp,
@@ -36,7 +40,7 @@ pub trait Stage {
     ) -> Result<Convergence, StageError>;
 }
 
-/// Why a stage could not be run.
+/// An error of a stage's run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StageError {
@@ -45,7 +49,7 @@ pub enum StageError {
     Memory {
         /// Tets of the mesh.
         n_tets: usize,
-        /// What is lacking.
+        /// The bytes needed and available.
         error: MemoryError,
     },
     /// The backend failed.
@@ -53,30 +57,30 @@ pub enum StageError {
     Backend(#[from] BackendError),
 }
 
-/// What a design would do to a vertex that another family places.
+/// A displacement of a vertex by a family that does not place the vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// The family that would move it.
+    /// The family with which the design moves the vertex.
     pub family: FamilyId,
     /// The vertex.
     pub vertex: u32,
-    /// Where to.
+    /// The displacement by this family, in the mesh's unit.
     pub displacement: DVec3,
 }
 
-/// What every stage is set up from, and gets again when it is run.
+/// The arguments of every stage, at its set-up and at each run.
 #[derive(Clone, Copy)]
 pub struct SetUp<'a> {
     /// The undeformed mesh.
     pub mesh: &'a TetMesh,
-    /// Its oriented boundary.
+    /// The mesh's oriented boundary.
     pub surface: &'a Surface,
-    /// What its families do.
+    /// The roles of the mesh's families.
     pub families: &'a Families,
-    /// Where networks are relaxed.
+    /// The backend that relaxes networks.
     pub backend: &'a dyn Backend,
-    /// How they are relaxed.
+    /// The method of relaxations.
     pub method: Method,
-    /// How far they will be.
+    /// The stopping rule of relaxations.
     pub stopping: Stopping,
 }

@@ -1,5 +1,5 @@
-//! The library refuses what the command line refuses: names nobody has, results nobody should use,
-//! names of outputs.
+//! Checks that the library refuses the same as the command line: unknown names, results that may
+//! not be used, and good names for bad results.
 
 mod common;
 
@@ -33,7 +33,7 @@ fn names_that_the_mesh_has_not_are_refused() {
     assert!(error.starts_with("the wing `all` has no families"), "{error}");
 }
 
-/// What a design asks for and nothing can do is not left undone in silence.
+/// A part of a design that the mover cannot do is an error and is not ignored.
 #[test]
 fn a_design_with_a_name_that_the_mover_has_not_is_refused() {
     let mut mover = SMALL.mover(2);
@@ -42,12 +42,12 @@ fn a_design_with_a_name_that_the_mover_has_not_is_refused() {
     let error = mover.update(&wing).unwrap_err().to_string();
     assert!(error.starts_with("the design has profiles for `wingg`"), "{error}");
     assert!(error.contains("did you mean `wing`?"), "{error}");
-    // A family that is there, but not prescribed.
+    // A family of the mesh that is not prescribed.
     let error = mover.update(&good.with_prescribed("farfield", vec![DVec3::X; 3])).unwrap_err().to_string();
     assert!(error.starts_with("the design has a displacement for `farfield`"), "{error}");
 }
 
-/// Fails if `Outcome::valid` gives what did not converge.
+/// Fails if `Outcome::valid` returns a mesh from relaxations that did not converge.
 #[test]
 fn what_did_not_converge_is_not_handed_out() {
     let stopping = Stopping { max_sweeps: 2, ..Stopping::default() };
@@ -70,7 +70,8 @@ fn example() -> (TempDir, LoadedCase) {
     (folder, case)
 }
 
-/// Moves to the design of the case, with one vertex put elsewhere at the end.
+/// Moves the mesh to the design of the case, and replaces the displacement of one vertex after the
+/// volume stage.
 fn spoilt(case: &LoadedCase, to: DVec3) -> Outcome {
     let mut mover = case.mover(cpu()).unwrap();
     let inside = mover.mesh().tets[0][0] as usize;
@@ -111,7 +112,7 @@ fn a_mesh_without_finite_positions_is_not_written() {
     assert!(names(&folder).is_empty());
 }
 
-/// Errors of a case say which file is to blame.
+/// The error of a case names the file at fault.
 #[test]
 fn errors_point_into_files() {
     let (folder, _) = example();

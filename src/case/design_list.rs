@@ -1,9 +1,11 @@
-//! The text file that names the designs of a batch.
+//! Reads the text file with the designs of a batch.
 
 use std::path::{Path, PathBuf};
 
-/// The files that a list names, one a line, relative to the list at `path`; from `#` on a line is a
-/// comment.
+/// Returns the files in a list. A line holds one path, relative to the list's folder. A comment
+/// begins with `#`.
+///
+/// - `path`: the list's path
 pub fn parse(text: &str, path: &Path) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default().trim());

@@ -1,8 +1,9 @@
-//! Prescribed displacements: a table of `x,y,z,dx,dy,dz` for the vertices of one family.
+//! Reads tables of prescribed displacements, with rows `x,y,z,dx,dy,dz` for the vertices of one
+//! family.
 //!
-//! Rows are matched to vertices by original position, so they may stand in any order; but each
-//! vertex must have exactly one row and each row a vertex: half a surface motion is a mistake, not
-//! a default.
+//! Rows are matched to vertices by original position, so rows may stand in any order. Every vertex
+//! of the family must have one row, and every row must have a vertex. A vertex without a row is an
+//! error and does not stay where it is in silence.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -16,13 +17,13 @@ use crate::text::{Mark, Row, decode, fields, header, parse_number, rows, shorten
 /// The rows of one file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplacementTable {
-    /// The file, for errors.
+    /// Path of the file.
     pub path: PathBuf,
-    /// Its rows, in order.
+    /// The rows in the order of the file.
     pub rows: Vec<DisplacementRow>,
 }
 
-/// One row: where a vertex is, and how far it goes.
+/// One row: the original position and the displacement of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacementRow {
     /// Line in the file, from 1.
@@ -33,7 +34,7 @@ pub struct DisplacementRow {
     pub displacement: DVec3,
 }
 
-/// Why prescribed displacements cannot be used.
+/// An error of prescribed displacements. Lengths are in the mesh's unit.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DisplacementError {
@@ -42,7 +43,7 @@ pub enum DisplacementError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// A line is not six finite numbers.
@@ -52,7 +53,7 @@ pub enum DisplacementError {
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The fault of the line.
         what: String,
     },
     /// The file holds no row.
@@ -74,9 +75,9 @@ pub enum DisplacementError {
         line: usize,
         /// The row's position.
         position: DVec3,
-        /// How far the nearest vertex is; infinite if the family has none.
+        /// Distance of the nearest vertex. Infinite if the family has no vertex.
         distance: f64,
-        /// How near it would have to be.
+        /// The largest distance at which a row belongs to a vertex.
         tolerance: f64,
     },
     /// Two rows are for one vertex.
@@ -102,16 +103,16 @@ pub enum DisplacementError {
     Missing {
         /// The file.
         path: PathBuf,
-        /// How many vertices have none.
+        /// Number of vertices without a row.
         missing: usize,
-        /// How many vertices the family has.
+        /// Number of the family's vertices.
         total: usize,
-        /// The first of them, counted from 0.
+        /// The first vertex without a row, counted from 0.
         vertex: u32,
-        /// Its position.
+        /// Original position of this vertex.
         position: DVec3,
     },
-    /// Two files move a vertex of both their families to different places.
+    /// Two files move a vertex that both families have to different places.
     #[error(
         "{}:{line} and {}:{other_line}: the vertex at ({}, {}, {}) belongs to the families of both files, and its \
          displacements differ by {difference:.3e}, expected the same in both",
@@ -128,30 +129,34 @@ pub enum DisplacementError {
         other_line: usize,
         /// The vertex's position.
         position: DVec3,
-        /// The distance between the places the two files move it to.
+        /// Distance between the two places.
         difference: f64,
     },
 }
 
-/// Reads a displacement file, see [`parse`].
+/// Reads a displacement file; see [`parse`].
 ///
 /// # Errors
-/// The file cannot be read, is empty, or a line is not six finite numbers.
+/// - [`DisplacementError::Unreadable`]: the file cannot be read
+/// - others as [`parse`]
 pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
     let bytes =
         std::fs::read(path).map_err(|source| DisplacementError::Unreadable { path: path.to_path_buf(), source })?;
     parse(&decode(&bytes), path)
 }
 
-/// Reads the text of a displacement file; `path` names it in errors.
+/// Reads the text of a displacement file.
 ///
-/// The six numbers of a row are separated by commas, semicolons or white space. A header before
-/// them may say which columns they are, in any order and among others, in the names of ParaView too
-/// (`Points:0`, `Displacement:0`). From `#`, `!` or `%` on a line is a comment; one before the
-/// first row may hold the header.
+/// - `path`: the file's path, for errors
+///
+/// Commas, semicolons or white space separate the six numbers of a row. A header before the rows
+/// may name the columns, in any order and among other columns. ParaView's names (`Points:0`,
+/// `Displacement:0`) are understood too. A comment begins with `#`, `!` or `%`. A comment before
+/// the first row may hold the header.
 ///
 /// # Errors
-/// The text has no row, a header lacks columns, or a line is not six finite numbers.
+/// - [`DisplacementError::Empty`]: the text has no row
+/// - [`DisplacementError::BadLine`]: a header lacks columns, or a line is not six finite numbers
 pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementError> {
     let mut table = Vec::new();
     let mut columns: Option<Columns> = None;
@@ -168,8 +173,8 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         let fields = fields(row);
         let is_header = is_empty && header::is_header(&fields);
         if is_empty && fields.len() == Columns::DEFAULT.n {
-            // Other words in the comment count as columns, too; the order that it names is that of
-            // a table without a header.
+            // Other words in the comment count as columns too. If the comment names the columns in
+            // the default order, the row is read as without a header.
             columns = columns.filter(|of_comment| of_comment.n == fields.len() || !of_comment.of.is_sorted());
         }
         is_empty = false;
@@ -200,7 +205,7 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
     Ok(DisplacementTable { path: path.to_path_buf(), rows: table })
 }
 
-/// How many columns a table has, and which hold x, y, z, dx, dy and dz.
+/// The number of columns of a table, and the columns with x, y, z, dx, dy and dz.
 struct Columns {
     n: usize,
     of: [usize; 6],
@@ -209,7 +214,7 @@ struct Columns {
 impl Columns {
     const DEFAULT: Self = Self { n: 6, of: [0, 1, 2, 3, 4, 5] };
 
-    /// Those that a header names. The error says what is wrong with it.
+    /// The columns that a header names. The error is the fault of the header.
     fn of(names: &[&str]) -> Result<Self, String> {
         let [x, y, z] = header::POSITION.columns(names)?;
         let [dx, dy, dz] = header::DISPLACEMENT.columns(names)?;
@@ -217,7 +222,8 @@ impl Columns {
     }
 }
 
-/// Displacement of each vertex of a family `[family_vertices]`; see [`match_rows`].
+/// The displacement of each vertex of a family `[n family_vertices]`, in the mesh's unit; see
+/// [`match_rows`].
 ///
 /// # Errors
 /// As [`match_rows`].
@@ -231,15 +237,17 @@ pub fn match_displacements(
     Ok(rows.into_iter().map(|row| row.displacement).collect())
 }
 
-/// The row of each vertex of a family `[family_vertices]`.
+/// The row of each vertex of a family `[n family_vertices]`.
 ///
-/// - `vertices` `[n_vertices]`: original positions of the whole mesh
+/// - `vertices` `[n_vertices]`: original positions of the whole mesh, in the mesh's unit
 /// - `family_vertices`: the family's vertices, each once
-/// - `tolerance`: a row belongs to the nearest vertex not further away than this; mesh's unit,
-///   `>= 0`
+/// - `tolerance`: largest distance between a row and its vertex, in the mesh's unit, `>= 0`; a row
+///   belongs to the nearest vertex
 ///
 /// # Errors
-/// A row without a vertex, two rows for one vertex, or a vertex without a row.
+/// - [`DisplacementError::NoVertex`]: a row has no vertex
+/// - [`DisplacementError::Doubled`]: a vertex has two rows
+/// - [`DisplacementError::Missing`]: a vertex has no row
 pub fn match_rows(
     table: &DisplacementTable,
     vertices: &[DVec3],
@@ -281,7 +289,7 @@ pub fn match_rows(
     Ok(row_of.into_iter().flatten().map(|row| table.rows[row]).collect())
 }
 
-/// One family's rows, as [`match_rows`] found them.
+/// The vertices of one family with their rows.
 #[derive(Clone, Debug)]
 pub struct Matched {
     /// The file.
@@ -292,11 +300,12 @@ pub struct Matched {
     pub rows: Vec<DisplacementRow>,
 }
 
-/// Compares the displacements of vertices that several families share; `positions` `[n_vertices]`
-/// are those of the mesh.
+/// Checks that families with common vertices give these vertices the same displacements.
+///
+/// - `positions` `[n_vertices]`: original positions of the whole mesh, in the mesh's unit
 ///
 /// # Errors
-/// The first two rows of one vertex that [`differ`].
+/// [`DisplacementError::Disagree`]: the first two rows of one vertex that [`differ`].
 pub fn check_shared(families: &[Matched], positions: &[DVec3]) -> Result<(), DisplacementError> {
     let mut first_of: HashMap<u32, (&Path, DisplacementRow)> = HashMap::new();
     for Matched { path, vertices, rows } in families {
@@ -318,8 +327,8 @@ pub fn check_shared(families: &[Matched], positions: &[DVec3]) -> Result<(), Dis
     Ok(())
 }
 
-/// The family's vertices in cubes no smaller than the tolerance, so that a row's vertex is in its
-/// cube or one beside it.
+/// The family's vertices in a grid of cubes. The edge of a cube is at least the tolerance, so a
+/// row's vertex is in the row's cube or in a cube beside it.
 struct Grid<'a> {
     vertices: &'a [DVec3],
     family_vertices: &'a [u32],
@@ -332,7 +341,7 @@ impl<'a> Grid<'a> {
     fn new(vertices: &'a [DVec3], family_vertices: &'a [u32], tolerance: f64) -> Self {
         let largest = family_vertices.iter().map(|&vertex| vertices[vertex as usize].abs().max_element());
         let largest = largest.fold(0.0, f64::max);
-        // Below 1e-12 of the coordinates a cube's number would no longer be exact.
+        // With an edge below 1e-12 of the coordinates the index of a cube would not be exact.
         let cell = tolerance.max(1e-12 * largest).max(f64::MIN_POSITIVE);
         let mut grid = Self { vertices, family_vertices, tolerance, cell, cells: HashMap::new() };
         for (local, &vertex) in family_vertices.iter().enumerate() {

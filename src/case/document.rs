@@ -1,7 +1,8 @@
-//! A TOML document that remembers where everything stands.
+//! A TOML document with the place of every key and value.
 //!
-//! The document is walked by hand rather than deserialised: keys keep their own places, so an
-//! unknown key is reported at the key, and messages name the table the way the user wrote it.
+//! The case file is read from this document and not deserialised by `serde`, because keys keep
+//! their places here. An error about a key has the key's line and column, and names the table as
+//! the user wrote it.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -34,7 +35,7 @@ impl<'d> CaseDocument<'d> {
         CaseError::Invalid { path: self.path.to_path_buf(), position, message: message.into() }
     }
 
-    /// Line and column of a byte offset.
+    /// Line and column of a byte offset in the text.
     pub fn position(self, offset: usize) -> Position {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         let line_start = before.iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline + 1);
@@ -45,12 +46,12 @@ impl<'d> CaseDocument<'d> {
     }
 }
 
-/// A table of the document whose keys are all known.
+/// A table of the document. All its keys are known.
 pub(super) struct TomlTable<'d> {
     document: CaseDocument<'d>,
-    /// As in a header, without brackets; empty for the top of the file.
+    /// The table's name as in a header, without brackets. Empty for the top of the file.
     name: String,
-    /// Where its key stands.
+    /// Byte offset of the table's key.
     offset: usize,
     table: &'d DeTable<'d>,
 }
@@ -62,7 +63,7 @@ impl<'d> TomlTable<'d> {
     }
 
     fn with_known_keys(self, known: &[&str]) -> Result<Self, CaseError> {
-        // In the order of the file, so that the first mistake is the one reported.
+        // Keys are checked in the order of the file, so that the error is the first mistake.
         let mut keys: Vec<_> = self.table.keys().collect();
         keys.sort_by_key(|key| key.span().start);
         for key in keys {
@@ -92,7 +93,7 @@ impl<'d> TomlTable<'d> {
         })
     }
 
-    /// The value of a key that must be there.
+    /// The value of a key, or an error if the table lacks the key.
     pub fn require(&self, key: &str, expected: &str) -> Result<Value<'d>, CaseError> {
         self.get(key).ok_or_else(|| {
             let place = if self.name.is_empty() { String::new() } else { format!(" in [{}]", self.name) };
@@ -100,17 +101,17 @@ impl<'d> TomlTable<'d> {
         })
     }
 
-    /// An error at the section's name.
+    /// An error at the table's name.
     pub fn error(&self, message: impl Into<String>) -> CaseError {
         self.document.error(self.offset, message)
     }
 
-    /// The file the section is in.
+    /// Path of the case file.
     pub fn path(&self) -> &'d Path {
         self.document.path
     }
 
-    /// Where the section's name stands.
+    /// Line and column of the table's name.
     pub fn position(&self) -> Position {
         self.document.position(self.offset)
     }
@@ -119,11 +120,11 @@ impl<'d> TomlTable<'d> {
 /// A value of the document.
 pub(super) struct Value<'d> {
     document: CaseDocument<'d>,
-    /// Dotted, from the top of the file.
+    /// The key with the names of its tables, separated by dots.
     name: String,
-    /// Where the key stands.
+    /// Byte offset of the key.
     key: usize,
-    /// Where the value stands.
+    /// Byte offset of the value.
     offset: usize,
     value: &'d DeValue<'d>,
 }
@@ -160,7 +161,7 @@ impl<'d> Value<'d> {
         }
     }
 
-    /// A string or a list of strings, at least one, each with its offset.
+    /// A string, or a list of at least one string. Each string has its own offset.
     pub fn texts(&self) -> Result<Vec<Value<'d>>, CaseError> {
         let DeValue::Array(array) = self.value else {
             self.text().map_err(|error| match self.value {
@@ -231,13 +232,14 @@ impl<'d> Value<'d> {
         Err(self.error(format!("`{}` is \"{text}\", expected {}{advice}", self.name, quoted_list(names))))
     }
 
-    /// A table with these keys.
+    /// A table that may have these keys only.
     pub fn section(&self, known: &[&str]) -> Result<TomlTable<'d>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
         TomlTable { document: self.document, name: self.name.clone(), offset: self.key, table }.with_known_keys(known)
     }
 
-    /// A table of tables, each with these keys, by name and in the order of the file.
+    /// The tables in a table, with their names, in the order of the file. Each may have these keys
+    /// only.
     pub fn sections(&self, known: &[&str]) -> Result<Vec<(&'d str, TomlTable<'d>)>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
         let mut entries: Vec<_> = table.iter().collect();

@@ -1,7 +1,7 @@
-//! Do the case and the mesh speak of the same families?
+//! Compares the families of a case with the families of a mesh.
 //!
-//! Names of tables may be patterns. A family belongs to the table of its own name, else to the one
-//! pattern that fits it.
+//! The name of a table may be a pattern. A family belongs to the table with its own name, or else
+//! to the only pattern that fits.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::{Case, CaseError, FamilySettings, Position, ProfileSource};
 use crate::families::Role;
 use crate::text::nearest::nearest;
 
-/// Why profiles cannot be given for a family.
+/// The message for profiles of a family that is no wing.
 pub(super) fn no_wing(family: &str, role: &Role) -> String {
     format!(
         "profiles are given for family `{family}`, whose role is \"{}\", expected a family whose role is \"wing\"",
@@ -18,7 +18,7 @@ pub(super) fn no_wing(family: &str, role: &Role) -> String {
     )
 }
 
-/// What a wing without profiles lacks.
+/// The message for a wing without profiles.
 pub(super) fn no_profiles(family: &str) -> String {
     format!(
         "family `{family}` is a wing, but there is no table [profiles.{family}], expected one with its new profiles, or one of \
@@ -27,15 +27,16 @@ pub(super) fn no_profiles(family: &str) -> String {
 }
 
 impl Case {
-    /// The case for a mesh with these families: each has its settings, and each wing its families,
-    /// by their own names.
+    /// The case for a mesh with these families. In this case no name is a pattern: every family of
+    /// the mesh has its settings, and every wing lists its families.
     ///
-    /// Tables of profiles that name the same files are one wing.
+    /// Tables of profiles with the same files become one wing.
     ///
     /// # Errors
-    /// [`CaseError::Families`], naming all that lack their other half and, where two names are
-    /// alike, the likely one; [`CaseError::Invalid`] where two patterns fit a family, or a wing has
-    /// no profiles or two tables of them.
+    /// - [`CaseError::Families`]: a family of the mesh has no table, or a table has no family; the
+    ///   message lists them all, with similar names
+    /// - [`CaseError::Invalid`]: two patterns fit one family, or a wing has no profiles or two
+    ///   tables of profiles
     pub fn for_families(&self, mesh_families: &[String]) -> Result<Self, CaseError> {
         let families = self.named_families(mesh_families)?;
         let profiles = self.named_profiles(&families)?;
@@ -79,7 +80,7 @@ impl Case {
             let mut members = Vec::new();
             for entry in &source.families {
                 let fitting: Vec<_> = families.iter().filter(|(family, _)| matches(entry, family)).collect();
-                // A pattern takes the wings that fit it.
+                // Of the families that fit a pattern, the wings belong to the table.
                 let wings = fitting.iter().filter(|(_, settings)| settings.role == Role::Wing);
                 let found: Vec<&String> = wings.map(|(family, _)| *family).collect();
                 match (fitting.first(), found.is_empty()) {

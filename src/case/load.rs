@@ -1,4 +1,5 @@
-//! [`Case::load`]: a case with everything that it names read in, ready to make a mover.
+//! [`Case::load`] reads a case and every file that it names. [`LoadedCase::mover`] makes a mover
+//! from them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -16,22 +17,22 @@ use crate::mesh::{FamilyId, TetMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder};
 use crate::profile::{self, Plane, Profile, ProfileError, files, files::Placement};
 
-/// A prescribed displacement belongs to the vertex that is no further from its row than this
-/// fraction of the family's shortest edge: text files with seven digits still match, neighbours are
-/// never mixed up.
+/// A row of prescribed displacements belongs to a vertex within this fraction of the family's
+/// shortest edge. Text files with seven digits match, and a row never matches a neighbour of its
+/// vertex.
 const MATCH: f64 = 1e-3;
 
-/// Why a case and the files that it names cannot be used.
+/// An error of a case and of the files that it names.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// The case file is wrong, or speaks of other families than the mesh.
+    /// The case file is wrong, or its families are not those of the mesh.
     #[error(transparent)]
     Case(#[from] CaseError),
     /// The mesh file cannot be read.
     #[error(transparent)]
     Mesh(#[from] ReadError),
-    /// The mesh file calls two families cyclic, and only one has the role plane.
+    /// The mesh file calls two families cyclic, but only one of them has the role plane.
     #[error(
         "the mesh calls `{family}` and `{neighbour}` cyclic, each the neighbour of the other, but one has the role plane \
          and the other has not, expected it for both or none"
@@ -50,13 +51,13 @@ pub enum LoadError {
     UnreadableProfiles {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// Profiles in a file are wrong. The error names the place.
     #[error(transparent)]
     ProfileFile(ProfileError),
-    /// Several files of profiles do not go together.
+    /// Several files of profiles do not fit together.
     #[error("{}: {error}", list(paths))]
     ProfileFiles {
         /// The files.
@@ -74,21 +75,21 @@ pub enum LoadError {
         /// The cause.
         error: ProfileError,
     },
-    /// The mesh, its roles and its profiles do not go together, or a design does not fit them.
+    /// The roles or the profiles do not fit the mesh, or a design does not fit both.
     #[error("{}: {error}", path.display())]
     InFile {
-        /// The file that is to blame: the mesh or the case.
+        /// The file at fault: the mesh or the case.
         path: PathBuf,
         /// The cause.
         error: Box<MoveError>,
     },
-    /// The mesh cannot be moved for another reason.
+    /// The mover failed, and no file is at fault.
     #[error(transparent)]
     Move(Box<MoveError>),
 }
 
 impl LoadError {
-    /// What the mover said, if the error comes from there.
+    /// The mover's error, if the mover failed.
     pub fn of_mover(&self) -> Option<&MoveError> {
         match self {
             Self::InFile { error, .. } | Self::Move(error) => Some(error),
@@ -101,35 +102,36 @@ fn list(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-/// A case with its mesh, its old and new profiles and its prescribed displacements.
+/// A case with its mesh, its old and new profiles and its prescribed displacements. Lengths are in
+/// the mesh's unit.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoadedCase {
-    /// The case; every family of the mesh has its settings, by its own name. What is changed in
-    /// [`Case::settings`] holds for movers that are made afterwards.
+    /// The case, in which every family of the mesh has its settings by its own name. A change of
+    /// [`Case::settings`] holds for movers made later.
     pub case: Case,
-    /// The mesh with the file that it came from.
+    /// The mesh and the contents of its file.
     pub file: MeshFile,
-    /// What the case asks for: the new profiles and the prescribed displacements.
+    /// The design of the case: the new profiles and the prescribed displacements.
     pub design: Design,
     /// Every file that was read.
     pub inputs: Vec<PathBuf>,
     roles: Vec<Role>,
-    /// Old profiles of each wing, in the order of the case's tables of profiles.
+    /// The old profiles of each wing `[n_wings]`, in the order of [`Case::profiles`].
     old: Vec<Vec<Profile>>,
 }
 
 impl Case {
-    /// Reads a case file, the mesh, the profiles and the displacements that it names.
+    /// Reads a case file, and the mesh, the profiles and the displacements that the case names.
     ///
     /// # Errors
-    /// A file cannot be read or is wrong, or the files do not go together. The message names the
+    /// A file cannot be read or is wrong, or the files do not fit together. The message names the
     /// file, and the line where there is one.
     pub fn load(path: impl AsRef<Path>) -> Result<LoadedCase, LoadError> {
         Self::load_telling(path.as_ref(), &|_| {})
     }
 
-    /// [`Case::load`], with `progress` hearing the name of each step as it begins.
+    /// [`Case::load`] with a function that gets the name of each step as the step begins.
     ///
     /// # Errors
     /// As [`Case::load`].
@@ -183,12 +185,12 @@ impl Case {
 }
 
 impl LoadedCase {
-    /// The old profiles of each wing, with the wing's name.
+    /// The old profiles of each wing with the wing's name, in the mesh's unit.
     pub fn old_profiles(&self) -> impl Iterator<Item = (&str, &[Profile])> {
         self.case.profiles.keys().map(String::as_str).zip(self.old.iter().map(Vec::as_slice))
     }
 
-    /// What makes a mover of this case: mesh, roles, old profiles and settings are set.
+    /// A builder with the mesh, the roles, the old profiles and the settings of this case.
     pub fn builder(&self) -> MoverBuilder {
         let mut builder = Mover::builder(self.file.mesh.clone()).settings(self.case.settings);
         for (family, role) in self.file.mesh.families.iter().zip(&self.roles) {
@@ -201,15 +203,16 @@ impl LoadedCase {
         builder
     }
 
-    /// A mover for the designs of this case.
+    /// Makes a mover of this case's mesh.
     ///
     /// # Errors
-    /// The mesh and the case do not go together, or the backend failed.
+    /// The roles or the old profiles do not fit the mesh, or the backend failed. The message names
+    /// the file at fault.
     pub fn mover(&self, backend: impl Into<Arc<dyn Backend>>) -> Result<Mover, LoadError> {
         self.builder().build(backend).map_err(|error| self.about(error))
     }
 
-    /// A mover's error with the name of the file that is to blame.
+    /// Adds the name of the file at fault to a mover's error.
     pub fn about(&self, error: MoveError) -> LoadError {
         let path = match &error {
             MoveError::Mesh(_) | MoveError::Setup(_) => &self.case.mesh,
@@ -223,7 +226,7 @@ impl LoadedCase {
     }
 }
 
-/// Makes partners of planes that the mesh file calls so.
+/// Makes partners of the planes that the mesh file calls cyclic.
 fn join_cyclic(file: &MeshFile, roles: &mut [Role]) -> Result<(), LoadError> {
     let mesh = &file.mesh;
     for [one, other] in file.partners() {
@@ -238,10 +241,10 @@ fn join_cyclic(file: &MeshFile, roles: &mut [Role]) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// The displacement of a family of the mesh, read from a table and matched to its vertices.
+/// Reads a table of displacements and matches its rows to the vertices of a family.
 ///
 /// # Errors
-/// The table cannot be read, or does not fit the family.
+/// The table cannot be read, or its rows do not match the family's vertices.
 pub(crate) fn prescribed(
     mesh: &TetMesh,
     family: &str,
@@ -261,8 +264,8 @@ pub(crate) fn prescribed(
     Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows })
 }
 
-/// Reads the profiles of a file: CSV, Tecplot, or slices of a surface, in the mesh's unit. Airfoils
-/// without a place need a case file that says where they go.
+/// Reads the profiles of a file (CSV, Tecplot, or slices of a surface), in the mesh's unit. Airfoil
+/// files have no place in space and need a case file with a placement.
 ///
 /// # Errors
 /// The file cannot be read, or its profiles are wrong. The message names the file and the line.
@@ -270,9 +273,9 @@ pub fn read_profiles(path: impl AsRef<Path>) -> Result<Vec<Profile>, LoadError> 
     profiles_of(&[path.as_ref().to_path_buf()], &BTreeMap::new())
 }
 
-/// Reads the profiles of some files.
+/// Reads the profiles of several files, in the mesh's unit.
 ///
-/// - `placements`: where the airfoils of files without units go
+/// - `placements`: the placement of the airfoil in each file without units
 ///
 /// # Errors
 /// A file cannot be read, or its profiles are wrong.

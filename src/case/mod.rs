@@ -1,11 +1,15 @@
-//! The case file: which mesh, which new profiles, what each family does, how to solve and where to
-//! write.
+//! The case file: a TOML file that names the mesh, the profiles, the role of each family, the
+//! settings and the outputs.
 //!
-//! [`Case::load`] reads the case file, the mesh and the profiles, and makes a mover of them.
-//! [`Case::read`] turns the TOML file alone into a [`Case`] in which every value is checked and
-//! every path is resolved against the file's folder. Its errors name the line and column, so that
-//! the file can be corrected without this documentation. What only the mesh can tell (its families)
-//! is checked by [`Case::for_families`].
+//! | function | does |
+//! |---|---|
+//! | [`Case::load`] | reads the case file, the mesh, the profiles and the displacements |
+//! | [`Case::read`] | reads the case file alone, checks every value, and resolves every path against the file's folder |
+//! | [`Case::for_families`] | checks the families of a case against those of a mesh |
+//! | [`LoadedCase::mover`] | makes a mover |
+//!
+//! Errors name the line and column of the case file, so that a user can correct the file without
+//! this documentation.
 
 mod document;
 mod families;
@@ -37,41 +41,42 @@ pub struct Case {
     pub path: PathBuf,
     /// The mesh to move.
     pub mesh: PathBuf,
-    /// New (and perhaps old) profiles of each wing: of one family or several whose role is
-    /// [`Role::Wing`].
+    /// The files with the profiles of each wing, by the wing's name. A wing is one or several
+    /// families with the role [`Role::Wing`].
     pub profiles: BTreeMap<String, ProfileSource>,
-    /// What each family does, by name; before [`Case::for_families`] a name may be a pattern.
+    /// The settings of each family, by name. Before [`Case::for_families`] a name may be a pattern.
     pub families: BTreeMap<String, FamilySettings>,
-    /// How the mesh is moved: the tables `[volume]`, `[quality]` and `[solver]`.
+    /// The settings of the mover, from the tables `[volume]`, `[quality]` and `[solver]`.
     pub settings: Settings,
-    /// Where the results go.
+    /// The files of the results.
     pub output: Output,
 }
 
-/// The files that hold a wing's profiles.
+/// The files with a wing's profiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileSource {
-    /// The wing's families; before [`Case::for_families`] a name may be a pattern.
+    /// The wing's families. Before [`Case::for_families`] a name may be a pattern.
     pub families: Vec<String>,
-    /// The plane beyond which the wing is its own mirror image.
+    /// A plane with the profiles on one side. The wing is symmetric about it.
     pub mirror: Option<Plane>,
     /// Where its table begins.
     pub position: Position,
-    /// Profiles the wing shall have; at least one file, patterns expanded in sorted order.
+    /// Files of the new profiles, at least one. The files of a pattern are sorted by name.
     pub new: Vec<PathBuf>,
-    /// Profiles the wing has; `None` to cut them from the mesh at the new profiles' planes.
+    /// Files of the old profiles. With `None` the old profiles are cut from the mesh in the planes
+    /// of the new ones.
     pub old: Option<Vec<PathBuf>>,
-    /// Where the airfoils of files without units go.
+    /// The placement of the airfoil in each file without units, by path.
     pub placements: BTreeMap<PathBuf, Placement>,
 }
 
-/// What one family does, and where the case file says so.
+/// The settings of one family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FamilySettings {
-    /// What the family does.
+    /// The role of the family.
     pub role: Role,
-    /// The CSV file with rows `x,y,z,dx,dy,dz` by which a family with the role [`Role::Prescribed`]
-    /// moves, see [`displacement`].
+    /// The CSV file with the displacements of a family with the role [`Role::Prescribed`]; see
+    /// [`displacement`].
     pub displacement: Option<PathBuf>,
     /// Where its table begins.
     pub position: Position,
@@ -80,22 +85,22 @@ pub struct FamilySettings {
 /// The `[output]` table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// The moved mesh, once per entry; the extension says the format.
+    /// The files of the moved mesh. The extension of each selects its format.
     pub mesh: Vec<PathBuf>,
-    /// Distribution of beta, original and final (SVG).
+    /// The file of the distributions of beta in the original and the final mesh (SVG).
     pub histogram: Option<PathBuf>,
 }
 
-/// A place in a text file, both counted from 1; columns are characters.
+/// A place in a text file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position {
-    /// Line.
+    /// Line, counted from 1.
     pub line: usize,
-    /// Column.
+    /// Column in characters, counted from 1.
     pub column: usize,
 }
 
-/// Why a case cannot be run.
+/// An error of a case file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CaseError {
@@ -104,17 +109,17 @@ pub enum CaseError {
     Unreadable {
         /// The case file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// Something in the case file is wrong.
+    /// A key or a value of the case file is wrong.
     #[error("{}:{}:{}: {message}", path.display(), position.line, position.column)]
     Invalid {
         /// The case file.
         path: PathBuf,
-        /// Where it is wrong.
+        /// Place of the mistake.
         position: Position,
-        /// What is wrong and what was expected.
+        /// The mistake and the expected value.
         message: String,
     },
     /// The families of the case and of the mesh are not the same.
@@ -122,7 +127,7 @@ pub enum CaseError {
     Families {
         /// The case file.
         path: PathBuf,
-        /// The names on both sides.
+        /// The families that differ.
         message: String,
     },
 }
@@ -131,8 +136,8 @@ impl Case {
     /// Reads and checks a case file.
     ///
     /// # Errors
-    /// [`CaseError::Unreadable`] if the file cannot be read, [`CaseError::Invalid`] with the place
-    /// of the first mistake.
+    /// - [`CaseError::Unreadable`]: the file cannot be read
+    /// - [`CaseError::Invalid`]: the first mistake in the file, with its place
     pub fn read(path: &Path) -> Result<Self, CaseError> {
         let bytes = std::fs::read(path).map_err(|source| CaseError::Unreadable { path: path.to_path_buf(), source })?;
         match String::from_utf8(bytes) {
@@ -151,11 +156,12 @@ impl Case {
         }
     }
 
-    /// Checks the text of a case file; `path` names it in errors, and paths in it are relative to
-    /// its folder.
+    /// Reads and checks the text of a case file.
+    ///
+    /// - `path`: the file's path; paths in the text are relative to its folder
     ///
     /// # Errors
-    /// [`CaseError::Invalid`] with the place of the first mistake.
+    /// [`CaseError::Invalid`]: the first mistake in the text, with its place.
     pub fn parse(text: &str, path: &Path) -> Result<Self, CaseError> {
         parse::case(text, path)
     }

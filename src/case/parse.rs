@@ -1,4 +1,4 @@
-//! From a TOML document to a checked [`Case`].
+//! Makes a checked [`Case`] of a TOML document.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,7 +18,7 @@ use super::paths::{is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Output, ProfileSource, paths};
 use crate::text::nearest::{did_you_mean, quoted_list};
 
-/// Reads the whole document.
+/// Reads the text of a case file; see [`Case::parse`].
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let document = CaseDocument { path, text };
     let table = document.parse()?;
@@ -63,7 +63,7 @@ fn families(top: &TomlTable, folder: &Path) -> Result<BTreeMap<String, FamilySet
     Ok(families)
 }
 
-/// Refuses a partner that is no other plane, or has a partner of its own.
+/// Checks that a partner is another plane family, without a different partner of its own.
 fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySettings>) -> Result<(), CaseError> {
     let partner = value.text()?;
     let expected = "expected another family whose role is \"plane\"";
@@ -84,7 +84,7 @@ fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySe
     let others = families.iter().filter(|(other, _)| *other != name);
     for (other, settings) in others {
         let Role::Plane { partner: Some(theirs), .. } = &settings.role else { continue };
-        // What it names itself, and who else names it.
+        // The partner may name this family alone, and no third family may name either of the two.
         let contradicts = if other == partner { theirs != name } else { theirs == partner || theirs == name };
         if contradicts {
             return Err(value.error(format!(
@@ -166,7 +166,7 @@ fn profiles(
             match families.get(member).map(|family| &family.role) {
                 Some(Role::Wing) => {}
                 Some(role) => return Err(section.error(super::families::no_wing(member, role))),
-                // What a pattern stands for only the mesh can tell.
+                // Only the mesh gives the families of a pattern.
                 None if is_pattern(member) || families.keys().any(|table| matches(table, member)) => {}
                 None => {
                     let known: Vec<_> = families.keys().collect();
@@ -200,7 +200,8 @@ fn profiles(
         let members = profiles.values().flat_map(|source: &ProfileSource| &source.families);
         members.into_iter().any(|member| matches(member, name) || matches(name, member))
     };
-    // Patterns may have a family in common: whether they do only the mesh can tell.
+    // Two patterns may fit a common family, and only the mesh shows this. So patterns are not
+    // checked here.
     let without =
         families.iter().filter(|(name, family)| family.role == Role::Wing && !is_pattern(name) && !belongs(name));
     if let Some((name, family)) = without.min_by_key(|(_, family)| family.position.line) {
@@ -210,7 +211,8 @@ fn profiles(
     Ok(profiles)
 }
 
-/// A mirror plane: an axis across it, with or without a place, or a point and a normal.
+/// A mirror plane, given by a coordinate axis across the plane, with or without a place, or by a
+/// point and a normal.
 fn mirror(value: &Value) -> Result<Plane, CaseError> {
     if let Ok(text) = value.text() {
         let at = if text.contains('=') { text.to_owned() } else { format!("{text}=0") };
@@ -231,7 +233,7 @@ fn mirror(value: &Value) -> Result<Plane, CaseError> {
     Ok(Plane { point, normal })
 }
 
-/// Where the airfoil of a file goes.
+/// The placement of an airfoil: chord and position in the mesh's unit, twist in degrees.
 fn placement(section: &TomlTable) -> Result<Placement, CaseError> {
     let chord = section.require("chord", "the length of the chord")?;
     let length = chord.number()?;
@@ -263,7 +265,7 @@ fn max_steps(volume: Option<&TomlTable>, default: usize) -> Result<usize, CaseEr
     volume.and_then(|section| section.get("max_steps")).map_or(Ok(default), |value| value.count())
 }
 
-/// What local optimisation aims at: `None` for "off".
+/// The target of local optimisation. `None` stands for "off".
 fn quality(top: &TomlTable, default: Option<QualityTarget>) -> Result<Option<QualityTarget>, CaseError> {
     let table = top.get("quality").map(|table| table.section(&["target"])).transpose()?;
     let target = table.and_then(|section| section.get("target"));
@@ -275,8 +277,8 @@ fn quality(top: &TomlTable, default: Option<QualityTarget>) -> Result<Option<Qua
     })
 }
 
-/// The method and the stopping rule that the table `[solver]` asks for, with defaults for what it
-/// leaves out.
+/// The method and the stopping rule of the table `[solver]`. Keys that the table leaves out get the
+/// values of the arguments.
 fn solver(top: &TomlTable, method: Method, stopping: Stopping) -> Result<(Method, Stopping), CaseError> {
     let (mut method, mut stopping) = (method, stopping);
     let Some(table) = top.get("solver") else { return Ok((method, stopping)) };
@@ -334,8 +336,8 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
     Ok(output)
 }
 
-/// `moved` with the input's extension, both parts of a compressed one: `wing.msh.gz` gives
-/// `moved.msh.gz`.
+/// The output's default name: `moved` with the input's extension. A compressed file keeps both
+/// parts of its extension, so `wing.msh.gz` gives `moved.msh.gz`.
 fn default_name(mesh: &Path) -> String {
     let name = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let parts: Vec<&str> = name.split('.').collect();

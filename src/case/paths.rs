@@ -1,16 +1,18 @@
-//! Paths of a case file: relative to it, and patterns in the file name.
+//! Paths in a case file. A path is relative to the case file's folder, and its file name may be a
+//! pattern.
 
 use std::path::{Path, PathBuf};
 
 use super::CaseError;
 use super::document::Value;
 
-/// The file a value names.
+/// The file that a value names.
 pub(super) fn file(value: &Value, folder: &Path) -> Result<PathBuf, CaseError> {
     Ok(folder.join(value.text()?))
 }
 
-/// The files a value names: one, a list, or patterns; a pattern's files are sorted by name.
+/// The files that a value names. The value is a path, a pattern, or a list of both. The files of a
+/// pattern are sorted by name.
 pub(super) fn files(value: &Value, folder: &Path) -> Result<Vec<PathBuf>, CaseError> {
     let mut files = Vec::new();
     for entry in value.texts()? {
@@ -45,22 +47,22 @@ fn expand(value: &Value, text: &str, folder: &Path, files: &mut Vec<PathBuf>) ->
     Ok(())
 }
 
-/// Whether a text stands for several names.
+/// Whether a text is a pattern, with `*` or `?`.
 pub(super) fn is_pattern(text: &str) -> bool {
     text.contains(['*', '?'])
 }
 
-/// Whether a name fits a pattern: `*` is any run of characters, `?` any one. Like a shell's, `*`
-/// does not match a leading dot.
+/// Whether a name fits a pattern. `*` stands for any run of characters, `?` for any one character.
+/// As in a shell, neither stands for a leading dot.
 pub(super) fn matches(pattern: &str, name: &str) -> bool {
     if name.starts_with('.') && !pattern.starts_with('.') {
         return false;
     }
     let pattern: Vec<char> = pattern.chars().collect();
     let name: Vec<char> = name.chars().collect();
-    // `fits[n]`: the pattern so far fits the first `n` characters. One row a character of the
-    // pattern takes time of their product, where trying every run for every `*` would take a power
-    // of it.
+    // `fits[n]`: the pattern so far fits the first `n` characters of the name. One pass for each
+    // character of the pattern takes a time of (length of pattern) (length of name). Trying every
+    // run for every `*` would take a time that grows as a power with the number of stars.
     let mut fits = vec![false; name.len() + 1];
     fits[0] = true;
     for &wanted in &pattern {
@@ -92,7 +94,7 @@ mod tests {
         assert!(!matches("?", "") && !matches("", "a") && !matches("a", "ab") && !matches("*a", "ab"));
     }
 
-    /// With a run tried for every star this would outlast the universe.
+    /// Trying every run for every star would take longer than any test may.
     #[test]
     fn many_stars_do_not_hang() {
         let name = "a".repeat(200);

@@ -1,4 +1,4 @@
-//! `idmesh adapters`: the GPUs, and which one `--backend auto` takes.
+//! `idmesh adapters` lists the GPUs and marks the one that `--backend auto` takes.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! `idmesh batch`: many designs on one mesh, set up once.
+//! `idmesh batch` moves one mesh to many designs. The mover is set up once.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -44,16 +44,16 @@ pub(super) struct Arguments {
     shard: Option<Shard>,
 }
 
-/// A design's line where it failed: the report as far as there is one, and why.
+/// The line of a design that failed: its report, if there is one, and the error.
 #[derive(Serialize)]
 struct Failed<'a> {
     #[serde(flatten)]
     report: Option<&'a RunReport>,
-    /// Only where no report holds it.
+    /// The design's name, if there is no report with the name.
     #[serde(skip_serializing_if = "Option::is_none")]
     design: Option<&'a str>,
     error: &'a str,
-    /// The exit code `run` would have had.
+    /// The exit code that `run` would give for this design.
     exit: u8,
 }
 
@@ -94,10 +94,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     Ok(())
 }
 
-/// Moves the mesh to one design and tells about it; whether all was good.
+/// Moves the mesh to one design, writes its outputs and its line, and prints remarks. Returns
+/// whether the result may be used.
 ///
 /// # Errors
-/// What would fail for every other design too: the line cannot be written, or the GPU failed.
+/// Failures that would stop every other design too: the line cannot be written, or the backend
+/// failed.
 fn finish(
     design: &DesignFiles,
     varied: &Varied,
@@ -139,7 +141,8 @@ fn finish(
     Ok(failure.is_none())
 }
 
-/// Checks everything that will be written, and makes the folder for it, to be held until then.
+/// Checks that all outputs can be written, and makes their folder. The caller holds the folder
+/// until the outputs are written.
 fn check(
     pattern: &Outputs,
     all: &[DesignFiles],
@@ -166,7 +169,7 @@ fn check(
         check_distinct(&inputs, &[json])?;
     }
     let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
-    // One design stands for all: they go into the same folder.
+    // All outputs go into the same folder, so the check of one design holds for all.
     if let Some(first) = all.first() {
         let outputs = pattern.named(&first.name)?;
         outputs.check(case)?;
@@ -176,8 +179,8 @@ fn check(
     Ok(folder)
 }
 
-/// What an earlier run of these designs left: lines of designs whose outputs are there, and of
-/// designs not asked for.
+/// The lines of an earlier run that stay: lines of designs whose outputs exist, and lines of
+/// designs outside this run.
 fn kept(designs: &[DesignFiles], pattern: &Outputs, arguments: &Arguments) -> Result<Kept, Failure> {
     match &arguments.json {
         _ if !arguments.resume => Ok(Kept::default()),

@@ -1,4 +1,4 @@
-//! `idmesh compare`: the CPU against the GPU on one case, or one mesh file against another.
+//! `idmesh compare` compares the CPU with the GPU on one case, or one mesh file with another.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -48,18 +48,18 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Debug, Serialize)]
 struct Comparison {
     vertices: usize,
     /// Largest distance between the two positions of a vertex, in the mesh's unit.
     max_difference: f64,
-    /// The same over `reference`.
+    /// `max_difference` over `reference`.
     relative_difference: f64,
     /// Largest displacement, or the diagonal of the bounding box, in the mesh's unit.
     reference: f64,
     worst_vertex: usize,
-    /// The worst vertex's position in the first of the two.
+    /// Position of the vertex with the largest difference, in the first mesh.
     worst_position: [f64; 3],
     tolerance: f64,
     within_tolerance: bool,
@@ -67,7 +67,7 @@ struct Comparison {
     seconds: Option<Timings>,
 }
 
-/// Time of an update (all stages, no files) on both, s.
+/// Time of an update on each backend, in s, with all stages and without files.
 #[derive(Debug, Serialize)]
 struct Timings {
     cpu: f64,
@@ -75,9 +75,14 @@ struct Timings {
 }
 
 impl Comparison {
-    /// Compares positions `a`, `b` `[n_vertices]`, not empty.
+    /// Compares two sets of positions.
+    ///
+    /// - `a`, `b` `[n_vertices]`: in the mesh's unit, not empty
+    /// - `reference`: the length that differences are relative to, in the mesh's unit
+    /// - `tolerance`: the largest relative difference accepted
     fn of(a: &[DVec3], b: &[DVec3], reference: f64, tolerance: f64) -> Self {
-        // total_cmp ranks NaN above every number, so that a dead vertex is the worst one.
+        // `total_cmp` ranks NaN above every number, so a vertex without a finite position is the
+        // worst one.
         let differences = a.iter().zip(b).map(|(a, b)| a.distance(*b).abs()).enumerate();
         let (worst_vertex, max_difference) = differences.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
         let relative_difference = if max_difference == 0.0 { 0.0 } else { max_difference / reference };
@@ -159,7 +164,7 @@ fn backends(case: &Path, tolerance: f64, console: &Console) -> Result<Comparison
     if case.case.settings.quality.take().is_some() {
         console.note("local optimisation is left out of the comparison");
     }
-    // The GPU first: without one there is no reason to wait for the CPU.
+    // The GPU runs first, because without a GPU there is no reason to wait for the CPU.
     let (gpu, gpu_seconds) = update(&case, BackendChoice::Gpu, console)?;
     let (cpu, cpu_seconds) = update(&case, BackendChoice::Cpu, console)?;
     let (cpu, gpu) = (cpu.even_if_invalid(), gpu.even_if_invalid());
@@ -197,7 +202,7 @@ mod tests {
         assert!(Comparison::of(&a, &b, 2.0, 1e-4).within_tolerance);
     }
 
-    /// NaN compares false with everything, and must not pass for that.
+    /// NaN compares false with everything. A comparison with NaN must fail all the same.
     #[test]
     fn nan_is_out_of_tolerance() {
         let a = vec![DVec3::ZERO; 3];

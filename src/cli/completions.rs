@@ -1,4 +1,4 @@
-//! `idmesh completions`: a script by which a shell completes subcommands, options and files.
+//! `idmesh completions` prints a script by which a shell completes subcommands, options and files.
 
 use clap_complete::Shell;
 
@@ -23,7 +23,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let mut command = super::command_line();
     let name = command.get_name().to_owned();
-    // Written here first: the generator panics where its output cannot be written.
+    // The generator panics if its output cannot be written, so it writes to memory.
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, name, &mut script);
     console.data(&String::from_utf8_lossy(&script))

@@ -1,4 +1,7 @@
-//! What the user sees: data on standard output, progress, notes and errors on standard error.
+//! [`Console`] prints data to standard output, and progress, notes, warnings and errors to standard
+//! error.
+//!
+//! All other code prints through a console or not at all.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -9,11 +12,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::failure::{Exit, Failure};
 use crate::session::Loss;
 
-/// The two streams, and how much the user wants to hear.
+/// The two streams, and the amount of text that the user wants.
 #[derive(Clone)]
 pub(super) struct Console {
     level: i8,
-    /// Drawn only when standard error is a terminal.
+    /// The progress display. `None` with `-q` and `-v`, and if standard error is no terminal.
     spinner: Option<ProgressBar>,
     since: Instant,
 }
@@ -23,7 +26,7 @@ impl Console {
         let level = if quiet { -1 } else { verbose.min(1) as i8 };
         let spinner = (level == 0 && io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new_spinner();
-            // No colours, so there is nothing for NO_COLOR to take away.
+            // The template has no colours, so NO_COLOR needs no care.
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
                 bar.set_style(style);
             }
@@ -32,7 +35,7 @@ impl Console {
         Self { level, spinner, since: Instant::now() }
     }
 
-    /// Says what is being done now.
+    /// Shows the current step.
     pub(super) fn step(&self, what: &str) {
         if let Some(spinner) = &self.spinner {
             spinner.set_message(what.to_owned());
@@ -42,20 +45,21 @@ impl Console {
         }
     }
 
-    /// What tells the console of each step of somebody else's work.
+    /// A function that shows each step of a mover or a session.
     pub(super) fn progress(&self) -> impl Fn(&str) + Send + 'static {
         let console = self.clone();
         move |step| console.step(step)
     }
 
-    /// Warns of what outputs will not hold; of those to look at only `-v` tells it.
+    /// Warns of parts of the mesh that outputs will not hold. A loss that is a detail is printed
+    /// only with `-v`.
     pub(super) fn losses(&self, losses: Vec<Loss>) {
         for Loss { text, is_detail } in losses {
             if is_detail { self.detail(text) } else { self.warn(text) }
         }
     }
 
-    /// Turns the spinner into a bar for so many pieces of work, with the time left.
+    /// Turns the spinner into a bar for this number of pieces of work, with the time left.
     pub(super) fn count(&self, pieces: usize) {
         if let Some(spinner) = &self.spinner {
             spinner.set_length(pieces as u64);
@@ -67,33 +71,33 @@ impl Console {
         }
     }
 
-    /// One piece of those counted is done.
+    /// Advances the bar by one piece of work.
     pub(super) fn advance(&self) {
         if let Some(spinner) = &self.spinner {
             spinner.inc(1);
         }
     }
 
-    /// Something worth knowing.
+    /// Prints a note, unless the user asked for silence (`-q`).
     pub(super) fn note(&self, what: impl Display) {
         if self.level >= 0 {
             self.to_stderr(what);
         }
     }
 
-    /// Something that may be wrong with the result.
+    /// Prints a warning, unless the user asked for silence (`-q`).
     pub(super) fn warn(&self, what: impl Display) {
         self.note(format_args!("warning: {what}"));
     }
 
-    /// Something only the curious want to know (`-v`).
+    /// Prints a detail, if the user asked for details (`-v`).
     pub(super) fn detail(&self, what: impl Display) {
         if self.level >= 1 {
             self.to_stderr(what);
         }
     }
 
-    /// The failure that ends the command.
+    /// Prints the failure that ends the command.
     pub(super) fn fail(&self, failure: &Failure) {
         self.to_stderr(format_args!("error: {}", failure.message));
         if let Some(hint) = &failure.hint {
@@ -108,8 +112,7 @@ impl Console {
         }
     }
 
-    /// Writes data to standard output. A reader that has gone away (`idmesh ... | head -1`) has
-    /// seen enough.
+    /// Writes data to standard output. A closed pipe (`idmesh ... | head -1`) is no error.
     ///
     /// # Errors
     /// Standard output cannot be written for another reason, such as a full disk.
@@ -131,7 +134,8 @@ impl Console {
         }
     }
 
-    /// Standard error that cannot be written leaves nobody to tell.
+    /// Prints a line to standard error. If standard error cannot be written, the line is lost,
+    /// because there is no other place for an error.
     fn to_stderr(&self, what: impl Display) {
         let write = || drop(writeln!(io::stderr().lock(), "{what}"));
         match &self.spinner {

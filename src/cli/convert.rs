@@ -1,4 +1,4 @@
-//! `idmesh convert`: a mesh in another format.
+//! `idmesh convert` writes a mesh in another format.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `idmesh cut`: the old profiles, cut from the mesh's surface.
+//! `idmesh cut` cuts the old profiles from the mesh's surface.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! How a command fails: one line, perhaps a hint, and an exit code.
+//! [`Failure`]: the message, the hint and the exit code of a command that fails.
 
 use crate::backend::BackendError;
 use crate::case::LoadError;
@@ -16,13 +16,13 @@ pub(super) enum Exit {
     BadInput = 3,
     /// A relaxation did not converge.
     NotConverged = 4,
-    /// Inverted tets remain.
+    /// The moved mesh is not valid, for example because of inverted tets.
     Inverted = 5,
     /// No usable GPU.
     NoGpu = 6,
 }
 
-/// Why a command ends early.
+/// The failure of a command.
 #[derive(Clone, Debug)]
 pub(super) struct Failure {
     pub(super) exit: Exit,

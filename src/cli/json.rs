@@ -1,4 +1,4 @@
-//! JSON as an output of a command: to a file or to standard output.
+//! Writes a command's JSON to a file or to standard output.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use super::console::Console;
 use super::failure::Failure;
 use crate::session::{SessionError, check_writable, write_text};
 
-/// Checks that JSON can be written where the user wants it.
+/// Checks that JSON can be written to its target.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -21,7 +21,7 @@ pub(super) fn check_json(target: Option<&JsonTarget>) -> Result<(), Failure> {
 /// Writes a value as JSON to a file or standard output.
 ///
 /// # Errors
-/// It cannot be written.
+/// The JSON cannot be written.
 pub(super) fn write_json(target: &JsonTarget, value: &impl Serialize, console: &Console) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(value).map_err(SessionError::Report)?;
     text.push('\n');

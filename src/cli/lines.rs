@@ -1,4 +1,4 @@
-//! Where the lines of a batch go.
+//! [`Lines`]: the target of the JSON lines of a batch.
 
 use serde::Serialize;
 
@@ -7,9 +7,9 @@ use super::console::Console;
 use super::failure::Failure;
 use crate::session::{Kept, ReportFile, SessionError};
 
-/// Where the lines go.
+/// The target of the lines.
 pub(super) enum Lines<'a> {
-    /// Nobody asked for them.
+    /// The lines are not written.
     Nowhere,
     /// Standard output.
     StandardOutput(&'a Console),
@@ -18,7 +18,7 @@ pub(super) enum Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// Opens the target; a file begins with the lines kept, and holds nothing else.
+    /// Opens the target. A file is replaced by the lines that `kept` holds.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -30,10 +30,10 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Appends a value as a line, all at once.
+    /// Appends a value as a line of JSON, in one write.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The line cannot be written.
     pub(super) fn append(&mut self, value: &impl Serialize) -> Result<(), Failure> {
         let mut text = serde_json::to_string(value).map_err(SessionError::Report)?;
         text.push('\n');

@@ -1,4 +1,4 @@
-//! `idmesh man`: manual pages, made of the same texts as `--help`.
+//! `idmesh man` writes manual pages, from the texts of `--help`.
 
 use std::path::PathBuf;
 
@@ -45,7 +45,7 @@ fn page(command: &Command) -> Result<(String, String), Failure> {
     let man = Man::new(command.clone()).source(concat!("idmesh ", env!("CARGO_PKG_VERSION"))).manual("idmesh manual");
     let mut text = Vec::new();
     man.render(&mut text).map_err(|error| Failure::bad_input(format!("cannot write a manual page: {error}")))?;
-    // The generator heads the text after the options EXTRA; manuals call it NOTES.
+    // The generator gives the text after the options the heading EXTRA. Manuals use NOTES.
     let text = String::from_utf8_lossy(&text).replace("\n.SH EXTRA\n", "\n.SH NOTES\n");
     Ok((man.get_filename(), text))
 }

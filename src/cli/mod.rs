@@ -1,8 +1,8 @@
-//! The command line: one file a subcommand.
+//! The command line. Each subcommand has a file of its own.
 //!
-//! Data goes to standard output, everything else to standard error through `console::Console`; a
-//! command that fails returns a `failure::Failure`, which is printed here, once, and decides the
-//! exit code. Nothing below this module prints.
+//! A command writes data to standard output, and everything else to standard error, through
+//! `console::Console`. A command that fails returns a `failure::Failure`. [`main`] prints this
+//! failure once and returns its exit code. No module below this one prints.
 
 mod adapters;
 mod batch;
@@ -100,10 +100,10 @@ impl From<BackendChoice> for Selection {
     }
 }
 
-/// Where a command's JSON goes.
+/// The target of a command's JSON.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum JsonTarget {
-    /// `-`.
+    /// Standard output, written `-`.
     StandardOutput,
     /// A file.
     File(PathBuf),
@@ -119,7 +119,7 @@ fn json_target(text: &str) -> Result<JsonTarget, std::convert::Infallible> {
     Ok(PathBuf::from(text).into())
 }
 
-/// The backend for a choice; falling back to the CPU is said.
+/// Selects a backend. If `auto` falls back to the CPU, a note says so.
 fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Backend>, Failure> {
     console.step("starting the backend");
     let backend = backend::select(choice.into())?;
@@ -129,7 +129,7 @@ fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Ba
     Ok(backend)
 }
 
-/// Reads a case and all its files.
+/// Reads a case and all files that it names.
 fn load(path: &std::path::Path, console: &Console) -> Result<LoadedCase, Failure> {
     let case = Case::load_telling(path, &|step| console.step(step))?;
     for (wing, old) in case.old_profiles() {

@@ -1,4 +1,5 @@
-//! `idmesh quality`: counts, beta and families of a mesh, which may have other cells than tets.
+//! `idmesh quality` prints counts, beta and families of a mesh. The mesh may have other cells than
+//! tets.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -28,13 +29,14 @@ pub(super) struct Arguments {
     histogram: Option<PathBuf>,
 }
 
-/// The figures; names as in a run report.
+/// The measures of a mesh. Their names are those of a run report.
 #[derive(Debug, Serialize)]
 struct Figures {
     idmesh: String,
     file: String,
     mesh: report::Mesh,
-    /// How many there are of each other shape; those of beta are the tets they split into.
+    /// Number of cells of each other shape. The measures of beta count the tets into which these
+    /// cells split.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     others: BTreeMap<&'static str, usize>,
     beta_min: f64,
@@ -87,7 +89,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     Ok(())
 }
 
-/// The figures as text, families in the order of the file.
+/// The measures as text, with the families in the order of the file.
 fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let mut rows = vec![row("vertices", figures.mesh.vertices.to_string()), row("tets", figures.mesh.tets.to_string())];

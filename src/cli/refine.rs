@@ -1,4 +1,4 @@
-//! `idmesh refine`: every tet of a mesh into eight.
+//! `idmesh refine` splits every tet of a mesh into eight.
 
 use std::path::PathBuf;
 
@@ -20,8 +20,9 @@ pub(super) struct Arguments {
     output: PathBuf,
 }
 
-/// Memory for a tet of the fine mesh, its share of vertices and of the coarse one's topology, and
-/// to write it: 40 to 55 measured with 7.4 million of them, by format.
+/// Bytes for each tet of the fine mesh, with the tet's share of vertices, of the coarse mesh's
+/// topology, and of the memory for writing. Measured were 40 to 55 with 7.4 million tets, depending
+/// on the format.
 const BYTES: u64 = 60;
 
 /// Runs the command.

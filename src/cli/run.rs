@@ -1,4 +1,4 @@
-//! `idmesh run`: one design.
+//! `idmesh run` moves a mesh to the design of a case.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -61,7 +61,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     Ok(verdict?)
 }
 
-/// Checks everything that will be written, and makes the folder for it, to be held until then.
+/// Checks that all outputs can be written, and makes their folder. The caller holds the folder
+/// until the outputs are written.
 fn check(outputs: &Outputs, case: &LoadedCase, arguments: &Arguments) -> Result<Folder, Failure> {
     let json = match &arguments.json {
         Some(JsonTarget::File(path)) => Some(path.as_path()),

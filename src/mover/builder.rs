@@ -1,5 +1,8 @@
-//! [`MoverBuilder`]: a mover from a mesh, the roles of its families and the old profiles of its
-//! wings, all by name.
+//! [`MoverBuilder`] makes a [`Mover`] from a mesh, the roles of its families and the old profiles
+//! of its wings.
+//!
+//! Families and wings are given by name. [`MoverBuilder::build`] looks the names up in the mesh.
+//! [`Mover::builder`] begins a builder.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -15,12 +18,13 @@ use crate::{
     stages::WingProfiles,
 };
 
-/// Hears the name of each stage as the stage begins.
+/// A function that gets the name of each stage as the stage begins.
 pub(super) type Progress = Box<dyn Fn(&str) + Send>;
 
-/// Collects what a [`Mover`] is made of.
+/// The parts of a [`Mover`], collected before [`MoverBuilder::build`].
 ///
-/// Every family of the mesh needs a role. Everything else has a default.
+/// Every family of the mesh needs a role, and every wing needs old profiles. All settings have
+/// defaults.
 #[must_use = "a builder does nothing before `build`"]
 pub struct MoverBuilder {
     mesh: TetMesh,
@@ -30,7 +34,7 @@ pub struct MoverBuilder {
     progress: Progress,
 }
 
-/// A wing whose families are not looked up yet.
+/// A wing whose families are still names.
 struct NamedWing {
     name: String,
     families: Vec<String>,
@@ -44,68 +48,69 @@ impl MoverBuilder {
         Self { mesh, roles, wings, settings: Settings::default(), progress: Box::new(|_| {}) }
     }
 
-    /// The role of a family. A second call for the same family replaces the first.
+    /// Sets the role of a family. A second call for the same family replaces the first role.
     pub fn role(mut self, family: &str, role: Role) -> Self {
         self.roles.insert(family.to_owned(), role);
         self
     }
 
-    /// The old profiles of a wing that is one family, in the mesh's unit. Designs and reports name
-    /// the wing after the family.
+    /// Adds a wing that is one family, with its old profiles in the mesh's unit. Designs and
+    /// reports name the wing after the family.
     pub fn old_profiles(self, family: &str, old: Vec<Profile>) -> Self {
         self.wing(family, &[family], old, None)
     }
 
-    /// The old profiles of a wing that may be several families.
+    /// Adds a wing that may be several families, with its old profiles.
     ///
     /// - `name`: the name in designs and reports
     /// - `families`: at least one, all with the role [`Role::Wing`]
     /// - `old`: in the mesh's unit
-    /// - `mirror`: the plane beyond which the wing is its own mirror image, and moves so
+    /// - `mirror`: a plane with the old profiles on one side; the wing on the other side moves as
+    ///   their mirror image
     pub fn wing(mut self, name: &str, families: &[&str], old: Vec<Profile>, mirror: Option<Plane>) -> Self {
         let families = families.iter().map(|&family| family.to_owned()).collect();
         self.wings.push(NamedWing { name: name.to_owned(), families, old, mirror });
         self
     }
 
-    /// All settings at once.
+    /// Replaces all settings.
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
         self
     }
 
-    /// See [`Settings::springs`].
+    /// Sets [`Settings::springs`].
     pub fn springs(mut self, springs: &'static Springs) -> Self {
         self.settings.springs = springs;
         self
     }
 
-    /// See [`Settings::method`].
+    /// Sets [`Settings::method`].
     pub fn method(mut self, method: Method) -> Self {
         self.settings.method = method;
         self
     }
 
-    /// See [`Settings::stopping`].
+    /// Sets [`Settings::stopping`].
     pub fn stopping(mut self, stopping: Stopping) -> Self {
         self.settings.stopping = stopping;
         self
     }
 
-    /// See [`Settings::quality`].
+    /// Sets [`Settings::quality`].
     pub fn quality(mut self, quality: Option<QualityTarget>) -> Self {
         self.settings.quality = quality;
         self
     }
 
-    /// See [`Settings::max_steps`].
+    /// Sets [`Settings::max_steps`].
     pub fn max_steps(mut self, max_steps: usize) -> Self {
         self.settings.max_steps = max_steps;
         self
     }
 
-    /// Lets `progress` hear the name of each step of the set-up and of each stage of every update,
-    /// as it begins.
+    /// Sets a function that gets the name of each step of the set-up, and of each stage of every
+    /// update, as the step or stage begins.
     pub fn progress(mut self, progress: impl Fn(&str) + Send + 'static) -> Self {
         self.progress = Box::new(progress);
         self
@@ -114,8 +119,11 @@ impl MoverBuilder {
     /// Checks the mesh and sets every stage up on a backend.
     ///
     /// # Errors
-    /// A family has no role, or a name is none of the mesh; the mesh is not valid or too large for
-    /// the memory; its roles or old profiles do not fit it; or the backend failed.
+    /// - [`MoveError::Setup`]: a family has no role, a name is no family of the mesh, a wing has no
+    ///   families, or roles or old profiles do not fit the mesh
+    /// - [`MoveError::Mesh`]: the mesh is not valid
+    /// - [`MoveError::Memory`]: the mesh is too large for the memory
+    /// - [`MoveError::Backend`]: the backend failed
     pub fn build(self, backend: impl Into<Arc<dyn Backend>>) -> Result<Mover, MoveError> {
         let Self { mesh, mut roles, wings, settings, progress } = self;
         let unknown = |name: &str| SetupError::UnknownFamily { name: name.to_owned(), known: mesh.families.clone() };

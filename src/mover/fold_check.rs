@@ -1,4 +1,6 @@
-//! Looks at the surfaces after each stage: does one lie folded?
+//! [`FoldCheck`] counts folded surface triangles after each stage of an update.
+//!
+//! A refused result then names the stage that folded a triangle first.
 
 use std::collections::BTreeMap;
 
@@ -10,23 +12,27 @@ use crate::{
     quality::faults::EdgeAngles,
 };
 
-/// What has been found wrong with the surfaces of one update.
+/// The folded triangles of one update so far.
 pub(super) struct FoldCheck<'a> {
     mesh: &'a TetMesh,
     surface: &'a Surface,
     edge_angles: &'a EdgeAngles,
     families: &'a Families,
-    /// Where the surface's vertices were when it was last looked at, in its order.
+    /// Positions of the surface's vertices at the last check `[n_vertices of the surface]`, in the
+    /// order of [`Surface::vertices`].
     last: Vec<DVec3>,
-    /// Folded triangles of each family that has some, there; see
+    /// Number of folded triangles at the last check, of each family that has some; see
     /// [`crate::quality::faults::folded`].
     pub(super) folded: BTreeMap<FamilyId, usize>,
-    /// Stages after which a triangle of a family placed so far was folded, with their number.
+    /// Stages that left folded triangles in families placed so far, with the number of these
+    /// triangles.
     pub(super) folds: Vec<(&'static str, usize)>,
 }
 
 impl<'a> FoldCheck<'a> {
-    /// Nothing is wrong with the undeformed surfaces, `edge_angles` theirs.
+    /// Begins with the undeformed surfaces, which count as not folded.
+    ///
+    /// - `edge_angles`: angles of the undeformed surfaces
     pub(super) fn new(
         mesh: &'a TetMesh,
         surface: &'a Surface,
@@ -37,10 +43,11 @@ impl<'a> FoldCheck<'a> {
         Self { mesh, surface, edge_angles, families, last, folded: BTreeMap::new(), folds: Vec::new() }
     }
 
-    /// Looks at the surfaces after a stage.
+    /// Counts the folded triangles after a stage.
     ///
-    /// - `placed`: the families it and those before it place, by the last of their owners
-    /// - `here` `[n_vertices]`: where the stage puts the vertices
+    /// - `placed`: the last value of [`PlacedBy`] that this stage or an earlier one places; folds
+    ///   count in families up to it
+    /// - `here` `[n_vertices]`: positions after the stage, in the mesh's unit
     pub(super) fn fold_check(&mut self, stage: &'static str, placed: PlacedBy, here: &[DVec3]) {
         let surface = self.surface;
         let mut moves = false;

@@ -1,9 +1,11 @@
-//! Vertices that a design moves and another family holds: a wing's or a prescribed family's that a
-//! fixed or prescribed one has too.
+//! Vertices that a design moves with one family, and that another family holds.
 //!
-//! The surface is bent there, however good its triangles are: nobody but the user can say whether
-//! that is meant. So it is told, and where it goes beyond the shortest edge at a vertex the result
-//! is not taken.
+//! A vertex on a wing and on a fixed or prescribed family is such a vertex, and so is one on a
+//! prescribed and on a fixed family.
+//!
+//! The surface is bent at a vertex that is held back, however good its triangles are. Only the user
+//! knows whether the bend is meant. An outcome therefore lists these vertices, and is not valid if
+//! one of them is held back by more than its shortest edge.
 
 use std::collections::BTreeMap;
 
@@ -12,44 +14,42 @@ use glam::DVec3;
 use super::Mover;
 use crate::{geometry, mesh::Displacement, mesh::FamilyId, stage::Wanted};
 
-/// A vertex that is held back by less than this fraction of its family's size is where it should
-/// be.
+/// A vertex held back by at most this fraction of its family's size does not count.
 const BACK: f64 = 1e-9;
 
-/// The vertices of one family that another holds back.
+/// The vertices of one family that another family holds back. Lengths are in the mesh's unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldBack {
-    /// The family that holds them.
+    /// The family that holds the vertices.
     pub by: String,
-    /// The family that would move them.
+    /// The family with which the design moves the vertices.
     pub family: String,
-    /// How many they are.
+    /// Number of the vertices.
     pub vertices: usize,
-    /// Largest distance between where they are and where the design would have them.
+    /// Largest distance of a vertex from its place in the design.
     pub max_distance: f64,
-    /// Where that vertex was.
+    /// Original position of the vertex with the largest distance.
     pub at: DVec3,
-    /// Of the vertex that is held back the most against its shortest edge in the family, if it is
-    /// by more than that.
+    /// The vertex with the largest ratio of distance to shortest edge, if the ratio exceeds 1.
     pub beyond: Option<Beyond>,
 }
 
-/// A vertex held back by more than its shortest edge.
+/// A vertex held back by more than its shortest edge. Lengths are in the mesh's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beyond {
-    /// The distance.
+    /// Distance of the vertex from its place in the design.
     pub distance: f64,
-    /// The shortest edge.
+    /// The shortest edge at the vertex, of those in the family that moves.
     pub edge: f64,
-    /// Where it was.
+    /// Original position of the vertex.
     pub at: DVec3,
 }
 
 impl Mover {
-    /// What is held back once the wing's stage has ended, by the families' names.
+    /// Finds the vertices that are held back, in pairs of families.
     ///
-    /// - `wanted`: what others than their owners would do to vertices
-    /// - `displacement` `[n_vertices]`: what their owners do
+    /// - `wanted`: displacements by families that do not place the vertex
+    /// - `displacement` `[n_vertices]`: displacements by the families that place the vertices
     pub(super) fn held_back(&self, wanted: &[Wanted], displacement: &Displacement) -> Vec<HeldBack> {
         let mut edges_of: BTreeMap<FamilyId, (f64, BTreeMap<u32, f64>)> = BTreeMap::new();
         let mut found: BTreeMap<(FamilyId, FamilyId), HeldBack> = BTreeMap::new();
@@ -71,7 +71,7 @@ impl Mover {
             });
             let at = self.ordered.vertices[vertex as usize];
             held.vertices += 1;
-            // Not a number is as far as can be.
+            // NaN counts as the largest distance.
             if held.max_distance.is_finite() && (distance.is_nan() || distance > held.max_distance) {
                 (held.max_distance, held.at) = (distance, at);
             }
@@ -84,13 +84,14 @@ impl Mover {
         found.into_values().collect()
     }
 
-    /// The diagonal of a family's bounding box.
+    /// The diagonal of a family's bounding box, in the mesh's unit.
     pub(super) fn size_of(&self, family: FamilyId) -> f64 {
         let at = |vertex: &u32| self.ordered.vertices[*vertex as usize];
         geometry::diagonal(self.surface.vertices_of(family).iter().map(at))
     }
 
-    /// The shortest edge of a family's triangles at each of its vertices.
+    /// The shortest edge of a family's triangles at each of the family's vertices, in the mesh's
+    /// unit.
     fn edges_of(&self, family: FamilyId) -> BTreeMap<u32, f64> {
         let mut shortest = BTreeMap::new();
         for [a, b, c] in self.surface.corners_of(family) {

@@ -1,12 +1,15 @@
-//! [`Mover`]: the one door to idmesh. Set up once per mesh, run once per design.
+//! [`Mover`] moves one mesh to many designs. A mover is set up once per mesh and run once per
+//! design.
 //!
-//! Everything that depends on the mesh alone (topology, wing vertices' places among the old
-//! profiles, continued surfaces, stiffness, spectra, device buffers) is made by
-//! [`MoverBuilder::build`]; [`Mover::update`] starts from the undeformed mesh every time, so its
-//! result depends on the design alone, unless it is told to start from the last design.
+//! [`MoverBuilder::build`] makes everything that depends on the mesh alone: topology, places of
+//! wing vertices among the old profiles, continued surfaces, stiffness, spectra and device buffers.
+//! [`Mover::update`] starts from the undeformed mesh every time, so a result depends on the design
+//! alone. After [`Mover::start_from`] with [`Start::LastDesign`] a result depends on earlier
+//! designs within the tolerance. Every front end (command line, examples, tests, benchmarks) moves
+//! meshes through a [`Mover`].
 //!
-//! Inside, vertices and tets stand in an [`Order`] of their own; what goes in and what comes out is
-//! in that of the mesh.
+//! Inside, vertices and tets stand in an [`Order`] of their own. Arguments and results are in the
+//! order of the mesh that was given.
 
 mod builder;
 mod fold_check;
@@ -53,36 +56,40 @@ use crate::{
     volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
 };
 
-/// One design: what replaces the old shape.
+/// One design: new profiles of wings and displacements of prescribed families.
 #[derive(Clone, Debug, Default)]
 pub struct Design {
-    /// New profiles of each wing, by the wing's name, in the mesh's unit. Numbers pair them with
-    /// the old ones.
+    /// New profiles of each wing, by the wing's name, in the mesh's unit. A new profile replaces
+    /// the old profile with the same number.
     pub profiles: BTreeMap<String, Vec<Profile>>,
-    /// Displacement of each prescribed family's vertices, by the family's name, in the mesh's unit
-    /// and in the order of [`Mover::family_vertices`].
+    /// Displacements of each prescribed family `[n_vertices of the family]`, by the family's name,
+    /// in the mesh's unit and in the order of [`Mover::family_vertices`].
     pub prescribed: BTreeMap<String, Vec<DVec3>>,
 }
 
 impl Design {
-    /// A design that gives one wing new profiles.
+    /// A design that gives one wing new profiles, in the mesh's unit.
     pub fn of_wing(wing: &str, new: Vec<Profile>) -> Self {
         Self::default().with_profiles(wing, new)
     }
 
-    /// A design that displaces one prescribed family `[n_vertices of the family]`.
+    /// A design that displaces one prescribed family.
+    ///
+    /// - `displacement` `[n_vertices of the family]`: in the mesh's unit
     pub fn of_prescribed(family: &str, displacement: Vec<DVec3>) -> Self {
         Self::default().with_prescribed(family, displacement)
     }
 
-    /// The same with new profiles for another wing.
+    /// Adds new profiles for a wing, in the mesh's unit.
     #[must_use]
     pub fn with_profiles(mut self, wing: &str, new: Vec<Profile>) -> Self {
         self.profiles.insert(wing.to_owned(), new);
         self
     }
 
-    /// The same with the displacement of another prescribed family `[n_vertices of the family]`.
+    /// Adds the displacements of a prescribed family.
+    ///
+    /// - `displacement` `[n_vertices of the family]`: in the mesh's unit
     #[must_use]
     pub fn with_prescribed(mut self, family: &str, displacement: Vec<DVec3>) -> Self {
         self.prescribed.insert(family.to_owned(), displacement);
@@ -90,14 +97,14 @@ impl Design {
     }
 }
 
-/// Why a mesh could not be moved.
+/// An error of a set-up or an update.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MoveError {
     /// The mesh is not valid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The mesh and its roles do not go together.
+    /// The roles or the old profiles do not fit the mesh.
     #[error(transparent)]
     Setup(#[from] SetupError),
     /// A wing's new profiles cannot be used.
@@ -105,10 +112,11 @@ pub enum MoveError {
     Profiles {
         /// The wing.
         family: String,
-        /// What is wrong with them.
+        /// The cause.
         error: ProfileError,
     },
-    /// A design names what is no wing, or no prescribed family, of the mover.
+    /// A design has profiles for a name that is no wing of the mover, or displacements for a name
+    /// that is no prescribed family.
     #[error(
         "the design has {} for `{name}`, which is none of the mover's{}; it has {}",
         if *prescribed { "a displacement" } else { "profiles" },
@@ -118,12 +126,13 @@ pub enum MoveError {
     Unknown {
         /// The name.
         name: String,
-        /// Whether it is the name of a prescribed family, and not of a wing.
+        /// Whether the design has displacements for the name. Otherwise the design has profiles for
+        /// the name.
         prescribed: bool,
-        /// The names that the mover has.
+        /// The names of the mover's prescribed families, or of its wings.
         known: Vec<String>,
     },
-    /// A prescribed family has no displacement, or one of the wrong length.
+    /// A prescribed family has no displacements, or a wrong number of displacements.
     #[error("family `{family}` has {expected} vertices, but {found} prescribed displacements were given")]
     Prescribed {
         /// The family.
@@ -133,7 +142,7 @@ pub enum MoveError {
         /// Displacements given.
         found: usize,
     },
-    /// Two prescribed families move a vertex of both to different places.
+    /// Two prescribed families move a vertex that both have to different places.
     #[error(
         "the prescribed families `{family}` and `{other}` share vertex {vertex} at ({}, {}, {}), and its displacements \
          differ by {difference:.3e}, expected the same from both",
@@ -146,9 +155,9 @@ pub enum MoveError {
         other: String,
         /// The vertex, counted from 0.
         vertex: u32,
-        /// Where it is.
+        /// Original position of the vertex.
         position: DVec3,
-        /// The distance between the places the two move it to.
+        /// Distance between the two places, in the mesh's unit.
         difference: f64,
     },
     /// The mesh is too large for the memory.
@@ -156,10 +165,10 @@ pub enum MoveError {
     Memory {
         /// Tets of the mesh.
         n_tets: usize,
-        /// What is lacking.
+        /// The bytes needed and available.
         error: MemoryError,
     },
-    /// There is no memory for a stage: to lead the inside to the design in steps.
+    /// A stage could not be run: the memory does not suffice for a path of steps.
     #[error(transparent)]
     Stage(StageError),
     /// The backend failed.
@@ -176,15 +185,15 @@ impl From<StageError> for MoveError {
     }
 }
 
-/// Moves one mesh, design after design.
+/// Moves one mesh to one design after another.
 pub struct Mover {
     mesh: Arc<TetMesh>,
     progress: Progress,
     optimises: bool,
-    /// Its vertices of each family `[n_families]`, ascending.
+    /// The vertices of each family `[n_families]`, ascending, in the order of `mesh`.
     family_vertices: Vec<Vec<u32>>,
     order: Order,
-    /// The mesh in that order, as everything below.
+    /// The mesh in `order`. All fields below are in `order` too.
     ordered: TetMesh,
     surface: Surface,
     edge_angles: EdgeAngles,
@@ -198,15 +207,16 @@ pub struct Mover {
     stages: Stages,
 }
 
-/// Greatest share of the chord by which a wing's vertices may miss their new profiles.
+/// Largest increase of a wing vertex's distance from its profile in a valid outcome, as a fraction
+/// of the profile's length (about its chord); see [`Missed`](crate::profile::Missed).
 pub const MISSED: f64 = 2e-3;
 
-/// Memory that a mover takes at most for each tet, updates included, beside the mesh it is given;
-/// measured with 6.5 million tets.
+/// Bytes that a mover takes at most for each tet, updates included and the given mesh excluded.
+/// Measured with 6.5 million tets.
 const BYTES: u64 = 600;
 
 impl Mover {
-    /// What a mover of this mesh is made by: see [`MoverBuilder`].
+    /// Begins a mover of this mesh; see [`MoverBuilder`].
     pub fn builder(mesh: TetMesh) -> MoverBuilder {
         MoverBuilder::new(mesh)
     }
@@ -233,7 +243,7 @@ impl Mover {
         let order = Order::breadth_first(&mesh);
         let ordered = order.of(&mesh);
         let (topology, edge_graph) = rayon::join(|| Topology::new(&ordered), || EdgeGraph::new(&ordered));
-        // Errors name what stands in the mesh that was given.
+        // Errors name vertices and tets by their numbers in the mesh that was given.
         let Topology { surface, .. } = topology.or_else(|error| Topology::new(&mesh).and(Err(error)))?;
         let Settings { springs, method, stopping, quality, max_steps } = settings;
         observer("families");
@@ -279,12 +289,13 @@ impl Mover {
         })
     }
 
-    /// The undeformed mesh, its tets turned as by [`TetMesh::turn_tets`].
+    /// The undeformed mesh in the order in which it was given, with its tets turned by
+    /// [`TetMesh::turn_tets`].
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
     }
 
-    /// Where the arithmetic runs.
+    /// The backend that relaxes networks and optimises tets.
     pub fn backend(&self) -> &dyn Backend {
         self.backend.as_ref()
     }
@@ -294,17 +305,18 @@ impl Mover {
         Some(&self.family_vertices[self.mesh.family(family)?.index()])
     }
 
-    /// Tells whoever listens to the progress that something begins.
+    /// Tells the progress function that a piece of work begins.
     pub(crate) fn tell(&self, what: &str) {
         (self.progress)(what);
     }
 
-    /// Lets another `progress` hear the name of each stage as it begins.
+    /// Replaces the function that gets the name of each stage as the stage begins.
     pub fn on_progress(&mut self, progress: impl Fn(&str) + Send + 'static) {
         self.progress = Box::new(progress);
     }
 
-    /// Where updates start from now on: from the undeformed mesh unless something else is said.
+    /// Sets where the volume's springs start in later updates. The default is
+    /// [`Start::Undeformed`].
     pub fn start_from(&mut self, start: Start) {
         self.stages.volume.start_from(start);
     }
@@ -312,15 +324,21 @@ impl Mover {
     /// Moves the undeformed mesh to a design.
     ///
     /// # Errors
-    /// The design does not fit the mesh, or the backend failed. Inverted tets and relaxations that
-    /// did not converge are results: see [`Outcome`].
+    /// - [`MoveError::Unknown`], [`MoveError::Profiles`], [`MoveError::Prescribed`],
+    ///   [`MoveError::Disagree`]: the design does not fit the mesh
+    /// - [`MoveError::Stage`]: the memory does not suffice for a path of steps
+    /// - [`MoveError::Backend`]: the backend failed
+    ///
+    /// Inverted tets and relaxations that did not converge are no errors; see [`Outcome`].
     pub fn update(&mut self, design: &Design) -> Result<Outcome, MoveError> {
         self.run(design, None)
     }
 
-    /// [`Mover::update`] with a say in each stage: `amend` gets a stage's name as it ends and the
-    /// displacement so far `[n_vertices]`, and may change it. What it makes is judged like the
-    /// stage's own work.
+    /// [`Mover::update`] with a function that may change the displacements after each stage.
+    ///
+    /// - `amend`: gets the name of a stage as the stage ends, and the displacements so far
+    ///   `[n_vertices]`, in the mesh's unit and order. Changed displacements are checked like the
+    ///   stage's own.
     ///
     /// # Errors
     /// As [`Mover::update`].
@@ -369,7 +387,7 @@ impl Mover {
         let mut here = Vec::new();
         let mut ends = Vec::with_capacity(STAGES.len());
         for row in STAGES {
-            // The first stage has begun with the profiles.
+            // The first stage began with the interpolation of the profiles.
             if row.placed_by > PlacedBy::Wing {
                 observer(row.name);
             }
@@ -393,8 +411,7 @@ impl Mover {
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let self_intersecting = self.stages.volume.newly_self_intersecting(&self.ordered, &vertices);
-        // Where the vertices are in the end: those that are held have been there since the wing's
-        // stage.
+        // Vertices that are held have their final displacement since the wing's stage.
         let held_back = self.held_back(&wanted, &displacement);
         let families = self.family_reports(&vertices, &folded, &self_intersecting, &held_back);
         let missed = self.stages.wings.missed(&vertices);
@@ -428,7 +445,8 @@ impl Mover {
         })
     }
 
-    /// Refuses a design with names that nothing here has: what it asks for would be left undone.
+    /// Refuses a design with names that the mover does not have. Otherwise a part of the design
+    /// would be ignored in silence.
     fn check_names(&self, design: &Design) -> Result<(), MoveError> {
         let wings: Vec<String> = self.wing_families.keys().cloned().collect();
         let of_role = self.families.families_of(PlacedBy::Prescribed);
@@ -444,7 +462,7 @@ impl Mover {
     }
 }
 
-/// A say in the displacement after a stage, of which it gets the name.
+/// A function that gets a stage's name and may change the displacements after the stage.
 type Amend<'a> = dyn FnMut(&str, &mut Displacement) + 'a;
 
 struct StageWatch {
@@ -453,7 +471,8 @@ struct StageWatch {
 }
 
 impl StageWatch {
-    /// Notes the quality at a stage and the time since the one before, measuring included.
+    /// Records the quality at a stage, and the time since the stage before in s. The time includes
+    /// the measurement of quality.
     fn record(&mut self, name: StageName, betas: &[f64]) -> Statistics {
         let statistics = Statistics::new(betas);
         let seconds = if self.stages.is_empty() { 0.0 } else { self.last.elapsed().as_secs_f64() };

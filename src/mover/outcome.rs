@@ -1,9 +1,9 @@
-//! [`Outcome`]: what an update made, and whether it may be used.
+//! [`Outcome`]: the result of an update, and the check that it may be used.
 //!
-//! The moved vertices stand behind a check. [`Outcome::valid`] gives them where the mesh is what
-//! was asked for, and says why where it is not; [`Outcome::even_if_invalid`] gives them to those
-//! who want to look at a bad result. Field names of the types that serialise are part of the
-//! interface: the report holds them.
+//! [`Outcome::valid`] returns the moved mesh only if every relaxation converged and the mesh is
+//! valid. Otherwise it returns an error that names the faults. [`Outcome::even_if_invalid`] returns
+//! the moved mesh in every case. The report holds the types that serialise, so their field names
+//! are part of the interface.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -19,7 +19,7 @@ use crate::{
     volume::Path,
 };
 
-/// The mesh of a design.
+/// The moved vertices of a design. Tets, triangles and families are those of [`Outcome::mesh`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
     pub(super) vertices: Vec<DVec3>,
@@ -27,25 +27,27 @@ pub struct Moved {
 }
 
 impl Moved {
-    /// The vertices `[n_vertices]`, in the mesh's unit and in the order of the mesh that was given.
+    /// The moved vertices `[n_vertices]`, in the mesh's unit and in the order of the mesh that was
+    /// given.
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
     }
 
-    /// Their displacement from the original mesh `[n_vertices]`, in the mesh's unit.
+    /// The displacement of each vertex from the original mesh `[n_vertices]`, in the mesh's unit
+    /// and order.
     pub fn displacement(&self) -> &[DVec3] {
         &self.displacement
     }
 }
 
-/// What an update made.
+/// The result of an update. Lengths are in the mesh's unit.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Outcome {
     pub(super) moved: Moved,
     /// The undeformed mesh.
     pub(super) mesh: Arc<TetMesh>,
-    /// Whether local optimisation was allowed.
+    /// Whether the settings allow local optimisation.
     pub(super) optimises: bool,
     /// Quality at the four stages of the paper's Table 1.
     pub stages: Vec<StageQuality>,
@@ -53,60 +55,70 @@ pub struct Outcome {
     pub original_beta: Vec<f64>,
     /// Beta of each tet of the final mesh `[n_tets]`.
     pub beta: Vec<f64>,
-    /// How true the carenages and planes stayed to their shapes, by family name.
+    /// Deviations of families from their shapes, by family name. Families with nothing to report
+    /// are left out.
     pub families: BTreeMap<String, FamilyReport>,
-    /// How true the wings are to their new profiles, by family name.
+    /// Deviations of wings from their new profiles, by the name of the wing and of each of its
+    /// families.
     pub profiles: BTreeMap<String, ProfileReport>,
-    /// How the volume was relaxed.
+    /// The relaxation of the volume's network.
     pub solver: Solver,
-    /// The steps the volume took.
+    /// The steps of the volume stage.
     pub path: Path,
-    /// What local optimisation did; `None` where it was off or nothing called for it.
+    /// The work of local optimisation. `None` if it was off or not needed.
     pub smoothed: Option<Smoothed>,
     /// Whether every relaxation reached its tolerance.
     pub converged: bool,
-    /// Stages whose relaxation did not reach its tolerance, with the estimated error left, in
-    /// shortest edges.
+    /// Stages with a relaxation that did not reach its tolerance, and the estimated error of each,
+    /// as a fraction of a vertex's shortest edge.
     pub unconverged: Vec<(&'static str, f64)>,
-    /// Tets without positive volume.
+    /// Number of tets without positive volume.
     pub inverted: usize,
-    /// Stages after which a triangle of a family placed so far was folded, with their number.
+    /// Stages that left folded triangles in families placed so far, with the number of these
+    /// triangles.
     pub folds: Vec<(&'static str, usize)>,
-    /// Carenages and planes that vertices left by more than 1e-6 of their size, by name, with the
-    /// largest distance.
+    /// Carenages and planes with a vertex that left them by more than 1e-6 of the family's size, by
+    /// name, with the largest distance.
     pub off_surface: BTreeMap<String, f64>,
-    /// Periodic planes whose partners are apart by more than rounding, by name, with the largest
-    /// distance.
+    /// Periodic planes with a vector between partners that changed by more than rounding, by name,
+    /// with the largest change.
     pub parted: BTreeMap<String, f64>,
-    /// Vertices that the design moves and fixed or prescribed families hold.
+    /// Vertices that the design moves with one family, and that a fixed or prescribed family holds.
     pub held_back: Vec<HeldBack>,
-    /// Surface triangles that are turned over against those around them, by family name; families
-    /// without any are left out. See [`crate::quality::faults::folded`].
+    /// Number of surface triangles that are turned over against the triangles around them, by
+    /// family name. Families without such triangles are left out. See
+    /// [`crate::quality::faults::folded`].
     pub folded: BTreeMap<String, usize>,
-    /// The wing whose profiles come nearest to being refused, and what is suspect about them.
+    /// The wing with the profiles that came nearest to a refusal, and the check that came nearest.
     pub nearest_to_refusal: Option<(String, Closeness)>,
-    /// Wings whose vertices miss their new profiles by more than [`super::MISSED`] of the chord, by
-    /// name: the worst vertex, as one of the mesh.
+    /// Wings that miss their new profiles by more than [`super::MISSED`], by name, with the worst
+    /// vertex in the mesh's order.
     pub missed: BTreeMap<String, Missed>,
-    /// Triangles of the mesh that the moved surface passes through, and did not before, ascending.
-    /// Where there are any, the mesh overlaps itself even if no tet is inverted.
+    /// Triangles of the mesh that self-intersect after the motion and did not before, ascending.
+    /// With such a triangle the mesh overlaps itself, even if no tet is inverted.
     pub self_intersecting: Vec<u32>,
-    /// What a user should know of, although the mesh is valid.
+    /// Remarks on the result that do not make it invalid.
     pub warnings: Vec<Warning>,
 }
 
 impl Outcome {
-    /// The moved mesh, whatever is wrong with it: to look at or to measure, not to compute a flow
-    /// on.
+    /// The moved mesh, valid or not. An invalid mesh serves to look at or to measure, not to
+    /// compute a flow.
     pub fn even_if_invalid(&self) -> &Moved {
         &self.moved
     }
 
-    /// Whether the moved mesh is what was asked for: no tet is inverted, the surface does not pass
-    /// through itself, what slides on a carenage or in a plane is there, the wings have their new
-    /// profiles, periodic planes match, and no vertex is held back by more than its shortest edge.
+    /// Whether the moved mesh is valid. A valid mesh meets these conditions:
     ///
-    /// It does not say whether the relaxations converged: see [`Outcome::converged`].
+    /// - No tet is inverted.
+    /// - No surface triangle self-intersects that did not before.
+    /// - Vertices of carenages and planes are on their surfaces.
+    /// - Wings have their new profiles within [`super::MISSED`].
+    /// - Periodic planes match.
+    /// - No vertex is held back by more than its shortest edge.
+    ///
+    /// A valid mesh may come from relaxations that did not converge; see [`Outcome::converged`].
+    /// [`Outcome::check`] tests both.
     pub fn is_valid(&self) -> bool {
         self.inverted == 0
             && self.self_intersecting.is_empty()
@@ -116,7 +128,8 @@ impl Outcome {
             && self.held_back.iter().all(|held| held.beyond.is_none())
     }
 
-    /// The undeformed mesh, its tets turned as by [`TetMesh::turn_tets`].
+    /// The undeformed mesh in the order in which it was given, with its tets turned by
+    /// [`TetMesh::turn_tets`].
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
     }
@@ -188,9 +201,9 @@ pub struct FamilyReport {
 /// Vertices that are held back. Distances are in the mesh's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct HeldBackSummary {
-    /// How many they are.
+    /// Number of the vertices.
     pub vertices: usize,
-    /// Largest distance between where they are and where the design would have them.
+    /// Largest distance of a vertex from its place in the design.
     pub max_distance: f64,
 }
 
@@ -206,7 +219,7 @@ fn is_zero(count: &usize) -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProfileReport {
     /// Largest distance between the new profiles and the moved wing's facets, cut in the planes of
-    /// the profiles, in the mesh's unit. It includes the sag of the facets.
+    /// the profiles, in the mesh's unit. The sag of the facets is included.
     pub max_distance_to_new_profiles: Option<f64>,
     /// Deviation of the wing's vertices beside the profiles' planes: the largest increase of a
     /// vertex's distance, from the distance to the old profile to the distance to the new one, as a

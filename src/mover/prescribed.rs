@@ -1,4 +1,7 @@
-//! Displacements that the user gives for whole families.
+//! Displacements that a design prescribes for whole families.
+//!
+//! The wing's stage begins with them. If two families prescribe different displacements for one
+//! vertex, nothing is moved.
 
 use glam::DVec3;
 
@@ -10,23 +13,29 @@ use crate::{
     stage::Wanted,
 };
 
-/// Two displacements of one vertex agree to this fraction of the larger one: text files with seven
-/// digits do.
+/// Two displacements of one vertex agree if they differ by at most this fraction of the larger one.
+/// Text files with seven digits agree.
 const AGREE: f64 = 1e-6;
 
-/// Whether two displacements of the vertex at `position` are more than rounding apart.
+/// Whether two displacements of the vertex at `position` differ by more than rounding. All are in
+/// the mesh's unit.
 pub fn differ(one: DVec3, other: DVec3, position: DVec3) -> bool {
-    // Displacements are often differences of two positions.
+    // Displacements are often differences of two positions, with the rounding of positions.
     let rounding = 4.0 * f64::EPSILON * position.abs().max_element();
     let apart = one.distance(other);
     apart.is_nan() || apart > AGREE * one.length().max(other.length()) + rounding
 }
 
-/// Writes the design's displacements of the prescribed families into `displacement`, which is in
-/// `order`, and for vertices that others place into `wanted`.
+/// Writes the design's displacements of prescribed families into `displacement`, which is in
+/// `order`. Displacements of vertices that other families place go into `wanted` instead.
 ///
 /// - `mesh`: in `order`
-/// - `family_vertices` `[n_families]`: those of the mesh that was given
+/// - `family_vertices` `[n_families]`: vertices of each family, in the order of the mesh that was
+///   given
+///
+/// # Errors
+/// - [`MoveError::Prescribed`]: a family has a wrong number of displacements
+/// - [`MoveError::Disagree`]: two families move a vertex that both have to different places
 pub(super) fn prescribe(
     mesh: &TetMesh,
     order: &Order,

@@ -1,4 +1,7 @@
-//! Why a moved mesh may not be used: what is wrong, since which stage, where, and what may help.
+//! [`Refused`]: the faults of a moved mesh that may not be used.
+//!
+//! [`Outcome::check`] finds the faults. Its message names each fault, the stage in which it began,
+//! its place, and a remedy.
 
 use std::collections::BTreeMap;
 
@@ -11,12 +14,12 @@ use crate::mesh::TetMesh;
 use crate::projection::crossing::crosses;
 use crate::quality::faults::{self, Cluster};
 
-/// Which of the demands on a result it misses.
+/// The condition that a refused result does not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
     /// Vertices have no finite position.
     NotFinite,
-    /// The mesh is not what was asked for: see [`Outcome::is_valid`].
+    /// The mesh is not valid; see [`Outcome::is_valid`].
     Invalid,
     /// A relaxation did not reach its tolerance.
     NotConverged,
@@ -27,28 +30,29 @@ pub enum Why {
 #[error("{message}")]
 #[non_exhaustive]
 pub struct Refused {
-    /// What kind of fault it is.
+    /// The condition that the result does not meet.
     pub why: Why,
     /// The faults with their places.
     pub message: String,
-    /// What may help.
+    /// A remedy to try.
     pub hint: Option<String>,
 }
 
 impl Outcome {
-    /// The moved mesh, if it is what was asked for and every relaxation converged.
+    /// Returns the moved mesh, if it is finite and valid and every relaxation converged.
     ///
     /// # Errors
-    /// What is wrong with it, where, and what may help.
+    /// As [`Outcome::check`].
     pub fn valid(&self) -> Result<&Moved, Refused> {
         self.check()?;
         Ok(&self.moved)
     }
 
-    /// Whether the result may be used: finite, valid and converged, in this order.
+    /// Checks that the moved mesh is finite and valid ([`Outcome::is_valid`]), and that every
+    /// relaxation converged.
     ///
     /// # Errors
-    /// The first of the three that does not hold.
+    /// The first of these conditions that does not hold, in the order of [`Why`].
     pub fn check(&self) -> Result<(), Refused> {
         let lost = self.moved.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
         if lost > 0 {
@@ -69,8 +73,8 @@ impl Outcome {
         Ok(())
     }
 
-    /// What is wrong with a mesh that is not valid, since which stage, where the worst of it is,
-    /// and what to try.
+    /// The faults of a mesh that is not valid: the stage in which they began, the place of the
+    /// worst tet, and a remedy to try.
     fn invalid(&self) -> Refused {
         let mesh = self.mesh();
         let clusters = faults::clusters(&self.moved.vertices, &mesh.tets, &self.beta);
@@ -146,8 +150,8 @@ impl Outcome {
     }
 }
 
-/// Where a surface passes through itself: at a triangle and the first one that crosses it, and how
-/// these stood before.
+/// Describes a self-intersection: the triangle `first`, the first triangle that crosses it, and the
+/// distance and angle between the two before the motion.
 fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let of =
         |vertices: &[DVec3], triangle: u32| mesh.triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
@@ -160,8 +164,8 @@ fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
     let crossing = |other: &u32| crosses(moved, mesh.triangles[first as usize], mesh.triangles[*other as usize]);
     let Some(other) = (0..mesh.triangles.len() as u32).find(crossing) else { return place(first) };
     let [one, two] = [first, other].map(|triangle| of(&mesh.vertices, triangle));
-    // Triangles of one edge look nearly the same or nearly opposite ways: the surface is thin
-    // there.
+    // Planes at a small angle mean a thin surface, whether the normals point the same way or
+    // opposite ways.
     let angle = triangle_normal(one).angle_between(triangle_normal(two)).to_degrees();
     format!(
         "{} with {}, which were {} apart before, their planes at {:.0} degrees",

@@ -1,5 +1,5 @@
-//! What an [`Outcome`](super::Outcome) says of the moved mesh: how true its surfaces are, and what
-//! is wrong with them.
+//! Measures an [`Outcome`](super::Outcome) holds: deviations of surfaces from their shapes and of
+//! wings from their profiles.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +14,8 @@ use crate::{
     relaxation::Convergence,
 };
 
-/// A vertex is off its carenage or plane beyond this fraction of the family's size: what a plane
-/// family may deviate from one in the first place.
+/// A vertex is off its carenage or plane beyond this fraction of the family's size. A plane family
+/// may deviate from a plane by the same fraction in the undeformed mesh.
 const STRAYED: f64 = 1e-6;
 
 /// Partners in periodic planes have parted beyond this fraction of the mesh's size.
@@ -30,7 +30,8 @@ impl Mover {
         }
     }
 
-    /// The carenages and planes that vertices left, by name, with their largest distance.
+    /// The carenages and planes with a vertex off the surface, by name, with the largest distance
+    /// in the mesh's unit.
     pub(super) fn off_surface(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
         let size = |name: &str| self.size_of(self.mesh.family(name).expect("reports are by the mesh's families"));
         let off_surface = families.iter().filter_map(|(name, report)| {
@@ -40,13 +41,13 @@ impl Mover {
         off_surface.collect()
     }
 
-    /// The periodic planes that do not match any more, by name, with the largest distance of
-    /// partners from their places.
+    /// The periodic planes that no longer match, by name, with the largest change of the vector
+    /// between two partners, in the mesh's unit.
     pub(super) fn parted(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
         let low = self.ordered.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
         let high = self.ordered.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
-        // Far from the origin, coordinates are rounded more than the mesh's size tells, in every
-        // step anew.
+        // Far from the origin, the rounding of coordinates exceeds this fraction of the mesh's
+        // size. Every step rounds again.
         let allowed = PARTED * low.distance(high) + 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
         let parted = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_of_partners?;
@@ -104,9 +105,10 @@ impl Mover {
         reports
     }
 
-    /// How true the moved wings are to their new profiles, by the name of the wing and of each of
-    /// its families.
+    /// Deviations of the moved wings from their new profiles, by the name of the wing and of each
+    /// of its families.
     ///
+    /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
     /// - `missed`: the worst vertex of each profile, by wing
     /// - `flat_cuts`: the wings whose new profiles were compared with flat cuts
     pub(super) fn profile_reports(
@@ -147,8 +149,8 @@ impl Mover {
         reports
     }
 
-    /// The wings that miss their new profiles by more than what is allowed, with their worst vertex
-    /// in the mesh's order.
+    /// The wings that miss their new profiles by more than [`MISSED`], with the worst vertex in the
+    /// order of the mesh that was given.
     pub(super) fn beyond(&self, missed: BTreeMap<String, Vec<Missed>>) -> BTreeMap<String, Missed> {
         let worst = |(wing, missed): (String, Vec<Missed>)| {
             let worst = missed.into_iter().max_by(|a, b| a.share.total_cmp(&b.share))?;

@@ -1,4 +1,4 @@
-//! How a mesh is moved: springs, relaxation, local optimisation.
+//! [`Settings`]: the springs, the relaxation and the local optimisation of a mover.
 
 use crate::{
     relaxation::{Method, Stopping},
@@ -7,22 +7,23 @@ use crate::{
     volume::MAX_STEPS,
 };
 
-/// How a mesh is moved. The defaults are those of a case file that says nothing.
+/// The settings of a mover. The defaults are those of a case file without the tables `[volume]`,
+/// `[quality]` and `[solver]`.
 ///
-/// Later versions may add fields: begin with [`Settings::default`] and change what differs.
+/// Later versions may add fields. Begin with [`Settings::default`] and change fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Settings {
     /// The volume's springs.
     pub springs: &'static Springs,
-    /// How networks are relaxed.
+    /// The method by which networks are relaxed.
     pub method: Method,
-    /// How far networks are relaxed.
+    /// The tolerance of relaxations and their largest number of sweeps.
     pub stopping: Stopping,
-    /// What local optimisation aims at; `None` is none.
+    /// The target of local optimisation. `None` turns local optimisation off.
     pub quality: Option<QualityTarget>,
-    /// Most steps of an update. The jump that is tried first and the steps given up count; 1 is the
-    /// jump alone.
+    /// Largest number of steps of an update. The first jump counts as a step, and so does each step
+    /// that is given up. With 1 an update is the jump alone.
     pub max_steps: usize,
 }
 

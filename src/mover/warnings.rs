@@ -1,4 +1,6 @@
-//! What a user should know of a result that is valid.
+//! [`Warning`]: remarks on a result that do not make it invalid.
+//!
+//! The command line prints the warnings of each design.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -7,40 +9,40 @@ use glam::DVec3;
 use super::{Design, HeldBack, Mover};
 use crate::profile::Missed;
 
-/// Planes that match are said to have parted beyond this fraction of their size: less is the
-/// tolerance of relaxations.
+/// A warning tells that planes have parted if the distance exceeds this fraction of their size.
+/// Smaller distances come from the tolerance of relaxations.
 const PARTED: f64 = 1e-6;
 
-/// Something about a result that may be wrong.
+/// A remark on a result that may be wrong.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// Surface triangles turned over against those around them.
+    /// Surface triangles are turned over against the triangles around them.
     Folded {
-        /// Their number by family name; see [`crate::quality::faults::folded`].
+        /// The number of these triangles, by family name; see [`crate::quality::faults::folded`].
         families: BTreeMap<String, usize>,
     },
-    /// Two plane families match vertex for vertex, nobody calls them partners, and they no longer
-    /// match.
+    /// Two plane families matched vertex for vertex and no longer match. No role makes them
+    /// partners.
     Parted {
         /// The families.
         families: [String; 2],
-        /// Largest distance of two matching vertices from where they would match.
+        /// Largest change of the vector between two matching vertices, in the mesh's unit.
         distance: f64,
-        /// Where the first of these two was.
+        /// Original position of the first of these two vertices.
         at: DVec3,
     },
-    /// A family holds vertices that the design moves with another.
+    /// A family holds vertices that the design moves with another family.
     HeldBack(HeldBack),
-    /// Planes of profiles cross no edge of their wing, as that of a section inside the fuselage:
-    /// nothing tells whether the wing has these profiles.
+    /// Planes of profiles cross no edge of their wing, such as the plane of a section inside the
+    /// fuselage. So it cannot be checked whether the wing has these profiles.
     NotJudged {
         /// The wing.
         wing: String,
         /// Numbers of the profiles.
         profiles: Vec<i64>,
     },
-    /// Wingtip families border on nothing that follows a wing: they stay.
+    /// Wingtip families border on no vertex that an earlier stage places, so they stay.
     LooseTip {
         /// The families.
         families: Vec<String>,
@@ -79,16 +81,18 @@ impl fmt::Display for Warning {
     }
 }
 
-/// `wing 3, wingtip 1`.
+/// A list of counts by family, such as `wing 3, wingtip 1`.
 pub(super) fn counts(of: &BTreeMap<String, usize>) -> String {
     of.iter().map(|(family, count)| format!("{family} {count}")).collect::<Vec<_>>().join(", ")
 }
 
 impl Mover {
-    /// What a user should know of the mesh moved to `vertices`, in the mover's order.
+    /// The warnings for the moved mesh.
     ///
+    /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
     /// - `folded`: the number of folded triangles of each family that has some
-    /// - `missed`: how far each wing misses the profiles it can be judged by
+    /// - `missed`: the worst vertex of each profile, by wing; profiles with planes that cross no
+    ///   edge are left out
     pub(super) fn warnings(
         &self,
         vertices: &[DVec3],

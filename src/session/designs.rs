@@ -1,5 +1,7 @@
-//! The designs of a batch: the files of a folder or of a list, and the share of them that a job of
-//! an array takes.
+//! The files of a batch's designs.
+//!
+//! [`find_designs`] lists the designs of a folder or of a text file. [`Shard`] selects the designs
+//! of one job of an array of jobs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,33 +12,33 @@ use super::SessionError;
 use crate::case::design_list;
 use crate::text::decode;
 
-/// A design: the name its results get, and its files.
+/// The name of a design and its files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DesignFiles {
-    /// The name that its results get.
+    /// The name that the design's results get.
     pub name: String,
-    /// The file's or the folder's own path.
+    /// Path of the design's file or folder.
     path: PathBuf,
-    /// The file of each table; empty where one file is the design.
+    /// The file for each table `[profiles.TABLE]` of the case. Empty if the design is one file.
     tables: BTreeMap<String, PathBuf>,
 }
 
 impl DesignFiles {
-    /// Whether one file is the design.
+    /// Whether the design is one file.
     pub fn is_single(&self) -> bool {
         self.tables.is_empty()
     }
 
-    /// All files.
+    /// All files of the design.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         let single = self.is_single().then_some(&self.path);
         self.tables.values().chain(single).map(PathBuf::as_path)
     }
 
-    /// The one file.
+    /// The file of a design that is one file.
     ///
     /// # Errors
-    /// There are several.
+    /// [`SessionError::IsFolder`]: the design has several files.
     pub fn only(&self) -> Result<&Path, SessionError> {
         if self.is_single() {
             return Ok(&self.path);
@@ -44,17 +46,17 @@ impl DesignFiles {
         Err(SessionError::IsFolder { path: self.path.clone() })
     }
 
-    /// The file of a table.
+    /// The file that replaces the profiles of a table.
     ///
     /// # Errors
-    /// There is none.
+    /// [`SessionError::LacksTable`]: the design has no file for the table.
     pub fn of_table(&self, table: &str) -> Result<&Path, SessionError> {
         let lacks = || SessionError::LacksTable { path: self.path.clone(), table: table.to_owned() };
         self.tables.get(table).map(PathBuf::as_path).ok_or_else(lacks)
     }
 }
 
-/// `I/N`: every N-th design, from the I-th on.
+/// A share of the designs, written `I/N`: every N-th design, from the I-th on, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     first: usize,
@@ -74,20 +76,32 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// The designs of this share, in order.
+    /// The elements of this share, in the order of `all`.
     pub fn take<T>(self, all: Vec<T>) -> Vec<T> {
         all.into_iter().skip(self.first - 1).step_by(self.of).collect()
     }
 }
 
-/// The designs of a folder, sorted by name; or those that a text file names, one a line, relative
-/// to it, with comments from `#` on. A design is a file with one of some extensions, named
-/// `NAME.TABLE.EXT` where there are several tables, or a folder with a file `TABLE.EXT` for each
-/// table.
+/// Finds the designs of a folder, sorted by name, or the designs that a text file names, in its
+/// order.
+///
+/// The text file holds one path a line, relative to the text file's folder. A comment begins with
+/// `#`.
+///
+/// | tables of the case | a design is |
+/// |---|---|
+/// | at most one | a file `NAME.EXT` |
+/// | several | files `NAME.TABLE.EXT`, one for each table |
+/// | at least one | a folder `NAME` with a file `TABLE.EXT` for each table |
+///
+/// - `extensions`: the values of `EXT`
+/// - `tables`: names of the case's tables of profiles
 ///
 /// # Errors
-/// It cannot be read, names none, or two with the same name before their extensions, or a file's
-/// name has no table.
+/// - [`SessionError::UnreadableDesigns`]: the folder or the text file cannot be read
+/// - [`SessionError::NoDesigns`]: no design is found
+/// - [`SessionError::SameName`]: two designs have the same name
+/// - [`SessionError::NoTable`]: the name of a file has no table
 pub fn find_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Vec<DesignFiles>, SessionError> {
     let cannot_read = |source| SessionError::UnreadableDesigns { path: path.to_path_buf(), source };
     let paths = if path.is_dir() {
@@ -147,7 +161,8 @@ fn entries(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// The files of a folder that are named after tables.
+/// The files of a folder that have the name of a table, by table. Empty if the path is no folder or
+/// a hidden one.
 fn of_folder(folder: &Path, extensions: &[&str], tables: &[String]) -> BTreeMap<String, PathBuf> {
     let hidden = folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     if hidden || !folder.is_dir() {

@@ -1,4 +1,4 @@
-//! Why a session ends early.
+//! [`SessionError`]: the errors of a session, each with a hint for the user.
 
 use std::io;
 use std::path::PathBuf;
@@ -11,33 +11,33 @@ use crate::formats::WriteError;
 use crate::mover::{MoveError, Refused};
 use crate::profile::ProfileError;
 
-/// Why a session ends early.
+/// An error of a session.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SessionError {
     /// The case, its files or a design cannot be used.
     #[error(transparent)]
     Load(Box<LoadError>),
-    /// There is no such backend, or it failed.
+    /// The backend is not available, or it failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
     /// A mesh cannot be written.
     #[error(transparent)]
     Mesh(#[from] WriteError),
-    /// Another file cannot be read.
+    /// A file other than those of the case cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     CannotRead {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
-    /// Another file, or a folder, cannot be written.
+    /// A file other than a mesh, or a folder, cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     CannotWrite {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// A report cannot be made.
@@ -57,13 +57,13 @@ pub enum SessionError {
         /// The name.
         path: PathBuf,
     },
-    /// A design's name has no place in the name of an output.
+    /// The name of an output has no extension, before which a design's name could stand.
     #[error("the output {} has no extension to put after a design's name", path.display())]
     NoExtension {
         /// The output.
         path: PathBuf,
     },
-    /// No mesh was written, for it has no place to be.
+    /// No mesh was written, because vertices have no finite position.
     #[error("{0}; no mesh was written")]
     Refused(Refused),
     /// The folder or the list of designs cannot be read.
@@ -71,7 +71,7 @@ pub enum SessionError {
     UnreadableDesigns {
         /// The folder or the list.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// The folder or the list of designs is empty.
@@ -119,7 +119,7 @@ pub enum SessionError {
         /// The table.
         table: String,
     },
-    /// Designs have nothing to replace in the case.
+    /// The case holds nothing that a design could replace.
     #[error(
         "{}: no table [profiles.NAME] and {prescribed} prescribed families, expected tables whose profiles the designs \
          replace, or one prescribed family",
@@ -128,10 +128,10 @@ pub enum SessionError {
     NothingVaries {
         /// The case file.
         path: PathBuf,
-        /// How many prescribed families it has.
+        /// Number of prescribed families of the case.
         prescribed: usize,
     },
-    /// Profiles of a design lie in other planes than the old ones that were cut from the mesh.
+    /// A profile of a design lies in another plane than the old profile that was cut from the mesh.
     #[error(
         "{}: profiles of `{wing}`: profile {profile} is up to {off:.1e} away from the plane at which the case's new profiles \
          let the old one be cut",
@@ -144,10 +144,10 @@ pub enum SessionError {
         wing: String,
         /// Number of the profile.
         profile: i64,
-        /// Largest distance of its points from the plane.
+        /// Largest distance of the profile's points from the plane, in the mesh's unit.
         off: f64,
     },
-    /// A file of reports holds something else.
+    /// A line of a file of reports is no report.
     #[error("{}: line {line} is no report of a design", path.display())]
     NoReport {
         /// The file.
@@ -170,12 +170,12 @@ impl From<DisplacementError> for SessionError {
 }
 
 impl SessionError {
-    /// What is wrong with a design's profiles.
+    /// Makes the error of a design's profiles.
     pub(super) fn of_profiles(path: &std::path::Path, wing: &str, error: ProfileError) -> Self {
         LoadError::Profiles { paths: vec![path.to_path_buf()], wing: wing.to_owned(), error }.into()
     }
 
-    /// The backend's error, if that is what it comes from.
+    /// The backend's error, if the backend failed.
     pub fn backend(&self) -> Option<&BackendError> {
         match self {
             Self::Backend(error) => Some(error),
@@ -187,7 +187,7 @@ impl SessionError {
         }
     }
 
-    /// What may help.
+    /// A remedy that the user may try.
     pub fn hint(&self) -> Option<String> {
         let hint = match self {
             Self::Load(error) if matches!(**error, LoadError::Case(CaseError::Families { .. })) => {

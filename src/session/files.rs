@@ -1,5 +1,6 @@
-//! Files that a session writes beside meshes, and folders for them: checked before anything is
-//! computed, written whole or not at all.
+//! Folders for outputs, and files other than meshes.
+//!
+//! Outputs are checked before anything is computed. A file is written whole or not at all.
 
 use std::fs;
 use std::io;
@@ -8,8 +9,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use crate::formats::{self, write_atomically};
 
-/// A folder for outputs that is there when it is needed, and gone again if nothing was written into
-/// it.
+/// A folder for outputs. Dropping it removes the folders it made, if they are empty.
 #[derive(Debug, Default)]
 pub struct Folder {
     /// The folders that were made, outermost first.
@@ -17,10 +17,10 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder and those around it, where they are missing.
+    /// Makes the folder and its parents, if they are missing.
     ///
     /// # Errors
-    /// One of them cannot be made, or is a file.
+    /// [`SessionError::CannotWrite`]: a folder cannot be made, or the path is a file.
     pub fn make(path: &Path) -> Result<Self, SessionError> {
         let missing: Vec<_> =
             path.ancestors().take_while(|path| !path.as_os_str().is_empty() && !path.exists()).collect();
@@ -38,7 +38,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // A folder that holds something cannot be removed this way, and that is the point.
+        // `remove_dir` fails on a folder that holds something, so no output is lost.
         for path in self.made.iter().rev() {
             let _ = fs::remove_dir(path);
         }
@@ -49,21 +49,22 @@ pub(super) fn cannot_write(path: &Path, source: io::Error) -> SessionError {
     SessionError::CannotWrite { path: path.to_path_buf(), source }
 }
 
-/// Checks that a file can be written, by making and removing a temporary one beside it.
+/// Checks that a file can be written. The check makes and removes a temporary file in the same
+/// folder.
 ///
 /// # Errors
-/// The path is a folder, or its folder is missing or takes no files.
+/// [`SessionError::CannotWrite`]: the path is a folder, or its parent is missing or takes no files.
 pub fn check_writable(path: &Path) -> Result<(), SessionError> {
     formats::check_writable(path).map_err(|error| cannot_write(path, error))
 }
 
-/// Refuses outputs that would overwrite an input or each other.
+/// Checks that no output overwrites an input or another output.
 ///
 /// # Errors
-/// The first such output.
+/// [`SessionError::Overwrites`] or [`SessionError::TwoOutputs`], for the first such output.
 pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), SessionError> {
     let same = |a: &Path, b: &Path| {
-        // A mesh may be a folder, and the other path a file in it.
+        // A mesh may be a folder, and the other path may be a file in this folder.
         let within = |a: &Path, b: &Path| a.is_dir() && b.starts_with(a);
         let real = (fs::canonicalize(a), fs::canonicalize(b));
         a == b || matches!(real, (Ok(a), Ok(b)) if (a == b && a.is_file()) || within(&a, &b) || within(&b, &a))
@@ -80,10 +81,10 @@ pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), Sessi
     Ok(())
 }
 
-/// Writes a text file.
+/// Writes a text file, whole or not at all.
 ///
 /// # Errors
-/// It cannot be written.
+/// [`SessionError::CannotWrite`]: the file cannot be written.
 pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
     write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))
 }

@@ -1,4 +1,4 @@
-//! The cells in question of a moved mesh that is not valid, in a file of their own.
+//! Writes the faulty tets of a moved mesh that is not valid to a file of their own.
 
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,11 @@ use crate::formats::{Cells, Fields, write_vtu};
 use crate::mover::Outcome;
 use crate::quality::faults;
 
-/// Writes the inverted tets and those around them beside an output, as `NAME.inverted.vtu`; its
-/// `beta` tells them apart. Without inverted tets it is those at the surface triangles where the
-/// surface passes through itself.
+/// Writes the faulty tets to `NAME.inverted.vtu`, in the folder of an output, and returns the path.
+///
+/// The file holds the inverted tets, the tets around them, and each tet's `beta`, which is not
+/// positive in inverted tets. Without inverted tets the file holds the tets at self-intersecting
+/// surface triangles.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -30,7 +32,7 @@ pub(super) fn write_inverted(output: &Path, outcome: &Outcome) -> Result<PathBuf
         let touches = |tet: &[u32; 4]| tet.iter().any(|vertex| corners.binary_search(vertex).is_ok());
         (0..all.len() as u32).filter(|&tet| touches(&all[tet as usize])).collect()
     };
-    // Only the vertices of these tets, numbered anew.
+    // The file holds only the vertices of these tets, with new numbers.
     let mut used: Vec<u32> = shown.iter().flat_map(|&tet| all[tet as usize]).collect();
     used.sort_unstable();
     used.dedup();

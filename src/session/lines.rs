@@ -1,5 +1,7 @@
-//! The reports of a batch as JSON Lines: appended one by one, and taken up again after a run that
-//! was stopped.
+//! The reports of a batch as JSON Lines.
+//!
+//! [`ReportFile`] appends one line for each design. [`Kept`] reads the lines that an earlier run
+//! left, so that a stopped batch can go on.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -9,7 +11,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::files::{cannot_write, write_text};
 
-/// A file of reports, a line each, open for appending.
+/// A file with one report a line, open for appending.
 #[derive(Debug)]
 pub struct ReportFile {
     path: PathBuf,
@@ -17,7 +19,7 @@ pub struct ReportFile {
 }
 
 impl ReportFile {
-    /// Opens a file; it begins with the lines kept, and holds nothing else.
+    /// Replaces the contents of a file by the lines kept, and opens the file for appending.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -27,31 +29,36 @@ impl ReportFile {
         Ok(Self { path: path.to_path_buf(), file })
     }
 
-    /// Appends a line with its end, all at once.
+    /// Appends a line in one write.
+    ///
+    /// - `line`: with its line end
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The line cannot be written.
     pub fn append(&mut self, line: &str) -> Result<(), SessionError> {
         let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.flush());
         written.map_err(|error| cannot_write(&self.path, error))
     }
 }
 
-/// What an earlier run left in a file of reports.
+/// The lines that an earlier run left in a file of reports.
 #[derive(Debug, Default)]
 pub struct Kept {
     /// Whole lines.
     text: String,
-    /// Designs with a line, and whether it tells a failure.
+    /// Designs with a line, and whether the line holds a failure.
     pub failed: BTreeMap<String, bool>,
 }
 
 impl Kept {
-    /// Reads the lines of a file, if there is one: all but those of designs to be done again, and
-    /// but a last one that was torn when its writer was stopped.
+    /// Reads the lines of a file, if the file exists. Lines of designs to be done again are left
+    /// out, and so is an incomplete last line of a run that was stopped.
+    ///
+    /// - `again`: whether the design with this name is to be done again
     ///
     /// # Errors
-    /// The file cannot be read, or holds something else than reports.
+    /// - [`SessionError::CannotRead`]: the file cannot be read
+    /// - [`SessionError::NoReport`]: a line is no report of a design
     pub fn read(path: &Path, again: impl Fn(&str) -> bool) -> Result<Self, SessionError> {
         let bytes = match fs::read(path) {
             Ok(bytes) => bytes,
@@ -72,8 +79,8 @@ impl Kept {
                         kept.failed.insert(design.to_owned(), failed);
                     }
                 }
-                // What follows the last line end is a torn line, or nothing; but a torn line begins
-                // like one.
+                // After the last line end there may be nothing, or an incomplete line. An
+                // incomplete line begins like a report too.
                 _ if index + 1 == lines.len() && (line.is_empty() || line.starts_with(b"{")) => {}
                 _ => {
                     return Err(SessionError::NoReport { path: path.to_path_buf(), line: index + 1 });

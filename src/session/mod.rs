@@ -1,14 +1,18 @@
-//! What front ends share: a loaded case with its mover, the names of outputs, the designs of a
-//! batch.
+//! The work that front ends share. A front end is the command line or another program around
+//! idmesh.
+//!
+//! A [`Session`] holds a loaded case with its mover. [`Session::finish`] moves the mesh to one
+//! design, writes the results and returns the report, as `idmesh run` does.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `mod` | [`Session`]: a design moved, written, reported |
-//! | `outputs`, `names` | where results go, and under which names |
-//! | `inverted` | the cells in question of a bad mesh, as a file |
-//! | `files` | other files and folders, checked and written |
-//! | `designs`, `varied` | the files of a batch's designs, and what they replace in the case |
-//! | `lines` | reports as JSON Lines, and what an earlier run left of them |
+//! | `mod` | [`Session`]: moves the mesh to a design, writes the results, makes the report |
+//! | `outputs`, `names` | the files of results and the rule for their names |
+//! | `inverted` | the file with the faulty tets of an invalid mesh |
+//! | `files` | checks and writes other files and folders |
+//! | `designs`, `varied` | the files of a batch's designs, and the part of the case that they replace |
+//! | `lines` | reports as JSON Lines, and those that an earlier run left |
+//! | `error` | [`SessionError`] |
 
 mod designs;
 mod error;
@@ -35,33 +39,34 @@ use crate::case::LoadedCase;
 use crate::mover::{Design, Mover, Outcome, Refused};
 use crate::report::{self, RunReport, Seconds};
 
-/// A case with its mover, set up.
+/// A loaded case with its mover.
 pub struct Session<'a> {
     case: &'a LoadedCase,
     mover: Mover,
     backend: report::Backend,
     mesh: report::Mesh,
-    /// Time of the set-up, s.
+    /// Time of the mover's set-up, s.
     setup_seconds: f64,
 }
 
 /// A design that was moved and written.
 #[non_exhaustive]
 pub struct Finished {
-    /// The `total` seconds are those of the parts.
+    /// The report. Its `total` time is the sum of the times to read, to update and to write,
+    /// without the set-up.
     pub report: RunReport,
-    /// The files written, but for a histogram.
+    /// The files that were written, without the histogram.
     pub written: Vec<PathBuf>,
-    /// What a user should know of the result, a line each.
+    /// Remarks on the result, one line each; see [`Warning`](crate::mover::Warning).
     pub warnings: Vec<String>,
-    /// Why the result may not be used, if it may not.
+    /// Whether the result may be used; an error holds its faults.
     pub verdict: Result<(), Refused>,
 }
 
 impl<'a> Session<'a> {
-    /// Sets the mover of a case up.
+    /// Sets up the mover of a case.
     ///
-    /// - `progress`: hears the name of each step and each stage as it begins
+    /// - `progress`: gets the name of each step and each stage as it begins
     ///
     /// # Errors
     /// The mesh and the case do not go together, or the backend failed.
@@ -79,7 +84,7 @@ impl<'a> Session<'a> {
         Ok(Self { case, mover, backend, mesh: report::Mesh::of(&case.file.mesh), setup_seconds })
     }
 
-    /// Moves the mesh to a design and measures the time, in s.
+    /// Moves the mesh to a design. Returns the outcome and the time of the update, in s.
     ///
     /// # Errors
     /// The design does not fit the mesh, or the backend failed.
@@ -91,8 +96,9 @@ impl<'a> Session<'a> {
 
     /// Moves the mesh to a design and writes the results.
     ///
-    /// - `name`: of the design, for the report
-    /// - `read_seconds`: the time for reading it
+    /// - `name`: the design's name, for the report
+    /// - `read_seconds`: the time for reading the design's files, in s
+    /// - `outputs`: the files to write
     ///
     /// # Errors
     /// The design does not fit the mesh, the backend failed, a vertex has no finite position, or a
@@ -130,7 +136,7 @@ impl<'a> Session<'a> {
         Ok(Finished { report, written, warnings, verdict })
     }
 
-    /// The histogram's title: the mesh and the case by file name, and the design.
+    /// The histogram's title: the names of the mesh's file, the case's file and the design.
     fn title(&self, design: Option<&str>) -> String {
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let design = design.map(|name| format!(", {name}")).unwrap_or_default();
@@ -139,7 +145,7 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Says in which files a mesh that is not valid is.
+/// Adds the names of the files with the invalid mesh to the message.
 fn in_files(mut refused: Refused, outcome: &Outcome, written: &[PathBuf]) -> Refused {
     if !outcome.is_valid() && !written.is_empty() {
         let names: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();

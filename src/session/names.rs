@@ -1,4 +1,4 @@
-//! Names of outputs that follow from the one a case gives.
+//! Names of outputs, made from the output's name in the case.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ pub fn inverted_name(path: &Path) -> PathBuf {
 /// `moved.msh.gz` becomes `DESIGN.msh.gz`.
 ///
 /// # Errors
-/// There is no extension, by which the file would keep its format.
+/// [`SessionError::NoExtension`]: the name has no extension, which gives the file's format.
 pub fn named_after(path: &Path, design: &str) -> Result<PathBuf, SessionError> {
     let extension = split_name(path).1;
     if extension.is_empty() || extension.eq_ignore_ascii_case(".gz") {
@@ -28,14 +28,15 @@ pub fn named_after(path: &Path, design: &str) -> Result<PathBuf, SessionError> {
     Ok(path.with_file_name(format!("{design}{extension}")))
 }
 
-/// A file's name before its extension, and the extension: `.msh.gz`, `.vtu` or nothing.
+/// A file's name without its extension, and the extension with its dot, such as `.msh.gz`. The
+/// extension may be empty.
 fn split_name(path: &Path) -> (String, String) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let (stem, gz) = match name.len().checked_sub(3).and_then(|at| name.split_at_checked(at)) {
         Some((stem, gz)) if gz.eq_ignore_ascii_case(".gz") => (stem, gz),
         _ => (&*name, ""),
     };
-    // Extensions of formats may have two parts: `.b8.ugrid`.
+    // The extension of a format may have two parts, such as `.b8.ugrid`.
     let known = FORMATS.iter().filter(|format| !format.is_folder()).flat_map(|format| format.extensions);
     let at = known.filter_map(|extension| {
         let at = stem.len().checked_sub(extension.len() + 1)?;

@@ -1,9 +1,10 @@
-//! Where results go: [`Outputs`], their names, and the rule that a bad mesh never gets a good name.
+//! [`Outputs`]: the files of a result, and the rule for their names. A mesh that is not valid never
+//! gets the name of a valid one.
 //!
 //! | result | names |
 //! |---|---|
 //! | valid | `NAME.EXT` |
-//! | not valid | `NAME.invalid.EXT`, and the cells in question as `NAME.inverted.vtu` |
+//! | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
 //! | without finite positions | none |
 
 use std::path::{Path, PathBuf};
@@ -17,16 +18,17 @@ use crate::formats::Fields;
 use crate::mover::{Outcome, Why};
 use crate::report::{Series, histogram_svg};
 
-/// Where one design's results go.
+/// The files of one design's results.
 pub struct Outputs {
-    /// The moved mesh, once for each format.
+    /// The files of the moved mesh, one for each format.
     pub meshes: Vec<PathBuf>,
-    /// The distribution of beta (SVG).
+    /// The file of the distribution of beta (SVG).
     pub histogram: Option<PathBuf>,
 }
 
 impl Outputs {
-    /// The case's outputs, in another folder if one is given.
+    /// The outputs of a case. With a folder, the outputs keep their file names and go into this
+    /// folder.
     pub fn of(case: &Case, folder: Option<&Path>) -> Self {
         let place = |path: &PathBuf| match (folder, path.file_name()) {
             (Some(folder), Some(name)) => folder.join(name),
@@ -36,42 +38,43 @@ impl Outputs {
         Self { meshes: output.mesh.iter().map(place).collect(), histogram: output.histogram.as_ref().map(place) }
     }
 
-    /// The same with a design's name before the extensions.
+    /// These outputs with the name of a design before the extensions.
     ///
     /// # Errors
-    /// An output has no extension.
+    /// [`SessionError::NoExtension`]: an output has no extension.
     pub fn named(&self, design: &str) -> Result<Self, SessionError> {
         let place = |path: &PathBuf| named_after(path, design);
         let meshes = self.meshes.iter().map(place).collect::<Result<_, _>>()?;
         Ok(Self { meshes, histogram: self.histogram.as_ref().map(place).transpose()? })
     }
 
-    /// All of them.
+    /// All files.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         self.meshes.iter().chain(&self.histogram).map(PathBuf::as_path)
     }
 
-    /// Checks that all can be written, and that none overwrites what the case was read from.
+    /// Checks that all files can be written, and that no file overwrites an input of the case.
     ///
     /// # Errors
-    /// The first that cannot or does.
+    /// The first file that cannot be written, or that overwrites an input.
     pub fn check(&self, case: &LoadedCase) -> Result<(), SessionError> {
         check_distinct(&case.inputs, &self.paths().collect::<Vec<_>>())?;
         for path in &self.meshes {
             case.file.check_output(path)?;
         }
         case.file.check_beside(&self.meshes.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-        // What is written where the result is not valid must not fail for a name either.
+        // The files of an invalid result are checked too, so that writing them cannot fail for
+        // their names.
         let invalid: Vec<_> = self.meshes.iter().map(|path| invalid_name(path)).collect();
         case.file.check_beside(&invalid.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
         self.histogram.iter().try_for_each(|path| check_writable(path))
     }
 
-    /// What the meshes will not hold, with the path; of meshes to look at in ParaView it is only a
-    /// detail.
+    /// The parts of the input mesh that the written meshes will not hold. The loss of a `.vtu` file
+    /// is a detail, because such a file is to look at.
     ///
     /// # Errors
-    /// A path has the extension of no format.
+    /// The extension of a path belongs to no format.
     pub fn losses(&self, case: &LoadedCase) -> Result<Vec<Loss>, SessionError> {
         let mut losses = Vec::new();
         for path in &self.meshes {
@@ -83,8 +86,8 @@ impl Outputs {
         Ok(losses)
     }
 
-    /// Writes the moved mesh under its names; if it is not valid, under their `invalid` twins, and
-    /// the cells in question alone. Returns the files written.
+    /// Writes the moved mesh by the rule of this module, and returns the files written. If tets are
+    /// inverted or the surface self-intersects, the faulty tets are written too.
     ///
     /// # Errors
     /// A vertex has no finite position, or a file cannot be written.
@@ -110,9 +113,10 @@ impl Outputs {
         Ok(written)
     }
 
-    /// Writes the distribution of beta, original and final, if it is asked for.
+    /// Writes the distributions of beta in the original and the final mesh, if the outputs have a
+    /// histogram.
     ///
-    /// - `title`: above the histogram
+    /// - `title`: the text above the histogram
     ///
     /// # Errors
     /// The file cannot be written.
@@ -124,18 +128,18 @@ impl Outputs {
     }
 }
 
-/// Something that an output will not hold.
+/// A part of the input mesh that an output will not hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Loss {
-    /// The file, and what it will not hold.
+    /// The file and the part.
     pub text: String,
-    /// Whether few care, because the file is to look at.
+    /// Whether the loss matters to few users, because the file is to look at.
     pub is_detail: bool,
 }
 
 impl LoadedCase {
-    /// Writes the moved mesh where the case says, by the rule for names of
-    /// [`crate::session::Outputs`]. Returns the files written.
+    /// Writes the moved mesh to the outputs of the case, by the rule of
+    /// [`crate::session::Outputs`], and returns the files written.
     ///
     /// ```no_run
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,4 +1,4 @@
-//! What the designs of a batch replace in a case.
+//! [`Varied`]: the part of a case that the designs of a batch replace.
 
 use std::path::Path;
 
@@ -8,23 +8,25 @@ use crate::case::{LoadedCase, prescribed, profiles_of};
 use crate::mover::Design;
 use crate::profile::{Plane, Profile, files};
 
-/// Profiles lie in the same plane within this fraction of their size, as the points of one do.
+/// A profile lies in a plane if its points do within this fraction of its size. The points of one
+/// profile lie in its plane within the same fraction.
 const PLANES: f64 = 1e-6;
 
-/// What a design replaces in a case.
+/// The part of a case that a design replaces.
 #[derive(Clone, Debug)]
 pub enum Varied {
-    /// The new profiles of these wings.
+    /// The new profiles of the wings with these names.
     Profiles(Vec<String>),
-    /// The displacement of a prescribed family.
+    /// The displacements of the prescribed family with this name.
     Displacement(String),
 }
 
 impl Varied {
-    /// All sets of profiles, or, where there are none, the one displacement.
+    /// Returns all wings of a case, or the one prescribed family of a case without wings.
     ///
     /// # Errors
-    /// There is none, or several displacements.
+    /// [`SessionError::NothingVaries`]: the case has no wing, and not exactly one prescribed
+    /// family.
     pub fn of(case: &LoadedCase) -> Result<Self, SessionError> {
         let wings: Vec<String> = case.design.profiles.keys().cloned().collect();
         let prescribed: Vec<String> = case.design.prescribed.keys().cloned().collect();
@@ -37,7 +39,7 @@ impl Varied {
         }
     }
 
-    /// The extensions that designs have in a folder.
+    /// The extensions of the files of designs.
     pub fn extensions(&self) -> &'static [&'static str] {
         match self {
             Self::Profiles(..) => files::EXTENSIONS,
@@ -45,7 +47,7 @@ impl Varied {
         }
     }
 
-    /// The tables of a design that is of several files.
+    /// The tables of profiles that a design replaces. Empty for displacements.
     pub fn tables(&self) -> &[String] {
         match self {
             Self::Profiles(wings) => wings,
@@ -53,11 +55,12 @@ impl Varied {
         }
     }
 
-    /// The case's design with what files say in place of what it varies.
+    /// Reads a design: the case's design, with the contents of the design's files in place of the
+    /// varied part.
     ///
     /// # Errors
-    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than
-    /// those cut from the mesh.
+    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than the
+    /// old profiles that were cut from the mesh.
     pub fn read(&self, case: &LoadedCase, design_files: &DesignFiles) -> Result<Design, SessionError> {
         let mut design = case.design.clone();
         match self {
@@ -78,10 +81,10 @@ impl Varied {
     }
 }
 
-/// The new profiles of a wing from a design's file.
+/// Reads the new profiles of a wing from a design's file.
 fn profiles(case: &LoadedCase, wing: &str, path: &Path) -> Result<Vec<Profile>, SessionError> {
     let mut source = case.case.profiles[wing].clone();
-    // An airfoil takes the place of the case's.
+    // An airfoil takes the placement of the case's airfoil.
     if let [only] = source.new.as_slice()
         && let Some(placement) = source.placements.get(only).cloned()
     {
@@ -95,8 +98,8 @@ fn profiles(case: &LoadedCase, wing: &str, path: &Path) -> Result<Vec<Profile>, 
     Ok(new)
 }
 
-/// Refuses profiles in other planes than those at which the old ones were cut: their displacement
-/// would be another than in a run of their own, where the old ones are cut at their planes.
+/// Checks that new profiles lie in the planes in which the old ones were cut. A run of the design
+/// alone would cut the old profiles in other planes, and would give other displacements.
 fn same_planes(cut: &[Profile], new: &[Profile], path: &Path, wing: &str) -> Result<(), SessionError> {
     for Profile { number, points } in new {
         let Some(like) = cut.iter().find(|other| other.number == *number) else { continue };

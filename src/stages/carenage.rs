@@ -1,11 +1,13 @@
-//! Stage carenage (paper 3.4), the elastic shape: vertices move by springs and are projected back
-//! onto the original surface.
+//! Stage carenage (paper 3.4): carenage vertices move by springs and stay on their original
+//! surface.
 //!
-//! The paper projects after every motion of the springs. Here the springs first relax freely and
-//! the result is projected; then they relax within the tangent planes there and are projected
-//! again, until nothing moves: the same equilibrium (springs balanced along the surface, every
-//! vertex on it) with a handful of projections instead of hundreds. Vertices on the curve shared
-//! with a plane family stay.
+//! The paper projects the vertices after every motion of the springs. Here the springs first relax
+//! freely, and the vertices are projected. Then rounds follow: the springs relax within the tangent
+//! planes at the vertices, and the vertices are projected again. The rounds end when no vertex
+//! moves any more. The equilibrium is the paper's: springs balance along the surface, and every
+//! vertex is on the surface. Here the equilibrium takes a few projections instead of hundreds.
+//!
+//! Vertices at which a carenage meets a plane family or another carenage stay where they are.
 
 use std::collections::HashMap;
 
@@ -25,8 +27,8 @@ use crate::{
     relaxation::Convergence,
 };
 
-/// Rounds of tangential relaxation and projection after which to stop unconverged; the example
-/// takes 4.
+/// Largest number of rounds. After these a carenage counts as not converged. The example takes 4
+/// rounds.
 const MOST_ROUNDS: usize = 40;
 
 /// All carenages of a mesh.
@@ -35,7 +37,7 @@ pub struct Carenages {
 }
 
 impl Carenages {
-    /// Sets the networks up.
+    /// Sets up one network for each carenage.
     ///
     /// # Errors
     /// The backend failed.
@@ -84,8 +86,8 @@ impl Stage for Carenages {
                     })
                     .fold(0.0, f64::max);
                 convergence = Convergence { sweeps: convergence.sweeps + tangential.sweeps, ..tangential };
-                // Each round ends near the last one's place by what the surface's curvature leaves:
-                // what the round still moved bounds what is left.
+                // A round leaves only the error that the surface's curvature causes, which is
+                // smaller than the motion of the round. So this motion bounds the error.
                 convergence.error = tangential.error.max(moved);
                 convergence.converged = tangential.converged && moved <= stopping.tolerance;
                 if convergence.converged || !tangential.converged {
@@ -98,7 +100,8 @@ impl Stage for Carenages {
     }
 }
 
-/// Brings the vertices that may move back onto the surface; the normals there.
+/// Moves the vertices that may move to the closest points of the surface. Returns the surface's
+/// unit normal at each of these vertices.
 fn project(
     mesh: &TetMesh,
     target: &TargetSurface,

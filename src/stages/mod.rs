@@ -1,21 +1,21 @@
-//! The stages that move surfaces, one file each, and the table of all stages in the order in which
-//! they run.
+//! The stages that move surfaces, one file each, and the table [`STAGES`] of all stages in the
+//! order in which they run.
 //!
 //! | stage | moves | held | paper |
 //! |---|---|---|---|
-//! | [`wing`] | wing vertices, by their profiles; the junction onto its surface | - | 3.1 |
-//! | [`trailing_edge`] | the rest of the trailing edge's boundary curve, then its inside | what the wing moved | 3.2 |
-//! | [`wingtip`] | the tip's inside, pulled back by conservative springs | its boundary | 3.3 |
-//! | [`carenage`] | carenage vertices, sliding on the original surface | its boundary | 3.4 |
-//! | [`planes`] | vertices of plane families, in their plane | their boundary | - |
-//! | [`crate::volume`] | everything else; plane families slide on | the other surfaces | 3.4, last paragraph |
+//! | [`wing`] | wing vertices, by their profiles; then junction vertices, back onto their surface | - | 3.1 |
+//! | [`trailing_edge`] | the rest of the trailing edge's boundary curve, then the inside | vertices of the wing | 3.2 |
+//! | [`wingtip`] | the tip's inside, with conservative springs | the tip's boundary | 3.3 |
+//! | [`carenage`] | carenage vertices, on their original surface | the carenage's boundary | 3.4 |
+//! | [`planes`] | vertices of plane families, in their planes | the planes' boundary | - |
+//! | [`crate::volume`] | all other vertices, and again those of plane families | the other surfaces | 3.4, last paragraph |
 //!
-//! [`crate::volume::sliding`] says where surface vertices may go afterwards, in local optimisation.
+//! In local optimisation surface vertices may move once more; see [`crate::volume::sliding`].
 //!
-//! A stage is set up once per mesh and run once per design ([`Stage`]). [`STAGES`] is that order;
-//! [`Stages`] holds them. A vertex on several families belongs to the first of them in the order
-//! fixed, prescribed, wing, trailing edge, wingtip, carenage, plane; the plane families it touches
-//! still limit it.
+//! A stage is set up once per mesh and run once per design ([`Stage`]). [`Stages`] holds the stages
+//! of a mesh. A vertex on several families belongs to the first of these families in the order
+//! fixed, prescribed, wing, trailing edge, wingtip, carenage, plane ([`PlacedBy`]). The carenages
+//! and planes at the vertex limit its place all the same.
 
 pub mod carenage;
 pub mod planes;
@@ -36,7 +36,7 @@ use crate::families::{PlacedBy, SetupError};
 use crate::stage::{SetUp, Stage};
 use crate::volume::{EdgeGraph, VolumeSettings, VolumeStage};
 
-/// All stages of a mesh, set up.
+/// All stages of a mesh.
 pub struct Stages {
     /// Moves the wings.
     pub wings: Wings,
@@ -48,17 +48,17 @@ pub struct Stages {
     pub carenages: Carenages,
     /// Moves the plane families.
     pub planes: Planes,
-    /// Moves everything else.
+    /// Moves all other vertices.
     pub volume: VolumeStage,
 }
 
 impl Stages {
-    /// Sets every stage up; `observer` hears what for. The volume and the surfaces are set up side
-    /// by side.
+    /// Sets up every stage. The volume and the surfaces are set up in parallel.
     ///
     /// - `wings`: each wing with its old profiles
     /// - `edge_graph`: the edges of the mesh's tets
-    /// - `lowest`: the undeformed mesh's smallest beta
+    /// - `lowest`: smallest beta of the undeformed mesh
+    /// - `observer`: gets the name of each step of the set-up
     ///
     /// # Errors
     /// Roles or old profiles do not fit the mesh, or the backend failed.
@@ -89,15 +89,15 @@ impl Stages {
 
 /// A row of [`STAGES`].
 pub struct StageRow {
-    /// What messages and results call it.
+    /// The name of the stage in messages and results.
     pub name: &'static str,
-    /// The vertices it places.
+    /// The vertices that the stage places.
     pub placed_by: PlacedBy,
-    /// The stage among all.
+    /// The stage in [`Stages`].
     pub of: fn(&mut Stages) -> &mut dyn Stage,
 }
 
-/// Every stage, in the order in which they run.
+/// All stages in the order in which they run.
 pub const STAGES: &[StageRow] = &[
     StageRow { name: "wing", placed_by: PlacedBy::Wing, of: |stages| &mut stages.wings },
     StageRow { name: "trailing edge", placed_by: PlacedBy::TrailingEdge, of: |stages| &mut stages.trailing_edges },
@@ -112,8 +112,8 @@ mod tests {
     use super::*;
     use crate::families::ROLES;
 
-    /// A vertex belongs to the first of its families' stages, so the stages run in the order of
-    /// [`PlacedBy`], and each that a role names is there.
+    /// A vertex belongs to the first stage of its families. So the stages run in the order of
+    /// [`PlacedBy`], and the table holds the stage of every role.
     #[test]
     fn every_role_that_moves_has_its_stage_in_order() {
         let mut placed: Vec<PlacedBy> = ROLES.iter().map(|row| row.placed_by).collect();

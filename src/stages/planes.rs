@@ -1,8 +1,9 @@
-//! Stage planes: symmetry and other plane families slide in their planes.
+//! Stage planes: vertices of symmetry and other plane families move in their planes. The paper has
+//! no such stage.
 //!
-//! A plane may have any orientation; where two meet, their common vertices slide along the line.
-//! The stage relaxes each family as a surface; the volume stage lets its vertices slide on with the
-//! tets behind them.
+//! A plane may have any orientation. Where two planes meet, their common vertices move along the
+//! common line. All plane families are one spring network on triangles. The volume stage moves
+//! these vertices again, together with the tets.
 
 use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;
@@ -16,7 +17,7 @@ pub struct Planes {
 }
 
 impl Planes {
-    /// Sets the network up.
+    /// Sets up the network.
     ///
     /// # Errors
     /// The backend failed.

@@ -1,4 +1,7 @@
-//! A part of the surface (a curve, a family) as a spring network of its own.
+//! [`SurfaceNetwork`]: a spring network on a part of the surface, such as a curve or a family.
+//!
+//! Every stage that moves a surface builds such networks once per mesh and relaxes them once per
+//! design.
 
 use glam::DVec3;
 
@@ -9,16 +12,20 @@ use crate::{
     relaxation::{Convergence, Method, Network, Relaxer, Stopping},
 };
 
-/// Longitudinal springs `1 / l` along the edges of a curve or a family.
+/// A network of longitudinal springs along edges of the surface. The stiffness of a spring is
+/// `1 / l`, `l` the length of its edge.
 pub struct SurfaceNetwork {
-    /// Vertices of the mesh behind the network's `[n]`, ascending.
+    /// The mesh's vertex for each vertex of the network `[n]`, ascending.
     pub vertices: Vec<u32>,
     relaxer: Relaxer,
 }
 
 impl SurfaceNetwork {
-    /// A network along these edges (pairs of mesh vertices); `constraint` says what a vertex may
-    /// do.
+    /// Makes a network.
+    ///
+    /// - `positions` `[n_vertices]`: of the whole mesh, in the mesh's unit
+    /// - `edges`: pairs of the mesh's vertices, each edge once
+    /// - `constraint`: the constraint of a vertex of the mesh
     ///
     /// # Errors
     /// The backend failed.
@@ -32,11 +39,14 @@ impl SurfaceNetwork {
         Self::anchored(positions, edges, constraint, |_| f64::INFINITY, backend, method)
     }
 
-    /// [`Self::new`] with conservative springs, which pull the vertices that move back to zero.
+    /// Makes a network with conservative springs, which pull vertices back to displacement zero.
     ///
-    /// `reach` of a vertex is the length over which a displacement of the held vertices dies away
-    /// around it: its spring is `(l / reach)^2` of its total stiffness, `l` its root-mean-square
-    /// edge. Infinity is no such spring.
+    /// The stiffness of a vertex's conservative spring is `(l / reach)^2 Σ k`, with `Σ k` the total
+    /// stiffness of the vertex's edges and `l` their root-mean-square length.
+    ///
+    /// - `reach`: the length over which a displacement of held vertices dies away around a vertex,
+    ///   in the mesh's unit; infinity is no conservative spring
+    /// - others: as for [`Self::new`]
     ///
     /// # Errors
     /// The backend failed.
@@ -71,7 +81,10 @@ impl SurfaceNetwork {
         Ok(Self { relaxer: Relaxer::new(network, backend, method)?, vertices })
     }
 
-    /// Relaxes the vertices that may move; `displacement` is of the whole mesh `[n_vertices]`.
+    /// Relaxes the vertices that may move.
+    ///
+    /// - `displacement` `[n_vertices]`: of the whole mesh, in the mesh's unit; vertices of the
+    ///   network that are held keep theirs
     ///
     /// # Errors
     /// The backend failed.
@@ -86,7 +99,7 @@ impl SurfaceNetwork {
         Ok(convergence)
     }
 
-    /// Changes what the vertices that may move may do; see [`Relaxer::constrain`].
+    /// Changes the constraints of the vertices that may move; see [`Relaxer::constrain`].
     ///
     /// # Errors
     /// The backend failed.
@@ -100,7 +113,7 @@ impl SurfaceNetwork {
         self.relaxer.constrain(new.collect())
     }
 
-    /// The vertices that may move, with one over their shortest edge.
+    /// The vertices that may move, each with one over its shortest edge (1 / the mesh's unit).
     pub fn moving(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
         let network = self.relaxer.network();
         (0..self.vertices.len())

@@ -1,8 +1,9 @@
-//! Stage trailing edge (paper 3.2): first its boundary curve, then its surface.
+//! Stage trailing edge (paper 3.2): first the boundary curve of a trailing edge moves, then its
+//! inside.
 //!
-//! The boundary curve is part wing, already moved, and part not. The unmoved parts are relaxed as
-//! chains between their moved ends (the paper's one-dimensional dynamic mesh), then the inside as a
-//! surface held at the whole curve.
+//! A part of the boundary curve belongs to the wing and has moved already. The other parts relax as
+//! chains of springs between their moved ends (the paper's one-dimensional dynamic mesh). Then the
+//! inside relaxes as a surface that is held at the whole curve.
 
 use glam::DVec3;
 
@@ -23,7 +24,7 @@ struct TrailingEdge {
 }
 
 impl TrailingEdges {
-    /// Sets the networks up.
+    /// Sets up two networks for each trailing edge: its boundary curve and its surface.
     ///
     /// # Errors
     /// The backend failed.

@@ -1,16 +1,22 @@
-//! Stage wing (paper 3.1): the wing's vertices follow their profiles, and the junction goes back
-//! onto its surface.
+//! Stage wing (paper 3.1): the wing's vertices follow their profiles, and the vertices of the
+//! junction slide back onto the surface that they share with the wing.
 //!
-//! A wing is one or several families with one set of profiles: upper and lower side, strips and
-//! pieces of the tip move as one surface. The displacement comes from [`crate::profile`]. It takes
-//! the wing's root off the fuselage (or off the symmetry plane it ends in). Each junction vertex
-//! therefore slides along the moved wing's own span-wise direction until it meets the fuselage's
-//! original surface, which leaves the wing's shape alone, and the wing beside the junction follows:
-//! the slide is spread over a strip of the wing by a spring network. The strip ends before the
-//! first section. The paper shows the imperfection (its Fig. 3) and corrects the fuselage only.
+//! A wing is one or several families with one set of profiles, such as an upper and a lower side.
+//! The families of a wing move as one surface.
 //!
-//! With a mirror plane the profiles stand on one side of it and move both: a vertex on the other
-//! side moves as its mirror image.
+//! 1. [`Wings::interpolate`] displaces every wing vertex with its profiles ([`crate::profile`]).
+//!    The displacement takes the wing's root off the fuselage, or off the symmetry plane in which
+//!    the wing ends.
+//! 2. [`Stage::run`] slides each junction vertex along the moved wing's span direction at the
+//!    vertex, until it meets the fuselage's original surface. This slide does not change the wing's
+//!    shape.
+//! 3. A spring network spreads the slide over a strip of the wing beside the junction. The strip
+//!    ends before the first section.
+//!
+//! The paper shows the imperfection at the junction (Fig. 3) and corrects the fuselage only.
+//!
+//! With a mirror plane the profiles stand on one side of the plane. A vertex on the other side
+//! gets the mirrored displacement of its mirror image.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -33,34 +39,36 @@ use crate::{
     relaxation::Convergence,
 };
 
-/// Width of the strip that follows a junction, as a fraction of the junction's extent (about a
-/// chord).
+/// Width of the strip beside a junction, as a fraction of the junction's extent (about a chord).
 const STRIP: f64 = 0.25;
 
-/// A wing reaches at most this share of the span that its sections cover beyond them.
+/// Largest length of a wing beyond its outermost sections, as a fraction of the span between them.
 const REACH: f64 = 0.5;
-/// A wing reaches this much farther by noise of its ends, such as those of a plane that is not
-/// quite flat.
+/// Allowance for the noise of a wing's ends, as a fraction of the same span. An end may lie in a
+/// plane that is not quite flat.
 const SLACK: f64 = 0.01;
 
-/// Vertices nearer to the mirror plane than this share of the wing's extent stand in it.
+/// A vertex stands in the mirror plane if it is nearer to the plane than this fraction of the
+/// wing's extent.
 const ON_MIRROR: f64 = 1e-9;
 
 /// A wing and its old profiles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WingProfiles {
-    /// What designs and reports call it.
+    /// The name of the wing in designs and reports.
     pub name: String,
-    /// Its families, at least one, all with the role wing.
+    /// The wing's families, at least one, all with the role
+    /// [`Role::Wing`](crate::families::Role::Wing).
     pub families: Vec<FamilyId>,
-    /// The profiles it has.
+    /// The old profiles, in the mesh's unit.
     pub old: Vec<Profile>,
-    /// The plane beyond which the wing is its own mirror image, and moves so.
+    /// A plane with the old profiles on one side. The wing on the other side moves as their mirror
+    /// image.
     pub mirror: Option<Plane>,
 }
 
 impl WingProfiles {
-    /// A wing that is one family.
+    /// A wing that is one family, without a mirror plane.
     pub fn new(name: &str, family: FamilyId, old: Vec<Profile>) -> Self {
         Self { name: name.to_owned(), families: vec![family], old, mirror: None }
     }
@@ -69,25 +77,26 @@ impl WingProfiles {
 /// All wings of a mesh.
 pub struct Wings {
     wings: Vec<Wing>,
-    /// What the profiles of the last design do, of each wing; none before the first design.
+    /// The displacement of each wing by its profiles in the last design. Empty before the first
+    /// design.
     moved: Vec<ProfileDisplacement>,
 }
 
 struct Wing {
     name: String,
     vertices: Vec<u32>,
-    /// A family of the wing that each vertex is of `[n_vertices of the wing]`.
+    /// A family of the wing for each vertex `[n_vertices of the wing]`.
     family: Vec<FamilyId>,
-    /// Whether an earlier wing of the list places the vertex already `[n_vertices of the wing]`.
+    /// Whether an earlier wing of the list places the vertex `[n_vertices of the wing]`.
     taken: Vec<bool>,
     interpolation: ProfileInterpolation,
     mirror: Option<Mirror>,
-    /// Vertices that must end on a carenage or plane, as places in `vertices`.
+    /// Vertices that are also on a carenage or plane, as indices of `vertices`.
     junction: Vec<usize>,
     strip: Option<SurfaceNetwork>,
 }
 
-/// The mirror plane of a wing, and which of its vertices stand beyond or in it.
+/// The mirror plane of a wing, and the side of the plane on which each vertex stands.
 struct Mirror {
     plane: Plane,
     side: Vec<Side>,
@@ -101,7 +110,13 @@ enum Side {
 }
 
 impl Mirror {
-    /// - `sections`: points of the profiles; they stand on one side
+    /// Finds the side of each vertex.
+    ///
+    /// - `sections`: the old profiles
+    /// - `positions` `[n_vertices of the wing]`: in the mesh's unit
+    ///
+    /// # Errors
+    /// [`ProfileError::BothSides`]: profiles stand on both sides of the plane.
     fn new(plane: Plane, sections: &[Profile], positions: &[DVec3]) -> Result<Self, ProfileError> {
         let size = 2.0 * positions.iter().map(|p| p.distance(positions[0])).fold(0.0, f64::max);
         let in_plane = ON_MIRROR * size;
@@ -119,7 +134,7 @@ impl Mirror {
         Ok(Self { plane, side: positions.iter().map(side).collect() })
     }
 
-    /// A place as it is seen from the sections' side.
+    /// Mirrors a position to the sections' side, if the vertex stands beyond the plane.
     fn fold(&self, vertex: usize, at: DVec3) -> DVec3 {
         match self.side[vertex] {
             Side::Beyond => at - self.plane.normal * (2.0 * self.plane.distance(at)),
@@ -127,7 +142,7 @@ impl Mirror {
         }
     }
 
-    /// A direction there, brought from the one side to the other.
+    /// Mirrors a direction, if the vertex stands beyond the plane.
     fn reflect(&self, vertex: usize, along: DVec3) -> DVec3 {
         match self.side[vertex] {
             Side::Beyond => along - 2.0 * self.across(along),
@@ -135,7 +150,8 @@ impl Mirror {
         }
     }
 
-    /// A displacement there, brought from the sections' side; the plane's own vertices stay in it.
+    /// Mirrors a displacement from the sections' side to the vertex's side. Vertices in the plane
+    /// stay in the plane.
     fn unfold(&self, vertex: usize, displacement: DVec3) -> DVec3 {
         match self.side[vertex] {
             Side::InPlane => displacement - self.across(displacement),
@@ -149,11 +165,15 @@ impl Mirror {
 }
 
 impl Wings {
-    /// Finds each wing vertex's place among the old profiles.
+    /// Finds the place of each wing vertex among the old profiles, and sets up the strips.
     ///
     /// # Errors
-    /// A family with the role wing without old profiles or with two sets of them, unusable
-    /// profiles, or such that the wing reaches too far beyond; the backend failed.
+    /// - [`SetupError::NoProfiles`], [`SetupError::SeveralProfiles`]: a family with the role wing
+    ///   has no old profiles, or two sets of old profiles
+    /// - [`SetupError::NoWing`]: a family of a wing has another role
+    /// - [`SetupError::Profiles`]: the old profiles cannot be used
+    /// - [`SetupError::Reach`]: the wing reaches too far beyond its outermost sections
+    /// - [`SetupError::Backend`]: the backend failed
     pub fn new(set_up: &SetUp, wings: &[WingProfiles]) -> Result<Self, SetupError> {
         let SetUp { mesh, families, .. } = *set_up;
         let name = |family: FamilyId| mesh.families[family.index()].clone();
@@ -179,12 +199,13 @@ impl Wings {
         Ok(Self { wings: all, moved: Vec::new() })
     }
 
-    /// Writes the displacement that the profiles give into `displacement`, and for vertices that
-    /// others place into `wanted`. It begins the stage; [`Stage::run`] then brings the junctions
-    /// back onto their surfaces.
+    /// Writes the displacements by the profiles into `displacement`, in the mesh's unit.
+    /// Displacements of vertices that other families place go into `wanted` instead. [`Stage::run`]
+    /// goes on with the junctions.
     ///
     /// # Errors
-    /// A wing's new profiles are missing or do not pair with the old ones; with the wing's name.
+    /// The new profiles of a wing are missing or do not pair with the old ones. The error holds the
+    /// wing's name.
     pub fn interpolate(
         &mut self,
         families: &Families,
@@ -219,7 +240,7 @@ impl Wings {
         Ok(())
     }
 
-    /// The wing whose profiles come nearest to being refused.
+    /// The wing with the profiles that came nearest to a refusal in the last design.
     pub fn nearest_to_refusal(&self) -> Option<(String, Closeness)> {
         let all = self
             .wings
@@ -229,13 +250,13 @@ impl Wings {
         all.max_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
-    /// The wings whose new profiles were compared with flat cuts.
+    /// The wings with new profiles that were compared with flat cuts in the last design.
     pub fn flat_cuts(&self) -> Vec<String> {
         let flat = self.wings.iter().zip(&self.moved).filter(|(_, displacement)| displacement.flat_cuts);
         flat.map(|(wing, _)| wing.name.clone()).collect()
     }
 
-    /// The vertices beside the planes of the profiles.
+    /// The vertices beside the planes of the old profiles.
     pub fn beside_sections(&self) -> Vec<u32> {
         self.wings
             .iter()
@@ -243,10 +264,10 @@ impl Wings {
             .collect()
     }
 
-    /// The vertices that miss the new profiles the most, one a profile, by wing; the vertex is one
-    /// of the mesh.
+    /// For each wing, the vertex that misses each new profile the most. [`Missed::vertex`] is a
+    /// vertex of the mesh here.
     ///
-    /// - `vertices` `[n_vertices]`: where the mesh's vertices are in the end
+    /// - `vertices` `[n_vertices]`: moved positions, in the mesh's unit
     pub fn missed(&self, vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
         let of_wing = |(wing, displacement): (&Wing, &ProfileDisplacement)| {
             let at = wing.vertices.iter().map(|&vertex| vertices[vertex as usize]);
@@ -271,7 +292,7 @@ impl Wings {
 }
 
 impl Stage for Wings {
-    /// Slides the junctions back onto their surfaces, after [`Wings::interpolate`].
+    /// Slides the junctions back onto their surfaces. [`Wings::interpolate`] must run before.
     fn run(
         &mut self,
         set_up: &SetUp,
@@ -289,8 +310,8 @@ impl Stage for Wings {
                 if displacement != DVec3::ZERO {
                     let at = mesh.vertices[vertex as usize];
                     let along = moved.span_direction[place].try_normalize();
-                    // In this order: the rounding of a sum with the position must not stay in the
-                    // displacement.
+                    // The order of these subtractions matters. In another order the rounding of the
+                    // sum with the position would stay in the displacement.
                     let settled = families.settle_along(vertex, at + displacement, along) - at;
                     slide[vertex as usize] = settled - displacement;
                 }
@@ -323,7 +344,7 @@ impl Wing {
         if let Some(mirror) = &mirror {
             let has = |corners: &[u32; 3], side| corners.iter().any(|&corner| mirror.side[corner as usize] == side);
             (mirrored, triangles) = triangles.into_iter().partition(|corners| has(corners, Side::Beyond));
-            // What reaches across the plane is of neither half.
+            // A triangle with corners on both sides belongs to neither half.
             mirrored.retain(|corners| !has(corners, Side::OfSections));
             for place in 0..vertices.len() {
                 positions[place] = mirror.fold(place, positions[place]);
@@ -353,9 +374,12 @@ impl Wing {
     }
 }
 
-/// The network that spreads the junctions' slides over the wing beside them.
+/// Sets up the network that spreads the slides of junctions over the wing. `None` if the wing has
+/// no junction.
 ///
-/// - `positions`: of the wing's vertices, as the interpolation has them
+/// - `vertices` `[n_vertices of the wing]`: the mesh's vertices, ascending
+/// - `positions` `[n_vertices of the wing]`: in the mesh's unit, mirrored to the sections' side
+/// - `junction`: indices of `vertices`
 fn strip(
     set_up: &SetUp,
     wing: &[FamilyId],
@@ -377,8 +401,8 @@ fn strip(
         let folded = loop_.iter().map(|&place| positions[place]).sum::<DVec3>() / loop_.len() as f64;
         let of_sections = interpolation.sections_and_beyond(folded);
         let of_loop: HashSet<u32> = loop_.iter().map(|&place| vertices[place]).collect();
-        // On a coarse wing the strip is narrower than an edge: one row of vertices follows at
-        // least.
+        // On a coarse wing the strip may be narrower than an edge. So at least the next row of
+        // vertices belongs to the strip.
         let next: HashSet<u32> =
             edges.iter().filter(|edge| edge.iter().any(|end| of_loop.contains(end))).flatten().copied().collect();
         for (place, &vertex) in vertices.iter().enumerate() {
@@ -396,7 +420,7 @@ fn strip(
     SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method).map(Some)
 }
 
-/// The junctions one by one: places that edges of the wing connect.
+/// Splits the junction vertices into sets that edges of the wing connect.
 fn connected(junction: &[usize], vertices: &[u32], edges: &[[u32; 2]]) -> Vec<Vec<usize>> {
     let mut number: HashMap<u32, usize> = junction.iter().map(|&place| (vertices[place], place)).collect();
     let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();

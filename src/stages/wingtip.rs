@@ -1,22 +1,32 @@
-//! Stage wingtip (paper 3.3): longitudinal springs along the edges and a conservative spring on
-//! every inner vertex.
+//! Stage wingtip (paper 3.3): the tip's inside moves by longitudinal springs along the edges and a
+//! conservative spring at every inner vertex.
+//!
+//! # The coefficient
 //!
 //! The paper gives a stiffness coefficient `c` in `[0, 1]`, "the greater, the more deformable", and
-//! no formula. Literally (`u_i = c` times the neighbours' mean) the boundary's motion would die
-//! away over so many *rings of triangles*: on a fine mesh with `c = 0.5` the first ring takes most
-//! of it and folds. Here it dies away over a length, `w sqrt(c / (1 - c))` with `w` the tip's mean
-//! width (twice its area over its perimeter): at 1 the conservative springs are gone, at 0 the
-//! inside does not leave its start, and the mesh does not matter.
+//! no formula. Read literally, a displacement is `c` times the mean of the neighbours'
+//! displacements. The motion of the boundary would then die away over a number of *rings of
+//! triangles*. On a fine mesh with `c = 0.5` the first ring would take most of the motion and fold.
+//! Here the motion dies away over a length that does not depend on the mesh:
 //!
-//! The paper's start is where the vertex was: a wing that is bent up would be pulled back down at
-//! its tip. Here the start is carried along by the best affine (or rigid) motion of the tip's
-//! boundary, and all springs, the longitudinal ones too, act on what the boundary does beyond that
-//! motion: a tip that is only turned or stretched keeps its triangles' shapes at every coefficient.
-//! The paper's own form can be chosen ([`TipStart`]).
+//! `reach = w sqrt(c / (1 - c))`, with `w` the tip's mean width, twice its area over its perimeter
 //!
-//! A tip may be several families. Those that touch are one tip: one network without a seam, and one
-//! best motion, so that a family that borders on no wing follows its neighbours. Each keeps its own
-//! length; on a curve they share the shorter counts.
+//! With `c = 1` there are no conservative springs. With `c = 0` the inside keeps its start.
+//!
+//! # The start
+//!
+//! The paper's conservative springs pull a vertex to its original position. Such springs would pull
+//! the tip of a wing that is bent up back down. Here the best affine (or rigid) motion of the tip's
+//! boundary is subtracted first. All springs, the longitudinal ones too, act on the remaining
+//! displacement, and the subtracted motion is added in the end. So a tip that is only turned or
+//! stretched keeps the shapes of its triangles with every coefficient. [`TipStart`] selects the
+//! motion, or the paper's own form.
+//!
+//! # Several families
+//!
+//! Wingtip families that touch are one tip, with one network and one best motion. So a family that
+//! borders on no wing follows its neighbours. Each family keeps its own reach. Vertices on several
+//! families have the smallest reach.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -47,28 +57,30 @@ pub struct Wingtips {
     tips: Vec<Wingtip>,
 }
 
-/// Wingtip families that hang together.
+/// Wingtip families that touch.
 struct Wingtip {
     families: Vec<FamilyId>,
     start: TipStart,
-    /// Vertices earlier stages have placed, each with half the length of the boundary's edges
-    /// there: where the boundary is finer it counts no more.
+    /// Vertices that earlier stages place. The weight of each in the best motion is half the length
+    /// of the boundary's edges at the vertex, so that a finer part of the boundary does not count
+    /// more.
     placed: Vec<(u32, f64)>,
     inside: Vec<u32>,
     network: SurfaceNetwork,
 }
 
 impl Wingtips {
-    /// Sets the networks up.
+    /// Sets up one network for each tip.
     ///
     /// # Errors
-    /// Families that touch differ in their start, or the backend failed.
+    /// - [`SetupError::TipStarts`]: families of one tip have different starts
+    /// - [`SetupError::Backend`]: the backend failed
     pub fn new(set_up: &SetUp) -> Result<Self, SetupError> {
         let tips = joined(set_up.surface, set_up.families).into_iter().map(|tip| Wingtip::new(set_up, &tip));
         Ok(Self { tips: tips.collect::<Result<_, SetupError>>()? })
     }
 
-    /// The sets of families that touch nothing an earlier stage places.
+    /// The families of each tip that has no vertex of an earlier stage.
     pub fn loose(&self) -> impl Iterator<Item = &[FamilyId]> {
         self.tips.iter().filter(|tip| tip.placed.is_empty()).map(|tip| &tip.families[..])
     }
@@ -84,7 +96,8 @@ impl Stage for Wingtips {
         let SetUp { mesh, families, stopping, .. } = set_up;
         let mut convergence = Convergence::nothing_to_do();
         for tip in &mut self.tips {
-            // A tip that nothing holds stays where it is.
+            // A tip stays where it is if its boundary does not move, or if it has no vertex of an
+            // earlier stage.
             if tip.placed.iter().all(|&(vertex, _)| displacement[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
@@ -98,7 +111,7 @@ impl Stage for Wingtips {
                 TipStart::Rigid => FittedMotion::rigid(&pairs),
                 TipStart::Original => FittedMotion::identity(),
             };
-            // Relative to that start the conservative springs pull to zero.
+            // The conservative springs pull to displacement zero, so the best motion is subtracted.
             let carried = |vertex: u32| start.displacement(mesh.vertices[vertex as usize]);
             for &(vertex, _) in &tip.placed {
                 displacement[vertex as usize] -= carried(vertex);
@@ -129,7 +142,7 @@ impl Wingtip {
             let name = |family: FamilyId| mesh.families[family.index()].clone();
             return Err(SetupError::TipStarts { family: name(tip[0]), other: name(other) });
         }
-        // A coefficient of 0 would take infinitely stiff springs: such a vertex is held at its
+        // A coefficient of 0 would need infinitely stiff springs. Such vertices are held at their
         // start instead.
         let mut reach: BTreeMap<u32, f64> = BTreeMap::new();
         for &family in tip {
@@ -153,7 +166,8 @@ impl Wingtip {
         let network =
             SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
         let weights = boundary_lengths(mesh, surface, tip);
-        // Where triangles touch in a vertex alone, no edge at it bounds them.
+        // If a tip touches the wing only in single vertices, no boundary edge gives these vertices
+        // a weight.
         let even = placed.iter().all(|vertex| !weights.contains_key(vertex));
         let weight = |vertex: u32| if even { 1.0 } else { weights.get(&vertex).copied().unwrap_or(0.0) };
         Ok(Self {
@@ -166,7 +180,7 @@ impl Wingtip {
     }
 }
 
-/// The wingtip families in sets that hang together, each ascending.
+/// The wingtip families in sets of families that touch, each set ascending.
 fn joined(surface: &Surface, families: &Families) -> Vec<Vec<FamilyId>> {
     let mut tips: Vec<(Vec<FamilyId>, BTreeSet<u32>)> = Vec::new();
     for family in families.families_of(PlacedBy::Wingtip) {
@@ -185,7 +199,8 @@ fn joined(surface: &Surface, families: &Families) -> Vec<Vec<FamilyId>> {
     tips.into_iter().map(|(tip, _)| tip).collect()
 }
 
-/// Half the length of the edges that bound some families together, at each of their ends.
+/// For each vertex of the boundary of a tip, half the length of the boundary edges at the vertex,
+/// in the mesh's unit.
 fn boundary_lengths(mesh: &TetMesh, surface: &Surface, tip: &[FamilyId]) -> BTreeMap<u32, f64> {
     let mut lengths = BTreeMap::new();
     let loops = tip.iter().flat_map(|&family| surface.boundary_loops(family)).flatten();
@@ -197,7 +212,8 @@ fn boundary_lengths(mesh: &TetMesh, surface: &Surface, tip: &[FamilyId]) -> BTre
     lengths
 }
 
-/// Twice a family's area over the length of its boundary: the width of a strip.
+/// Mean width of a family in the mesh's unit: twice its area over the length of its boundary. For a
+/// long strip this is the strip's width.
 fn mean_width(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> f64 {
     let at = |vertex: u32| mesh.vertices[vertex as usize];
     let area: f64 = surface.corners_of(family).map(|corners| 0.5 * triangle_normal(corners.map(at)).length()).sum();
