@@ -56,6 +56,11 @@ fn report() -> RunReport {
         )]),
         solver: Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 },
         path: Path { steps: 3, given_up: 1, reached: 1.0 },
+        valid: false,
+        converged: true,
+        exit: 5,
+        error: Some("2 of 96693 tets are inverted".into()),
+        hint: None,
         smoothing: Some(Smoothing { sweeps: 12, moved: 345 }),
         seconds: Seconds { read: 0.5, setup: 1.0, update: 13.75, write: 0.25, total: 15.5 },
     }
@@ -79,6 +84,7 @@ fn json_has_the_promised_names() {
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why" } },
         "solver": { "method": "chebyshev", "sweeps": 700, "relative_residual": 1e-5 },
         "path": { "steps": 3, "given_up": 1, "reached": 1.0 },
+        "valid": false, "converged": true, "exit": 5, "error": "2 of 96693 tets are inverted", "hint": null,
         "smoothing": { "sweeps": 12, "moved": 345 },
         "seconds": { "read": 0.5, "setup": 1.0, "update": 13.75, "write": 0.25, "total": 15.5 }
     });

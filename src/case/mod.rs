@@ -156,6 +156,14 @@ impl Case {
         }
     }
 
+    /// Every file that the case names as an input, and the case file.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let profiles = self.profiles.values().flat_map(|source| source.new.iter().chain(source.old.iter().flatten()));
+        let displacements = self.families.values().filter_map(|settings| settings.displacement.as_ref());
+        let own = [&self.path, &self.mesh];
+        own.into_iter().chain(profiles).chain(displacements).cloned().collect()
+    }
+
     /// Reads and checks the text of a case file.
     ///
     /// - `path`: the file's path; paths in the text are relative to its folder

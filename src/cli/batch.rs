@@ -11,7 +11,6 @@ use super::json::check_json;
 use super::lines::Lines;
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::case::LoadedCase;
-use crate::report::RunReport;
 use crate::session::{
     DesignFiles, Finished, Folder, Kept, Outputs, Session, Shard, Varied, check_distinct, find_designs,
 };
@@ -44,17 +43,15 @@ pub(super) struct Arguments {
     shard: Option<Shard>,
 }
 
-/// The line of a design that failed: its report, if there is one, and the error.
+/// The line of a design without a report: why it has none.
 #[derive(Serialize)]
 struct Failed<'a> {
-    #[serde(flatten)]
-    report: Option<&'a RunReport>,
-    /// The design's name, if there is no report with the name.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    design: Option<&'a str>,
-    error: &'a str,
-    /// The exit code that `run` would give for this design.
+    design: &'a str,
+    valid: bool,
+    /// The exit code that `run` would have had.
     exit: u8,
+    error: &'a str,
+    hint: Option<&'a str>,
 }
 
 /// Runs the command.
@@ -126,11 +123,13 @@ fn finish(
         Err(error) => (None, Some(error.into())),
     };
     match (&report, &failure) {
-        (_, Some(failure)) => {
+        (report, Some(failure)) => {
             console.warn(format_args!("{name}: {}", failure.message));
-            let design = report.is_none().then_some(name);
-            let (error, exit) = (failure.message.as_str(), failure.exit as u8);
-            lines.append(&Failed { report: report.as_ref(), design, error, exit })?;
+            let (error, exit, hint) = (failure.message.as_str(), failure.exit as u8, failure.hint.as_deref());
+            match report {
+                Some(report) => lines.append(report)?,
+                None => lines.append(&Failed { design: name, valid: false, exit, error, hint })?,
+            }
         }
         (Some(report), None) => {
             lines.append(report)?;

@@ -3,24 +3,9 @@
 use crate::backend::BackendError;
 use crate::case::LoadError;
 use crate::formats::{ReadError, WriteError};
-use crate::mover::{Refused, Why};
+use crate::mover::Refused;
+pub(super) use crate::session::Exit;
 use crate::session::SessionError;
-
-/// The exit codes of a failure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Exit {
-    /// `compare`: out of tolerance. `batch`: a design failed.
-    Unfit = 1,
-    /// A file or the case is wrong, or an output cannot be written.
-    BadInput = 3,
-    /// A relaxation did not converge.
-    NotConverged = 4,
-    /// The moved mesh is not valid, for example because of inverted tets.
-    Inverted = 5,
-    /// No usable GPU.
-    NoGpu = 6,
-}
 
 /// The failure of a command.
 #[derive(Clone, Debug)]
@@ -72,21 +57,12 @@ impl From<BackendError> for Failure {
 
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
-        let exit = match &error {
-            SessionError::Refused(_) => Exit::NotConverged,
-            error if error.backend().is_some() => Exit::NoGpu,
-            _ => Exit::BadInput,
-        };
-        Self { exit, message: error.to_string(), hint: error.hint() }
+        Self { exit: error.exit(), message: error.to_string(), hint: error.hint() }
     }
 }
 
 impl From<Refused> for Failure {
     fn from(refused: Refused) -> Self {
-        let exit = match refused.why {
-            Why::Invalid => Exit::Inverted,
-            Why::NotConverged | Why::NotFinite => Exit::NotConverged,
-        };
-        Self { exit, message: refused.message, hint: refused.hint }
+        Self { exit: Exit::from(&refused), message: refused.message, hint: refused.hint }
     }
 }

@@ -7,9 +7,9 @@ use super::console::Console;
 use super::failure::Failure;
 use super::json::{check_json, write_json};
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
-use crate::case::LoadedCase;
+use crate::case::{Case, LoadedCase};
 use crate::report::stage_table;
-use crate::session::{Finished, Folder, Outputs, Session, check_distinct};
+use crate::session::{Finished, Folder, Outputs, Session, check_distinct, remove_file};
 
 /// Arguments of `idmesh run`.
 #[derive(Debug, clap::Args)]
@@ -30,11 +30,16 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let start = Instant::now();
-    let case = load(&arguments.case, console)?;
+    let case = load(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
     let read_seconds = start.elapsed().as_secs_f64();
     let outputs = Outputs::of(&case.case, arguments.out.as_deref());
     let _folder = check(&outputs, &case, arguments)?;
     console.losses(outputs.losses(&case)?);
+    // From here on nothing of an earlier run may be taken for a result of this one.
+    outputs.remove_earlier()?;
+    if let Some(JsonTarget::File(path)) = &arguments.json {
+        remove_file(path)?;
+    }
     let backend = choose_backend(arguments.backend, console)?;
     let mut session = Session::new(&case, backend.into(), console.progress())?;
     let Finished { mut report, written, warnings, verdict, .. } =
@@ -59,6 +64,21 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         console.note(format_args!("wrote {}", path.display()));
     }
     Ok(verdict?)
+}
+
+/// Removes what an earlier run left of a case that cannot be loaded any more, as far as the case file
+/// names its outputs. The failure to load is told; nothing else is.
+fn remove_earlier(arguments: &Arguments) {
+    let Ok(case) = Case::read(&arguments.case) else { return };
+    let outputs = Outputs::of(&case, arguments.out.as_deref());
+    let json = match &arguments.json {
+        Some(JsonTarget::File(path)) => Some(path.as_path()),
+        _ => None,
+    };
+    if check_distinct(&case.inputs(), &outputs.paths().chain(json).collect::<Vec<&Path>>()).is_ok() {
+        let _ = outputs.remove_earlier();
+        let _ = json.map(remove_file);
+    }
 }
 
 /// Checks that all outputs can be written, and makes their folder. The caller holds the folder

@@ -44,6 +44,16 @@ pub struct RunReport {
     pub solver: Solver,
     /// The steps of the volume stage.
     pub path: Path,
+    /// Whether the moved mesh is the one that was asked for; see [`crate::mover::Outcome::is_valid`].
+    pub valid: bool,
+    /// Whether every relaxation reached its tolerance.
+    pub converged: bool,
+    /// The exit code that `idmesh run` has for this result.
+    pub exit: u8,
+    /// What is wrong, and where; `None` for a good result.
+    pub error: Option<String>,
+    /// What may help; `None` where nothing is known to help.
+    pub hint: Option<String>,
     /// Local optimisation, if it ran.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smoothing: Option<Smoothing>,

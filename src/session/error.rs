@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::backend::BackendError;
 use crate::case::{CaseError, LoadError, displacement::DisplacementError};
 use crate::formats::WriteError;
-use crate::mover::{MoveError, Refused};
+use crate::mover::{MoveError, Refused, Why};
 use crate::profile::ProfileError;
 
 /// An error of a session.
@@ -157,6 +157,31 @@ pub enum SessionError {
     },
 }
 
+/// The exit codes of a failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// `compare`: out of tolerance. `batch`: a design failed.
+    Unfit = 1,
+    /// A file or the case is wrong, or an output cannot be written.
+    BadInput = 3,
+    /// A relaxation did not converge.
+    NotConverged = 4,
+    /// The moved mesh is not valid, for example because of inverted tets.
+    Inverted = 5,
+    /// No usable GPU.
+    NoGpu = 6,
+}
+
+impl From<&Refused> for Exit {
+    fn from(refused: &Refused) -> Self {
+        match refused.why {
+            Why::Invalid => Self::Inverted,
+            Why::NotConverged | Why::NotFinite => Self::NotConverged,
+        }
+    }
+}
+
 impl From<LoadError> for SessionError {
     fn from(error: LoadError) -> Self {
         Self::Load(Box::new(error))
@@ -173,6 +198,15 @@ impl SessionError {
     /// Makes the error of a design's profiles.
     pub(super) fn of_profiles(path: &std::path::Path, wing: &str, error: ProfileError) -> Self {
         LoadError::Profiles { paths: vec![path.to_path_buf()], wing: wing.to_owned(), error }.into()
+    }
+
+    /// The exit code of a command that ends with this error.
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::Refused(refused) => refused.into(),
+            error if error.backend().is_some() => Exit::NoGpu,
+            _ => Exit::BadInput,
+        }
     }
 
     /// The backend's error, if the backend failed.

@@ -81,6 +81,22 @@ pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), Sessi
     Ok(())
 }
 
+/// Removes a file, if the path is one. A link stays, and the file that the link names is emptied.
+///
+/// # Errors
+/// [`SessionError::CannotWrite`]: the file cannot be removed.
+pub fn remove_file(path: &Path) -> Result<(), SessionError> {
+    // Pipes and devices hold no earlier result.
+    if !path.is_file() {
+        return Ok(());
+    }
+    let removed = if path.is_symlink() { fs::write(path, "") } else { fs::remove_file(path) };
+    match removed {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(cannot_write(path, error)),
+        _ => Ok(()),
+    }
+}
+
 /// Writes a text file, whole or not at all.
 ///
 /// # Errors

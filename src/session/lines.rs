@@ -75,7 +75,9 @@ impl Kept {
                     if !again(design) {
                         kept.text += text;
                         kept.text.push('\n');
-                        let failed = value.as_ref().is_some_and(|value| value.get("error").is_some());
+                        let failed = value
+                            .as_ref()
+                            .is_some_and(|value| value.get("error").is_some_and(|error| !error.is_null()));
                         kept.failed.insert(design.to_owned(), failed);
                     }
                 }

@@ -28,8 +28,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 pub use designs::{DesignFiles, Shard, find_designs};
-pub use error::SessionError;
-pub use files::{Folder, check_distinct, check_writable, write_text};
+pub use error::{Exit, SessionError};
+pub use files::{Folder, check_distinct, check_writable, remove_file, write_text};
 pub use lines::{Kept, ReportFile};
 pub use outputs::{Loss, Outputs};
 pub use varied::Varied;
@@ -110,12 +110,14 @@ impl<'a> Session<'a> {
         read_seconds: f64,
         outputs: &Outputs,
     ) -> Result<Finished, SessionError> {
+        outputs.remove_earlier()?;
         let (outcome, update) = self.update(design)?;
         let write = Instant::now();
         self.mover.tell("writing");
         let written = outputs.write(self.case, &outcome)?;
         let write = write.elapsed().as_secs_f64();
         outputs.write_histogram(&self.title(name), &outcome)?;
+        let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &written));
         let setup = self.setup_seconds;
         let report = RunReport {
             idmesh: env!("CARGO_PKG_VERSION").to_owned(),
@@ -128,11 +130,15 @@ impl<'a> Session<'a> {
             profiles: outcome.profiles.clone(),
             solver: outcome.solver.clone(),
             path: outcome.path,
+            valid: outcome.is_valid(),
+            converged: outcome.converged,
+            exit: verdict.as_ref().err().map_or(0, |refused| Exit::from(refused) as u8),
+            error: verdict.as_ref().err().map(|refused| refused.message.clone()),
+            hint: verdict.as_ref().err().and_then(|refused| refused.hint.clone()),
             smoothing: outcome.smoothed.map(|done| report::Smoothing { sweeps: done.sweeps, moved: done.moved }),
             seconds: Seconds { read: read_seconds, setup, update, write, total: read_seconds + update + write },
         };
         let warnings = outcome.warnings.iter().map(ToString::to_string).collect();
-        let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &written));
         Ok(Finished { report, written, warnings, verdict })
     }
 

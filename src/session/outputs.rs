@@ -10,9 +10,9 @@
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::files::{check_distinct, check_writable, write_text};
+use super::files::{check_distinct, check_writable, remove_file, write_text};
 use super::inverted::write_inverted;
-use super::names::{invalid_name, named_after};
+use super::names::{invalid_name, inverted_name, named_after};
 use crate::case::{Case, LoadedCase};
 use crate::formats::Fields;
 use crate::mover::{Outcome, Why};
@@ -84,6 +84,24 @@ impl Outputs {
             losses.extend(told.map(|loss| Loss { text: format!("{}: {loss}", path.display()), is_detail }));
         }
         Ok(losses)
+    }
+
+    /// Removes the files of an earlier result: those under the names of these outputs, and those that
+    /// a result that is not valid had. No file of another design is left for a reader to take.
+    /// Of an OpenFOAM folder the points are removed, without which the folder is no mesh.
+    ///
+    /// # Errors
+    /// [`SessionError::CannotWrite`]: a file cannot be removed.
+    pub fn remove_earlier(&self) -> Result<(), SessionError> {
+        let meshes = self.meshes.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
+        let inverted = self.meshes.first().map(|path| inverted_name(path));
+        for path in meshes.chain(inverted).chain(self.histogram.clone()) {
+            match path.is_dir() {
+                true => ["points", "points.gz"].iter().try_for_each(|name| remove_file(&path.join(name)))?,
+                false => remove_file(&path)?,
+            }
+        }
+        Ok(())
     }
 
     /// Writes the moved mesh by the rule of this module, and returns the files written. If tets are

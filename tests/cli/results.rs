@@ -29,7 +29,23 @@ fn standard_output_holds_only_the_json() {
     let keys: Vec<_> = report.as_object().unwrap().keys().map(String::as_str).collect();
     assert_eq!(
         keys,
-        ["backend", "case", "families", "idmesh", "mesh", "path", "profiles", "seconds", "solver", "stages"]
+        [
+            "backend",
+            "case",
+            "converged",
+            "error",
+            "exit",
+            "families",
+            "hint",
+            "idmesh",
+            "mesh",
+            "path",
+            "profiles",
+            "seconds",
+            "solver",
+            "stages",
+            "valid"
+        ]
     );
     assert_eq!(report["backend"]["kind"], "cpu");
     assert_eq!(report["stages"].as_array().unwrap().len(), 4);
@@ -149,7 +165,53 @@ fn inverted_meshes_get_another_name() {
     assert_eq!(output.status.code(), Some(5), "{}", stderr(&output));
     assert!(stderr(&output).contains("the mesh is in moved.invalid.msh"), "{}", stderr(&output));
     assert!(fixture.path("moved.invalid.msh").is_file());
-    assert_eq!(fixture.read("moved.msh"), "an older result");
+    // What an earlier run left does not stand there as the result of this one.
+    assert!(!fixture.path("moved.msh").exists());
+}
+
+/// A good result, then a bad one, then a good one, then a case that cannot be read: nothing under the
+/// names of a result is of another run, and the report says what the exit code says.
+#[test]
+fn no_result_of_another_run_is_left() {
+    let fixture = Fixture::new();
+    let good = profiles(&[(0, 0.3, 0.1), (1, 1.2, 0.1)]);
+    fixture.case("mesh = \"moved.msh\"", "mesh = \"moved.msh\"\nhistogram = \"beta.svg\"");
+    let run = || fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "report.json"]);
+    let there = || {
+        let names = ["moved.msh", "moved.invalid.msh", "moved.inverted.vtu", "beta.svg", "report.json"];
+        names.into_iter().filter(|name| fixture.path(name).exists()).collect::<Vec<_>>()
+    };
+    let report = || serde_json::from_str::<serde_json::Value>(&fixture.read("report.json")).unwrap();
+    for _ in 0..2 {
+        fixture.write("new.csv", &good);
+        assert_eq!(run().status.code(), Some(0));
+        assert_eq!(there(), ["moved.msh", "beta.svg", "report.json"]);
+        assert_eq!((&report()["valid"], &report()["exit"]), (&true.into(), &0.into()));
+        assert!(report()["error"].is_null() && report()["hint"].is_null() && report()["converged"] == true);
+
+        fixture.write("new.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
+        let bad = run();
+        assert_eq!(bad.status.code(), Some(5));
+        assert_eq!(there(), ["moved.invalid.msh", "moved.inverted.vtu", "beta.svg", "report.json"]);
+        assert_eq!((&report()["valid"], &report()["exit"]), (&false.into(), &5.into()));
+        let error = report()["error"].as_str().unwrap().to_owned();
+        assert!(stderr(&bad).contains(&format!("error: {error}\n")), "{error}");
+        assert!(stderr(&bad).contains(&format!("hint: {}\n", report()["hint"].as_str().unwrap())));
+    }
+    fixture.write("new.csv", "profile,x,y,z\n0,no,number,0\n");
+    assert_eq!(run().status.code(), Some(3));
+    assert_eq!(there(), [] as [&str; 0]);
+}
+
+/// A file that the case reads is not taken for an earlier result.
+#[test]
+fn an_input_is_no_earlier_result() {
+    let fixture = Fixture::new();
+    fixture.write("new.csv", "profile,x,y,z\n0,no,number,0\n");
+    fixture.case("mesh = \"moved.msh\"", "mesh = \"moved.msh\"\nhistogram = \"new.csv\"");
+    fixture.write("moved.msh", "an older result");
+    assert_eq!(fixture.run().status.code(), Some(3));
+    assert!(fixture.path("new.csv").exists());
 }
 
 /// The wing box with its wing prescribed by displacements.
