@@ -68,6 +68,8 @@ mod text;
 #[doc(hidden)]
 pub mod volume;
 
+pub use glam::DVec3;
+
 /// Compiles the code in the book and in the README.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/src/library.md")]

@@ -33,6 +33,27 @@ fn names_that_the_mesh_has_not_are_refused() {
     assert!(error.starts_with("the wing `all` has no families"), "{error}");
 }
 
+/// The ranges are those of the case file.
+#[test]
+fn numbers_that_mean_nothing_are_refused() {
+    let builder = || SMALL.builder(SMALL.profiles("old_2"));
+    for coefficient in [-1.0, 3.0, f64::NAN] {
+        let tip = Role::Wingtip { coefficient, start: Default::default() };
+        let error = refused(builder().role("wingtip", tip));
+        assert!(error.starts_with("`coefficient` of family `wingtip` is"), "{error}");
+    }
+    for flat in [0.0, 0.2, f64::NAN] {
+        let error = refused(builder().role("symmetry", Role::Plane { flat: Some(flat), partner: None }));
+        assert!(error.starts_with("`flat` of family `symmetry` is"), "{error}");
+    }
+    for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = refused(builder().stopping(Stopping { tolerance, ..Stopping::default() }));
+        assert!(error.starts_with("`tolerance` is"), "{error}");
+    }
+    assert!(refused(builder().max_steps(0)).starts_with("`max_steps` is 0"));
+    assert!(refused(builder().stopping(Stopping { max_sweeps: 0, ..Stopping::default() })).starts_with("`max_sweeps`"));
+}
+
 /// A part of a design that the mover cannot do is an error and is not ignored.
 #[test]
 fn a_design_with_a_name_that_the_mover_has_not_is_refused() {
@@ -55,7 +76,9 @@ fn what_did_not_converge_is_not_handed_out() {
     let outcome = mover.update(&Design::of_wing("wing", SMALL.profiles("small_2"))).unwrap();
     assert!(!outcome.converged);
     let refused = outcome.valid().unwrap_err();
-    assert!(refused.why != Why::NotFinite && refused.hint.is_some(), "{refused:?}");
+    assert!(refused.why != Why::NotFinite, "{refused:?}");
+    assert!(refused.message.contains("not converged: "), "{refused:?}");
+    assert!(refused.hint.unwrap().contains("raise max_sweeps"));
     assert_eq!(outcome.even_if_invalid().vertices().len(), mover.mesh().vertices.len());
 }
 
@@ -97,8 +120,10 @@ fn a_bad_mesh_never_gets_the_good_name() {
     let outcome = spoilt(&case, DVec3::splat(3.0));
     assert!(outcome.inverted > 0);
     assert_eq!(outcome.valid().unwrap_err().why, Why::Invalid);
+    std::fs::write(folder.path().join("moved.vtu"), "of another design").unwrap();
     let written = case.write(&outcome).unwrap();
-    assert_eq!(written.len(), 3);
+    assert_eq!(written.len(), 4);
+    assert!(folder.path().join("beta.svg").is_file());
     assert_eq!(names(&folder), ["moved.invalid.msh.gz", "moved.invalid.vtu", "moved.inverted.vtu"]);
 }
 

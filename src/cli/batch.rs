@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         true => None,
         false => {
             let backend = choose_backend(arguments.backend, console)?;
-            Some(Session::new(&case, backend.into(), console.progress())?)
+            Some(Session::new(&case, backend, console.progress())?)
         }
     };
     let mut lines = Lines::open(arguments.json.as_ref(), &kept, console)?;

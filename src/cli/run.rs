@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         remove_file(path)?;
     }
     let backend = choose_backend(arguments.backend, console)?;
-    let mut session = Session::new(&case, backend.into(), console.progress())?;
+    let mut session = Session::new(&case, backend, console.progress())?;
     let Finished { mut report, written, warnings, verdict, .. } =
         session.finish(&case.design, None, read_seconds, &outputs)?;
     for warning in &warnings {
@@ -66,8 +66,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     Ok(verdict?)
 }
 
-/// Removes what an earlier run left of a case that cannot be loaded any more, as far as the case file
-/// names its outputs. The failure to load is told; nothing else is.
+/// Removes what an earlier run left of a case that cannot be loaded any more, as far as the case
+/// file names its outputs. The failure to load is told; nothing else is.
 fn remove_earlier(arguments: &Arguments) {
     let Ok(case) = Case::read(&arguments.case) else { return };
     let outputs = Outputs::of(&case, arguments.out.as_deref());

@@ -97,6 +97,16 @@ pub enum SetupError {
         /// The families of the mesh.
         known: Vec<String>,
     },
+    /// A number of a role or a setting is out of its range.
+    #[error("{what} is {value}, expected {expected}")]
+    OutOfRange {
+        /// The setting, and its family if it is a role's.
+        what: String,
+        /// The number.
+        value: f64,
+        /// The range.
+        expected: &'static str,
+    },
     /// Families without a role.
     #[error("no role is given for {}, expected one for each family of the mesh", quoted(families))]
     NoRole {

@@ -9,7 +9,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use super::{MoveError, Mover, Settings};
 use crate::{
     backend::Backend,
-    families::{Role, SetupError},
+    families::{MOST_FLAT, Role, SetupError},
     mesh::{FamilyId, TetMesh},
     profile::{Plane, Profile},
     relaxation::{Method, Stopping},
@@ -111,6 +111,12 @@ impl MoverBuilder {
 
     /// Sets a function that gets the name of each step of the set-up, and of each stage of every
     /// update, as the step or stage begins.
+    ///
+    /// | when | names |
+    /// |---|---|
+    /// | set-up | `topology`, `families`, `profiles`, `springs` |
+    /// | update | `wing`, `trailing edge`, `wingtip`, `carenage`, `planes`, `volume` |
+    /// | where called for | `step to N %`, `smoothing` (local optimisation) |
     pub fn progress(mut self, progress: impl Fn(&str) + Send + 'static) -> Self {
         self.progress = Box::new(progress);
         self
@@ -120,7 +126,8 @@ impl MoverBuilder {
     ///
     /// # Errors
     /// - [`MoveError::Setup`]: a family has no role, a name is no family of the mesh, a wing has no
-    ///   families, or roles or old profiles do not fit the mesh
+    ///   families, a number of a role or a setting is out of its range, or roles or old profiles do
+    ///   not fit the mesh
     /// - [`MoveError::Mesh`]: the mesh is not valid
     /// - [`MoveError::Memory`]: the mesh is too large for the memory
     /// - [`MoveError::Backend`]: the backend failed
@@ -136,15 +143,52 @@ impl MoverBuilder {
             }
             found.push(WingProfiles { name, families, old, mirror });
         }
+        // A name that is none of the mesh's is told before the family that has no role for it.
+        if let Some(name) = roles.keys().find(|name| mesh.family(name).is_none()) {
+            return Err(unknown(name).into());
+        }
         let without: Vec<String> =
             mesh.families.iter().filter(|family| !roles.contains_key(*family)).cloned().collect();
         if !without.is_empty() {
             return Err(SetupError::NoRole { families: without }.into());
         }
+        roles.iter().try_for_each(|(family, role)| check_role(family, role))?;
+        check_settings(&settings)?;
         let in_order = mesh.families.iter().filter_map(|family| roles.remove(family)).collect();
-        if let Some(name) = roles.keys().next() {
-            return Err(unknown(name).into());
-        }
         Mover::set_up(mesh, in_order, &found, settings, backend.into(), progress)
     }
+}
+
+/// Refuses numbers of a role that mean nothing.
+fn check_role(family: &str, role: &Role) -> Result<(), SetupError> {
+    let (name, value, is_good, expected) = match *role {
+        Role::Wingtip { coefficient, .. } => {
+            let is_good = (0.0..=1.0).contains(&coefficient);
+            ("coefficient", coefficient, is_good, "0 (rigid) to 1 (freely deformable)")
+        }
+        Role::Plane { flat: Some(flat), .. } => {
+            let expected = "a fraction of the family's size, above 0 and up to 0.1";
+            ("flat", flat, flat > 0.0 && flat <= MOST_FLAT, expected)
+        }
+        _ => return Ok(()),
+    };
+    let what = format!("`{name}` of family `{family}`");
+    if is_good { Ok(()) } else { Err(SetupError::OutOfRange { what, value, expected }) }
+}
+
+/// Refuses settings that mean nothing.
+fn check_settings(settings: &Settings) -> Result<(), SetupError> {
+    let Stopping { tolerance, max_sweeps } = settings.stopping;
+    let refused =
+        |name: &str, value, expected| Err(SetupError::OutOfRange { what: format!("`{name}`"), value, expected });
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return refused("tolerance", tolerance, "a number above 0, such as 1e-4");
+    }
+    if max_sweeps == 0 {
+        return refused("max_sweeps", 0.0, "a number of sweeps from 1 on");
+    }
+    if settings.max_steps == 0 {
+        return refused("max_steps", 0.0, "a number of steps from 1 on");
+    }
+    Ok(())
 }

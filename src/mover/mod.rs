@@ -59,8 +59,8 @@ use crate::{
 /// One design: new profiles of wings and displacements of prescribed families.
 #[derive(Clone, Debug, Default)]
 pub struct Design {
-    /// New profiles of each wing, by the wing's name, in the mesh's unit. A new profile replaces
-    /// the old profile with the same number.
+    /// New profiles of each wing, by the wing's name, in the mesh's unit. Every wing of the mover
+    /// needs as many new profiles as it has old ones, with the same numbers.
     pub profiles: BTreeMap<String, Vec<Profile>>,
     /// Displacements of each prescribed family `[n_vertices of the family]`, by the family's name,
     /// in the mesh's unit and in the order of [`Mover::family_vertices`].
@@ -121,7 +121,7 @@ pub enum MoveError {
         "the design has {} for `{name}`, which is none of the mover's{}; it has {}",
         if *prescribed { "a displacement" } else { "profiles" },
         did_you_mean(name, known).unwrap_or_default(),
-        quoted(known)
+        if known.is_empty() { "none".to_owned() } else { quoted(known) }
     )]
     Unknown {
         /// The name.

@@ -3,7 +3,7 @@
 //! [`Outcome::check`] finds the faults. Its message names each fault, the stage in which it began,
 //! its place, and a remedy.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fmt};
 
 use glam::DVec3;
 use thiserror::Error;
@@ -26,7 +26,7 @@ pub enum Why {
 }
 
 /// A result that may not be used.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 #[error("{message}")]
 #[non_exhaustive]
 pub struct Refused {
@@ -36,6 +36,16 @@ pub struct Refused {
     pub message: String,
     /// A remedy to try.
     pub hint: Option<String>,
+}
+
+/// As a program prints an error that it returns from `main`: the faults, and what may help.
+impl fmt::Debug for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match &self.hint {
+            Some(hint) => write!(f, "{self}; hint: {hint}"),
+            None => write!(f, "{self}"),
+        }
+    }
 }
 
 impl Outcome {
@@ -63,10 +73,7 @@ impl Outcome {
             return Err(self.invalid());
         }
         if !self.converged {
-            let stages = self.unconverged.iter();
-            let stages: Vec<_> =
-                stages.map(|(stage, error)| format!("{stage} (about {error:.1e} of an edge left)")).collect();
-            let message = format!("not converged: {}", stages.join(", "));
+            let message = self.not_converged();
             let hint = Some("raise max_sweeps or tolerance in [solver]".to_owned());
             return Err(Refused { why: Why::NotConverged, message, hint });
         }
@@ -146,7 +153,18 @@ impl Outcome {
         if self.path.reached > 0.0 && self.path.reached < 1.0 {
             message += &format!("; valid meshes lead up to {:.0} % of the motion", 100.0 * self.path.reached);
         }
+        if !self.converged {
+            message += &format!("; {}", self.not_converged());
+        }
         Refused { why: Why::Invalid, message, hint: Some(hint(self)) }
+    }
+
+    /// The stages that did not converge, with the error that each left.
+    fn not_converged(&self) -> String {
+        let stages = self.unconverged.iter();
+        let stages: Vec<_> =
+            stages.map(|(stage, error)| format!("{stage} (about {error:.1e} of an edge left)")).collect();
+        format!("not converged: {}", stages.join(", "))
     }
 }
 
@@ -198,6 +216,9 @@ fn hint(outcome: &Outcome) -> String {
                 where they are"
             .to_owned();
     }
+    if !outcome.converged {
+        return "the relaxation did not converge either: raise max_sweeps or tolerance in [solver] first".to_owned();
+    }
     if !outcome.self_intersecting.is_empty() {
         let suspect = match &outcome.nearest_to_refusal {
             Some((wing, closeness)) => format!("; of the profiles of `{wing}` {closeness}"),
@@ -220,9 +241,6 @@ fn hint(outcome: &Outcome) -> String {
         return "a family that holds the wing back, or a change too uneven along the span for these profiles: give more of \
                 them there"
             .to_owned();
-    }
-    if !outcome.converged {
-        return "the relaxation did not converge either: raise max_sweeps or tolerance in [solver] first".to_owned();
     }
     if !outcome.optimises {
         return "target = \"original\" in [quality] repairs tets; a smaller change of the surface keeps more of them valid"

@@ -33,7 +33,7 @@ pub use spectrum::Spectrum;
 pub struct Stopping {
     /// Largest estimated error of a vertex, as a fraction of its shortest edge.
     pub tolerance: f64,
-    /// Sweeps after which a relaxation ends without convergence.
+    /// Sweeps, or cycles of multigrid, after which a relaxation ends without convergence.
     pub max_sweeps: usize,
 }
 

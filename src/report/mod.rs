@@ -44,7 +44,8 @@ pub struct RunReport {
     pub solver: Solver,
     /// The steps of the volume stage.
     pub path: Path,
-    /// Whether the moved mesh is the one that was asked for; see [`crate::mover::Outcome::is_valid`].
+    /// Whether the moved mesh is the one that was asked for; see
+    /// [`crate::mover::Outcome::is_valid`].
     pub valid: bool,
     /// Whether every relaxation reached its tolerance.
     pub converged: bool,

@@ -23,7 +23,7 @@ mod names;
 mod outputs;
 mod varied;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -72,9 +72,10 @@ impl<'a> Session<'a> {
     /// The mesh and the case do not go together, or the backend failed.
     pub fn new(
         case: &'a LoadedCase,
-        backend: Arc<dyn Backend>,
+        backend: impl Into<Arc<dyn Backend>>,
         progress: impl Fn(&str) + Send + 'static,
     ) -> Result<Self, SessionError> {
+        let backend = backend.into();
         let setup = Instant::now();
         let built = case.builder().progress(progress).build(backend.clone());
         let mover = built.map_err(|error| case.about(error))?;
@@ -116,7 +117,7 @@ impl<'a> Session<'a> {
         self.mover.tell("writing");
         let written = outputs.write(self.case, &outcome)?;
         let write = write.elapsed().as_secs_f64();
-        outputs.write_histogram(&self.title(name), &outcome)?;
+        outputs.write_histogram(self.case, name, &outcome)?;
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &written));
         let setup = self.setup_seconds;
         let report = RunReport {
@@ -140,14 +141,6 @@ impl<'a> Session<'a> {
         };
         let warnings = outcome.warnings.iter().map(ToString::to_string).collect();
         Ok(Finished { report, written, warnings, verdict })
-    }
-
-    /// The histogram's title: the names of the mesh's file, the case's file and the design.
-    fn title(&self, design: Option<&str>) -> String {
-        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let design = design.map(|name| format!(", {name}")).unwrap_or_default();
-        let case = &self.case.case;
-        format!("Quality of {}, {}{design}", name(&case.mesh), name(&case.path))
     }
 }
 

@@ -18,7 +18,13 @@ use crate::formats::Fields;
 use crate::mover::{Outcome, Why};
 use crate::report::{Series, histogram_svg};
 
-/// The files of one design's results.
+/// The files of one design's results, and the rule for their names:
+///
+/// | result | names |
+/// |---|---|
+/// | valid | `NAME.EXT` |
+/// | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
+/// | without finite positions | none |
 pub struct Outputs {
     /// The files of the moved mesh, one for each format.
     pub meshes: Vec<PathBuf>,
@@ -86,8 +92,8 @@ impl Outputs {
         Ok(losses)
     }
 
-    /// Removes the files of an earlier result: those under the names of these outputs, and those that
-    /// a result that is not valid had. No file of another design is left for a reader to take.
+    /// Removes the files of an earlier result: those under the names of these outputs, and those
+    /// that a result that is not valid had. No file of another design is left for a reader to take.
     /// Of an OpenFOAM folder the points are removed, without which the folder is no mesh.
     ///
     /// # Errors
@@ -132,17 +138,23 @@ impl Outputs {
     }
 
     /// Writes the distributions of beta in the original and the final mesh, if the outputs have a
-    /// histogram.
-    ///
-    /// - `title`: the text above the histogram
+    /// histogram. The title names the mesh's file, the case's file and the design.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_histogram(&self, title: &str, outcome: &Outcome) -> Result<(), SessionError> {
+    pub fn write_histogram(
+        &self,
+        case: &LoadedCase,
+        design: Option<&str>,
+        outcome: &Outcome,
+    ) -> Result<(), SessionError> {
         let Some(path) = &self.histogram else { return Ok(()) };
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let design = design.map(|name| format!(", {name}")).unwrap_or_default();
+        let title = format!("Quality of {}, {}{design}", name(&case.case.mesh), name(&case.case.path));
         let original = Series { name: "original", beta: &outcome.original_beta };
         let last = Series { name: "final", beta: &outcome.beta };
-        write_text(path, &histogram_svg(title, &[original, last]))
+        write_text(path, &histogram_svg(&title, &[original, last]))
     }
 }
 
@@ -177,6 +189,10 @@ impl LoadedCase {
     pub fn write(&self, outcome: &Outcome) -> Result<Vec<PathBuf>, SessionError> {
         let outputs = Outputs::of(&self.case, None);
         outputs.check(self)?;
-        outputs.write(self, outcome)
+        outputs.remove_earlier()?;
+        let mut written = outputs.write(self, outcome)?;
+        outputs.write_histogram(self, None, outcome)?;
+        written.extend(outputs.histogram);
+        Ok(written)
     }
 }

@@ -92,7 +92,7 @@ pub struct VolumeSettings {
 pub struct Path {
     /// Steps of the path to the result. 1 is a jump from the undeformed mesh.
     pub steps: usize,
-    /// Steps that were tried and given up, including the jump.
+    /// Steps that were tried and given up. The jump counts if steps followed it.
     pub given_up: usize,
     /// Share of the route with valid meshes, in `0..=1`. If it is less than 1, no further step
     /// succeeded, and the mesh is the jump's.

@@ -169,8 +169,8 @@ fn inverted_meshes_get_another_name() {
     assert!(!fixture.path("moved.msh").exists());
 }
 
-/// A good result, then a bad one, then a good one, then a case that cannot be read: nothing under the
-/// names of a result is of another run, and the report says what the exit code says.
+/// A good result, then a bad one, then a good one, then a case that cannot be read: nothing under
+/// the names of a result is of another run, and the report says what the exit code says.
 #[test]
 fn no_result_of_another_run_is_left() {
     let fixture = Fixture::new();
