@@ -97,7 +97,7 @@ fn a_tet_turned_over_in_the_end_is_refused() {
 
 /// A ten thousandth of a chord, which inverts nothing. A hundred millionth is rounding.
 ///
-/// Fails if `STRAYED` is 0.1 or 1e-12.
+/// Fails if `OFF_SURFACE` is 0.1 or 1e-12.
 #[test]
 fn a_vertex_that_leaves_its_surface_is_refused() {
     let mut mover = SMALL.mover(2);

@@ -302,6 +302,52 @@ fn nothing_below_the_command_line_prints() {
     }
 }
 
+/// The forms of an import that the reader does not see are not used.
+fn unseen_forms(name: &str, code: &str) -> Vec<&'static str> {
+    let mut found = Vec::new();
+    for form in ["crate as ", "self as ", "extern crate", "crate::*", "super::*", "r#", "crate:: ", "super:: "] {
+        if code.contains(form) {
+            found.push(form);
+        }
+    }
+    // A module within the file is one deeper, and needs one more to leave the room.
+    let deepest = "super::".repeat(module_of(name).len() + 1);
+    if code.contains(&deepest) {
+        found.push("more `super` than the file is deep");
+    }
+    if name == "lib.rs" && code.lines().any(|line| line.starts_with("pub use ") && line != "pub use glam::DVec3;") {
+        found.push("a name of a module handed on by the crate");
+    }
+    found
+}
+
+#[test]
+fn no_import_is_hidden_from_the_reader() {
+    for (name, _, code) in sources().into_iter().filter(|(name, ..)| !name.ends_with("/tests.rs")) {
+        assert_eq!(unseen_forms(&name, &code), [""; 0], "src/{name}");
+    }
+    let seen = |name, code| unseen_forms(name, code).len();
+    assert_eq!(seen("quality/mod.rs", "use crate as root; use root::report::RunReport;"), 1);
+    assert_eq!(seen("quality/mod.rs", "use super::*;"), 1);
+    assert_eq!(seen("constraint.rs", "mod x { pub use super::super::report::RunReport; }"), 1);
+    assert_eq!(seen("lib.rs", "pub use report::StageTable;"), 1);
+    assert_eq!(seen("quality/faults.rs", "use super::betas; use crate::mesh::TetMesh;"), 0);
+}
+
+/// The reader stops at the unit tests, so nothing stands behind them.
+#[test]
+fn unit_tests_stand_last() {
+    let mut files = Vec::new();
+    rust_files(&root(), &mut files);
+    for path in files {
+        let text = fs::read_to_string(&path).unwrap();
+        let Some((_, tests)) = text.split_once("\n#[cfg(test)]\n") else { continue };
+        let declared = tests.starts_with("mod tests;") && tests.lines().count() == 1;
+        let held = tests.starts_with("mod tests {") && tests.matches("\n}").count() == 1 && tests.ends_with("\n}\n");
+        assert!(declared || held, "{}: something stands behind the unit tests", path.display());
+    }
+}
+
 /// The reader of imports does not look for a way up within a group, so there is none.
 #[test]
 fn no_group_goes_up() {

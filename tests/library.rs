@@ -8,6 +8,7 @@ use glam::DVec3;
 use idmesh::case::{Case, LoadedCase};
 use idmesh::families::Role;
 use idmesh::mover::{Design, Mover, MoverBuilder, Outcome, Stopping, Why};
+use idmesh::session::{Outputs, Session};
 use tempfile::TempDir;
 
 fn refused(builder: MoverBuilder) -> String {
@@ -144,4 +145,31 @@ fn errors_point_into_files() {
     std::fs::write(folder.path().join("new.csv"), "profile,x,y,z\n1,0,zero,0\n").unwrap();
     let error = Case::load(folder.path().join("case.toml")).err().unwrap().to_string();
     assert!(error.contains("new.csv:2:"), "{error}");
+}
+
+/// An outcome whose fields were changed is judged as before.
+#[test]
+fn a_bad_result_cannot_be_made_good() {
+    let (_folder, case) = example();
+    let mut outcome = spoilt(&case, DVec3::splat(3.0));
+    outcome.inverted = 0;
+    outcome.self_intersecting.clear();
+    outcome.off_surface.clear();
+    outcome.missed.clear();
+    outcome.converged = true;
+    assert!(!outcome.is_valid() && outcome.valid().is_err());
+}
+
+/// A front end that forgets to check its outputs loses no input.
+#[test]
+fn no_input_is_overwritten() {
+    let (folder, case) = example();
+    let mut session = Session::new(&case, cpu(), |_| {}).unwrap();
+    let mut outputs = Outputs::of(&case.case, None);
+    outputs.meshes = vec![folder.path().join("wing-body.msh.gz")];
+    let error = session.finish(&case.design, None, 0.0, &outputs).err().unwrap().to_string();
+    assert!(error.contains("would overwrite the input"), "{error}");
+    let (outcome, _) = session.update(&case.design).unwrap();
+    assert!(outputs.write(&case, &outcome).is_err());
+    assert!(idmesh::formats::read(&outputs.meshes[0]).is_ok());
 }

@@ -13,7 +13,6 @@ use idmesh::{
     mesh::{FamilyId, TetMesh},
     mover::{Design, Mover, MoverBuilder, Settings},
     profile::{Profile, cut, stations},
-    relaxation,
     springs::Springs,
 };
 
@@ -37,8 +36,7 @@ pub struct Sections {
     mesh: TetMesh,
     wing: FamilyId,
     roles: Vec<Role>,
-    springs: &'static Springs,
-    stopping: relaxation::Stopping,
+    settings: Settings,
     old: Vec<Profile>,
     /// The innermost section's.
     chord: f64,
@@ -47,7 +45,7 @@ pub struct Sections {
 }
 
 impl Sections {
-    /// The wing of a case. Only the roles, the springs and the tolerance of the case count.
+    /// The wing of a case. Of the case count the roles and the settings, without its profiles.
     ///
     /// # Errors
     /// A file cannot be read, the case has not one wing, or that cannot be cut.
@@ -69,8 +67,7 @@ impl Sections {
         let [low, high] = bounds(old[0].points.iter().copied()).unwrap_or(NOWHERE);
         let along = || triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize].y);
         let (root, tip) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
-        let Settings { springs, stopping, .. } = case.settings;
-        Ok(Self { wing, roles, springs, stopping, old, chord: high.x - low.x, root, tip, mesh })
+        Ok(Self { wing, roles, settings: case.settings, old, chord: high.x - low.x, root, tip, mesh })
     }
 
     fn moved(&self, section: &Profile, kind: usize, amount: f64) -> Profile {
@@ -100,7 +97,7 @@ impl Body for Sections {
     }
 
     fn springs(&self) -> &'static Springs {
-        self.springs
+        self.settings.springs
     }
 
     fn kinds(&self) -> &'static [Kind] {
@@ -108,7 +105,7 @@ impl Body for Sections {
     }
 
     fn builder(&self) -> MoverBuilder {
-        let builder = Mover::builder(self.mesh.clone()).springs(self.springs).stopping(self.stopping);
+        let builder = Mover::builder(self.mesh.clone()).settings(self.settings);
         let families = self.mesh.families.iter().zip(&self.roles);
         let builder = families.fold(builder, |builder, (family, role)| builder.role(family, role.clone()));
         builder.wing("wing", &[&self.mesh.families[self.wing.index()]], self.old.clone(), None)

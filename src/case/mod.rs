@@ -27,6 +27,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+pub use displacement::DisplacementError;
 pub use load::{LoadError, LoadedCase, read_profiles};
 pub(crate) use load::{prescribed, profiles_of};
 

@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let _folder = check(&outputs, &case, arguments)?;
     console.losses(outputs.losses(&case)?);
     // From here on nothing of an earlier run may be taken for a result of this one.
-    outputs.remove_earlier()?;
+    outputs.remove_earlier(&case.inputs)?;
     if let Some(JsonTarget::File(path)) = &arguments.json {
         remove_file(path)?;
     }
@@ -76,7 +76,7 @@ fn remove_earlier(arguments: &Arguments) {
         _ => None,
     };
     if check_distinct(&case.inputs(), &outputs.paths().chain(json).collect::<Vec<&Path>>()).is_ok() {
-        let _ = outputs.remove_earlier();
+        let _ = outputs.remove_earlier(&case.inputs());
         let _ = json.map(remove_file);
     }
 }

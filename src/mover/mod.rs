@@ -27,6 +27,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use glam::DVec3;
 use thiserror::Error;
 
+pub use crate::{memory::MemoryError, stage::StageError};
 pub use crate::{
     relaxation::{Method, Stopping},
     smoothing::{QualityTarget, Smoothed},
@@ -37,6 +38,7 @@ pub use builder::MoverBuilder;
 use builder::Progress;
 use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
+use outcome::Found;
 pub use outcome::{FamilyReport, HeldBackSummary, Moved, Outcome, ProfileReport, Solver, StageName, StageQuality};
 pub use refused::{Refused, Why};
 pub use settings::Settings;
@@ -45,12 +47,12 @@ pub use warnings::Warning;
 use crate::{
     backend::{Backend, BackendError},
     families::{Families, PlacedBy, Role, SetupError},
-    memory::{MemoryError, check_memory},
+    memory::check_memory,
     mesh::Displacement,
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
     profile::{Profile, ProfileError},
     quality::{self, Statistics, faults::EdgeAngles},
-    stage::{SetUp, StageError},
+    stage::SetUp,
     stages::{STAGES, Stages, WingProfiles},
     text::nearest::{did_you_mean, quoted},
     volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
@@ -342,6 +344,7 @@ impl Mover {
     ///
     /// # Errors
     /// As [`Mover::update`].
+    #[doc(hidden)]
     pub fn update_amended(
         &mut self,
         design: &Design,
@@ -442,7 +445,9 @@ impl Mover {
             },
             mesh: self.mesh.clone(),
             optimises: self.optimises,
-        })
+            found: Found::default(),
+        }
+        .judged())
     }
 
     /// Refuses a design with names that the mover does not have. Otherwise a part of the design

@@ -49,6 +49,9 @@ pub struct Outcome {
     pub(super) mesh: Arc<TetMesh>,
     /// Whether the settings allow local optimisation.
     pub(super) optimises: bool,
+    /// Whether the result is good, as the update found. The public fields can be changed, this
+    /// field cannot.
+    pub(super) found: Found,
     /// Quality at the four stages of the paper's Table 1.
     pub stages: Vec<StageQuality>,
     /// Beta of each tet of the original mesh `[n_tets]`.
@@ -101,7 +104,26 @@ pub struct Outcome {
     pub warnings: Vec<Warning>,
 }
 
+/// Whether a result is good, as the update found.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Found {
+    pub(super) is_valid: bool,
+    pub(super) converged: bool,
+}
+
 impl Outcome {
+    /// The outcome with what its fields say of it.
+    pub(super) fn judged(mut self) -> Self {
+        let is_valid = self.inverted == 0
+            && self.self_intersecting.is_empty()
+            && self.off_surface.is_empty()
+            && self.missed.is_empty()
+            && self.parted.is_empty()
+            && self.held_back.iter().all(|held| held.beyond.is_none());
+        self.found = Found { is_valid, converged: self.converged };
+        self
+    }
+
     /// The moved mesh, valid or not. An invalid mesh serves to look at or to measure, not to
     /// compute a flow.
     pub fn even_if_invalid(&self) -> &Moved {
@@ -120,12 +142,7 @@ impl Outcome {
     /// A valid mesh may come from relaxations that did not converge; see [`Outcome::converged`].
     /// [`Outcome::check`] tests both.
     pub fn is_valid(&self) -> bool {
-        self.inverted == 0
-            && self.self_intersecting.is_empty()
-            && self.off_surface.is_empty()
-            && self.missed.is_empty()
-            && self.parted.is_empty()
-            && self.held_back.iter().all(|held| held.beyond.is_none())
+        self.found.is_valid
     }
 
     /// The undeformed mesh in the order in which it was given, with its tets turned by

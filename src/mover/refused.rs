@@ -72,7 +72,7 @@ impl Outcome {
         if !self.is_valid() {
             return Err(self.invalid());
         }
-        if !self.converged {
+        if !self.found.converged {
             let message = self.not_converged();
             let hint = Some("raise max_sweeps or tolerance in [solver]".to_owned());
             return Err(Refused { why: Why::NotConverged, message, hint });

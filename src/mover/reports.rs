@@ -16,7 +16,7 @@ use crate::{
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size. A plane family
 /// may deviate from a plane by the same fraction in the undeformed mesh.
-const STRAYED: f64 = 1e-6;
+const OFF_SURFACE: f64 = 1e-6;
 
 /// Partners in periodic planes have parted beyond this fraction of the mesh's size.
 const PARTED: f64 = 1e-12;
@@ -36,7 +36,7 @@ impl Mover {
         let size = |name: &str| self.size_of(self.mesh.family(name).expect("reports are by the mesh's families"));
         let off_surface = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
-            (distance.is_nan() || distance > STRAYED * size(name)).then(|| (name.clone(), distance))
+            (distance.is_nan() || distance > OFF_SURFACE * size(name)).then(|| (name.clone(), distance))
         });
         off_surface.collect()
     }

@@ -59,6 +59,7 @@ pub use accuracy::Missed;
 pub use checks::{Closeness, compare_sizes};
 pub use displacement::ProfileDisplacement;
 pub use error::ProfileError;
+pub use files::Placement;
 pub use interpolation::ProfileInterpolation;
 pub use plane::Plane;
 pub use wing_surface::WingSurface;

@@ -111,7 +111,7 @@ impl<'a> Session<'a> {
         read_seconds: f64,
         outputs: &Outputs,
     ) -> Result<Finished, SessionError> {
-        outputs.remove_earlier()?;
+        outputs.remove_earlier(&self.case.inputs)?;
         let (outcome, update) = self.update(design)?;
         let write = Instant::now();
         self.mover.tell("writing");

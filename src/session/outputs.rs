@@ -96,9 +96,14 @@ impl Outputs {
     /// that a result that is not valid had. No file of another design is left for a reader to take.
     /// Of an OpenFOAM folder the points are removed, without which the folder is no mesh.
     ///
+    /// - `inputs`: files that are read; nothing is removed if one of them has the name of an output
+    ///
     /// # Errors
-    /// [`SessionError::CannotWrite`]: a file cannot be removed.
-    pub fn remove_earlier(&self) -> Result<(), SessionError> {
+    /// - [`SessionError::Overwrites`], [`SessionError::TwoOutputs`]: an output has the name of an
+    ///   input or of another output
+    /// - [`SessionError::CannotWrite`]: a file cannot be removed
+    pub fn remove_earlier(&self, inputs: &[PathBuf]) -> Result<(), SessionError> {
+        check_distinct(inputs, &self.paths().collect::<Vec<_>>())?;
         let meshes = self.meshes.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
         let inverted = self.meshes.first().map(|path| inverted_name(path));
         for path in meshes.chain(inverted).chain(self.histogram.clone()) {
@@ -114,13 +119,15 @@ impl Outputs {
     /// inverted or the surface self-intersects, the faulty tets are written too.
     ///
     /// # Errors
-    /// A vertex has no finite position, or a file cannot be written.
+    /// A vertex has no finite position, an output would overwrite an input, or a file cannot be
+    /// written.
     pub fn write(&self, case: &LoadedCase, outcome: &Outcome) -> Result<Vec<PathBuf>, SessionError> {
         if let Err(refused) = outcome.check()
             && refused.why == Why::NotFinite
         {
             return Err(SessionError::Refused(refused));
         }
+        check_distinct(&case.inputs, &self.paths().collect::<Vec<_>>())?;
         let moved = outcome.even_if_invalid();
         let fields = Fields { displacement: Some(moved.displacement()), beta: Some(&outcome.beta) };
         let mut written = Vec::new();
@@ -189,7 +196,7 @@ impl LoadedCase {
     pub fn write(&self, outcome: &Outcome) -> Result<Vec<PathBuf>, SessionError> {
         let outputs = Outputs::of(&self.case, None);
         outputs.check(self)?;
-        outputs.remove_earlier()?;
+        outputs.remove_earlier(&self.inputs)?;
         let mut written = outputs.write(self, outcome)?;
         outputs.write_histogram(self, None, outcome)?;
         written.extend(outputs.histogram);

@@ -34,7 +34,10 @@ pub fn cut(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<
 }
 
 /// The section defined by a wing's vertices beside a plane, in the order of [`cut`]. Each vertex is
-/// carried into the plane along the wing's span-wise direction.
+/// carried into the plane along the wing's span-wise direction. Points are in the mesh's unit.
+///
+/// - `vertices` `[n_vertices]`: of the mesh
+/// - `triangles` `[n_triangles]`: of the wing
 ///
 /// # Errors
 /// As for [`cut`].
@@ -44,6 +47,10 @@ pub fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Res
 }
 
 /// [`section`] at each of several planes. Each plane comes with the number of its profile.
+///
+/// - `vertices` `[n_vertices]`: of the mesh, in its unit
+/// - `triangles` `[n_triangles]`: of the wing
+/// - `planes` `[n_profiles]`
 ///
 /// # Errors
 /// As for [`cut`], for the first plane that fails.
