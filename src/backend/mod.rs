@@ -1,7 +1,7 @@
 //! Backends: the devices that compute the spring networks. The CPU computes in f64, the reference,
 //! or in f32; a GPU in f32.
 //!
-//! A backend evaluates stiffness, sweeps a network and measures it. It knows no wings and no
+//! A backend evaluates stiffness, sweeps a network and measures it. A backend knows no wings and no
 //! tolerances; [`crate::relaxation`] decides on the number of sweeps.
 
 #[doc(hidden)]

@@ -12,7 +12,8 @@ use super::lines::Lines;
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::case::LoadedCase;
 use crate::session::{
-    DesignFiles, Finished, Folder, Kept, Outputs, Session, Shard, Varied, check_distinct, find_designs,
+    DesignFiles, EarlierReports, Finished, Folder, Outputs, ReplacedInputs, Session, Shard, check_distinct,
+    find_designs,
 };
 
 /// Arguments of `idmesh batch`.
@@ -57,8 +58,8 @@ struct Failed<'a> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let case = load(&arguments.case, console)?;
-    let varied = Varied::of(&case)?;
-    let all = find_designs(&arguments.designs, varied.extensions(), varied.tables())?;
+    let replaced = ReplacedInputs::of(&case)?;
+    let all = find_designs(&arguments.designs, replaced.extensions(), replaced.tables())?;
     let pattern = Outputs::of(&case.case, arguments.out.as_deref());
     let _folder = check(&pattern, &all, &case, arguments, console)?;
     let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
@@ -81,12 +82,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if let Some(mut session) = session {
         console.count(left.len());
         for design in left {
-            failed += usize::from(!finish(design, &varied, &case, &mut session, &pattern, &mut lines, console)?);
+            failed += usize::from(!finish(design, &replaced, &case, &mut session, &pattern, &mut lines, console)?);
             console.advance();
         }
     }
     if failed > 0 {
-        return Err(Failure::new(Exit::Unfit, format!("{failed} of {} designs failed", designs.len())));
+        return Err(Failure::new(Exit::Failed, format!("{failed} of {} designs failed", designs.len())));
     }
     Ok(())
 }
@@ -99,7 +100,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
 /// failed.
 fn finish(
     design: &DesignFiles,
-    varied: &Varied,
+    replaced: &ReplacedInputs,
     case: &LoadedCase,
     session: &mut Session,
     pattern: &Outputs,
@@ -109,7 +110,7 @@ fn finish(
     let name = design.name.as_str();
     let start = Instant::now();
     let finished = pattern.named(name).and_then(|outputs| {
-        let design = varied.read(case, design)?;
+        let design = replaced.read(case, design)?;
         session.finish(&design, Some(name), start.elapsed().as_secs_f64(), &outputs)
     });
     let (report, failure) = match finished {
@@ -180,10 +181,10 @@ fn check(
 
 /// The lines of an earlier run that stay: lines of designs whose outputs exist, and lines of
 /// designs outside this run.
-fn kept(designs: &[DesignFiles], pattern: &Outputs, arguments: &Arguments) -> Result<Kept, Failure> {
+fn kept(designs: &[DesignFiles], pattern: &Outputs, arguments: &Arguments) -> Result<EarlierReports, Failure> {
     match &arguments.json {
-        _ if !arguments.resume => Ok(Kept::default()),
-        Some(JsonTarget::File(path)) => Ok(Kept::read(path, |name| {
+        _ if !arguments.resume => Ok(EarlierReports::default()),
+        Some(JsonTarget::File(path)) => Ok(EarlierReports::read(path, |name| {
             let there = |outputs: Outputs| outputs.paths().all(Path::exists);
             designs.iter().any(|design| design.name == name) && !pattern.named(name).is_ok_and(there)
         })?),

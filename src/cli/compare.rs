@@ -130,7 +130,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         return Ok(());
     }
     Err(Failure::new(
-        Exit::Unfit,
+        Exit::Failed,
         format!(
             "out of tolerance: the relative difference is {:e}, expected at most {:e}",
             comparison.relative_difference, comparison.tolerance
@@ -152,7 +152,7 @@ fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Compa
             b.display(),
             read[1].len()
         );
-        return Err(Failure::new(Exit::Unfit, message));
+        return Err(Failure::new(Exit::Failed, message));
     }
     let first = read[0].first().copied().unwrap_or_default();
     let (low, high) = read[0].iter().fold((first, first), |(low, high), &at| (low.min(at), high.max(at)));

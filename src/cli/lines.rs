@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::JsonTarget;
 use super::console::Console;
 use super::failure::Failure;
-use crate::session::{Kept, ReportFile, SessionError};
+use crate::session::{EarlierReports, ReportFile, SessionError};
 
 /// The target of the lines.
 pub(super) enum Lines<'a> {
@@ -22,7 +22,11 @@ impl<'a> Lines<'a> {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn open(target: Option<&JsonTarget>, kept: &Kept, console: &'a Console) -> Result<Self, Failure> {
+    pub(super) fn open(
+        target: Option<&JsonTarget>,
+        kept: &EarlierReports,
+        console: &'a Console,
+    ) -> Result<Self, Failure> {
         match target {
             None => Ok(Self::Nowhere),
             Some(JsonTarget::StandardOutput) => Ok(Self::StandardOutput(console)),

@@ -1,7 +1,8 @@
 //! SU2's native mesh files, `.su2`.
 //!
-//! A family is a marker. Comments, FFD boxes and other contents are skipped. They survive because
-//! the file is written back with only its coordinates replaced, see [`super::document`].
+//! A family is a marker. Comments, FFD boxes and other contents are skipped. The skipped contents
+//! survive because the file is written back with only its coordinates replaced, see
+//! [`super::document`].
 //!
 //! Source: the SU2 documentation, "Mesh File".
 

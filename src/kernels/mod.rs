@@ -1,9 +1,9 @@
 //! The kernels: WGSL in `kernels/`, and here the CPU twin of each kernel, in a file of the same
 //! name.
 //!
-//! A twin is one generic function. It computes what one or many invocations of its kernel compute,
-//! with the same formula and the same order of operations. `run::<f32>` computes in the kernel's
-//! precision, `run::<f64>` is the reference. The CPU backend runs these same functions.
+//! A twin is one generic function. The function computes what one or many invocations of its kernel
+//! compute, with the same formula and the same order of operations. `run::<f32>` computes in the
+//! kernel's precision, `run::<f64>` is the reference. The CPU backend runs these same functions.
 //!
 //! Only `+ - * / sqrt` are used. Every machine rounds them correctly, so a kernel and its twin
 //! agree to the bit wherever the compiler does not contract `a * b + c`.

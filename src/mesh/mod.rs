@@ -1,7 +1,7 @@
 //! The tet mesh with its named surface families, and the topology derived from it.
 //!
-//! Coordinates are f64. They stand in the order of the file, or in an [`Order`] made for speed. The
-//! other modules refer to vertices, tets and triangles by their indices here.
+//! Coordinates are f64. Vertices stand in the order of the file, or in an [`Order`] made for speed.
+//! The other modules refer to vertices, tets and triangles by their indices here.
 
 #[doc(hidden)]
 pub mod csr;

@@ -1,9 +1,9 @@
 //! Linear least squares that reduces its own rank where the data do not determine a direction.
 //!
-//! Singular values come from one-sided Jacobi rotations of the columns. They are accurate also for
-//! small values. `nalgebra::svd` gives wrong results for nearly dependent columns, which are the
-//! rule here (profiles of one plane, thin profiles). Directions below [`RANK`] get no coefficient,
-//! so the solution has the least norm.
+//! Singular values come from one-sided Jacobi rotations of the columns. These singular values are
+//! accurate also for small values. `nalgebra::svd` gives wrong results for nearly dependent
+//! columns, which are the rule here (profiles of one plane, thin profiles). Directions below
+//! [`RANK`] get no coefficient, so the solution has the least norm.
 
 use glam::DVec3;
 

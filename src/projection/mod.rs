@@ -2,8 +2,8 @@
 //! under the wings, and on moved surfaces.
 //!
 //! All computations are in f64 on the CPU. The paper (section 3.4) projects every moved carenage
-//! vertex back on the original surface. It does not treat the hole under the wing; [`continuation`]
-//! closes it.
+//! vertex back on the original surface. The paper does not treat the hole under the wing;
+//! [`continuation`] closes it.
 
 pub mod continuation;
 pub mod crossing;

@@ -1,12 +1,12 @@
 //! Relaxation of a spring network to equilibrium: the one solver of every stage.
 //!
 //! The equilibrium of vertex `i` is `sum_j k_ij (u_j - u_i) - anchor_i u_i = 0` (the segment
-//! springs of Batina, the paper's first reference). It is a linear system with a symmetric
-//! M-matrix, in which x, y and z decouple.
+//! springs of Batina, the paper's first reference). The equilibrium is a linear system with a
+//! symmetric M-matrix, in which x, y and z decouple.
 //!
-//! A [`Relaxer`] is made once per network. It computes the residual in f64, lets a
-//! [`crate::backend::DeviceNetwork`] sweep a correction, and adds the correction. It repeats these
-//! steps while the precision of the backend is coarser than the tolerance.
+//! A [`Relaxer`] is made once per network. The relaxer computes the residual in f64, lets a
+//! [`crate::backend::DeviceNetwork`] sweep a correction, and adds the correction. The relaxer
+//! repeats these steps while the precision of the backend is coarser than the tolerance.
 //!
 //! Differences from the paper: Chebyshev-accelerated sweeps and multigrid cycles beside plain
 //! Jacobi sweeps, and a stopping rule instead of a fixed number of sweeps.

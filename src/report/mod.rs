@@ -1,7 +1,7 @@
 //! The report of a run: JSON, the table of the four stages, and the distribution of beta.
 //!
-//! The structs are plain data. They serialise to the JSON report, which other programs read, so
-//! field names are part of idmesh's interface. Numbers that are not finite become `null`.
+//! The structs are plain data. The structs serialise to the JSON report, which other programs read,
+//! so field names are part of idmesh's interface. Numbers that are not finite become `null`.
 
 mod histogram;
 #[doc(hidden)]

@@ -162,7 +162,7 @@ pub enum SessionError {
 #[repr(u8)]
 pub enum Exit {
     /// `compare`: out of tolerance. `batch`: a design failed.
-    Unfit = 1,
+    Failed = 1,
     /// A file or the case is wrong, or an output cannot be written.
     BadInput = 3,
     /// A relaxation did not converge.

@@ -1,7 +1,7 @@
 //! The reports of a batch as JSON Lines.
 //!
-//! [`ReportFile`] appends one line for each design. [`Kept`] reads the lines that an earlier run
-//! left, so that a stopped batch can go on.
+//! [`ReportFile`] appends one line for each design. [`EarlierReports`] reads the lines that an
+//! earlier run left, so that a stopped batch can go on.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -23,7 +23,7 @@ impl ReportFile {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn open(path: &Path, kept: &Kept) -> Result<Self, SessionError> {
+    pub fn open(path: &Path, kept: &EarlierReports) -> Result<Self, SessionError> {
         write_text(path, &kept.text)?;
         let file = OpenOptions::new().append(true).open(path).map_err(|error| cannot_write(path, error))?;
         Ok(Self { path: path.to_path_buf(), file })
@@ -43,14 +43,14 @@ impl ReportFile {
 
 /// The lines that an earlier run left in a file of reports.
 #[derive(Debug, Default)]
-pub struct Kept {
+pub struct EarlierReports {
     /// Whole lines.
     text: String,
     /// Designs with a line, and whether the line holds a failure.
     pub failed: BTreeMap<String, bool>,
 }
 
-impl Kept {
+impl EarlierReports {
     /// Reads the lines of a file, if the file exists. Lines of designs to be done again are left
     /// out, and so is an incomplete last line of a run that was stopped.
     ///

@@ -10,7 +10,7 @@
 //! | `outputs`, `names` | the files of results and the rule for their names |
 //! | `inverted` | the file with the faulty tets of an invalid mesh |
 //! | `files` | checks and writes other files and folders |
-//! | `designs`, `varied` | the files of a batch's designs, and the part of the case that they replace |
+//! | `designs`, `replaced_inputs` | the files of a batch's designs, and the part of the case that they replace |
 //! | `lines` | reports as JSON Lines, and those that an earlier run left |
 //! | `error` | [`SessionError`] |
 
@@ -21,7 +21,7 @@ mod inverted;
 mod lines;
 mod names;
 mod outputs;
-mod varied;
+mod replaced_inputs;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,9 +30,9 @@ use std::time::Instant;
 pub use designs::{DesignFiles, Shard, find_designs};
 pub use error::{Exit, SessionError};
 pub use files::{Folder, check_distinct, check_writable, remove_file, write_text};
-pub use lines::{Kept, ReportFile};
+pub use lines::{EarlierReports, ReportFile};
 pub use outputs::{Loss, Outputs};
-pub use varied::Varied;
+pub use replaced_inputs::ReplacedInputs;
 
 use crate::backend::Backend;
 use crate::case::LoadedCase;

@@ -6,9 +6,9 @@
 //!
 //! **Two methods.** The first lowers the objective `E = sum over a vertex's tets of (q w^size)^m`
 //! ([`crate::kernels::smooth_vertices`]), a sum of powers of mean ratios. `E` also falls where tets
-//! are inverted. Its minimum balances good and bad tets, and a mean ratio is not beta. So when the
-//! worst tet stops improving below the goal, the second method raises the worst betas directly
-//! ([`crate::kernels::raise_worst_beta`]), for a fraction of the cost.
+//! are inverted. The minimum of `E` balances good and bad tets, and a mean ratio is not
+//! beta. So when the worst tet stops improving below the goal, the second method raises the worst
+//! betas directly ([`crate::kernels::raise_worst_beta`]), for a fraction of the cost.
 //!
 //! **Rounds.** A run consists of rounds of a few sweeps. In a sweep the vertices of one colour move
 //! at once, so the result does not depend on the number of threads. Vertices move only near tets

@@ -1,5 +1,5 @@
-//! Quality of a mesh during local optimisation. It decides which vertices move, and which of two
-//! meshes is kept.
+//! Quality of a mesh during local optimisation. The quality decides which vertices move, and which
+//! of two meshes is kept.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,8 +1,8 @@
 //! Batina's longitudinal springs (AIAA J. 28(8), 1990): the shorter an edge, the stiffer its
 //! spring.
 //!
-//! The springs do not resist changes of angles, so layers of thin tets fold. They resist a rotation
-//! as if it were a strain.
+//! The springs do not resist changes of angles, so layers of thin tets fold. Longitudinal springs
+//! resist a rotation as if it were a strain.
 
 use super::{Length, Springs, Stiffness, Torsion};
 

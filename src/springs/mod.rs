@@ -45,9 +45,9 @@
 //! | **rotation-aware-wall** | 0.907, 1.001 | 0.838, 0.993 | 108, 108 | 0, 0.990 to 1.008 | 0, 0.986 to 1.011 | 185, 185 |
 //!
 //! `rotation-aware-wall` carries the largest rotations and bends, and keeps thin layers as well as
-//! any other kind. Its costs are a mean beta that is 1 % lower from 60 degrees on, because more of
-//! the large tets deform; a smaller range in pure heave; and a tenth of a second more of set-up on
-//! these meshes.
+//! any other kind. The costs of this kind are a mean beta that is 1 % lower from 60 degrees on,
+//! because more of the large tets deform; a smaller range in pure heave; and a tenth of a second
+//! more of set-up on these meshes.
 
 pub mod longitudinal;
 pub mod murayama;

@@ -165,7 +165,7 @@ impl Elements {
     /// reversed, the face is turned over, as Gmsh does when it saves version 2.2. Faces between
     /// partitions are removed. Faces without a group are removed and returned.
     fn groups_of_faces_41(&mut self, path: &Path, groups: &Groups) -> Result<Ungrouped, ReadError> {
-        let mut known: HashMap<i32, Owner> = HashMap::new();
+        let mut known: HashMap<i32, GroupOfSurface> = HashMap::new();
         for surface in self.mesh_builder.used_tags() {
             let group = groups.of_surface(surface).map_err(|(first, second)| ReadError::TwoFamilies {
                 path: path.into(),
@@ -231,13 +231,13 @@ fn group_tag(group: u32) -> i32 {
 
 /// The group of a surface, whether the group sees the surface reversed, and whether the surface
 /// lies between partitions.
-type Owner = (Option<(u32, bool)>, bool);
+type GroupOfSurface = (Option<(u32, bool)>, bool);
 
 /// Replaces the surface of each face by its group. `known` holds every surface.
 fn resolve<const N: usize>(
     faces: &mut Vec<[u32; N]>,
     surfaces: &mut Vec<i32>,
-    known: &HashMap<i32, Owner>,
+    known: &HashMap<i32, GroupOfSurface>,
     ungrouped: &mut Ungrouped,
 ) {
     let mut kept = Vec::with_capacity(faces.len());

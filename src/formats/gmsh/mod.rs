@@ -2,8 +2,9 @@
 //!
 //! A family is a 2-D physical group. A face without a group is left out if it lies inside the
 //! volume, and is an error on the boundary. Vertices, tets and triangles keep the order of the
-//! file. Points, lines, and all sections that do not define the mesh are ignored. They survive
-//! because the file is written back with only its coordinates replaced, see [`super::document`].
+//! file. Points, lines, and all sections that do not define the mesh are ignored. Ignored parts
+//! survive because the file is written back with only its coordinates replaced, see
+//! [`super::document`].
 //!
 //! Numbers about the geometry of vertices do not change: the parameters of parametric nodes and the
 //! bounding boxes of entities still describe the mesh before it moved.

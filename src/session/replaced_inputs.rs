@@ -1,4 +1,4 @@
-//! [`Varied`]: the part of a case that the designs of a batch replace.
+//! [`ReplacedInputs`]: the part of a case that the designs of a batch replace.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ const PLANES: f64 = 1e-6;
 
 /// The part of a case that a design replaces.
 #[derive(Clone, Debug)]
-pub enum Varied {
+pub enum ReplacedInputs {
     /// The new profiles of the wings with these names.
     Profiles(Vec<String>),
     /// The displacements of the prescribed family with this name.
     Displacement(String),
 }
 
-impl Varied {
+impl ReplacedInputs {
     /// Returns all wings of a case, or the one prescribed family of a case without wings.
     ///
     /// # Errors
@@ -56,7 +56,7 @@ impl Varied {
     }
 
     /// Reads a design: the case's design, with the contents of the design's files in place of the
-    /// varied part.
+    /// replaced part.
     ///
     /// # Errors
     /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than the
