@@ -110,6 +110,8 @@ fn finish(
     let name = design.name.as_str();
     let start = Instant::now();
     let finished = pattern.named(name).and_then(|outputs| {
+        // A design that cannot be read leaves no mesh of an earlier one either.
+        outputs.remove_earlier(&case.inputs)?;
         let design = replaced.read(case, design)?;
         session.finish(&design, Some(name), start.elapsed().as_secs_f64(), &outputs)
     });

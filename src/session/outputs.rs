@@ -59,12 +59,25 @@ impl Outputs {
         self.meshes.iter().chain(&self.histogram).map(PathBuf::as_path)
     }
 
+    /// Every name that a result may have, valid or not.
+    fn names(&self) -> Vec<PathBuf> {
+        let meshes = self.meshes.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
+        let inverted = self.meshes.first().map(|path| inverted_name(path));
+        meshes.chain(inverted).chain(self.histogram.clone()).collect()
+    }
+
+    /// Refuses outputs that would overwrite an input or each other, if the result is not valid too:
+    /// a mesh that is read may be the invalid one of an earlier run.
+    fn check_names(&self, inputs: &[PathBuf]) -> Result<(), SessionError> {
+        check_distinct(inputs, &self.names().iter().map(PathBuf::as_path).collect::<Vec<_>>())
+    }
+
     /// Checks that all files can be written, and that no file overwrites an input of the case.
     ///
     /// # Errors
     /// The first file that cannot be written, or that overwrites an input.
     pub fn check(&self, case: &LoadedCase) -> Result<(), SessionError> {
-        check_distinct(&case.inputs, &self.paths().collect::<Vec<_>>())?;
+        self.check_names(&case.inputs)?;
         for path in &self.meshes {
             case.file.check_output(path)?;
         }
@@ -103,10 +116,8 @@ impl Outputs {
     ///   input or of another output
     /// - [`SessionError::CannotWrite`]: a file cannot be removed
     pub fn remove_earlier(&self, inputs: &[PathBuf]) -> Result<(), SessionError> {
-        check_distinct(inputs, &self.paths().collect::<Vec<_>>())?;
-        let meshes = self.meshes.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
-        let inverted = self.meshes.first().map(|path| inverted_name(path));
-        for path in meshes.chain(inverted).chain(self.histogram.clone()) {
+        self.check_names(inputs)?;
+        for path in self.names() {
             match path.is_dir() {
                 true => ["points", "points.gz"].iter().try_for_each(|name| remove_file(&path.join(name)))?,
                 false => remove_file(&path)?,
@@ -127,7 +138,7 @@ impl Outputs {
         {
             return Err(SessionError::Refused(refused));
         }
-        check_distinct(&case.inputs, &self.paths().collect::<Vec<_>>())?;
+        self.check_names(&case.inputs)?;
         let moved = outcome.even_if_invalid();
         let fields = Fields { displacement: Some(moved.displacement()), beta: Some(&outcome.beta) };
         let mut written = Vec::new();

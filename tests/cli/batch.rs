@@ -91,6 +91,10 @@ fn failed_designs_stop_no_other() {
     let fixture = designs(&[("a", 0.06), ("c", 0.05), ("e", 0.03)]);
     fixture.write("designs/b.csv", "profile,x,y,z\n0,1,zwei,3\n");
     fixture.write("designs/d.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
+    // Results of earlier designs of these names.
+    fs::create_dir(fixture.path("moved")).unwrap();
+    fixture.write("moved/b.msh", "an older result");
+    fixture.write("moved/d.msh", "an older result");
     let output = batch(&fixture, &["--out", "moved", "--json", "all.jsonl"]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("error: 2 of 5 designs failed"), "{}", stderr(&output));

@@ -203,6 +203,16 @@ fn no_result_of_another_run_is_left() {
     assert_eq!(there(), [] as [&str; 0]);
 }
 
+/// The invalid mesh of an earlier run may be the mesh of this one.
+#[test]
+fn an_invalid_mesh_that_is_read_is_kept() {
+    let fixture = Fixture::new();
+    fixture.write("moved.invalid.msh", &fixture.read("box.msh"));
+    fixture.case("mesh = \"box.msh\"", "mesh = \"moved.invalid.msh\"");
+    fixture.refuses(3, &["moved.invalid.msh would overwrite the input moved.invalid.msh"]);
+    assert_eq!(fixture.read("moved.invalid.msh"), fixture.read("box.msh"));
+}
+
 /// A file that the case reads is not taken for an earlier result.
 #[test]
 fn an_input_is_no_earlier_result() {
