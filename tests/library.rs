@@ -7,8 +7,9 @@ use common::aircraft::{SMALL, builder, cpu};
 use glam::DVec3;
 use idmesh::case::{Case, LoadedCase};
 use idmesh::families::Role;
+use idmesh::formats::FileSet;
 use idmesh::mover::{Design, Mover, MoverBuilder, Outcome, Stopping, Why};
-use idmesh::session::{Outputs, Session};
+use idmesh::session::{Job, Outputs, Session};
 use tempfile::TempDir;
 
 fn refused(builder: MoverBuilder) -> String {
@@ -167,9 +168,20 @@ fn no_input_is_overwritten() {
     let mut session = Session::new(&case, cpu(), |_| {}).unwrap();
     let mut outputs = Outputs::of(&case.case, None);
     outputs.meshes = vec![folder.path().join("wing-body.msh.gz")];
-    let error = session.finish(&case.design, None, 0.0, &outputs).err().unwrap().to_string();
+    let job = Job {
+        design: &case.design,
+        name: None,
+        started: std::time::Instant::now(),
+        read_seconds: 0.0,
+        outputs: &outputs,
+        report: None,
+        checksums: None,
+    };
+    let error = session.finish(job).err().unwrap().to_string();
     assert!(error.contains("would overwrite the input"), "{error}");
     let (outcome, _) = session.update(&case.design).unwrap();
-    assert!(outputs.write(&case, &outcome).is_err());
+    let mut files = FileSet::default();
+    assert!(outputs.add_to(&mut files, &case, None, &outcome).is_err());
+    drop(files);
     assert!(idmesh::formats::read(&outputs.meshes[0]).is_ok());
 }

@@ -225,7 +225,7 @@ fn parted_partners_are_refused() {
     let outcome = apart(1e-11);
     assert!(!outcome.is_valid() && outcome.inverted == 0 && outcome.off_surface.is_empty());
     assert_eq!(outcome.parted.keys().collect::<Vec<_>>(), ["side", "symmetry"]);
-    assert!((outcome.parted["side"] - 1e-11).abs() < 1e-13);
+    assert!((outcome.parted["side"].distance - 1e-11).abs() < 1e-13);
 }
 
 /// What the user prescribes is not changed: ends that move differently are refused in the end.

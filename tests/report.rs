@@ -1,13 +1,20 @@
 //! The run report: names other programs rely on, the stage table, the histogram.
 
+#[path = "common/schema.rs"]
+mod schema;
+
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{FamilyReport, ProfileReport, Solver, StageName, StageQuality};
 use idmesh::quality::Statistics;
-use idmesh::report::{Backend, FamilySize, Mesh, RunReport, Seconds, Series, Smoothing, histogram_svg, stage_table};
+use idmesh::report::{
+    Backend, Checks, Checksums, FamilySize, Mesh, Repaired, ReportError, RunReport, Seconds, Series, Smoothing,
+    histogram_svg, stage_table,
+};
 use idmesh::volume::Path;
+use schema::assert_report;
 
 fn stages() -> Vec<StageQuality> {
     // The paper's Table 1.
@@ -36,16 +43,36 @@ fn report() -> RunReport {
     RunReport {
         idmesh: "0.1.0".into(),
         case: "case.toml".into(),
-        design: None,
+        design: Some("a/1".into()),
         backend: Backend { kind: "gpu".into(), adapter: "llvmpipe".into(), driver: "Mesa".into() },
         mesh: Mesh {
             vertices: 22402,
             tets: 96693,
             families: BTreeMap::from([("wing".into(), FamilySize { vertices: 10, triangles: 16 })]),
         },
-        stages: stages(),
-        families,
-        profiles: BTreeMap::from([(
+        valid: false,
+        converged: Some(true),
+        exit: 5,
+        error: Some(ReportError {
+            kind: "inverted".into(),
+            count: Some(2),
+            place: None,
+            message: "2 of 96693 tets are inverted".into(),
+            hint: None,
+            faults: Vec::new(),
+        }),
+        checks: Some(Checks {
+            inverted_tets: 2,
+            folded_triangles: 2,
+            self_intersecting_triangles: 1,
+            max_distance_off_surface: Some(1e-9),
+            max_distance_to_new_profiles: Some(2e-3),
+            ..Checks::default()
+        }),
+        repaired: Some(Repaired { inverted_tets: 18439, optimised_vertices: 345 }),
+        stages: Some(stages()),
+        families: Some(families),
+        profiles: Some(BTreeMap::from([(
             "wing".into(),
             ProfileReport {
                 max_distance_to_new_profiles: Some(2e-3),
@@ -53,24 +80,23 @@ fn report() -> RunReport {
                 compared_with_flat_cuts: false,
                 not_measured: Some("why".into()),
             },
-        )]),
-        solver: Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 },
-        path: Path { steps: 3, given_up: 1, reached: 1.0 },
-        valid: false,
-        converged: true,
-        exit: 5,
-        error: Some("2 of 96693 tets are inverted".into()),
-        hint: None,
+        )])),
+        solver: Some(Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 }),
+        path: Some(Path { steps: 3, given_up: 1, reached: 1.0 }),
         smoothing: Some(Smoothing { sweeps: 12, moved: 345 }),
-        seconds: Seconds { read: 0.5, setup: 1.0, update: 13.75, write: 0.25, total: 15.5 },
+        warnings: vec!["mind the gap".into()],
+        checksums: Some(Checksums { case: BTreeMap::from([("case.toml".into(), None)]), ..Checksums::default() }),
+        seconds: Some(Seconds { read: 0.5, setup: 1.0, update: 13.75, write: 0.25, total: 15.5 }),
+        reasons: BTreeMap::new(),
     }
+    .with_reasons()
 }
 
 #[test]
 fn json_has_the_promised_names() {
     let found: serde_json::Value = serde_json::to_value(report()).unwrap();
     let expected = serde_json::json!({
-        "idmesh": "0.1.0", "case": "case.toml",
+        "idmesh": "0.1.0", "case": "case.toml", "design": "a/1",
         "backend": { "kind": "gpu", "adapter": "llvmpipe", "driver": "Mesa" },
         "mesh": { "vertices": 22402, "tets": 96693, "families": { "wing": { "vertices": 10, "triangles": 16 } } },
         "stages": [
@@ -84,25 +110,58 @@ fn json_has_the_promised_names() {
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why" } },
         "solver": { "method": "chebyshev", "sweeps": 700, "relative_residual": 1e-5 },
         "path": { "steps": 3, "given_up": 1, "reached": 1.0 },
-        "valid": false, "converged": true, "exit": 5, "error": "2 of 96693 tets are inverted", "hint": null,
+        "valid": false, "converged": true, "exit": 5,
+        "error": { "kind": "inverted", "count": 2, "place": null, "message": "2 of 96693 tets are inverted", "hint": null, "faults": [] },
+        "checks": {
+            "inverted_tets": 2, "self_intersecting_triangles": 1, "folded_triangles": 2, "vertices_off_surface": 0,
+            "max_distance_off_surface": 1e-9, "parted_partners": 0, "held_back_vertices": 0,
+            "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null
+        },
+        "repaired": { "inverted_tets": 18439, "optimised_vertices": 345 },
+        "warnings": ["mind the gap"],
+        "checksums": { "case": { "case.toml": null }, "mesh": {}, "inputs": {}, "design": {}, "outputs": {} },
+        "reasons": {
+            "/error/place": "the fault has no place", "/error/hint": "nothing is known to help",
+            "/checks/max_miss_of_vertices": "why", "/profiles/wing/max_miss_of_vertices": "why",
+            "/checksums/case/case.toml": "the file is missing, or cannot be read twice"
+        },
         "smoothing": { "sweeps": 12, "moved": 345 },
         "seconds": { "read": 0.5, "setup": 1.0, "update": 13.75, "write": 0.25, "total": 15.5 }
     });
     assert_eq!(found, expected);
+    assert_report(&found);
 }
 
+/// The check of a report against its schema finds a key too few, a key too many, a wrong type, a
+/// value out of range and a missing reason.
 #[test]
-fn design_is_named_only_where_there_are_several() {
-    let named = RunReport { design: Some("a/1".into()), ..report() };
-    assert_eq!(serde_json::to_value(named).unwrap()["design"], "a/1");
-    assert!(serde_json::to_value(report()).unwrap().get("design").is_none());
+#[expect(clippy::type_complexity, reason = "a table of changes")]
+fn a_report_that_breaks_its_schema_is_found() {
+    let changes: [(&str, fn(&mut serde_json::Value)); 6] = [
+        ("required", |report| drop(report.as_object_mut().unwrap().remove("checks"))),
+        ("additionalProperties", |report| report["checks"]["more"] = 1.into()),
+        ("type", |report| report["mesh"]["tets"] = "many".into()),
+        ("enum", |report| report["stages"][0]["name"] = "first".into()),
+        ("minimum", |report| report["families"]["symmetry"]["max_distance_to_plane"] = (-1.0).into()),
+        ("null are", |report| report["converged"] = serde_json::Value::Null),
+    ];
+    for (words, change) in changes {
+        let mut report = serde_json::to_value(report()).unwrap();
+        change(&mut report);
+        let panic = std::panic::catch_unwind(|| assert_report(&report)).unwrap_err();
+        let message = panic.downcast_ref::<String>().unwrap();
+        assert!(message.contains(words), "\"{words}\" is not in {message}");
+    }
 }
 
 #[test]
 fn what_is_not_finite_becomes_null() {
     let mut broken = report();
-    broken.solver.relative_residual = f64::NAN;
-    assert!(serde_json::to_value(broken).unwrap()["solver"]["relative_residual"].is_null());
+    broken.solver.as_mut().unwrap().relative_residual = f64::NAN;
+    let broken = serde_json::to_value(broken.with_reasons()).unwrap();
+    assert!(broken["solver"]["relative_residual"].is_null());
+    assert_eq!(broken["reasons"]["/solver/relative_residual"], "not a finite number");
+    assert_report(&broken);
 }
 
 #[test]

@@ -228,8 +228,8 @@ fn why(outcome: &Outcome) -> String {
             100.0 * missed.share
         ));
     }
-    for (family, distance) in outcome.off_surface.iter().chain(&outcome.parted) {
-        faults.push(format!("{family} is off its surface or parted by {distance:e}"));
+    for (family, deviation) in outcome.off_surface.iter().chain(&outcome.parted) {
+        faults.push(format!("{family} is off its surface or parted by {:e}", deviation.distance));
     }
     let held = outcome.held_back.iter().filter(|held| held.beyond.is_some());
     faults.extend(held.map(|held| format!("{held:?}")));

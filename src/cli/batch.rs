@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use serde::Serialize;
-
 use super::console::Console;
 use super::failure::{Exit, Failure};
 use super::json::check_json;
 use super::lines::Lines;
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::case::LoadedCase;
+use crate::report::Checksums;
 use crate::session::{
-    DesignFiles, EarlierReports, Finished, Folder, Outputs, ReplacedInputs, Session, Shard, check_distinct,
-    find_designs,
+    DesignFiles, EarlierResults, Finished, Folder, Job, Outputs, ReplacedInputs, Session, SessionError, Shard,
+    check_distinct, find_designs, of_design, sums_of_case,
 };
 
 /// Arguments of `idmesh batch`.
@@ -36,23 +35,13 @@ pub(super) struct Arguments {
     /// Append the report of each design as a line of JSON; `-` is standard output.
     #[arg(long, value_name = "FILE", value_parser = json_target)]
     json: Option<JsonTarget>,
-    /// Leave out designs that have their line in the JSON file and their outputs.
+    /// Leave out designs that have their line in the JSON file and their outputs, if neither these
+    /// nor the inputs have changed since.
     #[arg(long, requires = "json")]
     resume: bool,
     /// Take every N-th design from the I-th on.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-}
-
-/// The line of a design without a report: why it has none.
-#[derive(Serialize)]
-struct Failed<'a> {
-    design: &'a str,
-    valid: bool,
-    /// The exit code that `run` would have had.
-    exit: u8,
-    error: &'a str,
-    hint: Option<&'a str>,
 }
 
 /// Runs the command.
@@ -62,15 +51,19 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let all = find_designs(&arguments.designs, replaced.extensions(), replaced.tables())?;
     let pattern = Outputs::of(&case.case, arguments.out.as_deref());
     let _folder = check(&pattern, &all, &case, arguments, console)?;
-    let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
+    let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all.clone()));
 
-    let kept = kept(&designs, &pattern, arguments)?;
-    let is_done = |design: &&DesignFiles| kept.failed.contains_key(&design.name);
-    let (done, left): (Vec<_>, Vec<_>) = designs.iter().partition(is_done);
-    if !done.is_empty() {
-        console.note(format_args!("{} of {} designs are done already", done.len(), designs.len()));
+    let lines = Lines::new(arguments.json.as_ref(), console);
+    let checksums = lines.are_wanted().then(|| sums_of_case(&case));
+    let earlier = match (&lines, &checksums) {
+        _ if !arguments.resume => EarlierResults::default(),
+        (Lines::File(file), Some(checksums)) => EarlierResults::find(file, &designs, checksums, &pattern)?,
+        _ => return Err(Failure::bad_input("--resume needs the reports in a file: --json FILE")),
+    };
+    let left: Vec<_> = designs.iter().filter(|design| !earlier.is_done(design)).collect();
+    if left.len() < designs.len() {
+        console.note(format_args!("{} of {} designs are done already", designs.len() - left.len(), designs.len()));
     }
-    let mut failed = done.iter().filter(|design| kept.failed[&design.name]).count();
     let session = match left.is_empty() {
         true => None,
         false => {
@@ -78,11 +71,24 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             Some(Session::new(&case, backend, console.progress())?)
         }
     };
-    let mut lines = Lines::open(arguments.json.as_ref(), &kept, console)?;
-    if let Some(mut session) = session {
+    let _appending = match (&lines, &checksums) {
+        (Lines::File(file), Some(checksums)) => {
+            let appending = file.begin()?;
+            let shares = arguments.resume || arguments.shard.is_some();
+            if appending.is_shared() && !shares {
+                return Err(SessionError::InUse { path: file.path().to_path_buf() }.into());
+            }
+            earlier.clear(file, &designs, &all, checksums, arguments.resume || appending.is_shared())?;
+            Some(appending)
+        }
+        _ => None,
+    };
+    let mut failed = earlier.n_failed();
+    if let Some(session) = session {
+        let mut batch = Batch { replaced, case: &case, session, pattern, lines, checksums, console };
         console.count(left.len());
         for design in left {
-            failed += usize::from(!finish(design, &replaced, &case, &mut session, &pattern, &mut lines, console)?);
+            failed += usize::from(!batch.finish(design)?);
             console.advance();
         }
     }
@@ -92,55 +98,73 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     Ok(())
 }
 
-/// Moves the mesh to one design, writes its outputs and its line, and prints remarks. Returns
-/// whether the result may be used.
-///
-/// # Errors
-/// Failures that would stop every other design too: the line cannot be written, or the backend
-/// failed.
-fn finish(
-    design: &DesignFiles,
-    replaced: &ReplacedInputs,
-    case: &LoadedCase,
-    session: &mut Session,
-    pattern: &Outputs,
-    lines: &mut Lines,
-    console: &Console,
-) -> Result<bool, Failure> {
-    let name = design.name.as_str();
-    let start = Instant::now();
-    let finished = pattern.named(name).and_then(|outputs| {
-        // A design that cannot be read leaves no mesh of an earlier one either.
-        outputs.remove_earlier(&case.inputs)?;
-        let design = replaced.read(case, design)?;
-        session.finish(&design, Some(name), start.elapsed().as_secs_f64(), &outputs)
-    });
-    let (report, failure) = match finished {
-        Ok(Finished { report, verdict, warnings, .. }) => {
-            for warning in warnings {
-                console.warn(format_args!("{name}: {warning}"));
+/// What all designs of a batch share.
+struct Batch<'a> {
+    replaced: ReplacedInputs,
+    case: &'a LoadedCase,
+    session: Session<'a>,
+    /// The outputs of the case, to which a design gives its name.
+    pattern: Outputs,
+    lines: Lines<'a>,
+    /// Checksums of the case's files, if there are lines to hold them.
+    checksums: Option<Checksums>,
+    console: &'a Console,
+}
+
+impl Batch<'_> {
+    /// Moves the mesh to one design, writes its outputs and its line, and prints remarks. Returns
+    /// whether the result may be used.
+    ///
+    /// # Errors
+    /// Failures that would stop every other design too: the line cannot be written, or the backend
+    /// failed.
+    fn finish(&mut self, design: &DesignFiles) -> Result<bool, Failure> {
+        let (name, console) = (design.name.as_str(), self.console);
+        let checksums = self.checksums.as_ref().map(|case| of_design(case, design));
+        let finished = match self.move_to(design, checksums.as_ref()) {
+            Ok(finished) => finished,
+            Err(error) if error.backend().is_some() => return Err(error.into()),
+            Err(error) => {
+                console.warn(format_args!("{name}: {error}"));
+                self.lines.append(&self.session.failed(name, &error, checksums.as_ref()))?;
+                return Ok(false);
             }
-            (Some(report), verdict.err().map(Failure::from))
+        };
+        if let Err(failure) = self.lines.append(&finished.report) {
+            finished.withdraw();
+            return Err(failure);
         }
-        Err(error) if error.backend().is_some() => return Err(error.into()),
-        Err(error) => (None, Some(error.into())),
-    };
-    match (&report, &failure) {
-        (report, Some(failure)) => {
-            console.warn(format_args!("{name}: {}", failure.message));
-            let (error, exit, hint) = (failure.message.as_str(), failure.exit as u8, failure.hint.as_deref());
-            match report {
-                Some(report) => lines.append(report)?,
-                None => lines.append(&Failed { design: name, valid: false, exit, error, hint })?,
+        for warning in &finished.report.warnings {
+            console.warn(format_args!("{name}: {warning}"));
+        }
+        match &finished.verdict {
+            Ok(()) => {
+                let seconds = finished.report.seconds.map_or(0.0, |seconds| seconds.total);
+                console.note(format_args!("{name}: moved in {seconds:.3} s"));
             }
+            Err(refused) => console.warn(format_args!("{name}: {refused}")),
         }
-        (Some(report), None) => {
-            lines.append(report)?;
-            console.note(format_args!("{name}: moved in {:.3} s", report.seconds.total));
-        }
-        (None, None) => {}
+        Ok(finished.verdict.is_ok())
     }
-    Ok(failure.is_none())
+
+    fn move_to(&mut self, files: &DesignFiles, checksums: Option<&Checksums>) -> Result<Finished, SessionError> {
+        let started = Instant::now();
+        let outputs = self.pattern.named(&files.name)?;
+        // A design that cannot be read leaves no mesh of an earlier one either.
+        outputs.remove_earlier(&self.case.inputs)?;
+        let design = self.replaced.read(self.case, files)?;
+        let read_seconds = started.elapsed().as_secs_f64();
+        let name = Some(files.name.as_str());
+        self.session.finish(Job {
+            design: &design,
+            name,
+            started,
+            read_seconds,
+            outputs: &outputs,
+            report: None,
+            checksums,
+        })
+    }
 }
 
 /// Checks that all outputs can be written, and makes their folder. The caller holds the folder
@@ -179,17 +203,4 @@ fn check(
     }
     check_json(arguments.json.as_ref())?;
     Ok(folder)
-}
-
-/// The lines of an earlier run that stay: lines of designs whose outputs exist, and lines of
-/// designs outside this run.
-fn kept(designs: &[DesignFiles], pattern: &Outputs, arguments: &Arguments) -> Result<EarlierReports, Failure> {
-    match &arguments.json {
-        _ if !arguments.resume => Ok(EarlierReports::default()),
-        Some(JsonTarget::File(path)) => Ok(EarlierReports::read(path, |name| {
-            let there = |outputs: Outputs| outputs.paths().all(Path::exists);
-            designs.iter().any(|design| design.name == name) && !pattern.named(name).is_ok_and(there)
-        })?),
-        _ => Err(Failure::bad_input("--resume needs the reports in a file: --json FILE")),
-    }
 }

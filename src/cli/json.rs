@@ -23,10 +23,22 @@ pub(super) fn check_json(target: Option<&JsonTarget>) -> Result<(), Failure> {
 /// # Errors
 /// The JSON cannot be written.
 pub(super) fn write_json(target: &JsonTarget, value: &impl Serialize, console: &Console) -> Result<(), Failure> {
+    match target {
+        JsonTarget::StandardOutput => print_json(value, console),
+        JsonTarget::File(path) => Ok(write_text(path, &text(value)?)?),
+    }
+}
+
+/// Prints a value as JSON to standard output.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub(super) fn print_json(value: &impl Serialize, console: &Console) -> Result<(), Failure> {
+    console.data(&text(value)?)
+}
+
+fn text(value: &impl Serialize) -> Result<String, Failure> {
     let mut text = serde_json::to_string_pretty(value).map_err(SessionError::Report)?;
     text.push('\n');
-    match target {
-        JsonTarget::StandardOutput => console.data(&text),
-        JsonTarget::File(path) => Ok(write_text(path, &text)?),
-    }
+    Ok(text)
 }

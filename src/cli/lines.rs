@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::JsonTarget;
 use super::console::Console;
 use super::failure::Failure;
-use crate::session::{EarlierReports, ReportFile, SessionError};
+use crate::session::{ReportFile, SessionError};
 
 /// The target of the lines.
 pub(super) enum Lines<'a> {
@@ -18,27 +18,24 @@ pub(super) enum Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// Opens the target. A file is replaced by the lines that `kept` holds.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub(super) fn open(
-        target: Option<&JsonTarget>,
-        kept: &EarlierReports,
-        console: &'a Console,
-    ) -> Result<Self, Failure> {
+    pub(super) fn new(target: Option<&JsonTarget>, console: &'a Console) -> Self {
         match target {
-            None => Ok(Self::Nowhere),
-            Some(JsonTarget::StandardOutput) => Ok(Self::StandardOutput(console)),
-            Some(JsonTarget::File(path)) => Ok(Self::File(ReportFile::open(path, kept)?)),
+            None => Self::Nowhere,
+            Some(JsonTarget::StandardOutput) => Self::StandardOutput(console),
+            Some(JsonTarget::File(path)) => Self::File(ReportFile::new(path)),
         }
+    }
+
+    /// Whether the lines are written anywhere.
+    pub(super) fn are_wanted(&self) -> bool {
+        !matches!(self, Self::Nowhere)
     }
 
     /// Appends a value as a line of JSON, in one write.
     ///
     /// # Errors
     /// The line cannot be written.
-    pub(super) fn append(&mut self, value: &impl Serialize) -> Result<(), Failure> {
+    pub(super) fn append(&self, value: &impl Serialize) -> Result<(), Failure> {
         let mut text = serde_json::to_string(value).map_err(SessionError::Report)?;
         text.push('\n');
         match self {

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::json::{check_json, write_json};
+use super::json::{check_json, print_json};
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::case::{Case, LoadedCase};
 use crate::report::stage_table;
-use crate::session::{Finished, Folder, Outputs, Session, check_distinct, remove_file};
+use crate::session::{Folder, Job, Outputs, Session, check_distinct, remove_file, sums_of_case};
 
 /// Arguments of `idmesh run`.
 #[derive(Debug, clap::Args)]
@@ -42,28 +42,43 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     }
     let backend = choose_backend(arguments.backend, console)?;
     let mut session = Session::new(&case, backend, console.progress())?;
-    let Finished { mut report, written, warnings, verdict, .. } =
-        session.finish(&case.design, None, read_seconds, &outputs)?;
-    for warning in &warnings {
+    let (file, checksums) = match &arguments.json {
+        Some(JsonTarget::File(path)) => (Some(path.as_path()), Some(sums_of_case(&case))),
+        Some(JsonTarget::StandardOutput) => (None, Some(sums_of_case(&case))),
+        None => (None, None),
+    };
+    let job = Job {
+        design: &case.design,
+        name: None,
+        started: start,
+        read_seconds,
+        outputs: &outputs,
+        report: file,
+        checksums: checksums.as_ref(),
+    };
+    let finished = session.finish(job)?;
+    let report = &finished.report;
+    for warning in &report.warnings {
         console.warn(warning);
     }
-    report.seconds.total = start.elapsed().as_secs_f64();
-
-    if let Some(target) = &arguments.json {
-        write_json(target, &report, console)?;
+    let told = match &arguments.json {
+        Some(JsonTarget::StandardOutput) => print_json(report, console),
+        _ => console.data(&stage_table(report.stages.as_deref().unwrap_or_default())),
+    };
+    if let Err(failure) = told {
+        finished.withdraw();
+        return Err(failure);
     }
-    if arguments.json != Some(JsonTarget::StandardOutput) {
-        console.data(&stage_table(&report.stages))?;
+    if let Some(times) = &report.seconds {
+        console.note(format_args!(
+            "setup {:.3} s, update {:.3} s on {} ({})",
+            times.setup, times.update, report.backend.kind, report.backend.adapter
+        ));
     }
-    let times = &report.seconds;
-    console.note(format_args!(
-        "setup {:.3} s, update {:.3} s on {} ({})",
-        times.setup, times.update, report.backend.kind, report.backend.adapter
-    ));
-    for path in &written {
+    for path in &finished.written {
         console.note(format_args!("wrote {}", path.display()));
     }
-    Ok(verdict?)
+    Ok(finished.verdict?)
 }
 
 /// Removes what an earlier run left of a case that cannot be loaded any more, as far as the case

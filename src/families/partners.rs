@@ -57,12 +57,19 @@ impl Pair {
     ///
     /// - `vertices`, `moved` `[n_vertices]`: positions in the original and the moved mesh
     pub fn apart(&self, vertices: &[DVec3], moved: &[DVec3]) -> (f64, u32) {
-        let apart = |&[a, b]: &[u32; 2]| {
-            let across = |at: &[DVec3]| at[b as usize] - at[a as usize];
-            (across(moved).distance(across(vertices)), a)
-        };
         let farther = |a: (f64, u32), b: (f64, u32)| if b.0 > a.0 || b.0.is_nan() { b } else { a };
-        self.vertices.iter().map(apart).fold((0.0, 0), farther)
+        self.changes(vertices, moved).map(|(vertex, change)| (change, vertex)).fold((0.0, 0), farther)
+    }
+
+    /// The change of the vector between each two partners, in the mesh's unit, with the first
+    /// partner's vertex.
+    ///
+    /// - `vertices`, `moved` `[n_vertices]`: positions in the original and the moved mesh
+    pub fn changes(&self, vertices: &[DVec3], moved: &[DVec3]) -> impl Iterator<Item = (u32, f64)> {
+        self.vertices.iter().map(|&[a, b]| {
+            let across = |at: &[DVec3]| at[b as usize] - at[a as usize];
+            (a, across(moved).distance(across(vertices)))
+        })
     }
 }
 

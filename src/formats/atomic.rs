@@ -1,74 +1,262 @@
-//! Files that appear whole or not at all.
+//! Files that appear whole or not at all, and sets of files that appear together.
+//!
+//! Each file is written under a temporary name in its folder. [`FileSet::place`] gives the files
+//! their names when all of them are complete.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::{Builder, NamedTempFile};
+use sha2::{Digest, Sha256};
+use tempfile::NamedTempFile;
+use thiserror::Error;
+
+use super::temporary::{remove_abandoned, temporary};
+
+/// Files that get their names together. Until then they are complete under temporary names. A set
+/// that is dropped leaves nothing behind.
+#[derive(Default)]
+pub struct FileSet<'a> {
+    files: Vec<Waiting<'a>>,
+    folders: NewFolders,
+    summed: bool,
+}
+
+/// A file that waits for its name.
+struct Waiting<'a> {
+    /// The path as the user named it.
+    path: PathBuf,
+    content: Content<'a>,
+}
+
+enum Content<'a> {
+    /// A complete temporary file.
+    Complete { file: NamedTempFile, target: PathBuf, sha256: Option<String> },
+    /// The writer of a pipe or a device, which cannot be replaced.
+    Direct(Box<Writer<'a>>),
+}
+
+type Writer<'a> = dyn FnOnce(&mut dyn Write) -> io::Result<()> + 'a;
+
+/// A file of a set could not get its name. No file of the set has its name then.
+#[derive(Debug, Error)]
+#[error("cannot write {}: {source}", path.display())]
+pub struct PlaceError {
+    /// The file.
+    pub path: PathBuf,
+    /// The error of the system.
+    pub source: io::Error,
+}
+
+impl<'a> FileSet<'a> {
+    /// A set that computes the checksums of its files.
+    pub fn with_checksums() -> Self {
+        Self { summed: true, ..Self::default() }
+    }
+
+    /// Adds a file, and writes it under a temporary name in the folder of `path`.
+    ///
+    /// The file will have the permissions of any new file. A symbolic link will still point to the
+    /// replaced file. A path that is no regular file (`/dev/stdout`, a pipe) is written when the
+    /// set is placed.
+    ///
+    /// # Errors
+    /// The error of `write`, or an error of making or filling the temporary file.
+    pub fn add(&mut self, path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()> + 'a) -> io::Result<()> {
+        let content = if is_special(path) {
+            Content::Direct(Box::new(write))
+        } else {
+            let (target, folder) = target(path)?;
+            let file = temporary(&folder)?;
+            let mut summed = Summed { file: file.as_file(), sha256: self.summed.then(Sha256::new) };
+            let mut out = BufWriter::with_capacity(1 << 16, &mut summed);
+            write(&mut out)?;
+            out.flush()?;
+            drop(out);
+            let sha256 = summed.sha256.map(hex);
+            Content::Complete { file, target, sha256 }
+        };
+        self.files.push(Waiting { path: path.to_path_buf(), content });
+        Ok(())
+    }
+
+    /// Makes a folder for files of the set, if it is missing.
+    ///
+    /// # Errors
+    /// The folder cannot be made.
+    pub(super) fn make_folder(&mut self, path: &Path) -> io::Result<()> {
+        let (target, _) = target(path)?;
+        match fs::create_dir(&target) {
+            Ok(()) => self.folders.0.push(target),
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists || !target.is_dir() => return Err(error),
+            Err(_) => {}
+        }
+        Ok(())
+    }
+
+    /// The files of the set with their SHA-256 sums, in hexadecimal digits. A file has no sum if it
+    /// is a pipe or a device, or if the set computes none.
+    pub fn files(&self) -> impl Iterator<Item = (&Path, Option<&str>)> {
+        self.files.iter().map(|file| match &file.content {
+            Content::Complete { sha256, .. } => (file.path.as_path(), sha256.as_deref()),
+            Content::Direct(_) => (file.path.as_path(), None),
+        })
+    }
+
+    /// Gives all files their names, in the order in which they were added. Pipes and devices are
+    /// written last.
+    ///
+    /// # Errors
+    /// A file cannot get its name, or a pipe or a device cannot be written. The files that had got
+    /// their names are removed.
+    pub fn place(self) -> Result<Placed, PlaceError> {
+        let mut placed = Placed { files: Vec::new(), _folders: self.folders };
+        let is_complete = |file: &Waiting| matches!(file.content, Content::Complete { .. });
+        let (complete, direct): (Vec<_>, Vec<_>) = self.files.into_iter().partition(is_complete);
+        let mut waiting = complete.into_iter().chain(direct);
+        while let Some(Waiting { path, content }) = waiting.next() {
+            let done = match content {
+                Content::Complete { file, target, .. } => match file.persist(&target) {
+                    Ok(_) => {
+                        placed.files.push(target);
+                        Ok(())
+                    }
+                    Err(error) => Err(error.error),
+                },
+                Content::Direct(write) => write_directly(&path, write),
+            };
+            if let Err(source) = done {
+                drop(waiting);
+                placed.withdraw();
+                return Err(PlaceError { path, source });
+            }
+        }
+        Ok(placed)
+    }
+}
+
+/// Files that have their names.
+#[derive(Debug)]
+pub struct Placed {
+    files: Vec<PathBuf>,
+    _folders: NewFolders,
+}
+
+impl Placed {
+    /// Removes the files again, because something else of the same result failed.
+    pub fn withdraw(self) {
+        for file in &self.files {
+            let _ = fs::remove_file(file);
+        }
+    }
+}
+
+/// Folders that were made for files, outermost first. Dropping them removes those that are empty:
+/// `remove_dir` fails on a folder that holds something.
+#[derive(Debug, Default)]
+struct NewFolders(Vec<PathBuf>);
+
+impl Drop for NewFolders {
+    fn drop(&mut self) {
+        for folder in self.0.iter().rev() {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// A file whose contents are summed as they are written.
+struct Summed<'a> {
+    file: &'a fs::File,
+    sha256: Option<Sha256>,
+}
+
+impl Write for Summed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let n_written = self.file.write(bytes)?;
+        if let Some(sha256) = &mut self.sha256 {
+            sha256.update(&bytes[..n_written]);
+        }
+        Ok(n_written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// The SHA-256 sum of a file, in hexadecimal digits, as `sha256sum` prints it.
+///
+/// # Errors
+/// The file cannot be read, or is no regular file.
+pub fn sha256_of(path: &Path) -> io::Result<String> {
+    if is_special(path) {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "a pipe or a device cannot be read twice"));
+    }
+    let mut file = fs::File::open(path)?;
+    let (mut sha256, mut block) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut block) {
+            Ok(0) => return Ok(hex(sha256)),
+            Ok(n_read) => sha256.update(&block[..n_read]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+fn hex(sha256: Sha256) -> String {
+    sha256.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
 
 /// Writes a file through a temporary one in the same folder. The temporary file takes the path's
-/// name when it is complete.
+/// name when it is complete; see [`FileSet::add`].
 ///
-/// If `write` fails, or the process dies, the old file at `path` is untouched. The file gets the
-/// permissions of any new file. A symbolic link still points to the replaced file. A path that is
-/// no regular file (`/dev/stdout`, a pipe) is written directly.
+/// If `write` fails, or the process dies, the old file at `path` is untouched.
 ///
 /// # Errors
 ///
 /// The error of `write`, or an error of making, filling or renaming the temporary file.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
-        let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
-        write(&mut out)?;
-        return out.flush();
-    }
-    let (target, folder) = target(path)?;
-    let mut out = BufWriter::with_capacity(1 << 16, temporary(&folder)?);
-    write(&mut out)?;
-    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.persist(target).map_err(|error| error.error)?;
-    Ok(())
+    let mut files = FileSet::default();
+    files.add(path, write)?;
+    files.place().map(drop).map_err(|error| error.source)
 }
 
 /// Checks that [`write_atomically`] to `path` can work: makes and removes an empty temporary file
-/// beside it.
+/// beside it. Removes the temporary files that killed processes left there.
 pub(crate) fn check(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
         Ok(metadata) if !metadata.is_file() => return Ok(()),
         _ => {}
     }
-    without_name(temporary(&target(path)?.1))
+    check_takes_files(&target(path)?.1)
 }
 
-/// Writes the files of a folder, which is made if it is missing. All files are complete before the
-/// first takes its place. The last file, without which the folder is no mesh, takes its place last.
-pub(super) fn write_folder(path: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
-    let (target, parent) = target(path)?;
-    let stage = Builder::new().prefix(".idmesh-").tempdir_in(&parent)?;
-    for (name, bytes) in files {
-        fs::write(stage.path().join(name), bytes)?;
-    }
-    if !target.is_dir() {
-        fs::create_dir(&target)?;
-    }
-    for (name, _) in files {
-        fs::rename(stage.path().join(name), target.join(name))?;
-    }
-    Ok(())
-}
-
-/// Checks that [`write_folder`] to `path` can work.
+/// Checks that files can be written into the folder at `path`, which is made if it is missing.
+/// Removes the temporary files that killed processes left there.
 pub(super) fn check_folder(path: &Path) -> io::Result<()> {
-    if path.exists() && !path.is_dir() {
-        return Err(io::ErrorKind::NotADirectory.into());
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => check_takes_files(path),
+        Ok(_) => Err(io::ErrorKind::NotADirectory.into()),
+        Err(_) => check_takes_files(&target(path)?.1),
     }
-    without_name(Builder::new().prefix(".idmesh-").tempdir_in(target(path)?.1))
 }
 
-/// The error of making a temporary file, without the temporary name, which would confuse the user.
-fn without_name<T>(made: io::Result<T>) -> io::Result<()> {
-    made.map(drop).map_err(|error| error.kind().into())
+fn check_takes_files(folder: &Path) -> io::Result<()> {
+    remove_abandoned(folder);
+    temporary(folder).map(drop)
+}
+
+/// Whether a path is there and neither a file nor a folder: a pipe or a device.
+fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+}
+
+fn write_directly(path: &Path, write: Box<Writer>) -> io::Result<()> {
+    let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
+    write(&mut out)?;
+    out.flush()
 }
 
 /// The file to replace and its folder. Symbolic links are followed.
@@ -84,17 +272,4 @@ fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
     Ok((target, folder))
-}
-
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = Builder::new();
-    builder.prefix(".idmesh-");
-    // Temporary files are private by default (0600). This file becomes a result that others may
-    // read. The umask still applies.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
 }

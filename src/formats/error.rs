@@ -7,6 +7,8 @@ use std::path::PathBuf;
 use glam::DVec3;
 use thiserror::Error;
 
+use super::atomic::PlaceError;
+
 /// A place in a file: a line of a text file, a byte of the decompressed contents of a binary file,
 /// or a node of a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -276,4 +278,10 @@ pub enum WriteError {
         /// Number of vertices.
         n_vertices: usize,
     },
+}
+
+impl From<PlaceError> for WriteError {
+    fn from(PlaceError { path, source }: PlaceError) -> Self {
+        Self::Io { path, source }
+    }
 }

@@ -30,14 +30,16 @@ mod read;
 mod scanner;
 mod su2;
 mod table;
+mod temporary;
 mod vtk;
 mod write;
 
 pub(crate) use atomic::check as check_writable;
-pub use atomic::write_atomically;
+pub use atomic::{FileSet, PlaceError, Placed, sha256_of, write_atomically};
 pub use error::{Location, ReadError, WriteError};
 pub use format::Format;
 pub use new_file::{Cells, Fields};
 pub use read::{MeshFile, read, read_bytes, read_mixed};
 pub use table::FORMATS;
-pub use vtk::{Polylines, read_polylines, write_vtu};
+pub(crate) use temporary::{Claim, temporary as temporary_file};
+pub use vtk::{Polylines, read_polylines, vtu_bytes, write_vtu};

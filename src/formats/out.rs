@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::atomic::write_atomically;
+use super::atomic::FileSet;
 use super::error::WriteError;
 use super::gzip::Gzip;
 
@@ -18,10 +18,14 @@ pub(super) fn in_blocks(out: &mut dyn Write, write: impl FnOnce(&mut Out) -> io:
     blocks.flush()
 }
 
-/// Writes a file, gzipped if its name ends in `.gz`; it appears complete or not at all.
-pub(super) fn write_file(path: &Path, write: impl FnOnce(&mut Out) -> io::Result<()>) -> Result<(), WriteError> {
+/// Adds a file to a set, gzipped if its name ends in `.gz`.
+pub(super) fn add_file<'a>(
+    files: &mut FileSet<'a>,
+    path: &Path,
+    write: impl FnOnce(&mut Out) -> io::Result<()> + 'a,
+) -> Result<(), WriteError> {
     let gzipped = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
-    let result = write_atomically(path, |out| {
+    let added = files.add(path, move |out| {
         if !gzipped {
             return in_blocks(out, write);
         }
@@ -29,5 +33,5 @@ pub(super) fn write_file(path: &Path, write: impl FnOnce(&mut Out) -> io::Result
         in_blocks(&mut gzip, write)?;
         gzip.finish()
     });
-    result.map_err(|source| WriteError::Io { path: path.into(), source })
+    added.map_err(|source| WriteError::Io { path: path.into(), source })
 }

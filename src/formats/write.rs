@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::atomic::{self, write_atomically};
+use super::atomic::{self, FileSet};
 use super::document::{Companion, Names, SourceFile};
 use super::error::WriteError;
 use super::format::{Create, Format, needs_folder};
 use super::mapbc;
 use super::new_file::{Cells, Fields, NewFile, check_finite, check_length};
 use super::openfoam;
-use super::out::{in_blocks, write_file};
+use super::out::{add_file, in_blocks};
 use super::read::MeshFile;
 use super::table::{format_of, known};
 
@@ -32,24 +32,38 @@ impl MeshFile {
     /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
+        let mut files = FileSet::default();
+        self.add_to(&mut files, path, vertices, fields)?;
+        Ok(files.place().map(drop)?)
+    }
+
+    /// [`MeshFile::write`] into a set of files that get their names together.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`], as for [`MeshFile::write`].
+    pub fn add_to<'a>(
+        &'a self,
+        files: &mut FileSet<'a>,
+        path: &Path,
+        vertices: &'a [DVec3],
+        fields: &Fields<'a>,
+    ) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
         check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
         if format.is_folder() && names_folder(path) {
-            return self.write_folder(path, format, vertices);
+            return self.add_folder(files, path, format, vertices);
         }
         if let Some(document) = self.source(format, extension) {
             check_finite(vertices)?;
-            return with_companion(path, document.companion.as_ref(), || {
-                write_file(path, |out| document.write(out, vertices))
-            });
+            add_companion(files, path, document.companion.as_ref())?;
+            return add_file(files, path, move |out| document.write(out, vertices));
         }
         let new_file = self.new_file(vertices, *fields, extension);
         let create = format.creator(path)?;
-        let companion = format.companion.map(|companion| companion(&new_file));
-        with_companion(path, companion.as_ref(), || {
-            new_file.check()?;
-            write_file(path, |out| create(out, &new_file))
-        })
+        new_file.check()?;
+        add_companion(files, path, format.companion.map(|companion| companion(&new_file)).as_ref())?;
+        add_file(files, path, move |out| create(out, &new_file))
     }
 
     /// [`MeshFile::write`] into `out`, never gzipped. `path` only selects the format. Files that
@@ -144,6 +158,13 @@ impl MeshFile {
         Ok(())
     }
 
+    /// The file beside the mesh file at `path` that the mesh was read from too: the names of its
+    /// families.
+    pub fn file_beside(&self, path: &Path) -> Option<PathBuf> {
+        let companion = self.document.as_deref()?.companion.as_ref()?;
+        Some((companion.path)(path)).filter(|path| path.exists())
+    }
+
     /// Everything that the file made by [`MeshFile::write`] at `path` does not hold, or holds in
     /// another form, in words. Empty if the source file is written back.
     ///
@@ -162,17 +183,24 @@ impl MeshFile {
         Ok(losses)
     }
 
-    /// Writes a mesh that is a folder: the source folder with other points, or a new folder.
-    fn write_folder(&self, path: &Path, format: &Format, vertices: &[DVec3]) -> Result<(), WriteError> {
+    /// Adds a mesh that is a folder: the source folder with other points, or a new folder. The
+    /// points, without which the folder is no mesh, are last.
+    fn add_folder(
+        &self,
+        files: &mut FileSet,
+        path: &Path,
+        format: &Format,
+        vertices: &[DVec3],
+    ) -> Result<(), WriteError> {
         let io = |source| WriteError::Io { path: path.into(), source };
-        let files = match (self.source(format, ""), &format.create) {
+        let contents = match (self.source(format, ""), &format.create) {
             (Some(document), _) => {
                 check_finite(vertices)?;
                 let mut points = Vec::new();
                 in_blocks(&mut points, |out| document.write(out, vertices)).map_err(io)?;
-                let mut files = document.siblings.clone();
-                files.push(("points".to_string(), points));
-                files
+                let mut contents = document.siblings.clone();
+                contents.push(("points".to_string(), points));
+                contents
             }
             (None, Create::Folder(create)) => {
                 let new_file = self.new_file(vertices, Fields::default(), "");
@@ -181,7 +209,11 @@ impl MeshFile {
             }
             (None, _) => return Err(needs_folder(path)),
         };
-        atomic::write_folder(path, &files).map_err(io)
+        files.make_folder(path).map_err(io)?;
+        for (name, bytes) in contents {
+            files.add(&path.join(name), move |out| out.write_all(&bytes)).map_err(io)?;
+        }
+        Ok(())
     }
 
     /// The source file, if it has this format and variant.
@@ -211,22 +243,18 @@ fn check_companion(path: &Path, companion: Option<&Companion>) -> Result<(), Wri
     companion.map_or(Ok(()), |companion| mapbc::check(&(companion.path)(path), companion))
 }
 
-/// Writes a file and its companion. An existing companion is kept, because its owner may have added
-/// to it.
-fn with_companion(
-    path: &Path,
-    companion: Option<&Companion>,
-    write: impl FnOnce() -> Result<(), WriteError>,
-) -> Result<(), WriteError> {
+/// Adds the companion of a file. An existing companion is kept, because its owner may have added to
+/// it.
+fn add_companion(files: &mut FileSet, path: &Path, companion: Option<&Companion>) -> Result<(), WriteError> {
     check_companion(path, companion)?;
-    write()?;
-    let Some((companion, bytes)) = companion.and_then(|companion| Some((companion, companion.bytes.as_ref()?))) else {
+    let Some((companion, bytes)) = companion.and_then(|companion| Some((companion, companion.bytes.clone()?))) else {
         return Ok(());
     };
     let path = (companion.path)(path);
-    if path.exists() {
+    // Two meshes of a set may share a companion.
+    if path.exists() || files.files().any(|(other, _)| other == path) {
         return Ok(());
     }
-    let written = write_atomically(&path, |out| out.write_all(bytes));
-    written.map_err(|source| WriteError::Io { path, source })
+    let added = files.add(&path, move |out| out.write_all(&bytes));
+    added.map_err(|source| WriteError::Io { path, source })
 }

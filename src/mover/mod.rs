@@ -12,6 +12,7 @@
 //! order of the mesh that was given.
 
 mod builder;
+mod fault;
 mod fold_check;
 mod held_back;
 mod outcome;
@@ -36,10 +37,13 @@ pub use crate::{
 };
 pub use builder::MoverBuilder;
 use builder::Progress;
+pub use fault::{Fault, FaultKind, Place};
 use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
 use outcome::Found;
-pub use outcome::{FamilyReport, HeldBackSummary, Moved, Outcome, ProfileReport, Solver, StageName, StageQuality};
+pub use outcome::{
+    Deviation, FamilyReport, HeldBackSummary, Moved, Outcome, ProfileReport, Solver, StageName, StageQuality,
+};
 pub use refused::{Refused, Why};
 pub use settings::Settings;
 pub use warnings::Warning;
@@ -416,11 +420,12 @@ impl Mover {
         let self_intersecting = self.stages.volume.newly_self_intersecting(&self.ordered, &vertices);
         // Vertices that are held have their final displacement since the wing's stage.
         let held_back = self.held_back(&wanted, &displacement);
-        let families = self.family_reports(&vertices, &folded, &self_intersecting, &held_back);
+        let distances_off = self.distances_off(&vertices);
+        let families = self.family_reports(&vertices, &distances_off, &folded, &self_intersecting, &held_back);
         let missed = self.stages.wings.missed(&vertices);
         Ok(Outcome {
-            off_surface: self.off_surface(&families),
-            parted: self.parted(&families),
+            off_surface: self.off_surface(&distances_off),
+            parted: self.parted(&vertices),
             warnings: self.warnings(&vertices, &held_back, design, &missed, &folded),
             held_back,
             families,

@@ -80,12 +80,11 @@ pub struct Outcome {
     /// Stages that left folded triangles in families placed so far, with the number of these
     /// triangles.
     pub folds: Vec<(&'static str, usize)>,
-    /// Carenages and planes with a vertex that left them by more than 1e-6 of the family's size, by
-    /// name, with the largest distance.
-    pub off_surface: BTreeMap<String, f64>,
-    /// Periodic planes with a vector between partners that changed by more than rounding, by name,
-    /// with the largest change.
-    pub parted: BTreeMap<String, f64>,
+    /// Carenages and planes with vertices that left them by more than 1e-6 of the family's size, by
+    /// name.
+    pub off_surface: BTreeMap<String, Deviation>,
+    /// Periodic planes with vectors between partners that changed by more than rounding, by name.
+    pub parted: BTreeMap<String, Deviation>,
     /// Vertices that the design moves with one family, and that a fixed or prescribed family holds.
     pub held_back: Vec<HeldBack>,
     /// Number of surface triangles that are turned over against the triangles around them, by
@@ -102,6 +101,18 @@ pub struct Outcome {
     pub self_intersecting: Vec<u32>,
     /// Remarks on the result that do not make it invalid.
     pub warnings: Vec<Warning>,
+}
+
+/// Vertices of a family that deviate from their place by more than is allowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Deviation {
+    /// Largest distance, in the mesh's unit.
+    pub distance: f64,
+    /// Number of vertices that deviate.
+    pub vertices: usize,
+    /// The worst vertex, in the mesh's order.
+    pub vertex: usize,
 }
 
 /// Whether a result is good, as the update found.

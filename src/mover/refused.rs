@@ -8,7 +8,8 @@ use std::{collections::BTreeMap, fmt};
 use glam::DVec3;
 use thiserror::Error;
 
-use super::{Beyond, MISSED, Moved, Outcome, StageName, warnings::counts};
+use super::fault::{Fault, FaultKind, Place};
+use super::{Beyond, Deviation, MISSED, Moved, Outcome, StageName, warnings::counts};
 use crate::geometry::triangle_normal;
 use crate::mesh::TetMesh;
 use crate::projection::crossing::crosses;
@@ -26,7 +27,7 @@ pub enum Why {
 }
 
 /// A result that may not be used.
-#[derive(Clone, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[error("{message}")]
 #[non_exhaustive]
 pub struct Refused {
@@ -34,6 +35,8 @@ pub struct Refused {
     pub why: Why,
     /// The faults with their places.
     pub message: String,
+    /// The faults one by one, the gravest first. There is at least one.
+    pub faults: Vec<Fault>,
     /// A remedy to try.
     pub hint: Option<String>,
 }
@@ -67,15 +70,16 @@ impl Outcome {
         let lost = self.moved.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
         if lost > 0 {
             let message = format!("not converged: {lost} vertices have no finite position");
-            return Err(Refused { why: Why::NotFinite, message, hint: None });
+            let fault = Fault { kind: FaultKind::NotFinite, count: lost, place: None, message: message.clone() };
+            return Err(Refused { why: Why::NotFinite, message, faults: vec![fault], hint: None });
         }
         if !self.is_valid() {
             return Err(self.invalid());
         }
         if !self.found.converged {
-            let message = self.not_converged();
+            let fault = self.not_converged();
             let hint = Some("raise max_sweeps or tolerance in [solver]".to_owned());
-            return Err(Refused { why: Why::NotConverged, message, hint });
+            return Err(Refused { why: Why::NotConverged, message: fault.message.clone(), faults: vec![fault], hint });
         }
         Ok(())
     }
@@ -89,9 +93,13 @@ impl Outcome {
             let triangle = faults::nearest_triangle(&self.moved.vertices, &mesh.tets, &mesh.triangles, cluster)?;
             Some(mesh.families[mesh.triangle_family[triangle as usize].index()].as_str())
         };
-        let mut faults = Vec::new();
+        let moved = &self.moved.vertices;
+        let mut faults: Vec<Fault> = Vec::new();
+        let mut add = |kind, count, place, message| faults.push(Fault { kind, count, place, message });
         if self.inverted > 0 {
-            faults.push(format!("{} of {} tets are inverted", self.inverted, self.beta.len()));
+            let place = clusters.first().map(|worst| Place::new(worst.at, family(worst)));
+            let message = format!("{} of {} tets are inverted", self.inverted, self.beta.len());
+            add(FaultKind::Inverted, self.inverted, place, message);
         }
         if let Some(&first) = self.self_intersecting.first() {
             let mut by_family: BTreeMap<String, usize> = BTreeMap::new();
@@ -100,45 +108,51 @@ impl Outcome {
                     .entry(mesh.families[mesh.triangle_family[triangle as usize].index()].clone())
                     .or_default() += 1;
             }
-            faults.push(format!(
+            let message = format!(
                 "the moved surface passes through itself ({}), first {}",
                 counts(&by_family),
-                passage(mesh, &self.moved.vertices, first)
-            ));
+                passage(mesh, moved, first)
+            );
+            let place = Place::of_triangle(mesh, moved, first);
+            add(FaultKind::SelfIntersecting, self.self_intersecting.len(), Some(place), message);
         }
-        if !self.off_surface.is_empty() {
-            let off_surface: Vec<_> =
-                self.off_surface.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
-            faults.push(format!("vertices left the surface they slide on ({})", off_surface.join(", ")));
-        }
-        if !self.parted.is_empty() {
-            let parted: Vec<_> = self.parted.iter().map(|(name, by)| format!("{name} by {}", short(*by))).collect();
-            faults.push(format!(
-                "partners in periodic planes are no longer apart by the same way ({})",
-                parted.join(", ")
-            ));
+        let deviations = [
+            (FaultKind::OffSurface, &self.off_surface, "vertices left the surface they slide on"),
+            (FaultKind::Parted, &self.parted, "partners in periodic planes are no longer apart by the same way"),
+        ];
+        for (kind, by_family, what) in deviations {
+            let farther = |a: &(&String, &Deviation), b: &(&String, &Deviation)| a.1.distance.total_cmp(&b.1.distance);
+            let Some((family, worst)) = by_family.iter().max_by(farther) else { continue };
+            let each: Vec<_> = by_family.iter().map(|(name, by)| format!("{name} by {}", short(by.distance))).collect();
+            let place = Place::new(moved[worst.vertex], Some(family));
+            let count = by_family.values().map(|by| by.vertices).sum();
+            add(kind, count, Some(place), format!("{what} ({})", each.join(", ")));
         }
         for held in &self.held_back {
             let Some(Beyond { distance, edge, at }) = held.beyond else { continue };
             let [x, y, z] = at.to_array().map(short);
-            faults.push(format!(
+            let message = format!(
                 "`{}` holds vertices of `{}` back by more than their shortest edge, at ({x}, {y}, {z}) by {} where that is {}",
                 held.by,
                 held.family,
                 short(distance),
                 short(edge)
-            ));
+            );
+            add(FaultKind::HeldBack, held.vertices, Some(Place::new(at, Some(&held.by))), message);
         }
         for (wing, missed) in &self.missed {
-            let [x, y, z] = self.moved.vertices[missed.vertex].to_array().map(short);
-            faults.push(format!(
+            let at = moved[missed.vertex];
+            let [x, y, z] = at.to_array().map(short);
+            let message = format!(
                 "the wing of `{wing}` misses its new profile {} by {:.2} % of the chord at ({x}, {y}, {z}), allowed is {} %",
                 missed.profile,
                 100.0 * missed.share,
                 100.0 * MISSED
-            ));
+            );
+            add(FaultKind::MissedProfiles, 1, Some(Place::new(at, Some(wing))), message);
         }
-        let mut message = faults.join(", and ");
+        let texts: Vec<_> = faults.iter().map(|fault| fault.message.as_str()).collect();
+        let mut message = texts.join(", and ");
         if let Some(worst) = clusters.first() {
             let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
             let [x, y, z] = worst.at.to_array().map(short);
@@ -154,17 +168,20 @@ impl Outcome {
             message += &format!("; valid meshes lead up to {:.0} % of the motion", 100.0 * self.path.reached);
         }
         if !self.converged {
-            message += &format!("; {}", self.not_converged());
+            let fault = self.not_converged();
+            message += &format!("; {}", fault.message);
+            faults.push(fault);
         }
-        Refused { why: Why::Invalid, message, hint: Some(hint(self)) }
+        Refused { why: Why::Invalid, message, faults, hint: Some(hint(self)) }
     }
 
     /// The stages that did not converge, with the error that each left.
-    fn not_converged(&self) -> String {
+    fn not_converged(&self) -> Fault {
         let stages = self.unconverged.iter();
         let stages: Vec<_> =
             stages.map(|(stage, error)| format!("{stage} (about {error:.1e} of an edge left)")).collect();
-        format!("not converged: {}", stages.join(", "))
+        let message = format!("not converged: {}", stages.join(", "));
+        Fault { kind: FaultKind::NotConverged, count: stages.len(), place: None, message }
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, FamilyReport, HeldBack, MISSED, Mover, ProfileReport, Solver};
+use super::{Design, Deviation, FamilyReport, HeldBack, MISSED, Mover, ProfileReport, Solver};
 use crate::{
     families::shape::FamilyShape,
     mesh::FamilyId,
@@ -30,48 +30,79 @@ impl Mover {
         }
     }
 
-    /// The carenages and planes with a vertex off the surface, by name, with the largest distance
-    /// in the mesh's unit.
-    pub(super) fn off_surface(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
-        let size = |name: &str| self.size_of(self.mesh.family(name).expect("reports are by the mesh's families"));
-        let off_surface = families.iter().filter_map(|(name, report)| {
-            let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
-            (distance.is_nan() || distance > OFF_SURFACE * size(name)).then(|| (name.clone(), distance))
-        });
-        off_surface.collect()
-    }
-
-    /// The periodic planes that no longer match, by name, with the largest change of the vector
-    /// between two partners, in the mesh's unit.
-    pub(super) fn parted(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
-        let low = self.ordered.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
-        let high = self.ordered.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
-        // Far from the origin, the rounding of coordinates exceeds this fraction of the mesh's
-        // size. Every step rounds again.
-        let allowed = PARTED * low.distance(high) + 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
-        let parted = families.iter().filter_map(|(name, report)| {
-            let distance = report.max_distance_of_partners?;
-            (distance.is_nan() || distance > allowed).then(|| (name.clone(), distance))
-        });
-        parted.collect()
-    }
-
-    pub(super) fn family_reports(
-        &self,
-        vertices: &[DVec3],
-        folded: &BTreeMap<String, usize>,
-        self_intersecting: &[u32],
-        held_back: &[HeldBack],
-    ) -> BTreeMap<String, FamilyReport> {
+    /// Distances of the vertices of carenages and planes from their surfaces, by family, in the
+    /// order of the family's vertices, in the mesh's unit.
+    ///
+    /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
+    pub(super) fn distances_off(&self, vertices: &[DVec3]) -> BTreeMap<FamilyId, Vec<f64>> {
         let families = &self.families;
-        let reports = families.shapes.iter().enumerate().filter_map(|(index, shape)| {
-            let shape = shape.as_ref()?;
+        let of_family = |(index, shape): (usize, &Option<FamilyShape>)| {
+            shape.as_ref()?;
             let family = FamilyId(index as u16);
             let off = |&vertex: &u32| {
                 let at = vertices[vertex as usize];
                 families.kept(family, vertex).map_or(0.0, |kept| kept.closest(at).distance(at))
             };
-            let distance = self.surface.vertices_of(family).par_iter().map(off).reduce(|| 0.0, f64::max);
+            Some((family, self.surface.vertices_of(family).par_iter().map(off).collect()))
+        };
+        families.shapes.iter().enumerate().filter_map(of_family).collect()
+    }
+
+    /// The carenages and planes with vertices off the surface, by name.
+    ///
+    /// - `distances_off`: as [`Mover::distances_off`] returns them
+    pub(super) fn off_surface(&self, distances_off: &BTreeMap<FamilyId, Vec<f64>>) -> BTreeMap<String, Deviation> {
+        let of_family = |(&family, distances): (&FamilyId, &Vec<f64>)| {
+            let vertices = self.surface.vertices_of(family).iter().copied();
+            let distances = vertices.zip(distances.iter().copied());
+            let deviation = self.deviation(distances, OFF_SURFACE * self.size_of(family))?;
+            Some((self.mesh.families[family.index()].clone(), deviation))
+        };
+        distances_off.iter().filter_map(of_family).collect()
+    }
+
+    /// The periodic planes that no longer match, by name. A deviation is a change of the vector
+    /// between two partners.
+    ///
+    /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
+    pub(super) fn parted(&self, vertices: &[DVec3]) -> BTreeMap<String, Deviation> {
+        let low = self.ordered.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
+        let high = self.ordered.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
+        // Far from the origin, the rounding of coordinates exceeds this fraction of the mesh's
+        // size. Every step rounds again.
+        let allowed = PARTED * low.distance(high) + 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
+        let mut parted = BTreeMap::new();
+        for pair in &self.families.partners.pairs {
+            let Some(deviation) = self.deviation(pair.changes(&self.ordered.vertices, vertices), allowed) else {
+                continue;
+            };
+            for family in pair.families {
+                parted.insert(self.mesh.families[family.index()].clone(), deviation);
+            }
+        }
+        parted
+    }
+
+    /// The deviation of vertices with these distances from their places, if a distance exceeds
+    /// `allowed`. A distance that is not a number does.
+    fn deviation(&self, distances: impl Iterator<Item = (u32, f64)>, allowed: f64) -> Option<Deviation> {
+        let beyond: Vec<_> = distances.filter(|(_, distance)| distance.is_nan() || *distance > allowed).collect();
+        let &(vertex, distance) = beyond.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Deviation { distance, vertices: beyond.len(), vertex: self.order.vertex(vertex) as usize })
+    }
+
+    pub(super) fn family_reports(
+        &self,
+        vertices: &[DVec3],
+        distances_off: &BTreeMap<FamilyId, Vec<f64>>,
+        folded: &BTreeMap<String, usize>,
+        self_intersecting: &[u32],
+        held_back: &[HeldBack],
+    ) -> BTreeMap<String, FamilyReport> {
+        let families = &self.families;
+        let reports = distances_off.iter().filter_map(|(family, distances)| {
+            let shape = families.shapes[family.index()].as_ref()?;
+            let distance = distances.iter().copied().fold(0.0, f64::max);
             let report = match shape {
                 FamilyShape::Surface(_) => {
                     FamilyReport { max_distance_to_original_surface: Some(distance), ..FamilyReport::default() }
@@ -80,7 +111,7 @@ impl Mover {
                     FamilyReport { max_distance_to_plane: Some(distance), ..FamilyReport::default() }
                 }
             };
-            Some((self.mesh.families[index].clone(), report))
+            Some((self.mesh.families[family.index()].clone(), report))
         });
         let mut reports: BTreeMap<_, _> = reports.collect();
         for pair in &families.partners.pairs {

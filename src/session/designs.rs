@@ -176,10 +176,12 @@ fn of_folder(folder: &Path, extensions: &[&str], tables: &[String]) -> BTreeMap<
     named.collect()
 }
 
+/// Whether the name of a path is that of a design's file. Whether the path is a file shows when the
+/// design is read: a pipe or a folder is a design that fails.
 fn is_design(path: &Path, extensions: &[&str]) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-    !hidden && path.is_file() && extensions.iter().any(|other| extension.eq_ignore_ascii_case(other))
+    !hidden && extensions.iter().any(|other| extension.eq_ignore_ascii_case(other))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! [`SessionError`]: the errors of a session, each with a hint for the user.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -111,6 +111,12 @@ pub enum SessionError {
         /// The folder.
         path: PathBuf,
     },
+    /// The file of a design is a pipe, a device or a folder.
+    #[error("the design {} is {}, expected a file", path.display(), kind_of(path))]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+    },
     /// A design has no file for a table.
     #[error("the design {} has no file for the table [profiles.{table}]", path.display())]
     LacksTable {
@@ -147,6 +153,12 @@ pub enum SessionError {
         /// Largest distance of the profile's points from the plane, in the mesh's unit.
         off: f64,
     },
+    /// Another job writes reports into the same file, which this job would replace.
+    #[error("another job writes its reports into {} now, and this one would replace them", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
     /// A line of a file of reports is no report.
     #[error("{}: line {line} is no report of a design", path.display())]
     NoReport {
@@ -155,6 +167,11 @@ pub enum SessionError {
         /// The line, from 1.
         line: usize,
     },
+}
+
+/// What a path is, in words.
+fn kind_of(path: &Path) -> &'static str {
+    if path.is_dir() { "a folder without a file for a table of the case" } else { "a pipe or a device" }
 }
 
 /// The exit codes of a failure.
@@ -196,7 +213,7 @@ impl From<DisplacementError> for SessionError {
 
 impl SessionError {
     /// Makes the error of a design's profiles.
-    pub(super) fn of_profiles(path: &std::path::Path, wing: &str, error: ProfileError) -> Self {
+    pub(super) fn of_profiles(path: &Path, wing: &str, error: ProfileError) -> Self {
         LoadError::Profiles { paths: vec![path.to_path_buf()], wing: wing.to_owned(), error }.into()
     }
 
@@ -237,6 +254,9 @@ impl SessionError {
                 ));
             }
             Self::OtherPlane { .. } => "name the old profiles in the case: old = \"FILE\"",
+            Self::InUse { .. } => {
+                "jobs share a file of reports with --resume, or with --shard if they share the designs; else each has its own"
+            }
             Self::NoReport { .. } => "without --resume the file is replaced",
             Self::Refused(refused) => return refused.hint.clone(),
             _ => match self.backend()? {

@@ -6,38 +6,69 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
+
 use super::SessionError;
 use crate::formats::{self, write_atomically};
+
+/// How often a folder is made again that another job removes meanwhile.
+const ATTEMPTS: usize = 1000;
 
 /// A folder for outputs. Dropping it removes the folders it made, if they are empty.
 #[derive(Debug, Default)]
 pub struct Folder {
+    /// A file in the folder, so that no other job removes the folder meanwhile.
+    held: Option<NamedTempFile>,
     /// The folders that were made, outermost first.
     made: Vec<PathBuf>,
 }
 
 impl Folder {
-    /// Makes the folder and its parents, if they are missing.
+    /// Makes the folder and its parents, if they are missing. Other jobs may make and remove the
+    /// same folders meanwhile.
     ///
     /// # Errors
     /// [`SessionError::CannotWrite`]: a folder cannot be made, or the path is a file.
     pub fn make(path: &Path) -> Result<Self, SessionError> {
-        let missing: Vec<_> =
-            path.ancestors().take_while(|path| !path.as_os_str().is_empty() && !path.exists()).collect();
         let mut folder = Self::default();
+        let mut attempts = 0..ATTEMPTS;
+        loop {
+            let made = folder.make_missing(path).and_then(|()| match formats::temporary_file(path) {
+                Ok(held) => Ok(Some(held)),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => Err(error),
+                // The outputs may be elsewhere, and the checks of their places tell better.
+                Err(_) => Ok(None),
+            });
+            match made {
+                Ok(held) => {
+                    folder.held = held;
+                    return Ok(folder);
+                }
+                // Another job has removed the folder or a parent, which it had made and not used.
+                Err(error) if error.kind() == io::ErrorKind::NotFound && attempts.next().is_some() => {}
+                Err(error) => return Err(cannot_write(path, error)),
+            }
+        }
+    }
+
+    /// Makes the folders that are missing.
+    fn make_missing(&mut self, path: &Path) -> io::Result<()> {
+        let exists = |path: &Path| path.as_os_str().is_empty() || path.exists();
+        let missing: Vec<_> = path.ancestors().take_while(|path| !exists(path)).collect();
         for ancestor in missing.into_iter().rev() {
-            fs::create_dir(ancestor).map_err(|error| cannot_write(path, error))?;
-            folder.made.push(ancestor.to_path_buf());
+            match fs::create_dir(ancestor) {
+                Ok(()) => self.made.push(ancestor.to_path_buf()),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && ancestor.is_dir() => {}
+                Err(error) => return Err(error),
+            }
         }
-        if !path.is_dir() {
-            return Err(cannot_write(path, io::ErrorKind::NotADirectory.into()));
-        }
-        Ok(folder)
+        if path.is_dir() || !path.exists() { Ok(()) } else { Err(io::ErrorKind::NotADirectory.into()) }
     }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
+        drop(self.held.take());
         // `remove_dir` fails on a folder that holds something, so no output is lost.
         for path in self.made.iter().rev() {
             let _ = fs::remove_dir(path);
@@ -119,5 +150,27 @@ mod tests {
         fs::write(inner.join("result"), "").unwrap();
         drop(folder);
         assert!(inner.join("result").exists());
+    }
+
+    /// Jobs that make, use and drop one folder at once. Fails if a folder that another job made
+    /// meanwhile is an error, or if an unused folder of another job is removed.
+    #[test]
+    fn jobs_share_a_new_folder() {
+        let here = tempfile::tempdir().unwrap();
+        let path = here.path().join("a/b");
+        std::thread::scope(|scope| {
+            for job in 0..4 {
+                let path = &path;
+                scope.spawn(move || {
+                    for round in 0..200 {
+                        let folder = Folder::make(path).unwrap();
+                        let result = path.join(format!("{job}.{round}"));
+                        fs::write(&result, "").unwrap();
+                        fs::remove_file(&result).unwrap();
+                        drop(folder);
+                    }
+                });
+            }
+        });
     }
 }

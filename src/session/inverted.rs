@@ -1,16 +1,17 @@
-//! Writes the faulty tets of a moved mesh that is not valid to a file of their own.
+//! The file with the faulty tets of a moved mesh that is not valid.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
 
 use super::SessionError;
+use super::files::cannot_write;
 use super::names::inverted_name;
-use crate::formats::{Cells, Fields, write_vtu};
+use crate::formats::{Cells, Fields, FileSet, vtu_bytes};
 use crate::mover::Outcome;
 use crate::quality::faults;
 
-/// Writes the faulty tets to `NAME.inverted.vtu`, in the folder of an output, and returns the path.
+/// Adds the faulty tets to a set of files as `NAME.inverted.vtu`, in the folder of an output.
 ///
 /// The file holds the inverted tets, the tets around them, and each tet's `beta`, which is not
 /// positive in inverted tets. Without inverted tets the file holds the tets at self-intersecting
@@ -18,7 +19,7 @@ use crate::quality::faults;
 ///
 /// # Errors
 /// The file cannot be written.
-pub(super) fn write_inverted(output: &Path, outcome: &Outcome) -> Result<PathBuf, SessionError> {
+pub(super) fn add_inverted(files: &mut FileSet, output: &Path, outcome: &Outcome) -> Result<(), SessionError> {
     let path = inverted_name(output);
     let moved = outcome.even_if_invalid();
     let all = &outcome.mesh().tets;
@@ -42,6 +43,6 @@ pub(super) fn write_inverted(output: &Path, outcome: &Outcome) -> Result<PathBuf
     let beta: Vec<f64> = shown.iter().map(|&tet| outcome.beta[tet as usize]).collect();
     let fields = Fields { displacement: Some(&pick(moved.displacement())), beta: Some(&beta) };
     let cells = Cells { tets: &tets, triangles: &[], triangle_family: &[], families: &[] };
-    write_vtu(&path, &pick(moved.vertices()), &cells, &fields)?;
-    Ok(path)
+    let bytes = vtu_bytes(&pick(moved.vertices()), &cells, &fields)?;
+    files.add(&path, move |out| out.write_all(&bytes)).map_err(|error| cannot_write(&path, error))
 }

@@ -11,10 +11,14 @@
 //! | `inverted` | the file with the faulty tets of an invalid mesh |
 //! | `files` | checks and writes other files and folders |
 //! | `designs`, `replaced_inputs` | the files of a batch's designs, and the part of the case that they replace |
-//! | `lines` | reports as JSON Lines, and those that an earlier run left |
+//! | `checksums` | checksums of inputs, and their comparison with earlier ones |
+//! | `earlier` | the results of an earlier run that still hold |
+//! | `lines` | a file of reports, one a line, that several jobs share |
 //! | `error` | [`SessionError`] |
 
+mod checksums;
 mod designs;
+mod earlier;
 mod error;
 mod files;
 mod inverted;
@@ -23,21 +27,25 @@ mod names;
 mod outputs;
 mod replaced_inputs;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+pub use checksums::sums_of_case;
 pub use designs::{DesignFiles, Shard, find_designs};
+pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
 pub use files::{Folder, check_distinct, check_writable, remove_file, write_text};
-pub use lines::{EarlierReports, ReportFile};
+pub use lines::{Appending, Line, ReportFile};
 pub use outputs::{Loss, Outputs};
 pub use replaced_inputs::ReplacedInputs;
 
 use crate::backend::Backend;
 use crate::case::LoadedCase;
+use crate::formats::{FileSet, Placed, WriteError};
 use crate::mover::{Design, Mover, Outcome, Refused};
-use crate::report::{self, RunReport, Seconds};
+use crate::report::{self, Checksums, ReportError, RunReport, Seconds};
+use files::cannot_write;
 
 /// A loaded case with its mover.
 pub struct Session<'a> {
@@ -49,18 +57,42 @@ pub struct Session<'a> {
     setup_seconds: f64,
 }
 
+/// A design to move, and the files to write.
+#[derive(Clone, Copy)]
+pub struct Job<'j> {
+    /// The design.
+    pub design: &'j Design,
+    /// The design's name, for the report. `None` for the design of the case itself.
+    pub name: Option<&'j str>,
+    /// The moment at which the work on the design began.
+    pub started: Instant,
+    /// Time for reading the design's files, s.
+    pub read_seconds: f64,
+    /// The files to write.
+    pub outputs: &'j Outputs,
+    /// The file for the report, which gets its name together with the outputs.
+    pub report: Option<&'j Path>,
+    /// Checksums of the files that were read, if the report shall hold checksums.
+    pub checksums: Option<&'j Checksums>,
+}
+
 /// A design that was moved and written.
 #[non_exhaustive]
 pub struct Finished {
-    /// The report. Its `total` time is the sum of the times to read, to update and to write,
-    /// without the set-up.
+    /// The report.
     pub report: RunReport,
-    /// The files that were written, without the histogram.
+    /// The files that were written.
     pub written: Vec<PathBuf>,
-    /// Remarks on the result, one line each; see [`Warning`](crate::mover::Warning).
-    pub warnings: Vec<String>,
     /// Whether the result may be used; an error holds its faults.
     pub verdict: Result<(), Refused>,
+    placed: Placed,
+}
+
+impl Finished {
+    /// Removes the files of the result again, because its report could not be written.
+    pub fn withdraw(self) {
+        self.placed.withdraw();
+    }
 }
 
 impl<'a> Session<'a> {
@@ -95,52 +127,60 @@ impl<'a> Session<'a> {
         Ok((outcome, start.elapsed().as_secs_f64()))
     }
 
-    /// Moves the mesh to a design and writes the results.
-    ///
-    /// - `name`: the design's name, for the report
-    /// - `read_seconds`: the time for reading the design's files, in s
-    /// - `outputs`: the files to write
+    /// Moves the mesh to a design and writes the results. All files get their names together, or
+    /// none does.
     ///
     /// # Errors
     /// The design does not fit the mesh, the backend failed, a vertex has no finite position, or a
     /// file cannot be written.
-    pub fn finish(
-        &mut self,
-        design: &Design,
-        name: Option<&str>,
-        read_seconds: f64,
-        outputs: &Outputs,
-    ) -> Result<Finished, SessionError> {
-        outputs.remove_earlier(&self.case.inputs)?;
-        let (outcome, update) = self.update(design)?;
+    pub fn finish(&mut self, job: Job) -> Result<Finished, SessionError> {
+        job.outputs.remove_earlier(&self.case.inputs)?;
+        let (outcome, update) = self.update(job.design)?;
         let write = Instant::now();
         self.mover.tell("writing");
-        let written = outputs.write(self.case, &outcome)?;
-        let write = write.elapsed().as_secs_f64();
-        outputs.write_histogram(self.case, name, &outcome)?;
+        let mut files = if job.checksums.is_some() { FileSet::with_checksums() } else { FileSet::default() };
+        job.outputs.add_to(&mut files, self.case, job.name, &outcome)?;
+        let sums: Vec<_> = files.files().map(|(path, sum)| (path.to_path_buf(), sum.map(str::to_owned))).collect();
+        let mut written: Vec<_> = sums.iter().map(|(path, _)| path.clone()).collect();
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &written));
-        let setup = self.setup_seconds;
-        let report = RunReport {
-            idmesh: env!("CARGO_PKG_VERSION").to_owned(),
-            case: self.case.case.path.display().to_string(),
-            design: name.map(str::to_owned),
-            backend: self.backend.clone(),
-            mesh: self.mesh.clone(),
-            stages: outcome.stages.clone(),
-            families: outcome.families.clone(),
-            profiles: outcome.profiles.clone(),
-            solver: outcome.solver.clone(),
-            path: outcome.path,
-            valid: outcome.is_valid(),
-            converged: outcome.converged,
-            exit: verdict.as_ref().err().map_or(0, |refused| Exit::from(refused) as u8),
-            error: verdict.as_ref().err().map(|refused| refused.message.clone()),
-            hint: verdict.as_ref().err().and_then(|refused| refused.hint.clone()),
-            smoothing: outcome.smoothed.map(|done| report::Smoothing { sweeps: done.sweeps, moved: done.moved }),
-            seconds: Seconds { read: read_seconds, setup, update, write, total: read_seconds + update + write },
-        };
-        let warnings = outcome.warnings.iter().map(ToString::to_string).collect();
-        Ok(Finished { report, written, warnings, verdict })
+        let refused = verdict.as_ref().err();
+        let mut report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);
+        report.checksums = job.checksums.map(|checksums| {
+            let outputs = sums.into_iter().map(|(path, sum)| (path.display().to_string(), sum)).collect();
+            Checksums { outputs, ..checksums.clone() }
+        });
+        let (setup, write, total) = (self.setup_seconds, write.elapsed(), job.started.elapsed());
+        let [write, total] = [write, total].map(|time| time.as_secs_f64());
+        report.seconds = Some(Seconds { read: job.read_seconds, setup, update, write, total });
+        let report = report.with_reasons();
+        if let Some(path) = job.report {
+            let mut text = serde_json::to_string_pretty(&report)?;
+            text.push('\n');
+            files.add(path, move |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))?;
+            written.push(path.to_path_buf());
+        }
+        let placed = files.place().map_err(WriteError::from)?;
+        Ok(Finished { report, written, verdict, placed })
+    }
+
+    /// The report of a design that could not be moved.
+    ///
+    /// - `checksums`: of the files that were read
+    pub fn failed(&self, name: &str, error: &SessionError, checksums: Option<&Checksums>) -> RunReport {
+        let mut report = self.report(Some(name), Some(error.exit()));
+        report.error = Some(match error {
+            SessionError::Refused(refused) => ReportError::of_refused(refused),
+            error => ReportError::of_message("input", error.to_string(), error.hint()),
+        });
+        report.checksums = checksums.cloned();
+        report.with_reasons()
+    }
+
+    /// A report without measures.
+    fn report(&self, name: Option<&str>, exit: Option<Exit>) -> RunReport {
+        let case = self.case.case.path.display().to_string();
+        let exit = exit.map_or(0, |exit| exit as u8);
+        RunReport::failed(case, name.map(str::to_owned), self.backend.clone(), self.mesh.clone(), exit)
     }
 }
 

@@ -10,11 +10,11 @@
 use std::path::{Path, PathBuf};
 
 use super::SessionError;
-use super::files::{check_distinct, check_writable, remove_file, write_text};
-use super::inverted::write_inverted;
+use super::files::{cannot_write, check_distinct, check_writable, remove_file};
+use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, named_after};
 use crate::case::{Case, LoadedCase};
-use crate::formats::Fields;
+use crate::formats::{Fields, FileSet, WriteError};
 use crate::mover::{Outcome, Why};
 use crate::report::{Series, histogram_svg};
 
@@ -64,6 +64,13 @@ impl Outputs {
         let meshes = self.meshes.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
         let inverted = self.meshes.first().map(|path| inverted_name(path));
         meshes.chain(inverted).chain(self.histogram.clone()).collect()
+    }
+
+    /// The names of the files of a result of which it is known whether it is valid. Without
+    /// `NAME.inverted.vtu`, which not every invalid result has.
+    pub(super) fn names_of(&self, is_valid: bool) -> Vec<PathBuf> {
+        let mesh = |path: &PathBuf| if is_valid { path.clone() } else { invalid_name(path) };
+        self.meshes.iter().map(mesh).chain(self.histogram.clone()).collect()
     }
 
     /// Refuses outputs that would overwrite an input or each other, if the result is not valid too:
@@ -126,13 +133,21 @@ impl Outputs {
         Ok(())
     }
 
-    /// Writes the moved mesh by the rule of this module, and returns the files written. If tets are
-    /// inverted or the surface self-intersects, the faulty tets are written too.
+    /// Adds the files of a result to a set, by the rule of this module: the moved mesh, the faulty
+    /// tets if tets are inverted or the surface self-intersects, and the histogram.
+    ///
+    /// - `design`: the design's name, for the histogram's title
     ///
     /// # Errors
     /// A vertex has no finite position, an output would overwrite an input, or a file cannot be
     /// written.
-    pub fn write(&self, case: &LoadedCase, outcome: &Outcome) -> Result<Vec<PathBuf>, SessionError> {
+    pub fn add_to<'a>(
+        &self,
+        files: &mut FileSet<'a>,
+        case: &'a LoadedCase,
+        design: Option<&str>,
+        outcome: &'a Outcome,
+    ) -> Result<(), SessionError> {
         if let Err(refused) = outcome.check()
             && refused.why == Why::NotFinite
         {
@@ -141,38 +156,23 @@ impl Outputs {
         self.check_names(&case.inputs)?;
         let moved = outcome.even_if_invalid();
         let fields = Fields { displacement: Some(moved.displacement()), beta: Some(&outcome.beta) };
-        let mut written = Vec::new();
         for path in &self.meshes {
             let path = if outcome.is_valid() { path.clone() } else { invalid_name(path) };
-            case.file.write(&path, moved.vertices(), &fields)?;
-            written.push(path);
+            case.file.add_to(files, &path, moved.vertices(), &fields)?;
         }
         if (outcome.inverted > 0 || !outcome.self_intersecting.is_empty())
             && let Some(first) = self.meshes.first()
         {
-            written.push(write_inverted(first, outcome)?);
+            add_inverted(files, first, outcome)?;
         }
-        Ok(written)
-    }
-
-    /// Writes the distributions of beta in the original and the final mesh, if the outputs have a
-    /// histogram. The title names the mesh's file, the case's file and the design.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write_histogram(
-        &self,
-        case: &LoadedCase,
-        design: Option<&str>,
-        outcome: &Outcome,
-    ) -> Result<(), SessionError> {
         let Some(path) = &self.histogram else { return Ok(()) };
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let design = design.map(|name| format!(", {name}")).unwrap_or_default();
         let title = format!("Quality of {}, {}{design}", name(&case.case.mesh), name(&case.case.path));
         let original = Series { name: "original", beta: &outcome.original_beta };
         let last = Series { name: "final", beta: &outcome.beta };
-        write_text(path, &histogram_svg(&title, &[original, last]))
+        let svg = histogram_svg(&title, &[original, last]);
+        files.add(path, move |out| out.write_all(svg.as_bytes())).map_err(|error| cannot_write(path, error))
     }
 }
 
@@ -187,7 +187,7 @@ pub struct Loss {
 
 impl LoadedCase {
     /// Writes the moved mesh to the outputs of the case, by the rule of
-    /// [`crate::session::Outputs`], and returns the files written.
+    /// [`crate::session::Outputs`], and returns the files written. All files appear, or none.
     ///
     /// ```no_run
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -208,9 +208,10 @@ impl LoadedCase {
         let outputs = Outputs::of(&self.case, None);
         outputs.check(self)?;
         outputs.remove_earlier(&self.inputs)?;
-        let mut written = outputs.write(self, outcome)?;
-        outputs.write_histogram(self, None, outcome)?;
-        written.extend(outputs.histogram);
+        let mut files = FileSet::default();
+        outputs.add_to(&mut files, self, None, outcome)?;
+        let written = files.files().map(|(path, _)| path.to_path_buf()).collect();
+        files.place().map_err(WriteError::from)?;
         Ok(written)
     }
 }

@@ -1,5 +1,6 @@
 //! [`ReplacedInputs`]: the part of a case that the designs of a batch replace.
 
+use std::fs;
 use std::path::Path;
 
 use super::SessionError;
@@ -59,9 +60,15 @@ impl ReplacedInputs {
     /// replaced part.
     ///
     /// # Errors
-    /// A file is missing, cannot be read or is wrong, or its profiles lie in other planes than the
-    /// old profiles that were cut from the mesh.
+    /// A file is missing, is a pipe or a folder, cannot be read or is wrong, or its profiles lie in
+    /// other planes than the old profiles that were cut from the mesh.
     pub fn read(&self, case: &LoadedCase, design_files: &DesignFiles) -> Result<Design, SessionError> {
+        // To read a pipe or a device may never end.
+        for path in design_files.paths() {
+            if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
+                return Err(SessionError::NotAFile { path: path.to_path_buf() });
+            }
+        }
         let mut design = case.design.clone();
         match self {
             Self::Displacement(family) => {

@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
+use crate::schema::assert_report;
 use crate::wing_box::{WingBox, section};
 
 pub const CASE: &str = r#"mesh = "box.msh"
@@ -79,8 +80,20 @@ impl Fixture {
         self.write("box.msh", &mesh.gmsh());
     }
 
+    /// Runs the command. Every report that it writes is checked against the schema.
+    #[track_caller]
     pub fn idmesh(&self, arguments: &[&str]) -> Output {
-        command(self.folder.path(), arguments).output().unwrap()
+        let output = command(self.folder.path(), arguments).output().unwrap();
+        if let (["run" | "batch", ..], Some(at)) = (arguments, arguments.iter().position(|&word| word == "--json")) {
+            let text = match arguments[at + 1] {
+                "-" => output.stdout.clone(),
+                path if output.status.code() != Some(3) => fs::read(self.path(path)).unwrap_or_default(),
+                _ => Vec::new(),
+            };
+            let reports = serde_json::Deserializer::from_slice(&text).into_iter::<serde_json::Value>();
+            reports.for_each(|report| assert_report(&report.unwrap()));
+        }
+        output
     }
 
     /// Runs the case on the CPU.

@@ -8,10 +8,16 @@ mod fixture;
 mod formats;
 mod gpu;
 mod help;
+#[cfg(unix)]
+mod jobs;
 #[cfg(target_os = "linux")]
 mod memory;
 mod refine;
 mod refusals;
 mod results;
+mod resume;
+#[path = "../common/schema.rs"]
+mod schema;
 mod shape;
+mod together;
 mod wing_box;

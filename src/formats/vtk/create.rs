@@ -10,9 +10,10 @@ use glam::DVec3;
 
 use super::names::list_names;
 use super::types::vtk_number;
+use crate::formats::atomic::write_atomically;
 use crate::formats::error::WriteError;
 use crate::formats::new_file::{Cells, Fields, NewFile};
-use crate::formats::out::{Out, write_file};
+use crate::formats::out::{Out, in_blocks};
 use crate::mesh::{FamilyId, OtherCells};
 
 /// Writes vertices `[n_vertices]` and some cells on them as a VTU file, gzipped if `path` ends in
@@ -35,10 +36,24 @@ use crate::mesh::{FamilyId, OtherCells};
 /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
 /// - [`WriteError::Io`]: the file could not be written.
 pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<(), WriteError> {
+    let io = |source| WriteError::Io { path: path.into(), source };
+    let bytes = vtu_bytes(vertices, cells, fields)?;
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(io)
+}
+
+/// The bytes of the file of [`write_vtu`].
+///
+/// # Errors
+///
+/// As [`write_vtu`], but for the file.
+pub fn vtu_bytes(vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<Vec<u8>, WriteError> {
     let others = OtherCells::default();
     let new_file = NewFile { vertices, cells: *cells, others: &others, fields: *fields, extension: "vtu" };
     new_file.check()?;
-    write_file(path, |out| create(out, &new_file))
+    let mut bytes = Vec::new();
+    let written = in_blocks(&mut bytes, |out| create(out, &new_file));
+    written.map_err(|source| WriteError::Io { path: "in memory".into(), source })?;
+    Ok(bytes)
 }
 
 /// An array of the appended section.

@@ -15,7 +15,7 @@ mod types;
 pub(super) mod vtu;
 mod xml;
 
-pub use create::write_vtu;
+pub use create::{vtu_bytes, write_vtu};
 pub(super) use names::{list_names, parse_names};
 pub use polylines::{Polylines, read_polylines};
 pub(super) use types::{vtk_kind, vtk_number};

@@ -1,0 +1,245 @@
+//! [`RunReport`]: the report of one design. Every key is there in every report. What a report
+//! cannot hold is `null`, and [`RunReport::reasons`] says why.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{Backend, Checksums, Mesh};
+use crate::mover::{FamilyReport, Fault, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality};
+use crate::volume::Path;
+
+/// The report of one design. A design that could not be moved has no measures: their fields are
+/// `None`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunReport {
+    /// Version of idmesh.
+    pub idmesh: String,
+    /// The case file, as the user named it.
+    pub case: String,
+    /// Name of the design. `None` for the design of the case itself.
+    pub design: Option<String>,
+    /// The device that computed.
+    pub backend: Backend,
+    /// Size of the mesh.
+    pub mesh: Mesh,
+    /// Whether the moved mesh is the one that was asked for; see
+    /// [`crate::mover::Outcome::is_valid`].
+    pub valid: bool,
+    /// Whether every relaxation reached its tolerance.
+    pub converged: Option<bool>,
+    /// The exit code that `idmesh run` has for this result.
+    pub exit: u8,
+    /// The reason why the result may not be used. `None` for a good result.
+    pub error: Option<ReportError>,
+    /// The measures that decide whether the mesh is valid.
+    pub checks: Option<Checks>,
+    /// What the volume's motion repaired.
+    pub repaired: Option<Repaired>,
+    /// Quality and time of each stage, in order.
+    pub stages: Option<Vec<StageQuality>>,
+    /// Deviations of each family from its shape, by name. Families with nothing to report are left
+    /// out.
+    pub families: Option<BTreeMap<String, FamilyReport>>,
+    /// Deviations of each wing from its new profiles, by the name of the wing and of each of its
+    /// families.
+    pub profiles: Option<BTreeMap<String, ProfileReport>>,
+    /// The relaxation of the volume's network.
+    pub solver: Option<Solver>,
+    /// The steps of the volume stage.
+    pub path: Option<Path>,
+    /// Local optimisation, if it ran.
+    pub smoothing: Option<Smoothing>,
+    /// Remarks on the result that do not make it invalid.
+    pub warnings: Vec<String>,
+    /// Checksums of the files that were read and written.
+    pub checksums: Option<Checksums>,
+    /// Seconds of each part of the run.
+    pub seconds: Option<Seconds>,
+    /// For each key that is `null`, the reason. Keys are JSON Pointers (RFC 6901), such as
+    /// `/checks/max_miss_of_vertices`.
+    pub reasons: BTreeMap<String, String>,
+}
+
+/// The reason why a result may not be used.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReportError {
+    /// The kind of the gravest fault; see [`crate::mover::FaultKind`]. `"input"`: a file or the
+    /// case is wrong, or an output cannot be written.
+    pub kind: String,
+    /// The number of entities at fault.
+    pub count: Option<usize>,
+    /// The place of the worst entity.
+    pub place: Option<Place>,
+    /// All faults in words.
+    pub message: String,
+    /// What may help.
+    pub hint: Option<String>,
+    /// All faults, the gravest first. Empty if nothing was moved.
+    pub faults: Vec<Fault>,
+}
+
+/// The measures that decide whether a moved mesh is valid. Distances are in the mesh's unit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Checks {
+    /// Number of tets without positive volume.
+    pub inverted_tets: usize,
+    /// Number of surface triangles that self-intersect and did not before.
+    pub self_intersecting_triangles: usize,
+    /// Number of surface triangles that are turned over against the triangles around them.
+    pub folded_triangles: usize,
+    /// Number of vertices that left their carenage or plane.
+    pub vertices_off_surface: usize,
+    /// Largest distance of a vertex from its carenage or plane.
+    pub max_distance_off_surface: Option<f64>,
+    /// Number of pairs of vertices in periodic planes that parted.
+    pub parted_partners: usize,
+    /// Number of vertices that the design moves and a family holds.
+    pub held_back_vertices: usize,
+    /// Largest distance between new profiles and the moved wings' facets.
+    pub max_distance_to_new_profiles: Option<f64>,
+    /// Largest miss of a wing's vertices, as a share of the profile's length.
+    pub max_miss_of_vertices: Option<f64>,
+}
+
+impl Checks {
+    /// The measures of an outcome.
+    pub fn of(outcome: &Outcome) -> Self {
+        let greatest = |values: &mut dyn Iterator<Item = Option<f64>>| values.flatten().reduce(f64::max);
+        let families = outcome.families.values();
+        let distances = families.map(|family| family.max_distance_to_original_surface.or(family.max_distance_to_plane));
+        Self {
+            inverted_tets: outcome.inverted,
+            self_intersecting_triangles: outcome.self_intersecting.len(),
+            folded_triangles: outcome.folded.values().sum(),
+            vertices_off_surface: outcome.off_surface.values().map(|off| off.vertices).sum(),
+            max_distance_off_surface: greatest(&mut distances.into_iter()),
+            // Both planes of a pair have its deviation.
+            parted_partners: outcome.parted.values().map(|parted| parted.vertices).sum::<usize>() / 2,
+            held_back_vertices: outcome.held_back.iter().map(|held| held.vertices).sum(),
+            max_distance_to_new_profiles: greatest(
+                &mut outcome.profiles.values().map(|profiles| profiles.max_distance_to_new_profiles),
+            ),
+            max_miss_of_vertices: greatest(
+                &mut outcome.profiles.values().map(|profiles| profiles.max_miss_of_vertices),
+            ),
+        }
+    }
+}
+
+/// What the volume's motion repaired.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Repaired {
+    /// Number of tets that the moved surface inverted and that are valid in the end.
+    pub inverted_tets: usize,
+    /// Number of vertices that local optimisation moved.
+    pub optimised_vertices: usize,
+}
+
+impl Repaired {
+    /// The repairs of an outcome.
+    pub fn of(outcome: &Outcome) -> Self {
+        let corrected = outcome.stages.iter().find(|stage| stage.name == StageName::Corrected);
+        let inverted = corrected.map_or(0, |stage| stage.inverted);
+        Self {
+            inverted_tets: inverted.saturating_sub(outcome.inverted),
+            optimised_vertices: outcome.smoothed.map_or(0, |done| done.moved),
+        }
+    }
+}
+
+/// The result of local optimisation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Smoothing {
+    /// Number of sweeps over the vertices at bad tets.
+    pub sweeps: usize,
+    /// Number of vertices that local optimisation moved.
+    pub moved: usize,
+}
+
+/// Seconds of each part of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Reading of the mesh and the profiles.
+    pub read: f64,
+    /// Set-up, once per mesh.
+    pub setup: f64,
+    /// Update, once per design: all stages, no files.
+    pub update: f64,
+    /// Writing of the moved mesh.
+    pub write: f64,
+    /// The whole run.
+    pub total: f64,
+}
+
+impl RunReport {
+    /// The report of a design that was not moved.
+    ///
+    /// - `exit`: the exit code of `idmesh run` for this error
+    pub fn failed(case: String, design: Option<String>, backend: Backend, mesh: Mesh, exit: u8) -> Self {
+        Self {
+            idmesh: env!("CARGO_PKG_VERSION").to_owned(),
+            case,
+            design,
+            backend,
+            mesh,
+            valid: false,
+            converged: None,
+            exit,
+            error: None,
+            checks: None,
+            repaired: None,
+            stages: None,
+            families: None,
+            profiles: None,
+            solver: None,
+            path: None,
+            smoothing: None,
+            warnings: Vec::new(),
+            checksums: None,
+            seconds: None,
+            reasons: BTreeMap::new(),
+        }
+    }
+
+    /// Fills the fields that come from an outcome.
+    ///
+    /// - `refused`: why the outcome may not be used
+    pub fn of_outcome(mut self, outcome: &Outcome, refused: Option<&Refused>) -> Self {
+        self.valid = outcome.is_valid();
+        self.converged = Some(outcome.converged);
+        self.error = refused.map(ReportError::of_refused);
+        self.checks = Some(Checks::of(outcome));
+        self.repaired = Some(Repaired::of(outcome));
+        self.stages = Some(outcome.stages.clone());
+        self.families = Some(outcome.families.clone());
+        self.profiles = Some(outcome.profiles.clone());
+        self.solver = Some(outcome.solver.clone());
+        self.path = Some(outcome.path);
+        self.smoothing = outcome.smoothed.map(|done| Smoothing { sweeps: done.sweeps, moved: done.moved });
+        self.warnings = outcome.warnings.iter().map(ToString::to_string).collect();
+        self
+    }
+}
+
+impl ReportError {
+    /// The error of a result that may not be used.
+    pub fn of_refused(refused: &Refused) -> Self {
+        let gravest = refused.faults.first();
+        Self {
+            kind: gravest.map_or_else(String::new, |fault| fault.kind.name().to_owned()),
+            count: gravest.map(|fault| fault.count),
+            place: gravest.and_then(|fault| fault.place.clone()),
+            message: refused.message.clone(),
+            hint: refused.hint.clone(),
+            faults: refused.faults.clone(),
+        }
+    }
+
+    /// The error of a design that was not moved.
+    ///
+    /// - `kind`: `"input"` or another kind of [`ReportError::kind`]
+    pub fn of_message(kind: &str, message: String, hint: Option<String>) -> Self {
+        Self { kind: kind.to_owned(), count: None, place: None, message, hint, faults: Vec::new() }
+    }
+}
