@@ -26,7 +26,7 @@ pub(super) fn write_json(target: &JsonTarget, value: &impl Serialize, console: &
     let mut text = serde_json::to_string_pretty(value).map_err(SessionError::Report)?;
     text.push('\n');
     match target {
-        JsonTarget::StandardOutput => console.data(&text),
+        JsonTarget::StandardOutput => console.json(&text),
         JsonTarget::File(path) => Ok(write_text(path, &text)?),
     }
 }
