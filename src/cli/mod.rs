@@ -20,13 +20,14 @@ mod refine;
 mod run;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::backend::{self, Backend, Selection};
 use crate::case::{Case, LoadedCase};
+use crate::formats::MeshFile;
 use crate::text::shown;
 use console::Console;
 use failure::Failure;
@@ -131,9 +132,22 @@ fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Ba
     Ok(backend)
 }
 
+/// Notes that all cells of a shape are left-handed in a file.
+fn note_left_handed(path: &Path, file: &MeshFile, console: &Console) {
+    if !file.left_handed.is_empty() {
+        console.note(format_args!(
+            "{}: all {} are left-handed (negative volume): idmesh turns them over; a file of the same format keeps them as \
+             they are",
+            path.display(),
+            file.left_handed.join(" and all ")
+        ));
+    }
+}
+
 /// Reads a case and all files that it names.
-fn load(path: &std::path::Path, console: &Console) -> Result<LoadedCase, Failure> {
+fn load(path: &Path, console: &Console) -> Result<LoadedCase, Failure> {
     let case = Case::load_telling(path, &|step| console.step(step))?;
+    note_left_handed(&case.case.mesh, &case.file, console);
     for (wing, old) in case.old_profiles() {
         let new = case.design.profiles.get(wing).map_or(0, Vec::len);
         console.detail(format_args!("{wing}: {new} new profiles, {} old ones", old.len()));

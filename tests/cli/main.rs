@@ -8,6 +8,7 @@ mod fixture;
 mod formats;
 mod gpu;
 mod help;
+mod left_handed;
 #[cfg(target_os = "linux")]
 mod memory;
 mod refine;
