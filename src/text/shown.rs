@@ -142,7 +142,7 @@ mod tests {
         assert_eq!((shorten(&fits), cell(&fits)), (fits.clone(), fits.clone()));
         assert_eq!(shorten(&format!("{fits}n")), format!("{fits}..."));
         let names = ["upper", "lower"].map(|side| cell(&format!("{}_{side}", "part_".repeat(20))));
-        assert_eq!(names[0], "part_part_part_part...rt_part_part__upper");
+        assert_eq!(names[0], "part_part_part_part...t_part_part__upper");
         assert!(names[0] != names[1] && names[1].ends_with("_lower"));
         assert!(names.iter().all(|name| name.chars().count() == 40));
         // Escapes are wider than what they stand for.
