@@ -80,7 +80,7 @@ fn families_that_touch_through_others_are_not_warned_of() {
     let mut mesh = SMALL.mesh();
     split(&mut mesh, "carenage", -1.0, "nose");
     let nose = ("nose", Role::Carenage);
-    assert_eq!(of_mesh(mesh.clone(), &[nose.clone()]), []);
+    assert_eq!(of_mesh(mesh.clone(), std::slice::from_ref(&nose)), []);
     let told = of_mesh(mesh, &[nose, ("carenage", Role::Fixed)]);
     assert_eq!(told, [misplaced("nose", "carenage", Misplaced::Untouched)]);
 }

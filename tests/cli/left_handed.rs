@@ -198,18 +198,21 @@ fn one_left_handed_shape_is_inverted() {
     let mixed = data("mixed/gmsh.v41.ascii.msh");
     assert_good(&fixture.idmesh(&["convert", mixed.to_str().unwrap(), "mixed.ugrid"]));
     let text = fixture.read("mixed.ugrid");
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    // The last four lines are a tet, a pyramid, a prism and a hexahedron. In this format the base
-    // of a pyramid is 2, 1, 4, 5.
-    let pyramid = lines.len() - 3;
-    let mut corners: Vec<&str> = lines[pyramid].split_whitespace().collect();
-    assert_eq!(corners.len(), 5);
-    corners.swap(0, 4);
-    lines[pyramid] = corners.join(" ");
-    fixture.write("turned.ugrid", &(lines.join("\n") + "\n"));
-    fs::copy(fixture.path("mixed.mapbc"), fixture.path("turned.mapbc")).unwrap();
-    for (mesh, inverted) in [("mixed.ugrid", 0), ("turned.ugrid", 2)] {
-        let figures = stdout(&fixture.idmesh(&["quality", mesh, "--json", "-"]));
+    let lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    // The last four lines are a tet, a pyramid, a prism and a hexahedron. In this format the base of
+    // a pyramid is 2, 1, 4, 5.
+    let n = lines.len();
+    for (name, line, corner, other, inverted) in
+        [("a", n - 1, 0, 0, 0), ("tet", n - 4, 0, 1, 1), ("pyramid", n - 3, 0, 4, 2)]
+    {
+        let mut turned = lines.clone();
+        let mut corners: Vec<&str> = lines[line].split_whitespace().collect();
+        corners.swap(corner, other);
+        turned[line] = corners.join(" ");
+        let mesh = format!("{name}.ugrid");
+        fixture.write(&mesh, &(turned.join("\n") + "\n"));
+        fs::copy(fixture.path("mixed.mapbc"), fixture.path(&format!("{name}.mapbc"))).unwrap();
+        let figures = stdout(&fixture.idmesh(&["quality", &mesh, "--json", "-"]));
         let figures: Value = serde_json::from_str(&figures).unwrap();
         assert_eq!((&figures["inverted"], figures.get("left_handed")), (&Value::from(inverted), None), "{mesh}");
     }
