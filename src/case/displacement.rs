@@ -12,7 +12,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::mover::prescribed::differ;
-use crate::text::{Mark, Row, decode, fields, header, parse_number, rows, shorten};
+use crate::text::{Mark, Row, decode, fields, header, parse_number, rows, shorten, shown};
 
 /// The rows of one file.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +47,7 @@ pub enum DisplacementError {
         source: std::io::Error,
     },
     /// A line is not six finite numbers.
-    #[error("{}:{line}: {what}, expected six numbers x,y,z,dx,dy,dz", path.display())]
+    #[error("{}:{line}: {what}, expected six numbers x,y,z,dx,dy,dz", path.display(), what = shown(what))]
     BadLine {
         /// The file.
         path: PathBuf,

@@ -34,6 +34,7 @@ pub(crate) use load::{prescribed, profiles_of};
 use crate::families::Role;
 use crate::mover::Settings;
 use crate::profile::{Plane, files::Placement};
+use crate::text::shown;
 
 /// A checked case file.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +115,7 @@ pub enum CaseError {
         source: std::io::Error,
     },
     /// A key or a value of the case file is wrong.
-    #[error("{}:{}:{}: {message}", path.display(), position.line, position.column)]
+    #[error("{}:{}:{}: {message}", path.display(), position.line, position.column, message = shown(message))]
     Invalid {
         /// The case file.
         path: PathBuf,
@@ -124,7 +125,7 @@ pub enum CaseError {
         message: String,
     },
     /// The families of the case and of the mesh are not the same.
-    #[error("{}: the families of the case and of the mesh differ: {message}", path.display())]
+    #[error("{}: the families of the case and of the mesh differ: {message}", path.display(), message = shown(message))]
     Families {
         /// The case file.
         path: PathBuf,

@@ -1,7 +1,9 @@
 //! [`Console`] prints data to standard output, and progress, notes, warnings and errors to standard
 //! error.
 //!
-//! All other code prints through a console or not at all.
+//! All other code prints through a console or not at all. So a console is the place where names and
+//! contents of files are made safe: a terminal gets no character from them that it would obey, and
+//! a message is one line.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -11,6 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::failure::{Exit, Failure};
 use crate::session::Loss;
+use crate::text::{shown, shown_json, shown_lines};
 
 /// The two streams, and the amount of text that the user wants.
 #[derive(Clone)]
@@ -38,7 +41,7 @@ impl Console {
     /// Shows the current step.
     pub(super) fn step(&self, what: &str) {
         if let Some(spinner) = &self.spinner {
-            spinner.set_message(what.to_owned());
+            spinner.set_message(shown(what).to_string());
             spinner.enable_steady_tick(Duration::from_millis(120));
         } else if self.level >= 1 {
             self.to_stderr(format_args!("[{:8.3} s] {what}", self.since.elapsed().as_secs_f64()));
@@ -112,11 +115,23 @@ impl Console {
         }
     }
 
-    /// Writes data to standard output. A closed pipe (`idmesh ... | head -1`) is no error.
+    /// Writes lines of text to standard output. A closed pipe (`idmesh ... | head -1`) is no error.
     ///
     /// # Errors
     /// Standard output cannot be written for another reason, such as a full disk.
     pub(super) fn data(&self, text: &str) -> Result<(), Failure> {
+        self.to_stdout(&shown_lines(text).to_string())
+    }
+
+    /// Writes JSON to standard output, as [`Console::data`] writes text. The values stay exact.
+    ///
+    /// # Errors
+    /// As for [`Console::data`].
+    pub(super) fn json(&self, text: &str) -> Result<(), Failure> {
+        self.to_stdout(&shown_json(text))
+    }
+
+    fn to_stdout(&self, text: &str) -> Result<(), Failure> {
         let write = || {
             let mut out = io::stdout().lock();
             out.write_all(text.as_bytes())?;
@@ -134,9 +149,10 @@ impl Console {
         }
     }
 
-    /// Prints a line to standard error. If standard error cannot be written, the line is lost,
-    /// because there is no other place for an error.
+    /// Prints one line to standard error, whatever the text holds. If standard error cannot be
+    /// written, the line is lost, because there is no other place for an error.
     fn to_stderr(&self, what: impl Display) {
+        let what = shown(what);
         let write = || drop(writeln!(io::stderr().lock(), "{what}"));
         match &self.spinner {
             Some(spinner) => spinner.suspend(write),

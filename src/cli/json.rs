@@ -34,7 +34,7 @@ pub(super) fn write_json(target: &JsonTarget, value: &impl Serialize, console: &
 /// # Errors
 /// Standard output cannot be written.
 pub(super) fn print_json(value: &impl Serialize, console: &Console) -> Result<(), Failure> {
-    console.data(&text(value)?)
+    console.json(&text(value)?)
 }
 
 fn text(value: &impl Serialize) -> Result<String, Failure> {

@@ -40,7 +40,7 @@ impl<'a> Lines<'a> {
         text.push('\n');
         match self {
             Self::Nowhere => Ok(()),
-            Self::StandardOutput(console) => console.data(&text),
+            Self::StandardOutput(console) => console.json(&text),
             Self::File(file) => Ok(file.append(&text)?),
         }
     }

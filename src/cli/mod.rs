@@ -19,13 +19,16 @@ mod quality;
 mod refine;
 mod run;
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::backend::{self, Backend, Selection};
 use crate::case::{Case, LoadedCase};
+use crate::formats::MeshFile;
+use crate::text::shown;
 use console::Console;
 use failure::Failure;
 
@@ -129,9 +132,22 @@ fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Ba
     Ok(backend)
 }
 
+/// Notes that all cells of a shape are left-handed in a file.
+fn note_left_handed(path: &Path, file: &MeshFile, console: &Console) {
+    if !file.left_handed.is_empty() {
+        console.note(format_args!(
+            "{}: all {} are left-handed (negative volume): idmesh turns them over; a file of the same format keeps them as \
+             they are",
+            path.display(),
+            file.left_handed.join(" and all ")
+        ));
+    }
+}
+
 /// Reads a case and all files that it names.
-fn load(path: &std::path::Path, console: &Console) -> Result<LoadedCase, Failure> {
+fn load(path: &Path, console: &Console) -> Result<LoadedCase, Failure> {
     let case = Case::load_telling(path, &|step| console.step(step))?;
+    note_left_handed(&case.case.mesh, &case.file, console);
     for (wing, old) in case.old_profiles() {
         let new = case.design.profiles.get(wing).map_or(0, Vec::len);
         console.detail(format_args!("{wing}: {new} new profiles, {} old ones", old.len()));
@@ -144,9 +160,26 @@ fn command_line() -> clap::Command {
     Arguments::command()
 }
 
+/// Parses arguments, the program's name first. The error quotes arguments in such a way that no
+/// terminal obeys them and none begins a line of its own.
+fn parse(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
+    Arguments::try_parse_from(arguments).map_err(|error| {
+        let escaped: Vec<String> = arguments.iter().map(|argument| shown(argument.display()).to_string()).collect();
+        if arguments.iter().zip(&escaped).all(|(argument, escaped)| argument == escaped.as_str()) {
+            return error;
+        }
+        // The same mistake in escaped arguments has the same message, with escapes.
+        match Arguments::try_parse_from(&escaped) {
+            Err(of_escaped) if of_escaped.kind() == error.kind() => of_escaped,
+            _ => command_line().error(error.kind(), "an argument with control characters, or not in UTF-8"),
+        }
+    })
+}
+
 /// Parses the command line, runs the command and reports its failure.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let arguments = parse(&arguments).unwrap_or_else(|error| error.exit());
     let console = Console::new(arguments.quiet, arguments.verbose);
     let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments, &console),
@@ -167,5 +200,42 @@ pub fn main() -> ExitCode {
             console.fail(&failure);
             ExitCode::from(failure.exit as u8)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The message for these arguments, without colours.
+    fn refused(arguments: &[&str]) -> String {
+        let arguments: Vec<OsString> =
+            std::iter::once("idmesh").chain(arguments.iter().copied()).map(Into::into).collect();
+        parse(&arguments).unwrap_err().render().to_string()
+    }
+
+    #[test]
+    fn messages_on_arguments_have_no_control_characters() {
+        for arguments in [
+            &["r\x1b[31mun"][..],
+            &["run", "case.toml", "--\x1b[2J"],
+            &["run", "case.toml", "--backend", "cpu\nerror: all is well"],
+            &["cut", "a.msh", "--family", "w", "--out", "o.csv", "--at", "y=\u{202e}1\x07"],
+            &["quality", "a.msh", "\u{9b}31m"],
+        ] {
+            let message = refused(arguments);
+            let is_plain = |letter: char| letter == '\n' || shown(letter).to_string() == letter.to_string();
+            assert!(message.chars().all(is_plain), "{message:?}");
+            assert_eq!(message.matches("error: ").count() - message.matches("\\nerror: ").count(), 1, "{message}");
+            assert!(message.contains('\\'), "{message}");
+        }
+    }
+
+    /// Without such characters the message is clap's own, and help is no error of its own.
+    #[test]
+    fn other_messages_stay() {
+        let plain = Arguments::try_parse_from(["idmesh", "rum"]).unwrap_err();
+        assert_eq!(refused(&["rum"]), plain.render().to_string());
+        assert!(refused(&["--help"]).contains("Usage: idmesh"));
     }
 }

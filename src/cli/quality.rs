@@ -39,6 +39,9 @@ struct Figures {
     /// cells split.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     others: BTreeMap<&'static str, usize>,
+    /// Shapes of cells that are all left-handed in the file. They are measured turned over.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    left_handed: Vec<&'static str>,
     beta_min: f64,
     beta_max: f64,
     beta_mean: f64,
@@ -70,6 +73,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         file: arguments.mesh.display().to_string(),
         mesh: report::Mesh::of(mesh),
         others: others.counts().collect(),
+        left_handed: file.left_handed.clone(),
         beta_min: min,
         beta_max: max,
         beta_mean: mean,
@@ -96,6 +100,9 @@ fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
     rows.extend(others.counts().map(|(name, count)| row(name, count.to_string())));
     if others.n_cells() > 0 {
         rows.push(row("tets they split into", others.tets().len().to_string()));
+    }
+    if !figures.left_handed.is_empty() {
+        rows.push(row("left-handed in the file", figures.left_handed.join(", ")));
     }
     rows.extend([
         row("inverted", figures.inverted.to_string()),

@@ -5,11 +5,13 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 use thiserror::Error;
 
+mod misplaced;
 mod partners;
 mod roles;
 #[doc(hidden)]
 pub mod shape;
 
+pub use misplaced::Misplaced;
 pub use partners::{Partners, even};
 pub use roles::{PlacedBy, ROLES, Role, RoleOptions, RoleRow, TipStart};
 
@@ -176,6 +178,8 @@ pub struct Families {
     offsets: BTreeMap<FamilyId, HashMap<u32, f64>>,
     /// Vertices of periodic planes that move alike.
     pub partners: Partners,
+    /// Families with roles that cannot be meant, ascending.
+    pub misplaced: Vec<(FamilyId, Misplaced)>,
 }
 
 impl Families {
@@ -215,7 +219,8 @@ impl Families {
                 offsets.insert(family, surface.vertices_of(family).iter().map(offset).collect());
             }
         }
-        Ok(Self { roles, shapes, placed_by, touches, offsets, partners })
+        let misplaced = misplaced::misplaced(mesh, surface, &roles);
+        Ok(Self { roles, shapes, placed_by, touches, offsets, partners, misplaced })
     }
 
     /// The families whose vertices this stage places, in order.

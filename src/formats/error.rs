@@ -2,12 +2,13 @@
 
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use thiserror::Error;
 
 use super::atomic::PlaceError;
+use crate::text::shown;
 
 /// A place in a file: a line of a text file, a byte of the decompressed contents of a binary file,
 /// or a node of a tree.
@@ -23,12 +24,20 @@ pub enum Location {
     File(PathBuf),
 }
 
+impl Location {
+    /// Path of the file.
+    pub fn path(&self) -> &Path {
+        let (Self::Line(path, _) | Self::Byte(path, _) | Self::Node(path, _) | Self::File(path)) = self;
+        path
+    }
+}
+
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Location::Line(path, line) => write!(f, "{}:{line}", path.display()),
             Location::Byte(path, byte) => write!(f, "{}: byte {byte}", path.display()),
-            Location::Node(path, node) => write!(f, "{}: {node}", path.display()),
+            Location::Node(path, node) => write!(f, "{}: {}", path.display(), shown(node)),
             Location::File(path) => write!(f, "{}", path.display()),
         }
     }
@@ -69,7 +78,7 @@ pub enum ReadError {
         path: PathBuf,
     },
     /// The version or variant of the format is not supported.
-    #[error("{}: {found} is not read; {hint}", path.display())]
+    #[error("{}: {found} is not read; {hint}", path.display(), found = shown(found))]
     Unsupported {
         /// Path of the mesh file.
         path: PathBuf,
@@ -79,7 +88,7 @@ pub enum ReadError {
         hint: &'static str,
     },
     /// The file holds something else than the format requires.
-    #[error("{place}: expected {expected}, found {found}")]
+    #[error("{place}: expected {expected}, found {found}", expected = shown(expected), found = shown(found))]
     Malformed {
         /// Place in the file.
         place: Location,
@@ -88,8 +97,19 @@ pub enum ReadError {
         /// The contents found.
         found: String,
     },
+    /// A file beside the mesh holds something else than the format requires, and is a link to a
+    /// file in another folder. Whoever made the link may not be allowed to see that file, so it is
+    /// not quoted.
+    #[error(
+        "{place}: not what the format requires there; what stands there is not shown, because the file is a link out of the \
+         mesh's folder"
+    )]
+    Linked {
+        /// Place in the file.
+        place: Location,
+    },
     /// The file ends too early.
-    #[error("{place}: the file ends where {expected} should stand")]
+    #[error("{place}: the file ends where {expected} should stand", expected = shown(expected))]
     Truncated {
         /// End of the file.
         place: Location,
@@ -179,7 +199,7 @@ pub enum ReadError {
     /// A triangle belongs to two families.
     #[error(
         "{}: {what} is in two physical groups, '{first}' and '{second}'; a boundary triangle belongs to one family",
-        path.display()
+        path.display(), what = shown(what), first = shown(first), second = shown(second)
     )]
     TwoFamilies {
         /// Path of the mesh file.
@@ -245,7 +265,8 @@ pub enum WriteError {
     },
     /// A file beside the one to write has other names for the families.
     #[error(
-        "{} is there already and is not this mesh's: {what}; remove it, or write the mesh under another name", path.display()
+        "{} is there already and is not this mesh's: {what}; remove it, or write the mesh under another name",
+        path.display(), what = shown(what)
     )]
     Stale {
         /// Path of the file beside.

@@ -15,6 +15,7 @@ use std::str::from_utf8;
 use super::document::{Companion, Names};
 use super::error::{ReadError, WriteError};
 use super::lines::{Line, Lines};
+use super::linked::{is_linked, unquoted};
 use super::mesh_builder::surface;
 use super::new_file::{NewFile, clean_names, renamed};
 use super::scanner::shown;
@@ -50,7 +51,7 @@ pub(super) fn path_beside(path: &Path, extensions: &[&str]) -> PathBuf {
 /// Reads the file at `path`. The result is empty if there is no file.
 pub(super) fn read(path: &Path) -> Result<Mapbc, ReadError> {
     match fs::read(path) {
-        Ok(bytes) => Ok(Mapbc { bytes: Some(bytes.clone()), ..parse(path, &bytes)? }),
+        Ok(bytes) => Ok(Mapbc { bytes: Some(bytes.clone()), ..parse(path, &bytes).map_err(unquoted)? }),
         Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(Mapbc::default()),
         Err(source) => Err(ReadError::Io { path: path.into(), source }),
     }
@@ -180,7 +181,8 @@ pub(super) fn check(path: &Path, companion: &Companion) -> Result<(), WriteError
         None => Ok(()),
         Some(reference) => {
             let [found, own] = [&there.names, &companion.names].map(|names| name(names, reference));
-            Err(stale(format!("it calls family {reference} '{found}', the mesh '{own}'")))
+            let found = if is_linked(path) { "otherwise".to_owned() } else { format!("'{found}'") };
+            Err(stale(format!("it calls family {reference} {found}, the mesh '{own}'")))
         }
     }
 }

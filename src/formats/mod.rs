@@ -19,6 +19,7 @@ mod format;
 mod gmsh;
 mod gzip;
 mod lines;
+mod linked;
 mod mapbc;
 mod medit;
 mod mesh_builder;

@@ -21,6 +21,12 @@ pub enum MeshError {
          a mesh must be valid before it is moved"
     )]
     Inverted { count: usize, n_tets: usize, first: usize, volume: f64, at: DVec3 },
+    #[error(
+        "{count} of {n_tets} tets are left-handed (negative volume), the first is tet {first}, near {at:.6}{}; write the mesh \
+         again with the vertices of all tets in one order, or swap two vertices of each left-handed tet",
+        right_handed.map_or(String::new(), |tet| format!(", but tet {tet} is not"))
+    )]
+    LeftHanded { count: usize, n_tets: usize, first: usize, right_handed: Option<usize>, at: DVec3 },
     #[error("tets {first} and {second} have the same four vertices")]
     DuplicateTet { first: u32, second: u32 },
     #[error("the face with the vertices {vertices:?} belongs to {} tets ({tets:?}); at most two can share a face", tets.len())]

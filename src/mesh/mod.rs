@@ -28,6 +28,8 @@ pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
 pub use validate::{Topology, check, validate};
 
+use crate::{geometry, quality};
+
 /// Index of a family in [`TetMesh::families`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FamilyId(pub u16);
@@ -64,6 +66,21 @@ impl TetMesh {
     pub fn triangles_of(&self, families: &[FamilyId]) -> Vec<[u32; 3]> {
         let members = self.triangles.iter().zip(&self.triangle_family).filter(|&(_, other)| families.contains(other));
         members.map(|(&triangle, _)| triangle).collect()
+    }
+
+    /// Whether there are tets, and all are left-handed: their [`crate::quality::volume`] is
+    /// negative.
+    ///
+    /// Such a mesh comes from a mesh that was mirrored, or from a program with another order of
+    /// vertices. If only some tets have a negative volume, they are inverted.
+    pub fn is_left_handed(&self) -> bool {
+        let is_left_handed = |&tet: &[u32; 4]| quality::volume(geometry::corners(&self.vertices, tet)) < 0.0;
+        !self.tets.is_empty() && self.tets.iter().all(is_left_handed)
+    }
+
+    /// Turns every tet over: its second and its third vertex change places. Triangles stay.
+    pub fn turn_over(&mut self) {
+        self.tets.iter_mut().for_each(|tet| tet.swap(1, 2));
     }
 
     /// Turns every tet so that its two lowest vertices come first, ascending; its orientation

@@ -1,7 +1,10 @@
 //! Cells that are not tets, boundary faces that are not triangles, and the tets that cells split
 //! into.
 
+use glam::DVec3;
+
 use super::{FamilyId, lowest_of};
+use crate::{geometry, quality};
 
 /// The pyramids, prisms, hexahedra and boundary quadrilaterals of a mesh. They use the vertices and
 /// families of a [`super::TetMesh`], which holds the tets and triangles.
@@ -66,6 +69,47 @@ impl OtherCells {
         self.hexahedra.iter().for_each(|cell| split(cell, HEXAHEDRON, &mut tets));
         tets
     }
+
+    /// The shapes of cells that occur, and whether all cells of the shape are left-handed: the
+    /// volume of each, summed over the tets into which it splits, is negative.
+    ///
+    /// - `vertices` `[n_vertices]`: of the mesh, in any unit
+    pub fn handedness(&self, vertices: &[DVec3]) -> Vec<(&'static str, bool)> {
+        let of_shapes = [
+            ("pyramids", are_left_handed(&self.pyramids, vertices, PYRAMID)),
+            ("prisms", are_left_handed(&self.prisms, vertices, PRISM)),
+            ("hexahedra", are_left_handed(&self.hexahedra, vertices, HEXAHEDRON)),
+        ];
+        of_shapes.into_iter().filter_map(|(name, are)| Some((name, are?))).collect()
+    }
+
+    /// Turns every cell of these shapes over, by a reflection that keeps its faces.
+    ///
+    /// - `shapes`: names as in [`OtherCells::handedness`]
+    pub fn turn_over(&mut self, shapes: &[&str]) {
+        fn turn<const N: usize>(cells: &mut [[u32; N]], places: [usize; N]) {
+            cells.iter_mut().for_each(|cell| *cell = places.map(|place| cell[place]));
+        }
+        for shape in shapes {
+            match *shape {
+                "pyramids" => turn(&mut self.pyramids, [0, 3, 2, 1, 4]),
+                "prisms" => turn(&mut self.prisms, [0, 2, 1, 3, 5, 4]),
+                "hexahedra" => turn(&mut self.hexahedra, [0, 3, 2, 1, 4, 7, 6, 5]),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Whether all cells of a shape are left-handed. `None` if there are none.
+fn are_left_handed<const N: usize>(cells: &[[u32; N]], vertices: &[DVec3], faces: Faces) -> Option<bool> {
+    let mut tets = Vec::new();
+    let mut is_left_handed = |cell: &[u32; N]| {
+        tets.clear();
+        split(cell, faces, &mut tets);
+        tets.iter().map(|&tet| quality::volume(geometry::corners(vertices, tet))).sum::<f64>() < 0.0
+    };
+    (!cells.is_empty()).then(|| cells.iter().all(&mut is_left_handed))
 }
 
 /// Faces of a cell with 4, 5, 6 or 8 vertices as local vertices, with normals outward. Empty for

@@ -24,7 +24,7 @@ pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
 }
 
 /// Checks each vertex, tet and triangle alone: coordinates are finite, all named vertices exist,
-/// none is named twice in a tet or triangle, and no tet is inverted.
+/// none is named twice in a tet or triangle, and no tet is inverted or left-handed.
 ///
 /// # Errors
 /// The first fault found, in the order of [`MeshError`].
@@ -38,13 +38,23 @@ pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
     check_indices("tet", &mesh.tets, mesh.vertices.len())?;
     check_indices("triangle", &mesh.triangles, mesh.vertices.len())?;
     let corners = |tet: usize| geometry::corners(&mesh.vertices, mesh.tets[tet]);
-    let inverted: Vec<usize> = (0..mesh.tets.len()).filter(|&tet| quality::volume(corners(tet)) <= 0.0).collect();
+    let volume = |tet: usize| quality::volume(corners(tet));
+    let inverted: Vec<usize> = (0..mesh.tets.len()).filter(|&tet| volume(tet) <= 0.0).collect();
+    if let Some(&first) = inverted.iter().find(|&&tet| volume(tet) < 0.0) {
+        let count = inverted.iter().filter(|&&tet| volume(tet) < 0.0).count();
+        // A few inverted tets are a fault of their places. Most tets cannot be.
+        if 2 * count > mesh.tets.len() {
+            let right_handed = (0..mesh.tets.len()).find(|&tet| volume(tet).is_nan() || volume(tet) >= 0.0);
+            let (n_tets, at) = (mesh.tets.len(), corners(first)[0]);
+            return Err(MeshError::LeftHanded { count, n_tets, first, right_handed, at });
+        }
+    }
     if let Some(&first) = inverted.first() {
         return Err(MeshError::Inverted {
             count: inverted.len(),
             n_tets: mesh.tets.len(),
             first,
-            volume: quality::volume(corners(first)),
+            volume: volume(first),
             at: corners(first)[0],
         });
     }

@@ -7,6 +7,7 @@ use std::{collections::BTreeMap, fmt};
 use glam::DVec3;
 
 use super::{Design, HeldBack, Mover};
+use crate::families::{Misplaced, Role};
 use crate::profile::Missed;
 
 /// A warning tells that planes have parted if the distance exceeds this fraction of their size.
@@ -42,10 +43,20 @@ pub enum Warning {
         /// Numbers of the profiles.
         profiles: Vec<i64>,
     },
-    /// Wingtip families border on no vertex that an earlier stage places, so they stay.
+    /// Wingtip families border on no vertex that an earlier stage places, or on no family that
+    /// moves, so they stay.
     LooseTip {
         /// The families.
         families: Vec<String>,
+    },
+    /// A family has a role that cannot be meant.
+    Misplaced {
+        /// The family.
+        family: String,
+        /// The name of its role.
+        role: &'static str,
+        /// What the family is, or is not.
+        misplaced: Misplaced,
     },
 }
 
@@ -77,6 +88,21 @@ impl fmt::Display for Warning {
                 "wingtips that touch nothing that moves with a wing stay where they are: {}; is `wingtip` their role?",
                 families.join(", ")
             ),
+            Self::Misplaced { family, role, misplaced } => match misplaced {
+                Misplaced::Untouched => write!(
+                    f,
+                    "`{family}` has the role {role}, but touches nothing that moves with a wing, so it stays where it is; is \
+                     `{role}` its role?"
+                ),
+                Misplaced::Far(sides) => write!(
+                    f,
+                    "`{family}` has the role {role}, but reaches {sides} of the six sides of the mesh's box, as a far boundary \
+                     does: it moves with the wing; is `{role}` its role?"
+                ),
+                Misplaced::Flat => {
+                    write!(f, "`{family}` has the role {role}, but all of it lies in one plane; is `plane` its role?")
+                }
+            },
         }
     }
 }
@@ -112,6 +138,15 @@ impl Mover {
         });
         let loose =
             self.stages.wingtips.loose().map(|tip| Warning::LooseTip { families: tip.iter().map(name).collect() });
+        let is_loose = |family: &crate::mesh::FamilyId| self.stages.wingtips.loose().any(|tip| tip.contains(family));
+        let misplaced =
+            self.families.misplaced.iter().filter(|(family, _)| !is_loose(family)).map(|(family, misplaced)| {
+                let role = &self.families.roles[family.index()];
+                match (role, misplaced) {
+                    (Role::Wingtip { .. }, Misplaced::Untouched) => Warning::LooseTip { families: vec![name(family)] },
+                    _ => Warning::Misplaced { family: name(family), role: role.name(), misplaced: *misplaced },
+                }
+            });
         let nothing_moves = original == vertices;
         let held_back = held_back.iter().cloned().map(Warning::HeldBack);
         let not_judged = missed.iter().filter_map(|(wing, missed)| {
@@ -123,7 +158,7 @@ impl Mover {
         folds
             .into_iter()
             .chain(parted)
-            .chain(loose.filter(|_| !nothing_moves))
+            .chain(loose.chain(misplaced).filter(|_| !nothing_moves))
             .chain(held_back)
             .chain(not_judged)
             .collect()

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::text::shown;
+
 /// An error of reading, cutting, matching or interpolating profiles.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ProfileError {
     /// A line of a profile file is wrong.
-    #[error("{}:{line}: {what}; expected {expected}", path.display())]
+    #[error("{}:{line}: {what}; expected {expected}", path.display(), what = shown(what))]
     Line {
         /// Path of the file.
         path: PathBuf,
@@ -22,7 +24,7 @@ pub enum ProfileError {
         expected: &'static str,
     },
     /// A profile file cannot be read.
-    #[error("{what}")]
+    #[error("{what}", what = shown(what))]
     File {
         /// File, place and cause, in words.
         what: String,

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::mover::{StageName, StageQuality};
+use crate::text::cell;
 
 /// The stages as aligned columns: a header line, then one line per stage.
 pub fn stage_table(stages: &[StageQuality]) -> String {
@@ -34,14 +35,15 @@ pub(crate) fn beta_text(beta: f64, decimals: usize) -> String {
 }
 
 /// Rows as aligned lines: the first column to the left, the others to the right, two spaces between
-/// columns.
+/// columns. Long cells are cut; see [`cell`].
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+    let rows: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(|text| cell(text)).collect()).collect();
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width: Vec<usize> = (0..columns)
         .map(|column| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0))
         .collect();
     let mut text = String::new();
-    for row in rows {
+    for row in &rows {
         let mut line = String::new();
         for (column, (cell, width)) in row.iter().zip(&width).enumerate() {
             // Writing to a string cannot fail.

@@ -10,6 +10,7 @@ mod gpu;
 mod help;
 #[cfg(unix)]
 mod jobs;
+mod left_handed;
 #[cfg(target_os = "linux")]
 mod memory;
 mod refine;
@@ -19,5 +20,6 @@ mod resume;
 #[path = "../common/schema.rs"]
 mod schema;
 mod shape;
+mod shown;
 mod together;
 mod wing_box;

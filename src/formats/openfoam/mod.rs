@@ -24,6 +24,7 @@ use super::document::{NamedFiles, Slots, SourceFile};
 use super::error::{Location, ReadError};
 use super::format::{Create, Format, Parsed};
 use super::gzip::unzipped;
+use super::linked::unquoted;
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
 
 use create::{create, limits};
@@ -62,6 +63,10 @@ pub(super) fn points_path(path: &Path) -> PathBuf {
 /// Reads a mesh from the (decompressed) bytes of its points at `path`. The other files are in the
 /// same folder.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    read_folder(path, extension, bytes).map_err(unquoted)
+}
+
+fn read_folder(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (positions, slots) = read_points(path, &bytes)?;
     let siblings = siblings(folder).map_err(|source| ReadError::Io { path: folder.into(), source })?;
