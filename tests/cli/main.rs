@@ -14,4 +14,5 @@ mod refine;
 mod refusals;
 mod results;
 mod shape;
+mod units;
 mod wing_box;
