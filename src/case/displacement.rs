@@ -12,6 +12,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::mover::prescribed::differ;
+use crate::text::figures::place;
 use crate::text::{Mark, Row, decode, fields, header, parse_number, rows, shorten, shown};
 
 /// The rows of one file.
@@ -64,9 +65,9 @@ pub enum DisplacementError {
     },
     /// No vertex of the family is where a row says.
     #[error(
-        "{}:{line}: no vertex of the family at ({}, {}, {}), the nearest is {distance:e} away, expected one within \
+        "{}:{line}: no vertex of the family at {}, the nearest is {distance:e} away, expected one within \
          {tolerance:e}",
-        path.display(), position.x, position.y, position.z
+        path.display(), place(*position)
     )]
     NoVertex {
         /// The file.
@@ -82,8 +83,8 @@ pub enum DisplacementError {
     },
     /// Two rows are for one vertex.
     #[error(
-        "{}:{line}: a second row for the vertex at ({}, {}, {}), the first is on line {first_line}, expected one",
-        path.display(), position.x, position.y, position.z
+        "{}:{line}: a second row for the vertex at {}, the first is on line {first_line}, expected one",
+        path.display(), place(*position)
     )]
     Doubled {
         /// The file.
@@ -97,8 +98,8 @@ pub enum DisplacementError {
     },
     /// Vertices of the family have no row.
     #[error(
-        "{}: {missing} of the family's {total} vertices have no row, the first is vertex {vertex} at ({}, {}, {})",
-        path.display(), position.x, position.y, position.z
+        "{}: {missing} of the family's {total} vertices have no row, the first is vertex {vertex} at {}",
+        path.display(), place(*position)
     )]
     Missing {
         /// The file.
@@ -114,9 +115,9 @@ pub enum DisplacementError {
     },
     /// Two files move a vertex that both families have to different places.
     #[error(
-        "{}:{line} and {}:{other_line}: the vertex at ({}, {}, {}) belongs to the families of both files, and its \
+        "{}:{line} and {}:{other_line}: the vertex at {} belongs to the families of both files, and its \
          displacements differ by {difference:.3e}, expected the same in both",
-        path.display(), other_path.display(), position.x, position.y, position.z
+        path.display(), other_path.display(), place(*position)
     )]
     Disagree {
         /// The first file.

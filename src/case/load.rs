@@ -13,7 +13,7 @@ use super::{Case, CaseError};
 use crate::backend::Backend;
 use crate::families::Role;
 use crate::formats::{self, MeshFile, ReadError};
-use crate::mesh::{FamilyId, TetMesh};
+use crate::mesh::{self, FamilyId, TetMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder};
 use crate::profile::{self, Plane, Profile, ProfileError, files, files::Placement};
 
@@ -141,6 +141,10 @@ impl Case {
         progress(&format!("reading {}", case.mesh.display()));
         let file = formats::read(&case.mesh)?;
         let mesh = &file.mesh;
+        // Profiles are compared with the mesh before a mover checks it.
+        let vertices = mesh.tets.iter().flatten().filter_map(|&vertex| mesh.vertices.get(vertex as usize));
+        mesh::check_size(vertices.copied())
+            .map_err(|error| LoadError::InFile { path: case.mesh.clone(), error: Box::new(error.into()) })?;
         let case = case.for_families(&mesh.families)?;
 
         let mut inputs = vec![path.to_path_buf(), case.mesh.clone()];

@@ -13,8 +13,10 @@ use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::backend::Backend;
 use crate::case::LoadedCase;
 use crate::formats;
+use crate::mesh;
 use crate::mover::Outcome;
 use crate::session::Session;
+use crate::text::figures::place;
 
 /// Arguments of `idmesh compare`.
 #[derive(Debug, clap::Args)]
@@ -100,10 +102,12 @@ impl Comparison {
     }
 
     fn text(&self) -> String {
-        let [x, y, z] = self.worst_position;
         let mut text = format!(
-            "max difference       {:e}\nrelative difference  {:e}\nworst vertex         {} at ({x}, {y}, {z})\n",
-            self.max_difference, self.relative_difference, self.worst_vertex
+            "max difference       {:e}\nrelative difference  {:e}\nworst vertex         {} at {}\n",
+            self.max_difference,
+            self.relative_difference,
+            self.worst_vertex,
+            place(DVec3::from_array(self.worst_position))
         );
         if let Some(Timings { cpu, gpu }) = self.seconds {
             text += &format!("update on the CPU    {cpu:.3} s\nupdate on the GPU    {gpu:.3} s\n");
@@ -142,7 +146,10 @@ fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Compa
     let mut read = Vec::new();
     for path in [a, b] {
         console.step(&format!("reading {}", path.display()));
-        read.push(formats::read_mixed(path)?.mesh.vertices);
+        let vertices = formats::read_mixed(path)?.mesh.vertices;
+        mesh::check_size(vertices.iter().copied())
+            .map_err(|error| Failure::bad_input(error.to_string()).in_file(path))?;
+        read.push(vertices);
     }
     if read[0].len() != read[1].len() {
         let message = format!(

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::console::Console;
 use super::failure::Failure;
 use crate::formats::{self, write_atomically};
+use crate::mesh::check_size;
 use crate::profile::{Plane, csv, cut, stations};
 use crate::session::{check_distinct, check_writable};
 use crate::text::nearest::did_you_mean;
@@ -39,6 +40,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
     console.step(&format!("reading {}", arguments.mesh.display()));
     let mesh = formats::read(&arguments.mesh)?.mesh;
+    let corners = mesh.triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize]);
+    check_size(corners).map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     let families = arguments.family.iter().map(|name| {
         mesh.family(name).ok_or_else(|| {
             let advice = did_you_mean(name, &mesh.families).unwrap_or_default();

@@ -11,7 +11,7 @@ use super::failure::Failure;
 use super::json::{check_json, write_json};
 use super::{JsonTarget, json_target};
 use crate::formats;
-use crate::mesh::OtherCells;
+use crate::mesh::{OtherCells, check_size};
 use crate::quality::{Statistics, betas};
 use crate::report::{self, Series, aligned, beta_text, histogram_svg};
 use crate::session::{check_distinct, check_writable, write_text};
@@ -65,8 +65,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let file = formats::read_mixed(&arguments.mesh)?;
     let (mesh, others) = (&file.mesh, &file.others);
     console.step("measuring");
+    let of_others = others.tets();
+    let corners = mesh.tets.iter().chain(&of_others).flatten().map(|&vertex| mesh.vertices[vertex as usize]);
+    check_size(corners).map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     let mut beta = betas(&mesh.vertices, &mesh.tets);
-    beta.extend(betas(&mesh.vertices, &others.tets()));
+    beta.extend(betas(&mesh.vertices, &of_others));
     let Statistics { min, max, mean, inverted } = Statistics::new(&beta);
     let figures = Figures {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),

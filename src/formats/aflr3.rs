@@ -16,7 +16,7 @@ use std::io::{self, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
-use super::document::{Companion, Slots, SourceFile, narrow, write_shortest};
+use super::document::{Companion, Slots, SourceFile, check_single, narrow, write_shortest};
 use super::error::ReadError;
 use super::format::{Create, Format, Parsed};
 use super::mapbc;
@@ -235,6 +235,9 @@ fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
         Encoding::Text => write!(out, "{value}{end}"),
         Encoding::Binary(endian) => write_index(out, value, endian, variant.long),
     };
+    if variant.width == Width::Single {
+        check_single(new_file.vertices)?;
+    }
     let n_vertices = new_file.vertices.len();
     let shapes = CellKind::FACES.into_iter().chain(CellKind::CELLS);
     let counts: Vec<usize> = iter::once(n_vertices).chain(shapes.map(|shape| new_file.of(shape).len())).collect();

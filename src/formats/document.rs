@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 use super::out::Out;
 use super::scanner::{Encoding, Width, find_byte, next_token, parse_double};
+use crate::geometry::bounds;
+use crate::text::figures::Shortest;
 
 /// The source of a mesh with the places of its coordinates: everything needed to write the file
 /// back with moved vertices.
@@ -134,6 +136,9 @@ impl Slots {
 impl Coordinates for Slots {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let Encoding::Binary(endian) = self.encoding else { return self.write_text(bytes, out, vertices) };
+        if self.width == Width::Single {
+            check_single(vertices)?;
+        }
         let mut copied = 0;
         for (&slot, vertex) in self.slots.iter().zip(vertices) {
             out.write_all(&bytes[copied..slot])?;
@@ -194,7 +199,21 @@ pub(super) fn comment(text: &[u8]) -> usize {
     (length.unwrap_or(inside.len()) + 2).min(text.len())
 }
 
-/// A coordinate in single precision.
+/// Checks that single precision can hold the shape of a mesh with these vertices. In a smaller mesh
+/// coordinates would become zero.
+///
+/// # Errors
+/// The mesh is too small.
+pub(super) fn check_single(vertices: &[DVec3]) -> io::Result<()> {
+    let size = bounds(vertices.iter().copied()).map_or(0.0, |[low, high]| (high - low).max_element());
+    if size > 0.0 && size < f64::from(f32::MIN_POSITIVE) {
+        let message = format!("the mesh measures {size:e} of its unit, too little for the file's single precision");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+    }
+    Ok(())
+}
+
+/// A coordinate in single precision, for a mesh that has passed [`check_single`].
 ///
 /// # Errors
 /// The coordinate is too large.
@@ -210,5 +229,5 @@ pub(super) fn narrow(value: f64) -> io::Result<f32> {
 /// Writes the fewest digits that read back as the same number, with an exponent where there would
 /// be many zeros.
 pub(super) fn write_shortest(out: &mut impl Write, value: f64) -> io::Result<()> {
-    if value == 0.0 || (1e-5..1e16).contains(&value.abs()) { write!(out, "{value}") } else { write!(out, "{value:e}") }
+    write!(out, "{}", Shortest(value))
 }

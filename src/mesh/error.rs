@@ -3,6 +3,9 @@
 use glam::DVec3;
 use thiserror::Error;
 
+use super::SIZES;
+use crate::text::figures::near;
+
 /// A fault of a mesh. Vertices, tets and triangles are numbered from 0, in the order of the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -12,13 +15,19 @@ pub enum MeshError {
     NoTets,
     #[error("vertex {vertex} has the coordinates {at:?}; they must be finite numbers")]
     NotFinite { vertex: usize, at: [f64; 3] },
+    #[error(
+        "the mesh measures {size:e} of its unit, expected {:e} to {:e}: give it and all its lengths in another unit",
+        SIZES.start(), SIZES.end()
+    )]
+    Size { size: f64 },
     #[error("{what} {index} names vertex {vertex}, but the mesh has the vertices 0..{n_vertices}")]
     VertexOutOfRange { what: &'static str, index: usize, vertex: u32, n_vertices: usize },
     #[error("{what} {index} names vertex {vertex} twice")]
     RepeatedVertex { what: &'static str, index: usize, vertex: u32 },
     #[error(
-        "{count} of {n_tets} tets are inverted or flat; the first is tet {first} with volume {volume:e}, near {at:.6}; \
-         a mesh must be valid before it is moved"
+        "{count} of {n_tets} tets are inverted or flat; the first is tet {first} with volume {volume:e}, near {}; \
+         a mesh must be valid before it is moved",
+        near(*at)
     )]
     Inverted { count: usize, n_tets: usize, first: usize, volume: f64, at: DVec3 },
     #[error(
@@ -40,9 +49,10 @@ pub enum MeshError {
     TrianglesNotOnBoundary { count: usize, first: u32, vertices: [u32; 3] },
     #[error(
         "{count} faces on the boundary of the tets belong to no family; the first has the vertices {vertices:?}, near \
-         {at:.6}; every boundary face needs a named surface group"
+         {}; every boundary face needs a named surface group",
+        near(*at)
     )]
     BoundaryWithoutFamily { count: usize, vertices: [u32; 3], at: DVec3 },
-    #[error("{triangles} boundary triangles meet in the edge {vertices:?} near {at:.6}; exactly two can")]
+    #[error("{triangles} boundary triangles meet in the edge {vertices:?} near {}; exactly two can", near(*at))]
     NonManifoldEdge { vertices: [u32; 2], triangles: usize, at: DVec3 },
 }

@@ -26,7 +26,7 @@ pub use error::MeshError;
 pub use order::Order;
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
-pub use validate::{Topology, check, validate};
+pub use validate::{SIZES, Topology, check, check_size, validate};
 
 use crate::{geometry, quality};
 

@@ -1,7 +1,15 @@
 //! The checks that a mesh must pass before anything is built on it.
 
+use std::ops::RangeInclusive;
+
+use glam::DVec3;
+
 use super::{MeshError, TetMesh, half_edge::Surface, half_face::HalfFaces};
 use crate::{geometry, quality};
+
+/// The sizes of a mesh with which idmesh computes, in the mesh's unit. Products of up to four
+/// lengths stay in the range of f64, also of edges of 1e-25 of the size.
+pub const SIZES: RangeInclusive<f64> = 1e-50..=1e50;
 
 /// The topology of a checked mesh.
 #[derive(Clone, Debug)]
@@ -24,7 +32,8 @@ pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
 }
 
 /// Checks each vertex, tet and triangle alone: coordinates are finite, all named vertices exist,
-/// none is named twice in a tet or triangle, and no tet is inverted or left-handed.
+/// none is named twice in a tet or triangle, the size is in [`SIZES`], and no tet is inverted or
+/// left-handed.
 ///
 /// # Errors
 /// The first fault found, in the order of [`MeshError`].
@@ -37,6 +46,7 @@ pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
     }
     check_indices("tet", &mesh.tets, mesh.vertices.len())?;
     check_indices("triangle", &mesh.triangles, mesh.vertices.len())?;
+    check_size(mesh.tets.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize]))?;
     let corners = |tet: usize| geometry::corners(&mesh.vertices, mesh.tets[tet]);
     let volume = |tet: usize| quality::volume(corners(tet));
     let inverted: Vec<usize> = (0..mesh.tets.len()).filter(|&tet| volume(tet) <= 0.0).collect();
@@ -59,6 +69,22 @@ pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
         });
     }
     Ok(())
+}
+
+/// Checks the size of a mesh: the largest extent of its vertices along an axis. Beyond [`SIZES`]
+/// volumes and squares of lengths would be zero or infinite.
+///
+/// Vertices without extent pass, and so do coordinates that are not finite. Other checks find them.
+///
+/// - `vertices`: positions, in the mesh's unit
+///
+/// # Errors
+/// [`MeshError::Size`]
+pub fn check_size(vertices: impl IntoIterator<Item = DVec3>) -> Result<(), MeshError> {
+    let Some([low, high]) = geometry::bounds(vertices) else { return Ok(()) };
+    let size = (high - low).max_element();
+    let is_judged = low.is_finite() && high.is_finite() && size > 0.0;
+    if is_judged && !SIZES.contains(&size) { Err(MeshError::Size { size }) } else { Ok(()) }
 }
 
 impl Topology {

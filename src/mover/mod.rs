@@ -58,6 +58,7 @@ use crate::{
     quality::{self, Statistics, faults::EdgeAngles},
     stage::SetUp,
     stages::{STAGES, Stages, WingProfiles},
+    text::figures::place,
     text::nearest::{did_you_mean, quoted},
     volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
 };
@@ -150,9 +151,9 @@ pub enum MoveError {
     },
     /// Two prescribed families move a vertex that both have to different places.
     #[error(
-        "the prescribed families `{family}` and `{other}` share vertex {vertex} at ({}, {}, {}), and its displacements \
+        "the prescribed families `{family}` and `{other}` share vertex {vertex} at {}, and its displacements \
          differ by {difference:.3e}, expected the same from both",
-        position.x, position.y, position.z
+        place(*position)
     )]
     Disagree {
         /// The first family.

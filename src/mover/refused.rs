@@ -14,6 +14,7 @@ use crate::geometry::triangle_normal;
 use crate::mesh::TetMesh;
 use crate::projection::crossing::crosses;
 use crate::quality::faults::{self, Cluster};
+use crate::text::figures::{Shortest, place};
 
 /// The condition that a refused result does not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,30 +124,31 @@ impl Outcome {
         for (kind, by_family, what) in deviations {
             let farther = |a: &(&String, &Deviation), b: &(&String, &Deviation)| a.1.distance.total_cmp(&b.1.distance);
             let Some((family, worst)) = by_family.iter().max_by(farther) else { continue };
-            let each: Vec<_> = by_family.iter().map(|(name, by)| format!("{name} by {}", short(by.distance))).collect();
+            let each: Vec<_> =
+                by_family.iter().map(|(name, by)| format!("{name} by {}", Shortest(short(by.distance)))).collect();
             let place = Place::new(moved[worst.vertex], Some(family));
             let count = by_family.values().map(|by| by.vertices).sum();
             add(kind, count, Some(place), format!("{what} ({})", each.join(", ")));
         }
         for held in &self.held_back {
             let Some(Beyond { distance, edge, at }) = held.beyond else { continue };
-            let [x, y, z] = at.to_array().map(short);
             let message = format!(
-                "`{}` holds vertices of `{}` back by more than their shortest edge, at ({x}, {y}, {z}) by {} where that is {}",
+                "`{}` holds vertices of `{}` back by more than their shortest edge, at {} by {} where that is {}",
                 held.by,
                 held.family,
-                short(distance),
-                short(edge)
+                short_place(at),
+                Shortest(short(distance)),
+                Shortest(short(edge))
             );
             add(FaultKind::HeldBack, held.vertices, Some(Place::new(at, Some(&held.by))), message);
         }
         for (wing, missed) in &self.missed {
             let at = moved[missed.vertex];
-            let [x, y, z] = at.to_array().map(short);
             let message = format!(
-                "the wing of `{wing}` misses its new profile {} by {:.2} % of the chord at ({x}, {y}, {z}), allowed is {} %",
+                "the wing of `{wing}` misses its new profile {} by {:.2} % of the chord at {}, allowed is {} %",
                 missed.profile,
                 100.0 * missed.share,
+                short_place(at),
                 100.0 * MISSED
             );
             add(FaultKind::MissedProfiles, 1, Some(Place::new(at, Some(wing))), message);
@@ -155,8 +157,7 @@ impl Outcome {
         let mut message = texts.join(", and ");
         if let Some(worst) = clusters.first() {
             let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
-            let [x, y, z] = worst.at.to_array().map(short);
-            message += &format!("; {}, the worst tet at ({x}, {y}, {z}){near}", places(clusters.len()));
+            message += &format!("; {}, the worst tet at {}{near}", places(clusters.len()), short_place(worst.at));
         }
         if self.inverted > 0 {
             message += &format!("; inverted by stage: {}", stages(self));
@@ -192,9 +193,8 @@ fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
         |vertices: &[DVec3], triangle: u32| mesh.triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
     let middle = |[a, b, c]: [DVec3; 3]| (a + b + c) / 3.0;
     let place = |triangle: u32| {
-        let [x, y, z] = middle(of(moved, triangle)).to_array().map(short);
         let family = &mesh.families[mesh.triangle_family[triangle as usize].index()];
-        format!("`{family}` at ({x}, {y}, {z})")
+        format!("`{family}` at {}", short_place(middle(of(moved, triangle))))
     };
     let crossing = |other: &u32| crosses(moved, mesh.triangles[first as usize], mesh.triangles[*other as usize]);
     let Some(other) = (0..mesh.triangles.len() as u32).find(crossing) else { return place(first) };
@@ -206,7 +206,7 @@ fn passage(mesh: &TetMesh, moved: &[DVec3], first: u32) -> String {
         "{} with {}, which were {} apart before, their planes at {:.0} degrees",
         place(first),
         place(other),
-        short(middle(one).distance(middle(two))),
+        Shortest(short(middle(one).distance(middle(two)))),
         angle.min(180.0 - angle)
     )
 }
@@ -264,6 +264,10 @@ fn hint(outcome: &Outcome) -> String {
             .to_owned();
     }
     "a smaller change of the surface, or the same in another place, keeps more tets valid".to_owned()
+}
+
+fn short_place(at: DVec3) -> String {
+    place(at.map(short))
 }
 
 /// A coordinate with six significant digits, without trailing zeros.

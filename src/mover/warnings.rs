@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::{Design, HeldBack, Mover};
 use crate::families::{Misplaced, Role};
 use crate::profile::Missed;
+use crate::text::figures::place;
 
 /// A warning tells that planes have parted if the distance exceeds this fraction of their size.
 /// Smaller distances come from the tolerance of relaxations.
@@ -69,14 +70,14 @@ impl fmt::Display for Warning {
             Self::Parted { families: [one, other], distance, at } => write!(
                 f,
                 "the planes `{one}` and `{other}` matched vertex for vertex and no longer do: up to {distance:.3e} apart, at \
-                 ({}, {}, {}); if they are periodic, partner = \"{other}\" in the table of `{one}` keeps them so",
-                at.x, at.y, at.z
+                 {}; if they are periodic, partner = \"{other}\" in the table of `{one}` keeps them so",
+                place(*at)
             ),
             Self::HeldBack(HeldBack { by, family, vertices, max_distance, at, .. }) => write!(
                 f,
                 "`{by}` holds {vertices} vertices of `{family}` back from where the design has them, by up to \
-                 {max_distance:.3e}, at ({}, {}, {}): `{family}` is bent there",
-                at.x, at.y, at.z
+                 {max_distance:.3e}, at {}: `{family}` is bent there",
+                place(*at)
             ),
             Self::NotJudged { wing, profiles } => write!(
                 f,

@@ -12,6 +12,7 @@ use super::section::OwnSection;
 use super::span::Span;
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
+use crate::text::figures::length;
 
 /// Largest distance between an old profile and the wing's section in its plane, as a share of the
 /// section's length.
@@ -269,7 +270,8 @@ pub(super) fn against_old(
         if way > far {
             return Err(ProfileError::FarAway { profile, distance: way, wing });
         }
-        let what = format!("profile {profile} lies {way:.4} away from the old one (refused beyond {far:.4})");
+        let [lies, refused] = [way, far].map(|value| length(value, far));
+        let what = format!("profile {profile} lies {lies} away from the old one (refused beyond {refused})");
         closeness = closeness.max(Closeness { share: way / far, what });
         if section.gap() > BLUNT * section.length() && !section.is_same(new) {
             let gap = Outline::new(new, &plane)?.gap();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::text::figures::{length, near};
 use crate::text::shown;
 
 /// An error of reading, cutting, matching or interpolating profiles.
@@ -70,8 +71,9 @@ pub enum ProfileError {
     },
     /// The points of a profile jump back and forth.
     #[error(
-        "profile {profile}: the points are not in order along the curve, they turn back at {at:.6} and elsewhere, expected \
-         them from one side of the trailing edge round the leading edge to the other"
+        "profile {profile}: the points are not in order along the curve, they turn back at {} and elsewhere, expected \
+         them from one side of the trailing edge round the leading edge to the other",
+        near(*at)
     )]
     NotInOrder {
         /// Number of the profile.
@@ -81,8 +83,9 @@ pub enum ProfileError {
     },
     /// An open profile does not end at the trailing edge on both sides.
     #[error(
-        "profile {profile} is open and ends at {at:.6}, short of the trailing edge: expected both sides of a section, from \
-         one side of the trailing edge round the leading edge to the other"
+        "profile {profile} is open and ends at {}, short of the trailing edge: expected both sides of a section, from \
+         one side of the trailing edge round the leading edge to the other",
+        near(*at)
     )]
     ProfileCutShort {
         /// Number of the profile.
@@ -92,8 +95,9 @@ pub enum ProfileError {
     },
     /// An old profile does not lie on the wing.
     #[error(
-        "profile {profile}: the old profile and the wing's surface are {distance:.4} apart in its plane, {:.1} % of the \
+        "profile {profile}: the old profile and the wing's surface are {} apart in its plane, {:.1} % of the \
          chord, expected the section of this wing: profiles of another place, another design, or in other axes?",
+        length(*distance, distance / share),
         100.0 * share
     )]
     OffWing {
@@ -116,8 +120,9 @@ pub enum ProfileError {
     },
     /// Beyond the mirror plane the wing is no mirror image of its other half.
     #[error(
-        "profile {profile}: beyond the mirror plane the wing lies {distance:.4} off the profile's mirror image, or is not there: \
-         another mirror plane, or a wing that is not symmetric?"
+        "profile {profile}: beyond the mirror plane the wing lies {} off the profile's mirror image, or is not there: \
+         another mirror plane, or a wing that is not symmetric?",
+        length(*distance, *distance)
     )]
     OffMirror {
         /// Number of the profile.
@@ -145,8 +150,10 @@ pub enum ProfileError {
     },
     /// A new profile is far from the wing.
     #[error(
-        "profile {profile} lies {distance:.4} away from the old one, the whole wing measures {wing:.4}: profiles of another \
-         wing, or in another unit of length or other axes?"
+        "profile {profile} lies {} away from the old one, the whole wing measures {}: profiles of another \
+         wing, or in another unit of length or other axes?",
+        length(*distance, *wing),
+        length(*wing, *wing)
     )]
     FarAway {
         /// Number of the profile.
@@ -181,7 +188,7 @@ pub enum ProfileError {
         new: f64,
     },
     /// The two sides of a section cross each other.
-    #[error("profile {profile} crosses itself near {at:.6}, expected a curve round a wing section")]
+    #[error("profile {profile} crosses itself near {}, expected a curve round a wing section", near(*at))]
     CrossesItself {
         /// Number of the profile.
         profile: i64,
@@ -250,8 +257,9 @@ pub enum ProfileError {
     },
     /// An open section does not end at the trailing edge on both sides.
     #[error(
-        "the plane at {at} along normal {normal} cuts a section that ends at {position:.6}, short of the trailing edge: \
-         another body stands there, or the families hold one side of the wing only"
+        "the plane at {at} along normal {normal} cuts a section that ends at {}, short of the trailing edge: \
+         another body stands there, or the families hold one side of the wing only",
+        near(*position)
     )]
     CutShort {
         /// The plane's normal.

@@ -16,6 +16,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use thiserror::Error;
 
 use crate::geometry::{corners, nearest_on_segment, triangle_normal, unit_normal};
+use crate::text::figures::near;
 
 /// An error of a continuation.
 #[derive(Debug, Error)]
@@ -23,14 +24,15 @@ use crate::geometry::{corners, nearest_on_segment, triangle_normal, unit_normal}
 pub enum ContinuationError {
     /// The projection of the rim on its own plane crosses itself.
     #[error(
-        "the hole's rim near {at:.6} folds over itself when seen along its axis; the surface cannot be continued across it"
+        "the hole's rim near {} folds over itself when seen along its axis; the surface cannot be continued across it",
+        near(*at)
     )]
     RimFolds {
         /// A point of the rim, in the mesh's unit.
         at: DVec3,
     },
     /// The interpolation has no solution.
-    #[error("the surface around the hole near {at:.6} does not determine a continuation")]
+    #[error("the surface around the hole near {} does not determine a continuation", near(*at))]
     Undetermined {
         /// A point of the rim, in the mesh's unit.
         at: DVec3,

@@ -14,7 +14,7 @@ pub use tree::TriangleTree;
 
 use glam::DVec3;
 
-use crate::geometry::{corners, vertex_normals};
+use crate::geometry::{corners, diagonal, vertex_normals};
 
 /// The point of a surface nearest to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +36,8 @@ pub struct TargetSurface {
     /// Unit normals `[n_points]`, weighted by area.
     normals: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// Diagonal of the surface's bounding box, in the unit of the points.
+    size: f64,
 }
 
 impl TargetSurface {
@@ -45,7 +47,8 @@ impl TargetSurface {
     /// - `triangles` `[n_triangles]`
     pub fn new(points: &[DVec3], triangles: Vec<[u32; 3]>) -> Self {
         let normals = vertex_normals(points, &triangles);
-        Self { tree: TriangleTree::new(points, &triangles), normals, triangles }
+        let size = diagonal(triangles.iter().flatten().map(|&point| points[point as usize]));
+        Self { tree: TriangleTree::new(points, &triangles), normals, triangles, size }
     }
 
     /// The point of the surface nearest to `at`.
@@ -72,13 +75,16 @@ impl TargetSurface {
         // Below this cosine the intersection moves faster than the distance between vertex and
         // surface changes.
         const LEAST_COSINE: f64 = 0.2;
+        // A point is on the surface if its distance is this fraction of its coordinates, or a tenth
+        // of this fraction of the surface's size. Rounding is about as large.
+        const ON_SURFACE: f64 = 1e-15;
         let start = self.closest(from);
         let reach = 4.0 * start.distance_squared.sqrt() / LEAST_COSINE;
         let mut travel = 0.0;
         for _ in 0..30 {
             let at = from + travel * direction;
             let on = self.closest(at);
-            if on.distance_squared <= 1e-30 * (1.0 + at.length_squared()) {
+            if on.distance_squared <= ON_SURFACE * ON_SURFACE * (0.01 * self.size * self.size + at.length_squared()) {
                 return on.point;
             }
             // The normal of the facet, not the smooth normal: the line meets facets.

@@ -1,6 +1,7 @@
 //! Text: numbers and tables as other programs write them, the known name nearest to a mistyped one,
 //! and texts of others as they may be shown.
 
+pub(crate) mod figures;
 pub(crate) mod header;
 pub(crate) mod nearest;
 mod number;

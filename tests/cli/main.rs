@@ -22,4 +22,5 @@ mod schema;
 mod shape;
 mod shown;
 mod together;
+mod units;
 mod wing_box;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 
-use crate::formats::document::{Coordinates, narrow};
+use crate::formats::document::{Coordinates, check_single, narrow};
 use crate::formats::out::Out;
 use crate::formats::scanner::{Endian, Width};
 
@@ -38,6 +38,9 @@ impl Coordinates for Columns {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let mut bytes = bytes.to_vec();
         let (width, endian) = self.kind;
+        if width == Width::Single {
+            check_single(vertices)?;
+        }
         for (axis, start) in self.starts.into_iter().enumerate() {
             let column = &mut bytes[start..start + vertices.len() * width.bytes()];
             for (place, vertex) in column.chunks_exact_mut(width.bytes()).zip(vertices) {

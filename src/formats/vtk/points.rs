@@ -7,7 +7,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::payload::Payload;
-use crate::formats::document::{Coordinates, Slots, narrow};
+use crate::formats::document::{Coordinates, Slots, check_single, narrow};
 use crate::formats::out::Out;
 use crate::formats::scanner::{Encoding, Width};
 
@@ -123,6 +123,9 @@ struct Points {
 
 impl Coordinates for Points {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
+        if self.arrays.iter().any(|array| array.width == Width::Single) {
+            check_single(vertices)?;
+        }
         let mut edits: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
         let mut rest = vertices;
         for Array { start, payload, width } in &self.arrays {
