@@ -45,7 +45,7 @@ fn run() -> Result<(), Failure> {
             n_failed += 1;
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/damage");
             std::fs::create_dir_all(&folder)?;
-            let path = folder.join(format!("{round}.{}", seed.name));
+            let path = folder.join(format!("{round}.{}", seed.name.replace('/', ".")));
             std::fs::write(&path, &bytes)?;
             println!("not survived: {}", path.display());
         }

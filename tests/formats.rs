@@ -14,6 +14,8 @@ mod damage;
 mod medit;
 #[path = "formats/mixed.rs"]
 mod mixed;
+#[path = "formats/names.rs"]
+mod names;
 #[path = "formats/openfoam.rs"]
 mod openfoam;
 #[path = "formats/save_all.rs"]
@@ -22,6 +24,8 @@ mod save_all;
 mod su2;
 #[path = "formats/vtu.rs"]
 mod vtu;
+#[path = "formats/vtu_broken.rs"]
+mod vtu_broken;
 
 use std::fs;
 use std::io::{Read, Write};

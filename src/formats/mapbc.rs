@@ -161,7 +161,7 @@ pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
 }
 
 fn fits(letter: char) -> bool {
-    !letter.is_whitespace() && !letter.is_control() && !matches!(letter, '#' | '!')
+    !letter.is_whitespace() && !letter.is_control() && !matches!(letter, '#' | '!' | '\u{feff}')
 }
 
 /// Checks that a file at `path` has the same names as `companion`, which belongs to the mesh.

@@ -16,10 +16,10 @@ use super::error::ReadError;
 use super::format::{Create, Format, Parsed};
 use super::mapbc::{self, Mapbc};
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
-use super::new_file::NewFile;
+use super::new_file::{NewFile, renamed};
 use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
-use super::vtk::{list_names, parse_names};
+use super::vtk::{list_names, listed_names, parse_names};
 
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "Medit";
@@ -421,10 +421,10 @@ fn companion(new_file: &NewFile) -> Companion {
     Companion { path: mapbc_path, bytes: None, names }
 }
 
-/// Losses of a new file: names, in a binary file.
+/// Losses of a new file: letters of names; all names, in a binary file.
 fn limits(new_file: &NewFile) -> Vec<String> {
     if new_file.extension == "mesh" {
-        return Vec::new();
+        return renamed(new_file.cells.families, &listed_names(new_file.cells.families));
     }
     vec![format!("names of families: only their numbers are held ({})", list_names(new_file.cells.families))]
 }

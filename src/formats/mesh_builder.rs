@@ -71,7 +71,7 @@ pub(super) enum Kind {
 pub(super) const MOST_VERTICES: usize = u32::MAX as usize;
 
 /// Cells and faces while they are read.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct MeshBuilder {
     pub tets: Vec<[u32; 4]>,
     pub triangles: Vec<[u32; 3]>,

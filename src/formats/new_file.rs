@@ -137,9 +137,15 @@ impl<'a> NewFile<'a> {
     }
 }
 
-/// Names in which `_` replaces every letter that the format does not accept. All names are
-/// different.
+/// Names in which `_` replaces every letter that the format does not accept, and empty names. All
+/// names are different.
 pub(super) fn clean_names(names: &[String], takes: impl Fn(char) -> bool) -> Vec<String> {
+    let filled = |name: &String| if name.is_empty() { "_".to_owned() } else { name.clone() };
+    different_names(&names.iter().map(filled).collect::<Vec<_>>(), takes)
+}
+
+/// [`clean_names`] in which a name may be empty.
+pub(super) fn different_names(names: &[String], takes: impl Fn(char) -> bool) -> Vec<String> {
     let mut seen = HashSet::new();
     let clean = |name: &String| {
         let name: String = name.chars().map(|letter| if takes(letter) { letter } else { '_' }).collect();

@@ -295,7 +295,8 @@ fn limits(new_file: &NewFile) -> Vec<String> {
     renamed(new_file.cells.families, &clean_names(new_file.cells.families, clean))
 }
 
-/// SU2 removes white space from a marker's name, and `%` begins a comment.
+/// SU2 removes white space from a marker's name, and `%` begins a comment. A byte order mark is no
+/// part of a name.
 fn clean(letter: char) -> bool {
-    !letter.is_whitespace() && !letter.is_control() && letter != '%'
+    !letter.is_whitespace() && !letter.is_control() && !matches!(letter, '%' | '\u{feff}')
 }

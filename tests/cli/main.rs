@@ -4,6 +4,8 @@
 mod batch;
 mod book;
 mod commands;
+mod damage;
+mod damaged_runs;
 mod fixture;
 mod formats;
 mod gpu;

@@ -1,6 +1,7 @@
 //! CGNS files: only their coordinates change, and new ones hold the mesh.
 
 use super::*;
+use crate::damage::with_checksums;
 
 #[test]
 fn only_coordinates_change() {
@@ -239,4 +240,29 @@ fn what_a_new_file_loses_is_told() {
     let at = bytes.windows(from.len()).position(|window| window == from).unwrap();
     bytes[at..at + to.len()].copy_from_slice(to);
     assert_eq!(losses(&bytes), ["types of boundary conditions (BCWallViscous): not carried into the new file"]);
+}
+
+/// A broken file gives y the place of x, or x a place that reaches into other data. Written with
+/// other coordinates, it would be another mesh.
+#[test]
+fn coordinates_that_share_bytes_are_refused() {
+    let mesh = boxed("box.v41.ascii.msh").mesh;
+    let bytes = written(&MeshFile::from_mesh(mesh.clone()), "a.cgns", &mesh.vertices);
+    let [x, y] = [0, 1].map(|axis| {
+        let column: Vec<u8> = mesh.vertices.iter().flat_map(|vertex| vertex[axis].to_le_bytes()).collect();
+        bytes.windows(column.len()).position(|window| window == column).unwrap() as u64
+    });
+    assert!(with_checksums(&bytes) == bytes, "the checksums are right");
+    let place = |address: u64| {
+        let address = address.to_le_bytes();
+        let places: Vec<_> = (0..bytes.len() - 8).filter(|&at| bytes[at..at + 8] == address).collect();
+        assert_eq!(places.len(), 1, "{places:?}");
+        places[0]
+    };
+    for other in [x, x + 8] {
+        let mut broken = bytes.clone();
+        broken[place(y)..][..8].copy_from_slice(&other.to_le_bytes());
+        let error = read_bytes("a.cgns", &with_checksums(&broken)).unwrap_err().to_string();
+        assert!(error.contains("coordinates with places of their own"), "{error}");
+    }
 }

@@ -10,7 +10,7 @@ use hdf5_pure::{AttrValue, FileBuilder, FormatError, GroupBuilder, LibVer};
 
 use super::element_number;
 use crate::formats::mesh_builder::CellKind;
-use crate::formats::new_file::{NewFile, clean_names};
+use crate::formats::new_file::{NewFile, clean_names, renamed};
 use crate::formats::out::Out;
 
 /// Most letters in the name of a node.
@@ -151,9 +151,18 @@ fn node_names(families: &[String]) -> Vec<String> {
     clean_names(&names, takes).split_off(1)
 }
 
-/// Losses of a new file: the types of boundary conditions.
-pub(super) fn limits(_: &NewFile) -> Vec<String> {
-    vec!["boundary conditions: those of the families have no type (FamilySpecified)".to_owned()]
+/// The full names of the families in the file. All names are different.
+fn full_names(families: &[String]) -> Vec<String> {
+    // Zeros and blanks at the end of a text only fill it.
+    let names: Vec<String> = families.iter().map(|name| name.trim_end_matches(['\0', ' ']).to_owned()).collect();
+    clean_names(&names, |_| true)
+}
+
+/// Losses of a new file: ends of names, the types of boundary conditions.
+pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
+    let mut limits = renamed(new_file.cells.families, &full_names(new_file.cells.families));
+    limits.push("boundary conditions: those of the families have no type (FamilySpecified)".to_owned());
+    limits
 }
 
 /// Writes a CGNS file.
@@ -174,8 +183,9 @@ fn build(new_file: &NewFile) -> Result<FileBuilder, FormatError> {
     }
     let mut conditions = node("ZoneBC", "ZoneBC_t", &Data::Nothing, &[])?;
     let mut families = Vec::new();
-    let names = node_names(new_file.cells.families);
-    for (index, (faces, name)) in new_file.faces_by_family().into_iter().zip(&names).enumerate() {
+    let full = full_names(new_file.cells.families);
+    let names = node_names(&full);
+    for (index, ((faces, name), full)) in new_file.faces_by_family().into_iter().zip(&names).zip(&full).enumerate() {
         let first = zone.next;
         for (what, shape) in [("triangles", CellKind::Triangle), ("quadrilaterals", CellKind::Quadrilateral)] {
             let faces = faces.iter().filter(|(of, _)| *of == shape).flat_map(|&(_, face)| face);
@@ -190,10 +200,7 @@ fn build(new_file: &NewFile) -> Result<FileBuilder, FormatError> {
         }
         let mut family = node(name, "Family_t", &Data::Nothing, &[])?;
         // The full name, as in files of gmsh.
-        let full = &new_file.cells.families[index];
-        if !full.is_empty() {
-            family.add_group(text("FamilyName", "FamilyName_t", full)?.finish());
-        }
+        family.add_group(text("FamilyName", "FamilyName_t", full)?.finish());
         families.push(family.finish());
     }
     zone.node.add_group(conditions.finish());

@@ -9,6 +9,7 @@
 //!
 //! Source: the CGNS standard, SIDS and "SIDS file mapping, HDF5".
 
+mod apart;
 mod columns;
 mod create;
 mod tree;
@@ -120,11 +121,13 @@ struct Reader<'a> {
 
 /// Reads a CGNS file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
-    let shared = Shared(Arc::new(bytes));
-    let Zone { mesh_builder, positions, columns, names, beside } = read_zone(path, &shared)?;
+    let shared = Shared::new(bytes);
+    let zone = read_zone(path, &shared)?;
+    apart::check(path, &shared, &zone)?;
+    let Zone { mesh_builder, positions, columns, names, beside } = zone;
     let (mesh, others) = mesh_builder.finish(path, positions, |tag| names[tag as usize].clone())?;
     // HDF5 has released the bytes.
-    let bytes = Arc::unwrap_or_clone(shared.0);
+    let bytes = Arc::unwrap_or_clone(shared.bytes);
     let coordinates = Box::new(columns);
     let document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
     Ok(Parsed { mesh, others, document })
@@ -141,7 +144,7 @@ struct Zone {
 }
 
 fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
-    let bytes = &shared.0[..];
+    let bytes = &shared.bytes[..];
     let unsupported = |found: &str, hint| ReadError::Unsupported { path: path.into(), found: found.into(), hint };
     if bytes.windows(4).take(64).any(|window| window == b"@(#)") {
         return Err(unsupported("CGNS in ADF", "turn it into HDF5: adf2hdf old.cgns new.cgns"));
@@ -156,7 +159,7 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
         let expected = format!("the rest of its {length} bytes");
         return Err(ReadError::Truncated { place: Location::Byte(path.into(), bytes.len()), expected });
     }
-    let root = Node::root(path, bytes, &file);
+    let root = Node::root(path, shared, &file);
     let base = root.only("CGNSBase_t", "base", "leave one base in it")?;
     let zone = base.only("Zone_t", "zone", "merge them into one in which they share vertices")?;
     for kind in zone.children("ZoneType_t")? {

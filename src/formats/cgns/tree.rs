@@ -4,8 +4,9 @@
 
 use std::borrow::Cow;
 use std::fmt::Display;
+use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hdf5_pure::{AttrValue, Dataset, Datatype, DatatypeByteOrder, File, FormatError, Group, Layout, Source};
 
@@ -13,22 +14,45 @@ use crate::formats::error::{Location, ReadError};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::Endian;
 
-/// The bytes of a file, shared by HDF5 and idmesh.
+/// The bytes of a file, shared by HDF5 and idmesh, and which of them have been read.
 #[derive(Clone)]
-pub(super) struct Shared(pub Arc<Vec<u8>>);
+pub(super) struct Shared {
+    pub bytes: Arc<Vec<u8>>,
+    reads: Arc<Mutex<Vec<Range<usize>>>>,
+}
+
+impl Shared {
+    pub fn new(bytes: Vec<u8>) -> Self {
+        Self { bytes: Arc::new(bytes), reads: Arc::default() }
+    }
+
+    /// Notes that these bytes are read.
+    fn note(&self, range: Range<usize>) {
+        self.reads.lock().unwrap_or_else(PoisonError::into_inner).push(range);
+    }
+
+    /// Whether bytes of a range have been read together with bytes outside it, or only some of
+    /// them.
+    pub fn is_used_otherwise(&self, range: &Range<usize>) -> bool {
+        let reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
+        reads.iter().any(|read| read != range && read.start < range.end && range.start < read.end)
+    }
+}
 
 impl Source for Shared {
     fn len(&self) -> u64 {
-        self.0.len() as u64
+        self.bytes.len() as u64
     }
 
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
         let end = FormatError::UnexpectedEof {
             expected: usize::try_from(offset).unwrap_or(usize::MAX).saturating_add(buffer.len()),
-            available: self.0.len(),
+            available: self.bytes.len(),
         };
-        let start = usize::try_from(offset).ok().filter(|&start| start <= self.0.len()).ok_or_else(|| end.clone())?;
-        let found = self.0[start..].get(..buffer.len()).ok_or(end)?;
+        let start =
+            usize::try_from(offset).ok().filter(|&start| start <= self.bytes.len()).ok_or_else(|| end.clone())?;
+        let found = self.bytes[start..].get(..buffer.len()).ok_or(end)?;
+        self.note(start..start + buffer.len());
         buffer.copy_from_slice(found);
         Ok(())
     }
@@ -37,7 +61,7 @@ impl Source for Shared {
 /// A node of the tree.
 pub(super) struct Node<'a> {
     file: &'a Path,
-    bytes: &'a [u8],
+    shared: &'a Shared,
     /// The names on the way to the node, each after a slash.
     path: String,
     group: Group,
@@ -47,8 +71,8 @@ impl<'a> Node<'a> {
     /// The root of a file.
     ///
     /// - `file`: path, for messages
-    pub fn root(file: &'a Path, bytes: &'a [u8], hdf5: &File) -> Self {
-        Self { file, bytes, path: String::new(), group: hdf5.root() }
+    pub fn root(file: &'a Path, shared: &'a Shared, hdf5: &File) -> Self {
+        Self { file, shared, path: String::new(), group: hdf5.root() }
     }
 
     pub fn name(&self) -> &str {
@@ -67,7 +91,7 @@ impl<'a> Node<'a> {
     /// The child with this name, if there is one.
     pub fn find(&self, name: &str) -> Option<Self> {
         let group = self.group.group(name).ok()?;
-        Some(Self { file: self.file, bytes: self.bytes, path: format!("{}/{name}", self.path), group })
+        Some(Self { file: self.file, shared: self.shared, path: format!("{}/{name}", self.path), group })
     }
 
     /// The child with this name.
@@ -123,7 +147,7 @@ impl<'a> Node<'a> {
         let data = self.group.dataset(" data").map_err(|error| self.malformed("data", error))?;
         let shape = data.shape().map_err(|error| self.malformed("data", error))?;
         let n_values = shape.iter().try_fold(1u64, |product, &size| product.checked_mul(size)).unwrap_or(u64::MAX);
-        let length = self.bytes.len();
+        let length = self.shared.bytes.len();
         if n_values > length as u64 {
             let expected = format!("data within the {length} bytes of the file");
             return Err(self.malformed(expected, format_args!("{n_values} values")));
@@ -139,7 +163,8 @@ impl<'a> Node<'a> {
             return Ok(None);
         };
         let range = |start: usize| Some(start..start.checked_add(usize::try_from(size).ok()?)?);
-        let found = usize::try_from(address).ok().and_then(|start| Some((start, self.bytes.get(range(start)?)?)));
+        let found =
+            usize::try_from(address).ok().and_then(|start| Some((start, self.shared.bytes.get(range(start)?)?)));
         found.map(Some).ok_or_else(|| self.malformed("data", "an end of the file before theirs"))
     }
 
@@ -148,10 +173,13 @@ impl<'a> Node<'a> {
         let data = self.data()?;
         let datatype = data.datatype().map_err(|error| self.malformed("whole numbers", error))?;
         if let Some((number, endian)) = number_of(&datatype)
-            && let Some((_, bytes)) = self.stored(&data)?
+            && let Some((start, bytes)) = self.stored(&data)?
             && let Some(integers) = Integers::stored(Cow::Borrowed(bytes), number, endian)
             && data.shape().is_ok_and(|shape| shape.iter().product::<u64>() == integers.len() as u64)
         {
+            // Two notes, so that these bytes are not taken for coordinates that are read whole.
+            self.shared.note(start..start + bytes.len() / 2);
+            self.shared.note(start + bytes.len() / 2..start + bytes.len());
             return Ok(integers);
         }
         let values = data.read_i64().map_err(|error| self.malformed("whole numbers", error))?;

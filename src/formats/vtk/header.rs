@@ -31,8 +31,22 @@ pub(super) enum Values {
     Text(usize),
     /// Base64 from this offset on.
     Base64(usize),
-    /// In the appended section, at an offset that an attribute gives.
-    Appended { offset: usize, attribute: Range<usize> },
+    /// In the appended section, at this offset.
+    Appended(usize),
+}
+
+/// An appended array of the file, whether or not it is read.
+pub(super) struct Appended {
+    pub name: String,
+    /// Whether it is an array of points.
+    pub points: bool,
+    /// Whether it belongs to a piece without points and cells.
+    pub of_nothing: bool,
+    /// Offset of its tag.
+    pub tag: usize,
+    /// Offset in the appended section, and the place of this number in the file.
+    pub offset: usize,
+    pub attribute: Range<usize>,
 }
 
 /// The contents of the tags.
@@ -41,6 +55,11 @@ pub(super) struct Header {
     pub pieces: Vec<Piece>,
     /// Offset of the appended arrays, and whether they are base64.
     pub appended: Option<(usize, bool)>,
+    /// All appended arrays.
+    pub appended_arrays: Vec<Appended>,
+    /// Where these arrays begin in the file, ascending, and the end of the appended section. Arrays
+    /// of empty pieces do not count.
+    starts: Vec<usize>,
     pub names: Vec<(i32, String)>,
 }
 
@@ -56,14 +75,39 @@ impl Header {
     /// The places in which the file gives the offsets of its appended arrays.
     pub fn offsets(&self) -> Vec<Offset> {
         let Some((base, _)) = self.appended else { return Vec::new() };
-        let arrays = self.pieces.iter().flat_map(|piece| &piece.arrays);
-        let said = arrays.filter_map(|array| match &array.values {
-            Values::Appended { offset, attribute } => Some((*offset, attribute.clone())),
-            _ => None,
-        });
-        said.map(|(value, attribute)| Offset { value, start: base.saturating_add(value), attribute }).collect()
+        let of = |array: &Appended| Offset {
+            value: array.offset,
+            start: base.saturating_add(array.offset),
+            attribute: array.attribute.clone(),
+        };
+        self.appended_arrays.iter().map(of).collect()
     }
 }
+
+impl Header {
+    /// The place before which an appended array must end that begins at `start`: the begin of the
+    /// next one, or the end of the appended section.
+    pub fn end_before(&self, start: usize) -> usize {
+        self.starts.get(self.starts.partition_point(|&other| other <= start)).copied().unwrap_or(start)
+    }
+
+    /// Number of appended arrays that begin at `start`.
+    pub fn n_at(&self, start: usize) -> usize {
+        self.starts.partition_point(|&other| other <= start) - self.starts.partition_point(|&other| other < start)
+    }
+
+    fn find_starts(&mut self, bytes: &[u8]) {
+        let Some((base, _)) = self.appended else { return };
+        let arrays = self.appended_arrays.iter().filter(|array| !array.of_nothing);
+        self.starts = arrays.map(|array| base.saturating_add(array.offset)).collect();
+        let end = bytes.windows(CLOSING.len()).rposition(|window| window == CLOSING);
+        self.starts.push(end.filter(|&end| end >= base).unwrap_or(bytes.len()));
+        self.starts.sort_unstable();
+    }
+}
+
+/// The tag at the end of the appended section.
+const CLOSING: &[u8] = b"</AppendedData";
 
 /// Reads the tags of a file with the type `expected`, up to the appended data.
 pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Header, ReadError> {
@@ -73,6 +117,8 @@ pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> 
         coding: Coding { endian: Endian::Little, header: 4, compression: None },
         pieces: Vec::new(),
         appended: None,
+        appended_arrays: Vec::new(),
+        starts: Vec::new(),
         names: Vec::new(),
     };
     let mut section = String::new();
@@ -110,9 +156,15 @@ pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> 
             ) => {
                 section = if closes { String::new() } else { tag.name.into() };
             }
-            ("DataArray" | "Array", false) if !section.is_empty() && section != "FieldData" => {
-                let array = read_array(&tags, &tag, &section)?;
-                header.pieces.last_mut().into_iter().for_each(|piece| piece.arrays.extend(array.clone()));
+            ("DataArray" | "Array", false) => {
+                let piece = header.pieces.last_mut().filter(|_| !matches!(&*section, "" | "FieldData"));
+                if tag.get("format") == Some("appended") {
+                    let of_nothing = piece.as_ref().is_some_and(|piece| piece.n_points == 0 && piece.n_cells == 0);
+                    header.appended_arrays.push(read_appended(&tags, &tag, section == "Points", of_nothing)?);
+                }
+                if let Some(piece) = piece {
+                    piece.arrays.extend(read_array(&tags, &tag, &section)?);
+                }
             }
             ("AppendedData", false) => {
                 let base64 = match tag.get("encoding") {
@@ -120,8 +172,10 @@ pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> 
                     Some("base64") | None => true,
                     Some(other) => return Err(tags.malformed(tag.start, "the encoding raw or base64", other)),
                 };
-                let underscore = bytes[tag.end..].iter().position(|&byte| byte == b'_');
-                let start = underscore.ok_or_else(|| tags.malformed(tag.start, "'_' before appended data", "none"))?;
+                let start = bytes[tag.end..].iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+                if bytes.get(tag.end + start) != Some(&b'_') {
+                    return Err(tags.malformed(tag.start, "'_' before appended data", "another byte"));
+                }
                 header.appended = Some((tag.end + start + 1, base64));
                 break;
             }
@@ -134,6 +188,7 @@ pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> 
     if header.pieces.is_empty() {
         return Err(ReadError::Missing { path: path.into(), what: "<Piece>", hint: "is it a complete VTU file?" });
     }
+    header.find_starts(bytes);
     Ok(header)
 }
 
@@ -176,14 +231,7 @@ fn read_array(tags: &Tags, tag: &Tag, section: &str) -> Result<Option<Array>, Re
     let values = match tag.get("format") {
         Some("ascii") => Values::Text(tag.end),
         Some("binary") => Values::Base64(tag.end),
-        Some("appended") => {
-            let offset = tag.get("offset").and_then(|offset| offset.trim().parse().ok());
-            let attribute = tag.place_of("offset").unwrap_or_default();
-            let offset = offset.ok_or_else(|| {
-                tags.malformed(tag.start, "the offset of an appended array", tag.get("offset").unwrap_or("none"))
-            })?;
-            Values::Appended { offset, attribute }
-        }
+        Some("appended") => Values::Appended(read_offset(tags, tag)?),
         other => {
             let found = other.unwrap_or("none");
             return Err(tags.malformed(tag.start, "the format ascii, binary or appended", found));
@@ -191,4 +239,18 @@ fn read_array(tags: &Tags, tag: &Tag, section: &str) -> Result<Option<Array>, Re
     };
     let name = tag.get("Name").unwrap_or_default().to_string();
     Ok(Some(Array { section: section.to_string(), name, number, tag: tag.start, values }))
+}
+
+/// Reads the tag of an appended array, whatever its type.
+fn read_appended(tags: &Tags, tag: &Tag, points: bool, of_nothing: bool) -> Result<Appended, ReadError> {
+    let name = tag.get("Name").unwrap_or_default().to_string();
+    let attribute = tag.place_of("offset").unwrap_or_default();
+    Ok(Appended { name, points, of_nothing, tag: tag.start, offset: read_offset(tags, tag)?, attribute })
+}
+
+fn read_offset(tags: &Tags, tag: &Tag) -> Result<usize, ReadError> {
+    let offset = tag.get("offset");
+    offset
+        .and_then(|offset| offset.trim().parse().ok())
+        .ok_or_else(|| tags.malformed(tag.start, "the offset of an appended array", offset.unwrap_or("none")))
 }

@@ -12,13 +12,13 @@ use glam::DVec3;
 
 use super::cells::{self, Corners, Table};
 use super::create::families_of_cells;
-use super::names::{list_names, parse_names};
+use super::names::{list_names, listed_names, parse_names};
 use super::types::{FAMILY_ARRAYS, vtk_number};
 use crate::formats::document::{Slots, SourceFile};
 use crate::formats::error::ReadError;
 use crate::formats::format::{Create, Format, Parsed};
 use crate::formats::mesh_builder::{MeshBuilder, surface};
-use crate::formats::new_file::NewFile;
+use crate::formats::new_file::{NewFile, renamed};
 use crate::formats::number::{Integers, Number};
 use crate::formats::out::Out;
 use crate::formats::scanner::{Encoding, Endian, Scanner, Width, shown};
@@ -217,7 +217,7 @@ fn read_points(scanner: &mut Scanner, n_points: usize, number: Number) -> Result
     scanner.width = match number {
         Number::F32 => Width::Single,
         Number::F64 => Width::Double,
-        _ if scanner.encoding == Encoding::Text => Width::Double,
+        // A moved point does not fit a list of whole numbers, even where it is text.
         _ => return Err(scanner.malformed("points of type float or double", format!("{number:?}"))),
     };
     let n_points = scanner.checked("the number of points", n_points as u64, 5, 3 * scanner.width.bytes() as u64)?;
@@ -339,11 +339,11 @@ fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     out.write_all(b"\n")
 }
 
-/// Losses of a new file: names, if there are many or long ones.
+/// Losses of a new file: letters of names; all names, if there are many or long ones.
 fn limits(new_file: &NewFile) -> Vec<String> {
     let names = list_names(new_file.cells.families);
     if names.len() <= TITLE {
-        Vec::new()
+        renamed(new_file.cells.families, &listed_names(new_file.cells.families))
     } else {
         vec![format!("names of families: only their numbers are held ({names})")]
     }

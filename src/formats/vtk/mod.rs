@@ -16,6 +16,6 @@ pub(super) mod vtu;
 mod xml;
 
 pub use create::{vtu_bytes, write_vtu};
-pub(super) use names::{list_names, parse_names};
+pub(super) use names::{list_names, listed_names, parse_names};
 pub use polylines::{Polylines, read_polylines};
 pub(super) use types::{vtk_kind, vtk_number};

@@ -52,15 +52,7 @@ impl Coding {
                 format!("an end, or no {}, before its {count} bytes", if base64 { "base64" } else { "data" })
             })
         };
-        let count = |sizes: &[u8], index: usize| {
-            let at = index * self.header;
-            let mut wide = [0; 8];
-            for (place, &byte) in sizes[at..at + self.header].iter().enumerate() {
-                let place = if self.endian == Endian::Big { self.header - 1 - place } else { place };
-                wide[place] = byte;
-            }
-            usize::try_from(u64::from_le_bytes(wide)).map_err(|_| "a size that no memory holds".to_string())
-        };
+        let count = |sizes: &[u8], index: usize| self.count(sizes, index);
         let sum = |a: usize, b: usize| a.checked_add(b).ok_or("sizes that no memory holds");
         let (sizes, _) = take(0, self.header)?;
         let first = count(&sizes, 0)?;
@@ -92,6 +84,36 @@ impl Coding {
             at += size;
         }
         Ok(Payload { coding: self, base64, data: Cow::Owned(data), length, block, last, packed, sizes })
+    }
+
+    /// A number of the header, from its index.
+    fn count(self, sizes: &[u8], index: usize) -> Result<usize, String> {
+        let at = index * self.header;
+        let mut wide = [0; 8];
+        for (place, &byte) in sizes[at..at + self.header].iter().enumerate() {
+            let place = if self.endian == Endian::Big { self.header - 1 - place } else { place };
+            wide[place] = byte;
+        }
+        usize::try_from(u64::from_le_bytes(wide)).map_err(|_| "a size that no memory holds".to_string())
+    }
+
+    /// Number of bytes of the array at the beginning of `bytes`, without white space in base64.
+    /// `None` if they end within its header. The numbers are not decoded.
+    pub fn length(self, bytes: &[u8], base64: bool) -> Option<usize> {
+        let take = |count: usize| match base64 {
+            true => base64::decode(bytes, count).map(|(data, _)| Cow::Owned(data)),
+            false => bytes.get(..count).map(Cow::Borrowed),
+        };
+        let stored = |length: usize| if base64 { length.div_ceil(3).checked_mul(4) } else { Some(length) };
+        let first = self.count(&take(self.header)?, 0).ok()?;
+        if self.compression.is_none() {
+            return stored(self.header.checked_add(first)?);
+        }
+        let header = first.checked_add(3)?.checked_mul(self.header).filter(|&header| header <= bytes.len())?;
+        let sizes = take(header)?;
+        let sizes = (0..first).map(|block| self.count(&sizes, 3 + block));
+        let total = sizes.into_iter().try_fold(0usize, |total, size| total.checked_add(size.ok()?))?;
+        stored(header)?.checked_add(stored(total)?)
     }
 }
 

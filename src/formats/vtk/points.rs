@@ -38,7 +38,8 @@ pub(super) struct Offset {
     pub attribute: Range<usize>,
 }
 
-/// Merges the points of pieces. Points of different pieces with equal coordinates are one vertex.
+/// Merges the points of pieces. Points of different pieces with equal coordinates are one vertex;
+/// 0 and -0 are equal.
 #[derive(Default)]
 pub(super) struct Pieces {
     pub positions: Vec<DVec3>,
@@ -46,6 +47,7 @@ pub(super) struct Pieces {
     vertex_of: Vec<u32>,
     /// Vertices of earlier pieces, by the bits of their coordinates.
     earlier: HashMap<[u64; 3], u32>,
+    unlike: Vec<Unlike>,
     stored: Vec<Stored>,
 }
 
@@ -61,8 +63,12 @@ impl Pieces {
                 (self.positions.len() - 1) as u32
             }));
         }
-        for (point, &vertex) in points.iter().zip(&self.vertex_of[first..]) {
+        for (index, (point, &vertex)) in (first..).zip(points.iter().zip(&self.vertex_of[first..])) {
             self.earlier.entry(bits(point)).or_insert(vertex);
+            let of_vertex = self.positions[vertex as usize];
+            if of_vertex.to_array().map(f64::to_bits) != point.to_array().map(f64::to_bits) {
+                self.unlike.push(Unlike { index, point: *point, of_vertex });
+            }
         }
         &self.vertex_of[first..]
     }
@@ -70,9 +76,9 @@ impl Pieces {
     /// The vertices and their writer. `None` if some pieces are text and others are not, or if
     /// pieces overlap in the file.
     pub fn finish(self, offsets: Vec<Offset>) -> Option<(Vec<DVec3>, Box<dyn Coordinates>)> {
-        let Self { positions, vertex_of, stored, .. } = self;
+        let Self { positions, vertex_of, unlike, stored, .. } = self;
         let coordinates = together(stored, offsets)?;
-        Some((positions, Box::new(Copies { vertex_of, coordinates })))
+        Some((positions, Box::new(Copies { vertex_of, unlike, coordinates })))
     }
 }
 
@@ -94,7 +100,18 @@ pub(super) fn together(stored: Vec<Stored>, mut offsets: Vec<Offset>) -> Option<
 }
 
 fn bits(point: &DVec3) -> [u64; 3] {
-    point.to_array().map(f64::to_bits)
+    // The sum of -0 and 0 is 0.
+    point.to_array().map(|value| (value + 0.0).to_bits())
+}
+
+/// A point that differs from its vertex in the sign of a zero.
+#[derive(Debug)]
+struct Unlike {
+    /// Index of the point in the file.
+    index: usize,
+    point: DVec3,
+    /// Position of its vertex in the file.
+    of_vertex: DVec3,
 }
 
 /// Points that occur in several pieces.
@@ -102,12 +119,21 @@ fn bits(point: &DVec3) -> [u64; 3] {
 struct Copies {
     /// Vertex of each point of the file.
     vertex_of: Vec<u32>,
+    unlike: Vec<Unlike>,
     coordinates: Box<dyn Coordinates>,
 }
 
 impl Coordinates for Copies {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
-        let points: Vec<DVec3> = self.vertex_of.iter().map(|&vertex| vertices[vertex as usize]).collect();
+        let mut points: Vec<DVec3> = self.vertex_of.iter().map(|&vertex| vertices[vertex as usize]).collect();
+        for Unlike { index, point, of_vertex } in &self.unlike {
+            // A coordinate that does not move keeps its bits.
+            for axis in 0..3 {
+                if points[*index][axis].to_bits() == of_vertex[axis].to_bits() {
+                    points[*index][axis] = point[axis];
+                }
+            }
+        }
         self.coordinates.write(bytes, out, &points)
     }
 }

@@ -18,6 +18,7 @@ use glam::DVec3;
 use super::cells::{self, Corners, Table};
 use super::create::create;
 use super::header::{Array, Header, Piece, Values, read_header};
+use super::names::listed_names;
 use super::payload::Payload;
 use super::points::{self, Pieces, Stored};
 use super::types::FAMILY_ARRAYS;
@@ -25,6 +26,7 @@ use crate::formats::document::SourceFile;
 use crate::formats::error::{Location, ReadError};
 use crate::formats::format::{Create, Format, Parsed};
 use crate::formats::mesh_builder::{MOST_VERTICES, MeshBuilder, check_finite_at, surface};
+use crate::formats::new_file::{NewFile, renamed};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::{Width, find_byte, next_token, parse_double, shown};
 
@@ -38,7 +40,7 @@ pub(in crate::formats) const FORMAT: Format = Format {
     description: "VTK unstructured grid for ParaView, with families, displacement and beta",
     read,
     create: Create::File(create),
-    limits: |_| Vec::new(),
+    limits,
     companion: None,
 };
 
@@ -54,7 +56,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         points::together(vec![stored], offsets).map(|coordinates| (positions, coordinates))
     } else {
         let mut pieces = Pieces::default();
-        for piece in header.pieces.iter().filter(|piece| piece.n_points + piece.n_cells > 0) {
+        for piece in header.pieces.iter().filter(|piece| piece.n_points > 0 || piece.n_cells > 0) {
             let file = File { path, bytes: &bytes, header: &header, piece };
             file.refuse_ghosts()?;
             let (positions, stored) = file.read_points(file.array("Points", None)?)?;
@@ -72,6 +74,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         found: "a file of pieces that are encoded differently or overlap".into(),
         hint: "merge the pieces (in ParaView: Merge Blocks)",
     })?;
+    check_apart(path, &bytes, &header)?;
     mesh_builder.orient_prisms(&positions);
     let mut beside = mesh_builder.passed_over();
     for array in header.pieces.iter().flat_map(|piece| &piece.arrays) {
@@ -86,6 +89,45 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     };
     let (mesh, others) = mesh_builder.finish(path, positions, name)?;
     Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
+}
+
+/// Losses of a new file: letters of names.
+fn limits(new_file: &NewFile) -> Vec<String> {
+    renamed(new_file.cells.families, &listed_names(new_file.cells.families))
+}
+
+/// Checks that no appended array reaches into the next one, and that points share no bytes with
+/// another array. Otherwise moved points could change an array that is not theirs.
+///
+/// # Errors
+/// [`ReadError::Malformed`]
+fn check_apart(path: &Path, bytes: &[u8], header: &Header) -> Result<(), ReadError> {
+    let Some((base, base64)) = header.appended else { return Ok(()) };
+    let malformed = |tag: usize, expected: String, found: String| ReadError::Malformed {
+        place: place(path, bytes, tag),
+        expected,
+        found,
+    };
+    // An array of an empty piece may have no bytes at all.
+    for array in header.appended_arrays.iter().filter(|array| !array.of_nothing) {
+        let start = base.saturating_add(array.offset);
+        let length = header.coding.length(bytes.get(start..).unwrap_or_default(), base64);
+        let end = length.map_or(usize::MAX, |length| start.saturating_add(length));
+        let end_before = header.end_before(start);
+        if end > end_before {
+            let expected = format!("the array '{}' between the bytes {start} and {end_before} of the file", array.name);
+            return Err(malformed(array.tag, expected, "a longer one".into()));
+        }
+        if array.points && header.n_at(start) > 1 {
+            let expected = format!("bytes of their own for the points '{}'", array.name);
+            return Err(malformed(array.tag, expected, format!("another array at byte {start}, too")));
+        }
+    }
+    Ok(())
+}
+
+fn place(path: &Path, bytes: &[u8], at: usize) -> Location {
+    Location::Line(path.into(), 1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count())
 }
 
 /// The points and lines of a poly data file.
@@ -111,8 +153,7 @@ struct File<'a, 'h> {
 
 impl<'a, 'h> File<'a, 'h> {
     fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
-        let lines = self.bytes[..at].iter().filter(|&&byte| byte == b'\n').count();
-        let place = Location::Line(self.path.into(), lines + 1);
+        let place = place(self.path, self.bytes, at);
         ReadError::Malformed { place, expected: expected.into(), found: found.into() }
     }
 
@@ -136,7 +177,7 @@ impl<'a, 'h> File<'a, 'h> {
         let (start, base64) = match array.values {
             Values::Text(_) => return Ok(None),
             Values::Base64(start) => (start + blanks(&self.bytes[start..]), true),
-            Values::Appended { offset, .. } => {
+            Values::Appended(offset) => {
                 let (start, base64) = self
                     .header
                     .appended
@@ -152,6 +193,11 @@ impl<'a, 'h> File<'a, 'h> {
         if length % size != 0 {
             let expected = format!("the array '{}' of numbers of {size} bytes", array.name);
             return Err(self.malformed(array.tag, expected, format!("{length} bytes")));
+        }
+        let end_before = self.header.end_before(start);
+        if matches!(array.values, Values::Appended(_)) && payload.length > end_before.saturating_sub(start) {
+            let expected = format!("the array '{}' between the bytes {start} and {end_before} of the file", array.name);
+            return Err(self.malformed(array.tag, expected, format!("{} bytes", payload.length)));
         }
         Ok(Some((start, payload)))
     }
@@ -257,19 +303,19 @@ impl<'a, 'h> File<'a, 'h> {
             let expected = format!("{n_points} points, as the piece declares");
             return Err(self.malformed(array.tag, expected, format!("{} coordinates", values.len())));
         }
-        let place =
-            || Location::Line(self.path.into(), 1 + self.bytes[..array.tag].iter().filter(|&&b| b == b'\n').count());
+        let place = || place(self.path, self.bytes, array.tag);
         let (triples, _) = values.as_chunks::<3>();
         for (vertex, &position) in triples.iter().enumerate() {
             check_finite_at(position, vertex as u64, place)?;
         }
         let positions = triples.iter().map(|&position| position.into()).collect();
-        let Some((start, payload)) = payload else { return Ok((positions, Stored::Text(slots))) };
+        // A moved point does not fit an array of whole numbers, even where it is text.
         let width = match array.number {
             Number::F64 => Width::Double,
             Number::F32 => Width::Single,
             _ => return Err(self.malformed(array.tag, "points of type Float64 or Float32", "whole numbers")),
         };
+        let Some((start, payload)) = payload else { return Ok((positions, Stored::Text(slots))) };
         Ok((positions, Stored::Array(points::Array { start, payload: payload.into_owned(), width })))
     }
 }

@@ -1,0 +1,57 @@
+//! Names of families that a format cannot hold: they are changed, but stay apart, and the change
+//! is told.
+
+use super::*;
+
+/// Names with control characters, white space at their ends, letters that mean something to a
+/// format, and names that are equal without them.
+const ODD: [&[&str]; 6] = [
+    &["wing\u{1}skin", "wing\u{2}skin", "wing\nskin"],
+    &["wing", "wing ", " wing"],
+    &["", "far field", "_"],
+    &["a, 2=b", "c", "d, 4=e"],
+    &["a&#45;b", "a--b", "a\"b%c#d!e"],
+    &["\u{feff}wing", "wing\u{2003}", "wing\0"],
+];
+
+const TARGETS: &[&str] = &[
+    "a.msh",
+    "a.su2",
+    "a.vtu",
+    "a.vtk",
+    "a.mesh",
+    "a.meshb",
+    "a.ugrid",
+    "a.lb8.ugrid",
+    "polyMesh",
+    #[cfg(feature = "cgns")]
+    "a.cgns",
+];
+
+#[test]
+fn odd_names_stay_apart_and_changes_are_told() {
+    let mesh = boxed("box.v41.ascii.msh").mesh;
+    for names in ODD {
+        let file = MeshFile::from_mesh(TetMesh {
+            families: names.iter().map(|&name| name.to_owned()).collect(),
+            ..mesh.clone()
+        });
+        for target in TARGETS {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join(target);
+            file.write(&path, &mesh.vertices, &Fields::default()).unwrap();
+            let again = read(&path).unwrap_or_else(|error| panic!("{names:?} to {target}: {error}")).mesh;
+            let losses = file.losses(&path).unwrap();
+            assert_eq!(again.families.len(), 3, "{names:?} to {target}: {:?}", again.families);
+            for family in 0..3 {
+                let is_told = losses.iter().any(|loss| {
+                    loss.contains("names of families") || loss.contains(&format!("'{}' is called", names[family]))
+                });
+                let name = &again.families[family];
+                assert!(name == names[family] || is_told, "{names:?} to {target}: {name:?}, {losses:?}");
+                let n_faces = |mesh: &TetMesh| mesh.triangle_family.iter().filter(|of| of.index() == family).count();
+                assert_eq!(n_faces(&again), n_faces(&mesh), "{names:?} to {target}");
+            }
+        }
+    }
+}
