@@ -10,6 +10,7 @@ use super::format::{Format, Parsed};
 use super::gzip::unzipped;
 use super::openfoam;
 use super::table::{format_of, known};
+use crate::memory::check_memory;
 use crate::mesh::{OtherCells, TetMesh};
 
 /// A mesh together with its source file.
@@ -61,8 +62,9 @@ pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
 pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
     let (format, _) = input_format(path)?;
     let path = &if format.is_folder() { openfoam::points_path(path) } else { path.to_path_buf() };
-    let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
-    read_bytes(path, bytes)
+    let io = |source| ReadError::Io { path: path.into(), source };
+    check(path, fs::metadata(path).map_err(io)?.len())?;
+    read_bytes(path, fs::read(path).map_err(io)?)
 }
 
 /// [`read_mixed`] from a file's bytes, plain or gzipped.
@@ -79,8 +81,15 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
+    // A mesh takes about as much memory as its plain file, which is kept.
+    check(path, bytes.len() as u64)?;
     let Parsed { mesh, others, document } = (format.read)(path, extension, bytes)?;
     Ok(MeshFile { mesh, others, document: Some(Arc::new(document)) })
+}
+
+/// Checks that so many bytes of memory are available for a file.
+fn check(path: &Path, bytes: u64) -> Result<(), ReadError> {
+    check_memory(bytes).map_err(|error| ReadError::Memory { path: path.into(), error })
 }
 
 fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadError> {
