@@ -33,7 +33,8 @@ impl Mover {
     /// The carenages and planes with a vertex off the surface, by name, with the largest distance
     /// in the mesh's unit.
     pub(super) fn off_surface(&self, families: &BTreeMap<String, FamilyReport>) -> BTreeMap<String, f64> {
-        let size = |name: &str| self.size_of(self.mesh.family(name).expect("reports are by the mesh's families"));
+        let by_name = self.mesh.families_by_name();
+        let size = |name: &str| self.size_of(by_name[name]);
         let off_surface = families.iter().filter_map(|(name, report)| {
             let distance = report.max_distance_to_original_surface.or(report.max_distance_to_plane)?;
             (distance.is_nan() || distance > OFF_SURFACE * size(name)).then(|| (name.clone(), distance))
