@@ -6,6 +6,8 @@
 #[allow(dead_code, reason = "the rest is for the tests of the command")]
 #[path = "../tests/cli/fixture.rs"]
 mod fixture;
+#[path = "../tests/common/schema.rs"]
+mod schema;
 #[allow(dead_code, reason = "the rest is for the tests of the command")]
 #[path = "../tests/cli/wing_box.rs"]
 mod wing_box;

@@ -1,6 +1,95 @@
 //! The `idmesh` command: see [`idmesh::cli`].
+//!
+//! If the memory is exhausted, the standard library aborts the process. The allocator of this
+//! program ends the process with a message and the exit code of bad input instead. Large
+//! allocations are checked before (`idmesh::memory`), with better messages; this allocator tells of
+//! all others. No output is half written then, because outputs get their names when they are whole.
 
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// The exit code of bad input.
+const BAD_INPUT: i32 = 3;
+
+#[global_allocator]
+static ALLOCATOR: Telling = Telling;
+
+/// The system's allocator, which tells the user if it has no memory left.
+struct Telling;
+
+#[allow(unsafe_code, reason = "an allocator has no other interface; each call goes to the system's allocator")]
+// SAFETY: all functions return what the system's allocator returns, or not at all.
+unsafe impl GlobalAlloc for Telling {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the contract of `GlobalAlloc::alloc`.
+        told(unsafe { System.alloc(layout) }, layout.size())
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the contract of `GlobalAlloc::alloc_zeroed`.
+        told(unsafe { System.alloc_zeroed(layout) }, layout.size())
+    }
+
+    unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: the caller keeps the contract of `GlobalAlloc::realloc`.
+        told(unsafe { System.realloc(old, layout, size) }, size)
+    }
+
+    unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `GlobalAlloc::dealloc`.
+        unsafe { System.dealloc(old, layout) }
+    }
+}
+
+#[inline]
+fn told(new: *mut u8, size: usize) -> *mut u8 {
+    if new.is_null() {
+        end(size);
+    }
+    new
+}
+
+/// Ends the process. Nothing here allocates.
+#[cold]
+fn end(size: usize) -> ! {
+    static TOLD: AtomicBool = AtomicBool::new(false);
+    if TOLD.swap(true, Relaxed) {
+        // Another thread ends the process just now.
+        loop {
+            std::thread::sleep(std::time::Duration::from_secs(1));
+        }
+    }
+    let mut text = [0; 256];
+    let mut rest = &mut text[..];
+    // A progress display has left its line unfinished.
+    let line = if std::io::stderr().is_terminal() { "\n" } else { "" };
+    let _ = write!(
+        rest,
+        "{line}error: the memory is exhausted: {size} more bytes are not available\n\
+         hint: raise the limit of the process or job, or take fewer threads (RAYON_NUM_THREADS)\n"
+    );
+    let left = rest.len();
+    let _ = std::io::stderr().write_all(&text[..text.len() - left]);
+    exit()
+}
+
+/// Ends the process without the functions that run at an exit, which could allocate.
+#[cfg(unix)]
+#[allow(unsafe_code, reason = "the standard library has only the exit that runs these functions")]
+fn exit() -> ! {
+    unsafe extern "C" {
+        fn _exit(code: std::ffi::c_int) -> !;
+    }
+    // SAFETY: POSIX has this function, with this type; it may be called at any time.
+    unsafe { _exit(BAD_INPUT) }
+}
+
+#[cfg(not(unix))]
+fn exit() -> ! {
+    std::process::exit(BAD_INPUT)
+}
 
 fn main() -> ExitCode {
     idmesh::cli::main()

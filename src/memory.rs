@@ -2,7 +2,11 @@
 //!
 //! A mesh that needs more memory gets an error with both numbers. Without the check the system
 //! would end the process.
+//!
+//! The user may set a limit for the process ([`set_most`]). The limit also says how far a packed
+//! file may unpack ([`most_unpacked`]).
 
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::{fs, path::Path};
 
 use thiserror::Error;
@@ -18,6 +22,29 @@ pub struct MemoryError {
     pub needed: u64,
     /// Bytes available.
     pub available: u64,
+}
+
+/// The user's limit in bytes. 0 stands for no limit.
+static MOST: AtomicU64 = AtomicU64::new(0);
+
+/// Largest size of an unpacked file: this multiple of its packed size, and so many bytes more. Text
+/// meshes shrink to a tenth, and hardly any mesh to a fortieth. Files that are made to fill the
+/// memory shrink to a thousandth.
+const UNPACKED: u64 = 64;
+const UNPACKED_BESIDE: u64 = 16 << 20;
+
+/// Sets the most memory that the process may take, in bytes. [`check_memory`] then refuses what
+/// needs more, and a packed file may unpack to as much.
+pub fn set_most(bytes: u64) {
+    MOST.store(bytes.max(1), Relaxed);
+}
+
+/// The most bytes to which a packed file may unpack: a multiple of its size, or the limit of
+/// [`set_most`] if this is more.
+///
+/// - `packed`: bytes of the packed file
+pub fn most_unpacked(packed: u64) -> u64 {
+    packed.saturating_mul(UNPACKED).saturating_add(UNPACKED_BESIDE).max(MOST.load(Relaxed))
 }
 
 /// Checks that this number of bytes is available. If the system does not give the available memory,
@@ -37,15 +64,19 @@ fn enough(needed: u64, available: Option<u64>) -> Result<(), MemoryError> {
 }
 
 /// Bytes that the process may still use: the smallest of the system's available memory, the rest of
-/// the process's own limit (`ulimit -v`), and the rest of the limits of its control groups. Linux
-/// gives these numbers. `None` if the system gives none of them.
+/// the process's own limit (`ulimit -v`), the rest of the user's limit ([`set_most`]), and the rest
+/// of the limits of its control groups. Linux gives these numbers. `None` if the system gives none
+/// of them, and the user no limit.
 fn available_memory() -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let of_system = kilobytes(&read("/proc/meminfo"), "MemAvailable:");
-    let taken = kilobytes(&read("/proc/self/status"), "VmSize:");
+    let status = read("/proc/self/status");
+    let taken = kilobytes(&status, "VmSize:");
     let of_process = limit(&read("/proc/self/limits")).zip(taken).map(|(limit, taken)| limit.saturating_sub(taken));
+    let of_user = Some(MOST.load(Relaxed)).filter(|&most| most > 0);
+    let of_user = of_user.map(|most| most.saturating_sub(kilobytes(&status, "VmRSS:").unwrap_or(0)));
     let of_groups = left_in_groups(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup"));
-    [of_system, of_process, of_groups].into_iter().flatten().min()
+    [of_system, of_process, of_user, of_groups].into_iter().flatten().min()
 }
 
 /// The files in which a version of control groups gives a group's limit and use.

@@ -2,6 +2,8 @@
 
 #[path = "formats/aflr3.rs"]
 mod aflr3;
+#[path = "formats/bombs.rs"]
+mod bombs;
 #[path = "formats/broken.rs"]
 mod broken;
 #[cfg(feature = "cgns")]

@@ -293,7 +293,8 @@ fn only_the_gpu_backend_names_wgpu() {
 #[test]
 fn nothing_below_the_command_line_prints() {
     for (name, module, code) in sources() {
-        if module == "cli" {
+        // The program tells that the memory is exhausted, where nothing else can.
+        if module == "cli" || name == "main.rs" {
             continue;
         }
         for word in ["println!", "print!", "dbg!", "io::stdout", "io::stderr"] {

@@ -5,6 +5,7 @@
 //! the user wrote it.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::path::Path;
 
 use toml::Spanned;
@@ -18,6 +19,9 @@ use crate::text::nearest::{did_you_mean, quoted_list};
 pub(super) struct CaseDocument<'d> {
     pub path: &'d Path,
     pub text: &'d str,
+    /// The byte offset whose position was asked for last, and the position. Tables are read in the
+    /// order of the file, so each search goes on where the last one ended.
+    pub last: &'d Cell<(usize, Position)>,
 }
 
 impl<'d> CaseDocument<'d> {
@@ -37,12 +41,21 @@ impl<'d> CaseDocument<'d> {
 
     /// Line and column of a byte offset in the text.
     pub fn position(self, offset: usize) -> Position {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        let line_start = before.iter().rposition(|&byte| byte == b'\n').map_or(0, |newline| newline + 1);
-        Position {
-            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
-            column: 1 + String::from_utf8_lossy(&before[line_start..]).chars().count(),
+        let offset = offset.min(self.text.len());
+        let (start, mut position) = match self.last.get() {
+            (last, position) if last <= offset => (last, position),
+            _ => (0, Position { line: 1, column: 1 }),
+        };
+        for &byte in &self.text.as_bytes()[start..offset] {
+            match byte {
+                b'\n' => position = Position { line: position.line + 1, column: 1 },
+                // A letter of several bytes counts once.
+                0x80..0xc0 => {}
+                _ => position.column += 1,
+            }
         }
+        self.last.set((offset, position));
+        position
     }
 }
 

@@ -3,12 +3,13 @@
 //! The name of a table may be a pattern. A family belongs to the table with its own name, or else
 //! to the only pattern that fits.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::path::PathBuf;
 
-use super::paths::{is_pattern, matches};
+use super::paths::Names;
 use super::{Case, CaseError, FamilySettings, Position, ProfileSource};
 use crate::families::Role;
-use crate::text::nearest::nearest;
+use crate::text::nearest::{first_of, nearest, quoted};
 
 /// The message for profiles of a family that is no wing.
 pub(super) fn no_wing(family: &str, role: &Role) -> String {
@@ -49,8 +50,14 @@ impl Case {
 
     fn named_families(&self, mesh_families: &[String]) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
         let mut families = BTreeMap::new();
+        let names = Names::new(mesh_families.iter().map(String::as_str));
+        let mut without_family = Vec::new();
         for (name, settings) in &self.families {
-            for family in mesh_families.iter().filter(|family| matches(name, family)) {
+            let fitting = names.fitting(name);
+            if fitting.is_empty() {
+                without_family.push(name);
+            }
+            for family in fitting.into_iter().map(|index| &mesh_families[index]) {
                 if family != name && self.families.contains_key(family) {
                     continue;
                 }
@@ -64,7 +71,7 @@ impl Case {
         }
         let families: BTreeMap<_, _> =
             families.into_iter().map(|(family, (_, settings))| (family, settings.clone())).collect();
-        self.check_families(mesh_families, &families)?;
+        self.check_families(mesh_families, &families, &without_family)?;
         Ok(families)
     }
 
@@ -76,10 +83,14 @@ impl Case {
         tables.sort_by_key(|(_, source)| (source.position.line, source.position.column));
         let mut wings: Vec<(String, ProfileSource)> = Vec::new();
         let mut owner: BTreeMap<String, &String> = BTreeMap::new();
+        let in_order: Vec<(&String, &FamilySettings)> = families.iter().collect();
+        let names = Names::new(families.keys().map(String::as_str));
+        // Indices in `wings` of the wings with the same new files.
+        let mut with_files: HashMap<&[PathBuf], Vec<usize>> = HashMap::new();
         for (table, source) in tables {
             let mut members = Vec::new();
             for entry in &source.families {
-                let fitting: Vec<_> = families.iter().filter(|(family, _)| matches(entry, family)).collect();
+                let fitting: Vec<_> = names.fitting(entry).into_iter().map(|index| in_order[index]).collect();
                 // Of the families that fit a pattern, the wings belong to the table.
                 let wings = fitting.iter().filter(|(_, settings)| settings.role == Role::Wing);
                 let found: Vec<&String> = wings.map(|(family, _)| *family).collect();
@@ -103,15 +114,17 @@ impl Case {
                     return Err(self.invalid(source.position, message));
                 }
             }
-            let same = |(_, other): &&mut (String, ProfileSource)| {
-                other.new == source.new
-                    && other.old == source.old
-                    && other.placements == source.placements
-                    && other.mirror == source.mirror
+            let same = |&&index: &&usize| {
+                let other = &wings[index].1;
+                other.old == source.old && other.placements == source.placements && other.mirror == source.mirror
             };
-            match wings.iter_mut().find(same) {
-                Some((_, other)) => other.families.extend(members),
-                None => wings.push((table.clone(), ProfileSource { families: members, ..source.clone() })),
+            let candidates = with_files.entry(&source.new).or_default();
+            match candidates.iter().find(same).copied() {
+                Some(index) => wings[index].1.families.extend(members),
+                None => {
+                    candidates.push(wings.len());
+                    wings.push((table.clone(), ProfileSource { families: members, ..source.clone() }));
+                }
             }
         }
         let mut without =
@@ -126,39 +139,29 @@ impl Case {
         &self,
         mesh_families: &[String],
         families: &BTreeMap<String, FamilySettings>,
+        without_family: &[&String],
     ) -> Result<(), CaseError> {
         let tables: Vec<&String> = self.families.keys().collect();
         let without_table: Vec<&String> = mesh_families.iter().filter(|name| !families.contains_key(*name)).collect();
-        let fits_none = |name: &&String| {
-            let fits = |family: &String| if is_pattern(name) { matches(name, family) } else { *name == family };
-            !mesh_families.iter().any(fits)
-        };
-        let without_family: Vec<&String> = tables.iter().copied().filter(fits_none).collect();
         if without_table.is_empty() && without_family.is_empty() {
             return Ok(());
         }
         let mut parts = Vec::new();
         if !without_table.is_empty() {
-            let names: Vec<_> = without_table.iter().map(|name| format!("`{name}`")).collect();
-            parts.push(format!("no [family] table for {}", names.join(", ")));
+            parts.push(format!("no [family] table for {}", quoted(&without_table)));
         }
         if !without_family.is_empty() {
-            let names: Vec<_> = without_family
-                .iter()
-                .map(|name| {
-                    let line = self.families[*name].position.line;
-                    match nearest(name, &without_table) {
-                        Some(likely) => format!("`{name}` (line {line}; did you mean `{likely}`?)"),
-                        None => format!("`{name}` (line {line})"),
-                    }
-                })
-                .collect();
-            parts.push(format!("no family in the mesh for the table of {}", names.join(", ")));
+            let names = without_family.iter().map(|name| {
+                let line = self.families[*name].position.line;
+                match nearest(name, &without_table) {
+                    Some(likely) => format!("`{name}` (line {line}; did you mean `{likely}`?)"),
+                    None => format!("`{name}` (line {line})"),
+                }
+            });
+            let names = first_of(without_family.len(), names);
+            parts.push(format!("no family in the mesh for the table of {names}"));
         }
-        let list = |names: &[&String]| match names {
-            [] => "none".to_owned(),
-            names => names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
-        };
+        let list = |names: &[&String]| if names.is_empty() { "none".to_owned() } else { quoted(names) };
         parts.push(format!("the mesh has {}", list(&mesh_families.iter().collect::<Vec<_>>())));
         parts.push(format!("the case has {}", list(&tables)));
         Err(CaseError::Families { path: self.path.clone(), message: parts.join("; ") })

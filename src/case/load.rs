@@ -164,6 +164,7 @@ impl Case {
         join_cyclic(&file, &mut roles)?;
         displacement::check_shared(&displacements, &mesh.vertices)?;
         let mut all_old = Vec::new();
+        let by_name = mesh.families_by_name();
         for (name, source) in &case.profiles {
             let new = profiles_of(&source.new, &source.placements)?;
             inputs.extend(source.new.iter().cloned());
@@ -175,8 +176,8 @@ impl Case {
                 }
                 None => {
                     progress(&format!("cutting the old profiles of {name}"));
-                    let families: Vec<FamilyId> =
-                        source.families.iter().filter_map(|family| mesh.family(family)).collect();
+                    let named = source.families.iter().filter_map(|family| by_name.get(family.as_str()).copied());
+                    let families: Vec<FamilyId> = named.collect();
                     cut_like(mesh, &families, &new).map_err(about)?
                 }
             };

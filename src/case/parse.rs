@@ -1,7 +1,8 @@
 //! Makes a checked [`Case`] of a TOML document.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::cell::Cell;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -15,12 +16,13 @@ use crate::springs::{SPRINGS, Springs};
 
 use super::document::{CaseDocument, TomlTable, Value};
 use super::paths::{is_pattern, matches};
-use super::{Case, CaseError, FamilySettings, Output, ProfileSource, paths};
+use super::{Case, CaseError, FamilySettings, Output, Position, ProfileSource, paths};
 use crate::text::nearest::{did_you_mean, quoted_list};
 
 /// Reads the text of a case file; see [`Case::parse`].
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
-    let document = CaseDocument { path, text };
+    let start = Cell::new((0, Position { line: 1, column: 1 }));
+    let document = CaseDocument { path, text, last: &start };
     let table = document.parse()?;
     let known = ["mesh", "profiles", "family", "volume", "quality", "solver", "output"];
     let top = TomlTable::top(document, table.get_ref(), &known)?;
@@ -55,16 +57,40 @@ fn families(top: &TomlTable, folder: &Path) -> Result<BTreeMap<String, FamilySet
         };
         families.insert((*name).to_owned(), FamilySettings { role, displacement, position: section.position() });
     }
+    let named_by = named_by(&families);
     for (name, section) in &sections {
         if let Some(value) = section.get("partner") {
-            check_partner(name, &value, &families)?;
+            check_partner(name, &value, &families, &named_by)?;
         }
     }
     Ok(families)
 }
 
+/// For each family, those that name it as their partner, in the order of their names.
+fn named_by(families: &BTreeMap<String, FamilySettings>) -> HashMap<&str, Vec<&str>> {
+    let mut named_by: HashMap<&str, Vec<&str>> = HashMap::new();
+    for (name, settings) in families {
+        if let Some(partner) = partner_of(settings) {
+            named_by.entry(partner).or_default().push(name);
+        }
+    }
+    named_by
+}
+
+fn partner_of(settings: &FamilySettings) -> Option<&str> {
+    match &settings.role {
+        Role::Plane { partner, .. } => partner.as_deref(),
+        _ => None,
+    }
+}
+
 /// Checks that a partner is another plane family, without a different partner of its own.
-fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySettings>) -> Result<(), CaseError> {
+fn check_partner(
+    name: &str,
+    value: &Value,
+    families: &BTreeMap<String, FamilySettings>,
+    named_by: &HashMap<&str, Vec<&str>>,
+) -> Result<(), CaseError> {
     let partner = value.text()?;
     let expected = "expected another family whose role is \"plane\"";
     let Some(settings) = families.get(partner) else {
@@ -81,17 +107,19 @@ fn check_partner(name: &str, value: &Value, families: &BTreeMap<String, FamilySe
         let role = settings.role.name();
         return Err(value.error(format!("`partner` is \"{partner}\", whose role is \"{role}\", {expected}")));
     }
-    let others = families.iter().filter(|(other, _)| *other != name);
-    for (other, settings) in others {
-        let Role::Plane { partner: Some(theirs), .. } = &settings.role else { continue };
-        // The partner may name this family alone, and no third family may name either of the two.
-        let contradicts = if other == partner { theirs != name } else { theirs == partner || theirs == name };
-        if contradicts {
-            return Err(value.error(format!(
-                "`partner` is \"{partner}\", but `{other}` is given the partner `{theirs}` (line {}), expected pairs",
-                settings.position.line
-            )));
-        }
+    // The partner may name this family alone, and no third family may name either of the two.
+    let third = |target: &str| {
+        let names = named_by.get(target)?;
+        names.iter().copied().find(|&other| other != name && other != partner)
+    };
+    let own = partner_of(settings).filter(|&theirs| theirs != name).map(|_| partner);
+    if let Some(other) = [own, third(partner), third(name)].into_iter().flatten().min() {
+        let settings = &families[other];
+        return Err(value.error(format!(
+            "`partner` is \"{partner}\", but `{other}` is given the partner `{}` (line {}), expected pairs",
+            partner_of(settings).unwrap_or_default(),
+            settings.position.line
+        )));
     }
     Ok(())
 }
@@ -151,6 +179,7 @@ fn profiles(
     families: &BTreeMap<String, FamilySettings>,
 ) -> Result<BTreeMap<String, ProfileSource>, CaseError> {
     let mut profiles = BTreeMap::new();
+    let patterns: Vec<&String> = families.keys().filter(|table| is_pattern(table)).collect();
     let sections = match top.get("profiles") {
         Some(table) => table.sections(&["families", "new", "old", "placement", "mirror"])?,
         None => Vec::new(),
@@ -167,7 +196,7 @@ fn profiles(
                 Some(Role::Wing) => {}
                 Some(role) => return Err(section.error(super::families::no_wing(member, role))),
                 // Only the mesh gives the families of a pattern.
-                None if is_pattern(member) || families.keys().any(|table| matches(table, member)) => {}
+                None if is_pattern(member) || patterns.iter().any(|table| matches(table, member)) => {}
                 None => {
                     let known: Vec<_> = families.keys().collect();
                     let advice = did_you_mean(member, &known).unwrap_or_default();
@@ -183,9 +212,10 @@ fn profiles(
         let old = section.get("old").map(|value| paths::files(&value, folder)).transpose()?;
         let mut placements = BTreeMap::new();
         if let Some(table) = section.get("placement") {
+            let files: HashSet<&PathBuf> = new.iter().chain(old.iter().flatten()).collect();
             for (file, section) in table.sections(&["chord", "twist", "position", "plane"])? {
                 let path = folder.join(file);
-                if !new.iter().chain(old.iter().flatten()).any(|other| *other == path) {
+                if !files.contains(&path) {
                     return Err(section.error(format!(
                         "a placement is given for \"{file}\", which is none of the profile files of `{name}`"
                     )));
@@ -196,10 +226,10 @@ fn profiles(
         let position = section.position();
         profiles.insert(name.to_owned(), ProfileSource { families: members, mirror, position, new, old, placements });
     }
-    let belongs = |name: &str| {
-        let members = profiles.values().flat_map(|source: &ProfileSource| &source.families);
-        members.into_iter().any(|member| matches(member, name) || matches(name, member))
-    };
+    let members = || profiles.values().flat_map(|source: &ProfileSource| &source.families);
+    let names: HashSet<&String> = members().collect();
+    let patterns: Vec<&String> = members().filter(|member| is_pattern(member)).collect();
+    let belongs = |name: &String| names.contains(name) || patterns.iter().any(|member| matches(member, name));
     // Two patterns may fit a common family, and only the mesh shows this. So patterns are not
     // checked here.
     let without =

@@ -78,9 +78,63 @@ pub(super) fn matches(pattern: &str, name: &str) -> bool {
     fits[name.len()]
 }
 
+/// Names among which those that fit a pattern are found without a look at every name, if the
+/// pattern begins or ends with letters.
+pub(super) struct Names<'n> {
+    names: Vec<&'n str>,
+    /// Indices of the names in alphabetical order.
+    forward: Vec<usize>,
+    /// The names with their letters in the opposite order, sorted, with the indices of the names.
+    backward: Vec<(String, usize)>,
+}
+
+impl<'n> Names<'n> {
+    pub fn new(names: impl Iterator<Item = &'n str>) -> Self {
+        let names: Vec<&str> = names.collect();
+        let mut forward: Vec<usize> = (0..names.len()).collect();
+        forward.sort_by_key(|&index| names[index]);
+        let mut backward: Vec<(String, usize)> =
+            names.iter().enumerate().map(|(index, name)| (name.chars().rev().collect(), index)).collect();
+        backward.sort();
+        Self { names, forward, backward }
+    }
+
+    /// Indices of the names that fit a pattern, or are equal to a text without `*` and `?`,
+    /// ascending.
+    pub fn fitting(&self, pattern: &str) -> Vec<usize> {
+        let is_wild = |letter: char| matches!(letter, '*' | '?');
+        let prefix = pattern.split(is_wild).next().unwrap_or_default();
+        let suffix: String = pattern.rsplit(is_wild).next().unwrap_or_default().chars().rev().collect();
+        // The names with a common beginning stand together.
+        let mut fitting: Vec<usize> = if !prefix.is_empty() || suffix.is_empty() {
+            let start = self.forward.partition_point(|&index| self.names[index] < prefix);
+            let with_prefix = self.forward[start..].iter().copied();
+            with_prefix.take_while(|&index| self.names[index].starts_with(prefix)).collect()
+        } else {
+            let start = self.backward.partition_point(|(name, _)| *name < suffix);
+            let with_suffix = self.backward[start..].iter().take_while(|(name, _)| name.starts_with(&suffix));
+            with_suffix.map(|&(_, index)| index).collect()
+        };
+        fitting.retain(|&index| matches(pattern, self.names[index]));
+        fitting.sort_unstable();
+        fitting
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::matches;
+    use super::{Names, matches};
+
+    /// The names that a look at every name finds.
+    #[test]
+    fn the_names_that_fit_are_found() {
+        let names = ["wing", "wing_1", "wing_2", "tip", "left_wing", "", "w", "*", "été", "wing_1x"];
+        let all = Names::new(names.into_iter());
+        for pattern in ["wing", "wing*", "*wing", "*", "?", "w*g", "*_1*", "??", "", "x", "é*", "*é", "wing_?"] {
+            let expected: Vec<usize> = (0..names.len()).filter(|&index| matches(pattern, names[index])).collect();
+            assert_eq!(all.fitting(pattern), expected, "{pattern}");
+        }
+    }
 
     #[test]
     fn patterns_match_whole_names() {

@@ -18,6 +18,7 @@ mod man;
 mod quality;
 mod refine;
 mod run;
+mod threads;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,7 @@ use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 use crate::backend::{self, Backend, Selection};
 use crate::case::{Case, LoadedCase};
 use crate::formats::MeshFile;
+use crate::memory::set_most;
 use crate::text::shown;
 use console::Console;
 use failure::Failure;
@@ -56,6 +58,9 @@ struct Arguments {
     /// Say more: every step with its time.
     #[arg(short, long, global = true, action = ArgAction::Count)]
     verbose: u8,
+    /// Take at most this much memory, such as 500M or 8G; a packed file may unpack to as much.
+    #[arg(long, global = true, value_name = "SIZE", value_parser = size)]
+    max_memory: Option<u64>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -122,6 +127,28 @@ fn json_target(text: &str) -> Result<JsonTarget, std::convert::Infallible> {
     Ok(PathBuf::from(text).into())
 }
 
+/// A number of bytes, such as `8G`.
+fn size(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let unit = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 1.0,
+        "K" | "KB" => 1e3,
+        "M" | "MB" => 1e6,
+        "G" | "GB" => 1e9,
+        "T" | "TB" => 1e12,
+        "KIB" => 1024.0,
+        "MIB" => f64::powi(1024.0, 2),
+        "GIB" => f64::powi(1024.0, 3),
+        "TIB" => f64::powi(1024.0, 4),
+        _ => f64::NAN,
+    };
+    match digits.parse::<f64>().map(|number| number * unit) {
+        Ok(bytes) if (1.0..1e18).contains(&bytes) => Ok(bytes as u64),
+        _ => Err("expected a number of bytes, such as 500M or 8G".to_owned()),
+    }
+}
+
 /// Selects a backend. If `auto` falls back to the CPU, a note says so.
 fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Backend>, Failure> {
     console.step("starting the backend");
@@ -180,18 +207,11 @@ fn parse(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
 pub fn main() -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().collect();
     let arguments = parse(&arguments).unwrap_or_else(|error| error.exit());
+    arguments.max_memory.into_iter().for_each(set_most);
     let console = Console::new(arguments.quiet, arguments.verbose);
-    let result = match arguments.command {
-        Command::Run(arguments) => run::run(&arguments, &console),
-        Command::Batch(arguments) => batch::run(&arguments, &console),
-        Command::Compare(arguments) => compare::run(&arguments, &console),
-        Command::Quality(arguments) => quality::run(&arguments, &console),
-        Command::Cut(arguments) => cut::run(&arguments, &console),
-        Command::Convert(arguments) => convert::run(&arguments, &console),
-        Command::Refine(arguments) => refine::run(&arguments, &console),
-        Command::Adapters(arguments) => adapters::run(&arguments, &console),
-        Command::Completions(arguments) => completions::run(&arguments, &console),
-        Command::Man(arguments) => man::run(&arguments, &console),
+    let result = {
+        let console = console.clone();
+        threads::run(move || run_command(arguments.command, &console)).and_then(|result| result)
     };
     console.finish();
     match result {
@@ -200,6 +220,21 @@ pub fn main() -> ExitCode {
             console.fail(&failure);
             ExitCode::from(failure.exit as u8)
         }
+    }
+}
+
+fn run_command(command: Command, console: &Console) -> Result<(), Failure> {
+    match command {
+        Command::Run(arguments) => run::run(&arguments, console),
+        Command::Batch(arguments) => batch::run(&arguments, console),
+        Command::Compare(arguments) => compare::run(&arguments, console),
+        Command::Quality(arguments) => quality::run(&arguments, console),
+        Command::Cut(arguments) => cut::run(&arguments, console),
+        Command::Convert(arguments) => convert::run(&arguments, console),
+        Command::Refine(arguments) => refine::run(&arguments, console),
+        Command::Adapters(arguments) => adapters::run(&arguments, console),
+        Command::Completions(arguments) => completions::run(&arguments, console),
+        Command::Man(arguments) => man::run(&arguments, console),
     }
 }
 

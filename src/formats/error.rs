@@ -8,6 +8,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use super::atomic::PlaceError;
+use crate::memory::MemoryError;
 use crate::text::shown;
 
 /// A place in a file: a line of a text file, a byte of the decompressed contents of a binary file,
@@ -62,6 +63,33 @@ pub enum ReadError {
         path: PathBuf,
         /// The error in the stream.
         source: io::Error,
+    },
+    /// The file, or a part of it, unpacks to suspiciously many bytes.
+    #[error(
+        "{}: {what} unpacks to {} bytes, expected at most {most} from a file of {packed} bytes; if the file is what \
+         you expect, allow more with --max-memory", path.display(), if *is_all { bytes.to_string() } else { format!("more than {bytes}") }
+    )]
+    Unpacked {
+        /// Path of the file.
+        path: PathBuf,
+        /// The part.
+        what: String,
+        /// Bytes of the unpacked part.
+        bytes: u64,
+        /// Whether these are all bytes. Otherwise there are more.
+        is_all: bool,
+        /// Bytes of the packed file.
+        packed: u64,
+        /// The most bytes that are unpacked.
+        most: u64,
+    },
+    /// The memory does not hold the file.
+    #[error("{}: {error}", path.display())]
+    Memory {
+        /// Path of the file.
+        path: PathBuf,
+        /// Bytes needed and available.
+        error: MemoryError,
     },
     /// No format has this extension.
     #[error("{}: unknown mesh format; known are {known}, each also with .gz", path.display())]

@@ -12,6 +12,7 @@ use flate2::{Compression, read::MultiGzDecoder, write::GzEncoder};
 use rayon::prelude::*;
 
 use super::error::ReadError;
+use crate::memory::{check_memory, most_unpacked};
 
 /// Plain bytes of a member.
 const MEMBER: usize = 1 << 19;
@@ -73,16 +74,42 @@ impl Write for Gzip<'_> {
     }
 }
 
+/// Plain bytes that are unpacked before the rest is counted: this multiple of the packed bytes, and
+/// so many bytes more.
+const UNCOUNTED: u64 = 16;
+const UNCOUNTED_BESIDE: u64 = 8 << 20;
+
 /// The contents of a file that may be gzipped. `path` is for messages.
+///
+/// # Errors
+/// - [`ReadError::Zipped`]: the stream is broken
+/// - [`ReadError::Unpacked`]: it is longer than [`most_unpacked`] allows; little memory was taken
+/// - [`ReadError::Memory`]
 pub(super) fn unzipped<'a>(path: &Path, bytes: Cow<'a, [u8]>) -> Result<Cow<'a, [u8]>, ReadError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes);
     }
+    let broken = |source| ReadError::Zipped { path: path.into(), source };
+    let packed = bytes.len() as u64;
+    let most = most_unpacked(packed);
+    let uncounted = (packed * UNCOUNTED + UNCOUNTED_BESIDE).min(most);
     let mut plain = Vec::new();
-    match MultiGzDecoder::new(&bytes[..]).read_to_end(&mut plain) {
-        Ok(_) => Ok(plain.into()),
-        Err(source) => Err(ReadError::Zipped { path: path.into(), source }),
+    let mut decoder = MultiGzDecoder::new(&bytes[..]);
+    decoder.by_ref().take(uncounted).read_to_end(&mut plain).map_err(broken)?;
+    // The rest is unusually long. It is unpacked twice, the first time only to count its bytes.
+    let rest = io::copy(&mut decoder.take(most - uncounted + 1), &mut io::sink()).map_err(broken)?;
+    if rest > most - uncounted {
+        let (path, what) = (path.into(), "the gzipped file".to_owned());
+        return Err(ReadError::Unpacked { path, what, bytes: most, is_all: false, packed, most });
     }
+    if rest > 0 {
+        check_memory(rest).map_err(|error| ReadError::Memory { path: path.into(), error })?;
+        plain.reserve_exact(rest as usize);
+        let mut decoder = MultiGzDecoder::new(&bytes[..]);
+        io::copy(&mut decoder.by_ref().take(plain.len() as u64), &mut io::sink()).map_err(broken)?;
+        decoder.read_to_end(&mut plain).map_err(broken)?;
+    }
+    Ok(plain.into())
 }
 
 #[cfg(test)]

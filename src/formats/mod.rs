@@ -10,6 +10,7 @@
 //! `format.rs` and the tools they share.
 
 mod aflr3;
+mod allowance;
 mod atomic;
 #[cfg(feature = "cgns")]
 mod cgns;

@@ -10,6 +10,7 @@ use super::format::{Format, Parsed};
 use super::gzip::unzipped;
 use super::openfoam;
 use super::table::{format_of, known};
+use crate::memory::check_memory;
 use crate::mesh::{OtherCells, TetMesh};
 
 /// A mesh together with its source file.
@@ -65,8 +66,9 @@ pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
 pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
     let (format, _) = input_format(path)?;
     let path = &if format.is_folder() { openfoam::points_path(path) } else { path.to_path_buf() };
-    let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
-    read_bytes(path, bytes)
+    let io = |source| ReadError::Io { path: path.into(), source };
+    check(path, fs::metadata(path).map_err(io)?.len())?;
+    read_bytes(path, fs::read(path).map_err(io)?)
 }
 
 /// [`read_mixed`] from a file's bytes, plain or gzipped.
@@ -83,6 +85,8 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::Empty { path: path.into() });
     }
+    // A mesh takes about as much memory as its plain file, which is kept.
+    check(path, bytes.len() as u64)?;
     let Parsed { mut mesh, mut others, document } = (format.read)(path, extension, bytes)?;
     let left_handed = left_handed(&mesh, &others);
     if left_handed.contains(&TETS) {
@@ -111,6 +115,11 @@ fn left_handed(mesh: &TetMesh, others: &OtherCells) -> Vec<&'static str> {
         return Vec::new();
     }
     shapes.into_iter().filter(|&(_, is_left_handed)| is_left_handed).map(|(shape, _)| shape).collect()
+}
+
+/// Checks that so many bytes of memory are available for a file.
+fn check(path: &Path, bytes: u64) -> Result<(), ReadError> {
+    check_memory(bytes).map_err(|error| ReadError::Memory { path: path.into(), error })
 }
 
 fn input_format(path: &Path) -> Result<(&'static Format, &'static str), ReadError> {

@@ -17,6 +17,7 @@ mod other_cells;
 mod refine;
 mod validate;
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -62,9 +63,21 @@ impl TetMesh {
         self.families.iter().position(|family| family == name).map(|index| FamilyId(index as u16))
     }
 
+    /// The families by their names, for many questions.
+    pub fn families_by_name(&self) -> HashMap<&str, FamilyId> {
+        // Of two families with one name the first counts, as for `family`.
+        let named = self.families.iter().enumerate().rev();
+        named.map(|(index, name)| (name.as_str(), FamilyId(index as u16))).collect()
+    }
+
     /// The triangles of some families, in the order of the mesh.
     pub fn triangles_of(&self, families: &[FamilyId]) -> Vec<[u32; 3]> {
-        let members = self.triangles.iter().zip(&self.triangle_family).filter(|&(_, other)| families.contains(other));
+        let mut is_member = vec![false; self.families.len()];
+        for family in families {
+            is_member.get_mut(family.index()).into_iter().for_each(|is_member| *is_member = true);
+        }
+        let members = self.triangles.iter().zip(&self.triangle_family);
+        let members = members.filter(|(_, other)| is_member.get(other.index()) == Some(&true));
         members.map(|(&triangle, _)| triangle).collect()
     }
 

@@ -134,7 +134,8 @@ impl MoverBuilder {
     pub fn build(self, backend: impl Into<Arc<dyn Backend>>) -> Result<Mover, MoveError> {
         let Self { mesh, mut roles, wings, settings, progress } = self;
         let unknown = |name: &str| SetupError::UnknownFamily { name: name.to_owned(), known: mesh.families.clone() };
-        let find = |name: &String| mesh.family(name).ok_or_else(|| unknown(name));
+        let by_name = mesh.families_by_name();
+        let find = |name: &String| by_name.get(name.as_str()).copied().ok_or_else(|| unknown(name));
         let mut found = Vec::new();
         for NamedWing { name, families, old, mirror } in wings {
             let families = families.iter().map(find).collect::<Result<Vec<FamilyId>, _>>()?;
@@ -144,7 +145,7 @@ impl MoverBuilder {
             found.push(WingProfiles { name, families, old, mirror });
         }
         // A name that is none of the mesh's is told before the family that has no role for it.
-        if let Some(name) = roles.keys().find(|name| mesh.family(name).is_none()) {
+        if let Some(name) = roles.keys().find(|name| !by_name.contains_key(name.as_str())) {
             return Err(unknown(name).into());
         }
         let without: Vec<String> =

@@ -1,6 +1,8 @@
 //! Checks of profiles before the wing moves: old profiles that do not belong to the wing, and new
 //! profiles that are no changed old ones. The paper has no such checks.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -216,8 +218,10 @@ fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileE
 /// [`ProfileError::Size`] for the first new profile that is much larger or smaller than its old
 /// one.
 pub fn compare_sizes(old: &[Profile], new: &[Profile]) -> Result<(), ProfileError> {
+    // Of two profiles with one number the first counts.
+    let by_number: HashMap<i64, &Profile> = old.iter().rev().map(|old| (old.number, old)).collect();
     for new in new {
-        let Some(old) = old.iter().find(|old| old.number == new.number) else { continue };
+        let Some(old) = by_number.get(&new.number) else { continue };
         // Other checks find profiles that are no curve at all.
         if new.distinct_points().is_err() {
             continue;
@@ -280,7 +284,16 @@ pub(super) fn against_old(
             }
         }
     }
+    // A section that has passed none before it lies, up to rounding, ahead of all of them in this
+    // measure. Only the others are compared pair by pair.
+    let place = |i: usize| middles[i].dot(span.normal) + PASSED * span.eta[i];
+    let rounding = 1e-9 * (0..middles.len()).map(|i| place(i).abs()).fold(0.0, f64::max);
+    let mut ahead_of_all = f64::NEG_INFINITY;
     for i in 0..middles.len() {
+        if place(i) > ahead_of_all + rounding {
+            ahead_of_all = place(i);
+            continue;
+        }
         for j in 0..i {
             let ahead = (middles[i] - middles[j]).dot(span.normal);
             if ahead < -PASSED * (span.eta[i] - span.eta[j]) {

@@ -6,10 +6,14 @@
 //! those that lie very close to a neighbour: a plane near a vertex makes such short pieces, whose
 //! direction is noise.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use glam::DVec3;
 
 use super::distance::distance;
 use super::edges::trailing_edge;
+use super::path_boxes::PathBoxes;
 use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
 use crate::geometry::nearest_on_segment;
@@ -230,18 +234,38 @@ fn choose_knots(points: &[DVec3]) -> Vec<usize> {
     let lengths: Vec<f64> = points.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
     let spacing = |i: usize| lengths[i.saturating_sub(2)..(i + 2).min(n - 1)].iter().copied().fold(0.0, f64::max);
     let spacings: Vec<f64> = (0..n).map(spacing).collect();
-    let mut knots: Vec<usize> = (0..n).collect();
     let gap = |a: usize, b: usize| points[a].distance(points[b]);
     // Lengths below 1e-154 have a square of zero.
     let share = |a: usize, b: usize| if gap(a, b) > 0.0 { gap(a, b) / spacings[a].max(spacings[b]) } else { 0.0 };
-    while knots.len() > 2 {
-        let closest = (1..knots.len()).map(|k| (share(knots[k - 1], knots[k]), k)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, k)) = closest.filter(|&(share, _)| share < CLOSE) else { break };
-        let before = if k >= 2 { gap(knots[k - 2], knots[k - 1]) } else { f64::INFINITY };
-        let after = if k + 1 < knots.len() { gap(knots[k], knots[k + 1]) } else { f64::INFINITY };
-        knots.remove(if before < after { k - 1 } else { k });
+    // The knot before and after each knot. The queue has the pairs that are too close, each by its
+    // later knot, the closest pair first, and of equal ones the first pair.
+    let mut before: Vec<Option<usize>> = (0..n).map(|i| i.checked_sub(1)).collect();
+    let mut after: Vec<Option<usize>> = (0..n).map(|i| Some(i + 1).filter(|&next| next < n)).collect();
+    let mut queue = BinaryHeap::new();
+    // Shares are not negative, so their bits are in their order.
+    let close = |a: usize, b: usize| Some(share(a, b)).filter(|&share| share < CLOSE).map(f64::to_bits);
+    queue.extend((1..n).filter_map(|b| Some(Reverse((close(b - 1, b)?, b, b - 1)))));
+    let mut is_knot = vec![true; n];
+    let mut left = n;
+    while left > 2
+        && let Some(Reverse((_, b, a))) = queue.pop()
+    {
+        // A pair of which one point is gone.
+        if !(is_knot[a] && is_knot[b]) {
+            continue;
+        }
+        let to = |from: usize, other: Option<usize>| other.map_or(f64::INFINITY, |other| gap(from, other));
+        let removed = if to(a, before[a]) < to(b, after[b]) { a } else { b };
+        is_knot[removed] = false;
+        left -= 1;
+        let (previous, next) = (before[removed], after[removed]);
+        previous.into_iter().for_each(|previous| after[previous] = next);
+        next.into_iter().for_each(|next| before[next] = previous);
+        if let (Some(previous), Some(next)) = (previous, next) {
+            queue.extend(close(previous, next).map(|share| Reverse((share, next, previous))));
+        }
     }
-    knots
+    (0..n).filter(|&i| is_knot[i]).collect()
 }
 
 /// A curve with arc length and common parameter at each step.
@@ -313,15 +337,14 @@ impl Measured {
     }
 
     /// The parameter of the point nearest to `at`, between two parameters.
-    pub fn nearest(&self, at: DVec3, between: [f64; 2]) -> f64 {
+    ///
+    /// - `boxes`: of the path
+    pub fn nearest(&self, boxes: &PathBoxes, at: DVec3, between: [f64; 2]) -> f64 {
         let n = self.path.len();
         let first = self.tau.partition_point(|&tau| tau < between[0]).clamp(1, n - 1);
         let last = self.tau.partition_point(|&tau| tau <= between[1]).clamp(first, n - 1);
-        let candidates = (first..=last).map(|step| {
-            let (point, t) = nearest_on_segment(at, self.path[step - 1], self.path[step]);
-            (point.distance_squared(at), self.tau[step - 1] + (self.tau[step] - self.tau[step - 1]) * t)
-        });
-        candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(self.tau[0], |(_, tau)| tau)
+        let (step, t) = boxes.nearest(&self.path, at, first - 1..last);
+        self.tau[step] + (self.tau[step + 1] - self.tau[step]) * t
     }
 
     /// The point at a parameter, and the unit tangent there.

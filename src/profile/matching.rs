@@ -11,12 +11,16 @@
 //!
 //! The paper (3.1, step 1) resamples the old profile to the points of the new one.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use nalgebra::{Matrix6, Vector6};
+use rayon::prelude::*;
 
 use super::curve::{Measured, Outline, ProfileCurve, bracket};
 use super::distance::distance;
 use super::least_squares::LeastSquares;
+use super::path_boxes::PathBoxes;
 use super::{Plane, Profile, ProfileError, extent};
 
 /// Iterations of fit and match. The first has most of the effect. For a blunt section 40 % thicker,
@@ -290,15 +294,23 @@ impl OldSection {
         let start: Vec<f64> = steps.iter().map(|&step| matched.1[step]).collect();
         let mut tau = start.clone();
         let mut nearest: Vec<(DVec3, DVec3)> = start.iter().map(|&tau| new.point_and_tangent(tau)).collect();
+        let boxes = PathBoxes::new(&new.path);
         let mut off = 0.0;
         for _ in 0..STRAIGHT_TURNS {
             let Some(map) = self.affine.fit_across(plane, &nearest) else { return matched };
             off = 0.0;
-            for j in 1..tau.len() - 1 {
-                let at = knots[j] + self.affine.evaluate(&map, knots[j]);
-                tau[j] = new.nearest(at, [start[j] - NEAR, start[j] + NEAR]);
-                nearest[j] = new.point_and_tangent(tau[j]);
-                off += (nearest[j].0.distance(at) * self.affine.weights[j]).powi(2);
+            let inner: Vec<_> = (1..tau.len() - 1)
+                .into_par_iter()
+                .map(|j| {
+                    let at = knots[j] + self.affine.evaluate(&map, knots[j]);
+                    let tau = new.nearest(&boxes, at, [start[j] - NEAR, start[j] + NEAR]);
+                    let nearest = new.point_and_tangent(tau);
+                    (tau, nearest, (nearest.0.distance(at) * self.affine.weights[j]).powi(2))
+                })
+                .collect();
+            for (j, (of_knot, point, square)) in (1..).zip(inner) {
+                (tau[j], nearest[j]) = (of_knot, point);
+                off += square;
             }
         }
         // One share for all knots: a knot that is near by chance must not pass its neighbours.
@@ -378,7 +390,13 @@ pub fn match_points(old: &Profile, new: &Profile) -> Result<Vec<DVec3>, ProfileE
         }
     }
     // Back to the order of the file: the same points, with another start and direction.
+    let mut by_place: HashMap<[u64; 3], DVec3> = HashMap::with_capacity(targets.len());
+    let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+    targets.iter().for_each(|(p, target)| _ = by_place.entry(bits(p)).or_insert(*target));
     let find = |p: &DVec3| {
+        if let Some(target) = by_place.get(&bits(p)) {
+            return *target;
+        }
         let found = targets.iter().min_by(|a, b| a.0.distance_squared(*p).total_cmp(&b.0.distance_squared(*p)));
         found.map_or(*p, |target| target.1)
     };

@@ -44,6 +44,7 @@ mod least_squares;
 mod locate;
 #[doc(hidden)]
 pub mod matching;
+mod path_boxes;
 mod plane;
 mod section;
 mod simple;
@@ -100,8 +101,9 @@ impl Profile {
     }
 }
 
-/// Most points of a section. The cost of a match grows with the square of their number.
-const MOST_POINTS: usize = 20_000;
+/// Most points of a section. The smooth curve through them takes half a kilobyte for each, so this
+/// many take half a gigabyte. A file with more holds no sections, but a surface.
+const MOST_POINTS: usize = 1_000_000;
 
 /// Larger coordinates count as infinite, because their powers would be.
 const LARGEST: f64 = 1e100;

@@ -10,20 +10,33 @@ pub(crate) fn nearest<'k, S: AsRef<str>>(name: &str, known: &'k [S]) -> Option<&
     // One slip, and another for every four letters: "tip" does not suggest "wing", "trailingedge"
     // does suggest "trailing_edge".
     let allowed = 1 + name.chars().count() / 4;
+    let length = name.chars().count();
     known
         .iter()
-        .map(|candidate| {
-            let candidate = candidate.as_ref();
-            (strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase()), candidate)
-        })
+        .map(AsRef::as_ref)
+        // Each letter more or less is a slip.
+        .filter(|candidate| candidate.chars().count().abs_diff(length) <= allowed)
+        .map(|candidate| (strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase()), candidate))
         .min()
         .filter(|&(distance, _)| distance <= allowed)
         .map(|(_, candidate)| candidate)
 }
 
-/// `` `a`, `b`, `c` ``.
+/// Most names of a list in a message.
+pub(crate) const SHOWN: usize = 20;
+
+/// `` `a`, `b`, `c` ``. Of a long list the first names, and the number of the others.
 pub(crate) fn quoted<S: AsRef<str>>(names: &[S]) -> String {
-    names.iter().map(|name| format!("`{}`", name.as_ref())).collect::<Vec<_>>().join(", ")
+    first_of(names.len(), names.iter().map(|name| format!("`{}`", name.as_ref())))
+}
+
+/// The first words of a list of `count` words, and the number of the others.
+pub(crate) fn first_of(count: usize, words: impl Iterator<Item = String>) -> String {
+    let mut words: Vec<String> = words.take(SHOWN).collect();
+    if count > SHOWN {
+        words.push(format!("and {} more", count - SHOWN));
+    }
+    words.join(", ")
 }
 
 /// `` `a`, `b` or `c` ``.

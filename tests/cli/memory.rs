@@ -1,5 +1,7 @@
 //! A process held to so many bytes says what is lacking, instead of being ended by the system.
 
+use std::fs;
+use std::io::Write;
 use std::process::{Command, Output};
 
 use idmesh::formats;
@@ -33,17 +35,91 @@ fn turned_wing() -> Fixture {
 /// Runs the case with so many megabytes of addresses. Threads set none aside for themselves, or the
 /// limit would be met anywhere.
 fn run_within(fixture: &Fixture, megabytes: usize) -> Output {
-    let run = command(fixture.folder.path(), &["run", "case.toml", "--backend", "cpu"]);
+    let mut command = within(fixture, &["run", "case.toml", "--backend", "cpu"], 1000 * megabytes);
+    command.env("RAYON_NUM_THREADS", "1").env("MALLOC_ARENA_MAX", "1").output().unwrap()
+}
+
+/// A command with so many kilobytes of addresses.
+fn within(fixture: &Fixture, arguments: &[&str], kilobytes: usize) -> Command {
+    let run = command(fixture.folder.path(), arguments);
     let mut shell = Command::new("sh");
-    shell.current_dir(fixture.folder.path()).arg("-c").arg(format!("ulimit -v {}; exec \"$@\"", 1000 * megabytes));
+    shell.current_dir(fixture.folder.path()).arg("-c").arg(format!("ulimit -v {kilobytes}; exec \"$@\""));
+    shell.arg("sh").arg(run.get_program()).args(run.get_args());
     shell
-        .arg("sh")
-        .arg(run.get_program())
-        .args(run.get_args())
+}
+
+/// Whatever the limit, the result is good, or the memory is said not to suffice. The limits are so
+/// close together that some are met anywhere: in threads, in a reader, in the set-up, in an update.
+#[test]
+fn no_limit_of_addresses_ends_a_command_without_a_word() {
+    let fixture = Fixture::new();
+    let before = fixture.files();
+    let mut counts = [0, 0];
+    for kilobytes in (60_000..260_000).step_by(4_321) {
+        for (threads, arguments) in [
+            ("2", &["run", "case.toml", "--backend", "cpu"][..]),
+            ("1", &["run", "case.toml", "--backend", "cpu"]),
+            ("2", &["quality", "box.msh"]),
+        ] {
+            let output = within(&fixture, arguments, kilobytes).env("RAYON_NUM_THREADS", threads).output().unwrap();
+            let errors = stderr(&output);
+            match output.status.code() {
+                Some(0) => counts[0] += 1,
+                Some(3) => {
+                    counts[1] += 1;
+                    assert!(errors.contains("error: ") && errors.contains("memory"), "{kilobytes}: {errors}");
+                    assert_eq!(fixture.files(), before, "files were left behind");
+                }
+                code => panic!("{kilobytes}: {code:?}, {:?}: {errors}", output.status),
+            }
+            let _ = fs::remove_file(fixture.path("moved.msh"));
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 5), "{counts:?}");
+}
+
+/// A gzipped mesh with so many bytes of comments before it.
+fn padded(fixture: &Fixture, bytes: usize) {
+    assert_good(&fixture.idmesh(&["convert", "box.msh", "box.su2"]));
+    let plain = "% nothing here\n".repeat(bytes / 15) + &fixture.read("box.su2");
+    let file = fs::File::create(fixture.path("padded.su2.gz")).unwrap();
+    let mut encoder = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
+    encoder.write_all(plain.as_bytes()).unwrap();
+    encoder.finish().unwrap();
+}
+
+/// `--max-memory` lets a packed file unpack to more, and refuses what needs more.
+#[test]
+fn the_user_sets_the_limit() {
+    let fixture = Fixture::new();
+    padded(&fixture, 80 << 20);
+    let words = ["padded.su2.gz: the gzipped file unpacks to more than ", "--max-memory"];
+    fixture.refuses_command(&["quality", "padded.su2.gz"], 3, &words);
+    let plain = fixture.idmesh(&["quality", "box.su2"]);
+    let allowed = fixture.idmesh(&["quality", "padded.su2.gz", "--max-memory", "1G"]);
+    assert_good(&allowed);
+    assert_eq!(stdout(&allowed), stdout(&plain));
+    let words = ["GB of memory, but ", " GB are available"];
+    fixture.refuses_command(&["--max-memory", "1M", "run", "case.toml", "--backend", "cpu"], 3, &words);
+    for size in ["", "0", "-1", "many", "1X", "nan", "1e30", "G"] {
+        let output = fixture.idmesh(&["quality", "box.su2", &format!("--max-memory={size}")]);
+        assert_eq!(output.status.code(), Some(2), "{size}");
+        assert!(stderr(&output).contains("such as 500M or 8G") || size.is_empty(), "{}", stderr(&output));
+    }
+}
+
+/// The bomb is refused with a tenth of the memory to which it unpacks.
+#[test]
+fn a_bomb_is_refused_at_small_memory() {
+    let fixture = Fixture::new();
+    padded(&fixture, 400 << 20);
+    let output = within(&fixture, &["quality", "padded.su2.gz"], 120_000)
         .env("RAYON_NUM_THREADS", "1")
         .env("MALLOC_ARENA_MAX", "1")
         .output()
-        .unwrap()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert!(stderr(&output).contains("the gzipped file unpacks to more than "), "{}", stderr(&output));
 }
 
 /// Between too little for the set-up and enough for all there is a limit that only the steps do not

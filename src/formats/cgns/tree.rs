@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use hdf5_pure::{AttrValue, Dataset, Datatype, DatatypeByteOrder, File, FormatError, Group, Layout, Source};
 
+use crate::formats::allowance::Allowance;
 use crate::formats::error::{Location, ReadError};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::Endian;
@@ -151,6 +152,12 @@ impl<'a> Node<'a> {
         if n_values > length as u64 {
             let expected = format!("data within the {length} bytes of the file");
             return Err(self.malformed(expected, format_args!("{n_values} values")));
+        }
+        // A chunk is unpacked whole, however few of its values belong to the data.
+        if let Ok(Layout::Chunked { chunk_shape, .. }) = data.layout() {
+            let in_chunk = chunk_shape.iter().try_fold(8u64, |product, &size| product.checked_mul(size));
+            Allowance::new(self.file, length)
+                .take(&format!("a chunk of {}", self.path), in_chunk.map_or(usize::MAX, |bytes| bytes as usize))?;
         }
         Ok(data)
     }

@@ -6,6 +6,7 @@ use std::io;
 
 use super::base64;
 use super::compression::Compression;
+use crate::formats::error::ReadError;
 use crate::formats::scanner::Endian;
 
 /// The encoding of all arrays of a file that are not text.
@@ -35,12 +36,45 @@ pub(super) struct Payload<'a> {
     sizes: Vec<usize>,
 }
 
+/// Why an array is not decoded.
+pub(super) enum Undecoded {
+    /// It is broken: a message in words.
+    Broken(String),
+    /// It is refused before its data are decoded.
+    Refused(ReadError),
+}
+
+impl From<String> for Undecoded {
+    fn from(found: String) -> Self {
+        Self::Broken(found)
+    }
+}
+
+impl From<&str> for Undecoded {
+    fn from(found: &str) -> Self {
+        Self::Broken(found.to_owned())
+    }
+}
+
+impl From<ReadError> for Undecoded {
+    fn from(error: ReadError) -> Self {
+        Self::Refused(error)
+    }
+}
+
 impl Coding {
     /// Decodes the array at the beginning of `bytes`.
     ///
+    /// - `allow`: gets the number of bytes of data before they are decoded, and may refuse them
+    ///
     /// # Errors
-    /// A message in words.
-    pub fn decode<'a>(self, bytes: &'a [u8], base64: bool) -> Result<Payload<'a>, String> {
+    /// [`Undecoded`]
+    pub fn decode<'a>(
+        self,
+        bytes: &'a [u8],
+        base64: bool,
+        allow: impl FnOnce(usize) -> Result<(), ReadError>,
+    ) -> Result<Payload<'a>, Undecoded> {
         let take = |from: usize, count: usize| -> Result<(Cow<'a, [u8]>, usize), String> {
             let rest = bytes.get(from..).unwrap_or_default();
             let taken = if base64 {
@@ -57,7 +91,9 @@ impl Coding {
         let (sizes, _) = take(0, self.header)?;
         let first = count(&sizes, 0)?;
         let Some(compression) = self.compression else {
-            let (data, length) = take(0, sum(self.header, first)?)?;
+            let all = sum(self.header, first)?;
+            allow(first)?;
+            let (data, length) = take(0, all)?;
             let data = match data {
                 Cow::Borrowed(data) => Cow::Borrowed(&data[self.header..]),
                 Cow::Owned(mut data) => {
@@ -69,17 +105,23 @@ impl Coding {
             return Ok(Payload { coding: self, base64, data, length, block: 0, last: 0, packed, sizes });
         };
         if first > bytes.len() {
-            return Err(format!("{first} blocks"));
+            return Err(format!("{first} blocks").into());
         }
         let (sizes, start) = take(0, (3 + first) * self.header)?;
         let (block, last) = (count(&sizes, 1)?, count(&sizes, 2)?);
         let sizes = (0..first).map(|index| count(&sizes, 3 + index)).collect::<Result<Vec<_>, _>>()?;
         let total = sizes.iter().try_fold(0, |total, &size| sum(total, size))?;
+        let plain_of = |index: usize| if index + 1 == first && last != 0 { last } else { block };
+        let in_full = first.saturating_sub(1).checked_mul(block).ok_or("blocks that no memory holds")?;
+        let n_plain = if first > 0 { sum(in_full, plain_of(first - 1))? } else { 0 };
+        allow(n_plain)?;
         let (packed, length) = take(start, total)?;
         let mut data = Vec::new();
+        let held = data.try_reserve_exact(n_plain);
+        held.map_err(|_| format!("{n_plain} bytes, which the memory does not hold"))?;
         let mut at = 0;
         for (index, &size) in sizes.iter().enumerate() {
-            let plain = if index + 1 == first && last != 0 { last } else { block };
+            let plain = plain_of(index);
             compression.unpack(&packed[at..at + size], plain, &mut data)?;
             at += size;
         }

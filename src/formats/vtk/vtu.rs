@@ -19,9 +19,10 @@ use super::cells::{self, Corners, Table};
 use super::create::create;
 use super::header::{Array, Header, Piece, Values, read_header};
 use super::names::listed_names;
-use super::payload::Payload;
+use super::payload::{Payload, Undecoded};
 use super::points::{self, Pieces, Stored};
 use super::types::FAMILY_ARRAYS;
+use crate::formats::allowance::Allowance;
 use crate::formats::document::SourceFile;
 use crate::formats::error::{Location, ReadError};
 use crate::formats::format::{Create, Format, Parsed};
@@ -48,16 +49,17 @@ pub(in crate::formats) const FORMAT: Format = Format {
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let header = read_header(path, &bytes, "UnstructuredGrid")?;
     let offsets = header.offsets();
+    let allowance = Allowance::new(path, bytes.len());
     let mut mesh_builder = MeshBuilder::default();
     let (positions, coordinates) = if let [piece] = &header.pieces[..] {
-        let file = File { path, bytes: &bytes, header: &header, piece };
+        let file = File { path, bytes: &bytes, header: &header, piece, allowance: &allowance };
         let (positions, stored) = file.read_points(file.array("Points", None)?)?;
         file.read_cells(positions.len(), |vertex| vertex as u32, &mut mesh_builder)?;
         points::together(vec![stored], offsets).map(|coordinates| (positions, coordinates))
     } else {
         let mut pieces = Pieces::default();
         for piece in header.pieces.iter().filter(|piece| piece.n_points > 0 || piece.n_cells > 0) {
-            let file = File { path, bytes: &bytes, header: &header, piece };
+            let file = File { path, bytes: &bytes, header: &header, piece, allowance: &allowance };
             file.refuse_ghosts()?;
             let (positions, stored) = file.read_points(file.array("Points", None)?)?;
             let count = pieces.positions.len() + positions.len();
@@ -138,9 +140,17 @@ pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVe
         let hint = "merge the pieces (in ParaView: Append Geometry)";
         return Err(ReadError::Unsupported { path: path.into(), found, hint });
     };
-    let file = File { path, bytes, header: &header, piece };
+    let allowance = Allowance::new(path, bytes.len());
+    let file = File { path, bytes, header: &header, piece, allowance: &allowance };
     let (points, _) = file.read_points(file.array("Points", None)?)?;
     Ok((points, file.corners("Lines")?))
+}
+
+/// A number of numbers that a piece promises for an array.
+struct Promise<'w> {
+    count: usize,
+    /// The expected and the found contents, in words, for an array of this many numbers.
+    words: &'w dyn Fn(usize) -> (String, String),
 }
 
 /// A piece of a file with the contents of its tags.
@@ -149,6 +159,8 @@ struct File<'a, 'h> {
     bytes: &'a [u8],
     header: &'h Header,
     piece: &'h Piece,
+    /// What the arrays of the file may unpack to.
+    allowance: &'h Allowance<'a>,
 }
 
 impl<'a, 'h> File<'a, 'h> {
@@ -173,7 +185,11 @@ impl<'a, 'h> File<'a, 'h> {
     }
 
     /// Offset of an array's payload, and the decoded payload. `None` if the array is text.
-    fn payload(&self, array: &Array) -> Result<Option<(usize, Payload<'a>)>, ReadError> {
+    ///
+    /// - `promised`: how many numbers the piece promises, if it does, and the expected and the
+    ///   found contents for the message. An array with more numbers is refused before it is
+    ///   decoded.
+    fn payload(&self, array: &Array, promised: Option<Promise>) -> Result<Option<(usize, Payload<'a>)>, ReadError> {
         let (start, base64) = match array.values {
             Values::Text(_) => return Ok(None),
             Values::Base64(start) => (start + blanks(&self.bytes[start..]), true),
@@ -186,9 +202,17 @@ impl<'a, 'h> File<'a, 'h> {
             }
         };
         let bytes = self.bytes.get(start..).unwrap_or_default();
-        let payload = self.header.coding.decode(bytes, base64);
-        let payload =
-            payload.map_err(|found| self.malformed(array.tag, format!("the array '{}'", array.name), found))?;
+        let allow = |n_bytes: usize| match promised {
+            Some(Promise { count, words }) if n_bytes / array.number.bytes() > count => {
+                let (expected, found) = words(n_bytes / array.number.bytes());
+                Err(self.malformed(array.tag, expected, found))
+            }
+            _ => self.allowance.take(&format!("the array '{}'", array.name), n_bytes),
+        };
+        let payload = self.header.coding.decode(bytes, base64, allow).map_err(|error| match error {
+            Undecoded::Broken(found) => self.malformed(array.tag, format!("the array '{}'", array.name), found),
+            Undecoded::Refused(error) => error,
+        })?;
         let (length, size) = (payload.data.len(), array.number.bytes());
         if length % size != 0 {
             let expected = format!("the array '{}' of numbers of {size} bytes", array.name);
@@ -208,7 +232,7 @@ impl<'a, 'h> File<'a, 'h> {
     /// [`ReadError::Unsupported`]
     fn refuse_ghosts(&self) -> Result<(), ReadError> {
         let Some(array) = self.cell_array("vtkGhostType") else { return Ok(()) };
-        let mut ghosts = self.integers(array)?;
+        let mut ghosts = self.of_cells(array)?;
         if (0..ghosts.len()).all(|cell| ghosts.get(cell) == Some(0)) {
             return Ok(());
         }
@@ -227,10 +251,10 @@ impl<'a, 'h> File<'a, 'h> {
         numbered: impl Fn(usize) -> u32,
         mesh_builder: &mut MeshBuilder,
     ) -> Result<(), ReadError> {
-        let types = self.integers(self.array("Cells", Some("types"))?)?;
+        let types = self.of_cells(self.array("Cells", Some("types"))?)?;
         let corners = self.corners("Cells")?;
         let family = FAMILY_ARRAYS.iter().find_map(|name| self.cell_array(name));
-        let families = family.map(|array| self.integers(array)).transpose()?;
+        let families = family.map(|array| self.of_cells(array)).transpose()?;
         let cells_tag = self.array("Cells", Some("connectivity"))?.tag;
         let malformed = |expected: String, found: String| self.malformed(cells_tag, expected, found);
         if types.len() != self.piece.n_cells {
@@ -242,13 +266,23 @@ impl<'a, 'h> File<'a, 'h> {
 
     /// The vertices of the cells or lines of a section.
     fn corners(&self, section: &'static str) -> Result<Corners<'a>, ReadError> {
-        let array = |name| self.integers(self.array(section, Some(name))?);
-        Ok(Corners::Ends(array("offsets")?, array("connectivity")?))
+        let ends = self.of_cells(self.array(section, Some("offsets"))?)?;
+        Ok(Corners::Ends(ends, self.integers(self.array(section, Some("connectivity"))?, None)?))
+    }
+
+    /// The values of an array with a whole number for each cell or line.
+    fn of_cells(&self, array: &Array) -> Result<Integers<'a>, ReadError> {
+        let count = self.piece.n_cells;
+        let words = |found: usize| {
+            let expected = format!("{count} numbers in '{}', as many as the piece declares cells", array.name);
+            (expected, found.to_string())
+        };
+        self.integers(array, Some(Promise { count, words: &words }))
     }
 
     /// The values of an array of whole numbers.
-    fn integers(&self, array: &Array) -> Result<Integers<'a>, ReadError> {
-        let values = match self.payload(array)? {
+    fn integers(&self, array: &Array, promised: Option<Promise>) -> Result<Integers<'a>, ReadError> {
+        let values = match self.payload(array, promised)? {
             Some((_, payload)) => Integers::stored(payload.data, array.number, payload.coding.endian),
             None => {
                 let mut values = Vec::new();
@@ -282,7 +316,10 @@ impl<'a, 'h> File<'a, 'h> {
     /// Reads the points, and their places in the file.
     fn read_points(&self, array: &Array) -> Result<(Vec<DVec3>, Stored), ReadError> {
         let mut slots = Vec::new();
-        let payload = self.payload(array)?;
+        let n_points = self.piece.n_points;
+        let words =
+            |found: usize| (format!("{n_points} points, as the piece declares"), format!("{found} coordinates"));
+        let payload = self.payload(array, Some(Promise { count: n_points.saturating_mul(3), words: &words }))?;
         let values = match &payload {
             Some((_, payload)) => array.number.doubles(&payload.data, payload.coding.endian),
             None => {
@@ -298,10 +335,9 @@ impl<'a, 'h> File<'a, 'h> {
                 values
             }
         };
-        let n_points = self.piece.n_points;
         if Some(values.len()) != n_points.checked_mul(3) {
-            let expected = format!("{n_points} points, as the piece declares");
-            return Err(self.malformed(array.tag, expected, format!("{} coordinates", values.len())));
+            let (expected, found) = words(values.len());
+            return Err(self.malformed(array.tag, expected, found));
         }
         let place = || place(self.path, self.bytes, array.tag);
         let (triples, _) = values.as_chunks::<3>();

@@ -93,3 +93,41 @@ fn an_open_curve_ends_at_the_trailing_edge_on_both_sides() {
     assert_eq!(short_end(&section(0.05)), None);
     assert_eq!(short_end(&section(0.2)), Some(section(0.2)[0]));
 }
+
+/// Curves of a few points of a lattice, with many equal and many short distances: the queue removes
+/// the points that a look at all pairs removes, one after another.
+#[test]
+fn the_queue_removes_what_a_look_at_all_pairs_removes() {
+    let mut state = 3_u64;
+    let mut any = |below: u64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) % below
+    };
+    let mut n_removed = 0;
+    for n in (2..40).cycle().take(3000) {
+        let mut at = DVec3::ZERO;
+        let step = |at: &mut DVec3, length: f64, axis: u64| {
+            *at += if axis == 0 { DVec3::X } else { DVec3::Z } * length;
+            *at
+        };
+        let points: Vec<DVec3> =
+            (0..n).map(|_| step(&mut at, [1.0, 1.0, 0.02, 0.01, 0.0][any(5) as usize], any(2))).collect();
+        let gap = |a: usize, b: usize| points[a].distance(points[b]);
+        let around = |i: usize| (i.saturating_sub(2)..(i + 2).min(n - 1)).map(|k| gap(k, k + 1)).fold(0.0, f64::max);
+        let share = |a: usize, b: usize| if gap(a, b) > 0.0 { gap(a, b) / around(a).max(around(b)) } else { 0.0 };
+        let mut left: Vec<usize> = (0..n).collect();
+        while left.len() > 2 {
+            let pairs = (1..left.len()).map(|k| (share(left[k - 1], left[k]), k));
+            let (closest, k) = pairs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            if closest >= CLOSE {
+                break;
+            }
+            let before = if k >= 2 { gap(left[k - 2], left[k - 1]) } else { f64::INFINITY };
+            let after = if k + 1 < left.len() { gap(left[k], left[k + 1]) } else { f64::INFINITY };
+            left.remove(if before < after { k - 1 } else { k });
+            n_removed += 1;
+        }
+        assert_eq!(choose_knots(&points), left, "{points:?}");
+    }
+    assert!(n_removed > 1000, "{n_removed}");
+}

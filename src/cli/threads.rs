@@ -1,0 +1,41 @@
+//! Starts the threads of the process.
+//!
+//! A thread whose stack the memory does not hold ends the process without a message, in several
+//! places of several libraries. So the memory is checked here, and all threads are made at the
+//! start.
+
+use std::thread;
+
+use super::failure::Failure;
+use crate::memory::check_memory;
+
+/// Bytes of the stack on which a command runs. The stack of the main thread grows, and the process
+/// is ended where a limit keeps it from growing.
+const STACK: usize = 8 << 20;
+
+/// Bytes of a thread's stack, with what belongs to it.
+const OF_THREAD: usize = (2 << 20) + (256 << 10);
+
+/// Runs a command on a thread with a stack of its own, beside the threads that compute.
+///
+/// # Errors
+/// The threads cannot be made.
+pub(super) fn run<T: Send + 'static>(command: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
+    let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok());
+    let n_threads = asked.filter(|&count| count > 0).or_else(|| Some(thread::available_parallelism().ok()?.get()));
+    let n_threads = n_threads.unwrap_or(1);
+    let no_threads = |why: &dyn std::fmt::Display| {
+        let mut failure = Failure::bad_input(format!("{n_threads} threads cannot be started: {why}"));
+        failure.hint = Some("take fewer threads (RAYON_NUM_THREADS), or raise the limit of the memory".to_owned());
+        failure
+    };
+    check_memory((n_threads.saturating_mul(OF_THREAD).saturating_add(2 * STACK)) as u64)
+        .map_err(|error| no_threads(&error))?;
+    rayon::ThreadPoolBuilder::new().build_global().map_err(|error| no_threads(&error))?;
+    let command = thread::Builder::new().name("idmesh".to_owned()).stack_size(STACK).spawn(command);
+    match command.map_err(|error| no_threads(&error))?.join() {
+        Ok(result) => Ok(result),
+        // The panic has printed its message.
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
