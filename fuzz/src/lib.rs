@@ -4,7 +4,7 @@
 //! The demands are those of the package's own test with random damage, `tests/formats`.
 
 #[path = "../../tests/formats/damage.rs"]
-#[allow(dead_code, reason = "fuzzers damage files themselves")]
+#[allow(dead_code, unused_imports, reason = "fuzzers damage files themselves")]
 mod damage;
 
 #[path = "../../tests/formats/damage_inputs.rs"]
