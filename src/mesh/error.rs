@@ -3,7 +3,7 @@
 use glam::DVec3;
 use thiserror::Error;
 
-use super::SIZES;
+use super::size::SIZES;
 use crate::text::figures::near;
 
 /// A fault of a mesh. Vertices, tets and triangles are numbered from 0, in the order of the file.
@@ -15,15 +15,15 @@ pub enum MeshError {
     NoTets,
     #[error("vertex {vertex} has the coordinates {at:?}; they must be finite numbers")]
     NotFinite { vertex: usize, at: [f64; 3] },
+    #[error("{what} {index} names vertex {vertex}, but the mesh has the vertices 0..{n_vertices}")]
+    VertexOutOfRange { what: &'static str, index: usize, vertex: u32, n_vertices: usize },
+    #[error("{what} {index} names vertex {vertex} twice")]
+    RepeatedVertex { what: &'static str, index: usize, vertex: u32 },
     #[error(
         "the mesh measures {size:e} of its unit, expected {:e} to {:e}: give it and all its lengths in another unit",
         SIZES.start(), SIZES.end()
     )]
     Size { size: f64 },
-    #[error("{what} {index} names vertex {vertex}, but the mesh has the vertices 0..{n_vertices}")]
-    VertexOutOfRange { what: &'static str, index: usize, vertex: u32, n_vertices: usize },
-    #[error("{what} {index} names vertex {vertex} twice")]
-    RepeatedVertex { what: &'static str, index: usize, vertex: u32 },
     #[error(
         "{count} of {n_tets} tets are inverted or flat; the first is tet {first} with volume {volume:e}, near {}; \
          a mesh must be valid before it is moved",

@@ -15,6 +15,7 @@ pub mod half_face;
 mod order;
 mod other_cells;
 mod refine;
+mod size;
 mod validate;
 
 use std::collections::HashMap;
@@ -27,7 +28,8 @@ pub use error::MeshError;
 pub use order::Order;
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
-pub use validate::{SIZES, Topology, check, check_size, validate};
+pub use size::SIZES;
+pub use validate::{Topology, check, check_size, validate};
 
 use crate::{geometry, quality};
 

@@ -1,15 +1,9 @@
 //! The checks that a mesh must pass before anything is built on it.
 
-use std::ops::RangeInclusive;
-
 use glam::DVec3;
 
-use super::{MeshError, TetMesh, half_edge::Surface, half_face::HalfFaces};
+use super::{MeshError, TetMesh, half_edge::Surface, half_face::HalfFaces, size::SIZES};
 use crate::{geometry, quality};
-
-/// The sizes of a mesh with which idmesh computes, in the mesh's unit. Products of up to four
-/// lengths stay in the range of f64, also of edges of 1e-25 of the size.
-pub const SIZES: RangeInclusive<f64> = 1e-50..=1e50;
 
 /// The topology of a checked mesh.
 #[derive(Clone, Debug)]

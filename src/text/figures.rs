@@ -21,7 +21,7 @@ impl fmt::Display for Shortest {
 /// or very large, the coordinates have exponents.
 pub(crate) fn place(at: DVec3) -> String {
     let [x, y, z] = at.to_array();
-    if is_plain(at.abs().max_element(), 1e-5) {
+    if is_plain(at.abs().max_element(), 1e-9) {
         return format!("({x}, {y}, {z})");
     }
     let [x, y, z] = [x, y, z].map(Shortest);
