@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use aircraft::{Anyway, SMALL, triangles_of, vertices_of};
 use glam::DVec3;
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, Mover, Outcome};
+use idmesh::mover::{Design, FaultKind, Mover, Outcome};
 
 /// Moves to the set `big`, with vertices put elsewhere once a stage has ended.
 fn update(mover: &mut Mover, stage: &str, put: &[(usize, DVec3)]) -> Outcome {
@@ -93,6 +93,10 @@ fn a_tet_turned_over_in_the_end_is_refused() {
     assert!(!outcome.is_valid() && outcome.inverted > 0);
     assert_eq!(faults::inverted(mover.mesh(), outcome.vertices()).len(), outcome.inverted);
     assert_eq!(outcome.stages[3].inverted, outcome.inverted);
+    let fault = &outcome.check().unwrap_err().faults[0];
+    assert_eq!((fault.kind, fault.count), (FaultKind::Inverted, outcome.inverted));
+    let at = DVec3::from_array(fault.place.as_ref().unwrap().at);
+    assert!(at.distance(outcome.vertices()[tet[0] as usize]) < 1.0, "{at}");
 }
 
 /// A ten thousandth of a chord, which inverts nothing. A hundred millionth is rounding.
@@ -109,6 +113,17 @@ fn a_vertex_that_leaves_its_surface_is_refused() {
         assert_eq!(outcome.inverted, 0, "{stage}");
         assert!(!outcome.is_valid(), "{stage} {family}");
         assert_eq!(outcome.off_surface.keys().collect::<Vec<_>>(), [family], "{stage}");
+        // The fault names the one vertex, also where no tet is inverted.
+        let deviation = outcome.off_surface[family];
+        assert_eq!((deviation.vertices, deviation.vertex), (1, vertex), "{stage}");
+        let fault = &outcome.check().unwrap_err().faults[0];
+        assert_eq!((fault.kind, fault.count), (FaultKind::OffSurface, 1), "{stage}");
+        let place = fault.place.as_ref().unwrap();
+        assert_eq!(
+            (place.at, place.family.as_deref()),
+            (outcome.vertices()[vertex].to_array(), Some(family)),
+            "{stage}"
+        );
         if stage == "volume" {
             assert!(update(&mut mover, stage, &[(vertex, DVec3::new(0.0, 1e-8, 1e-8))]).is_valid(), "{family}");
         }
@@ -136,5 +151,7 @@ fn a_wing_that_misses_its_profile_is_refused() {
     let missed = outcome.missed["wing"];
     assert!(!outcome.is_valid() && missed.profile == 0 && (0.002..0.006).contains(&missed.share), "{missed:?}");
     assert!(up.iter().any(|&(vertex, _)| vertex == missed.vertex));
+    let faults = outcome.check().unwrap_err().faults;
+    assert!(faults.iter().any(|fault| fault.kind == FaultKind::MissedProfiles && fault.count == 1), "{faults:?}");
     assert!(update(&mut mover, "planes", &along).missed.is_empty());
 }
