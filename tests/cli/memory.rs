@@ -75,7 +75,7 @@ fn no_limit_of_addresses_ends_a_command_without_a_word() {
             let _ = fs::remove_file(fixture.path("moved.msh"));
         }
     }
-    assert!(counts.iter().all(|&count| count > 5), "{counts:?}");
+    assert!(counts.iter().all(|&count| count > 2), "{counts:?}");
 }
 
 /// A gzipped mesh with so many bytes of comments before it.
@@ -83,7 +83,7 @@ fn padded(fixture: &Fixture, bytes: usize) {
     assert_good(&fixture.idmesh(&["convert", "box.msh", "box.su2"]));
     let plain = "% nothing here\n".repeat(bytes / 15) + &fixture.read("box.su2");
     let file = fs::File::create(fixture.path("padded.su2.gz")).unwrap();
-    let mut encoder = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
+    let mut encoder = flate2::write::GzEncoder::new(file, flate2::Compression::best());
     encoder.write_all(plain.as_bytes()).unwrap();
     encoder.finish().unwrap();
 }

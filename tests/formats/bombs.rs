@@ -77,7 +77,9 @@ fn message(name: &str, bytes: &[u8]) -> String {
 /// array of more numbers than the piece declares is refused before.
 #[test]
 fn counts_are_compared_before_anything_is_unpacked() {
-    assert_eq!(read_bytes("a.vtu", &vtu("", [None; 4], b"")).unwrap().mesh.tets.len(), 1);
+    // Without a bomb all arrays are read. Only triangles are missing.
+    let found = message("a.vtu", &vtu("", [None; 4], b""));
+    assert!(found.contains("the file has no boundary triangles"), "{found}");
     let garbage = vec![0xaa; 100_000];
     for compressor in ["vtkZLibDataCompressor", "vtkLZ4DataCompressor", "vtkLZMADataCompressor"] {
         let plain = 8 * 2_000_000;
