@@ -91,6 +91,24 @@ fn exit() -> ! {
     std::process::exit(BAD_INPUT)
 }
 
+/// Makes a file beyond the limit of the process's file sizes (`ulimit -f`) an error of writing. By
+/// default the system ends the process without a message.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+#[allow(unsafe_code, reason = "the standard library has no signals")]
+fn ignore_the_file_size_signal() {
+    unsafe extern "C" {
+        fn signal(number: std::ffi::c_int, handler: usize) -> usize;
+    }
+    const SIGXFSZ: std::ffi::c_int = 25;
+    const SIG_IGN: usize = 1;
+    // SAFETY: POSIX has this function; `SIG_IGN` is a handler, and no other thread runs yet.
+    unsafe { signal(SIGXFSZ, SIG_IGN) };
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "macos")))]
+fn ignore_the_file_size_signal() {}
+
 fn main() -> ExitCode {
+    ignore_the_file_size_signal();
     idmesh::cli::main()
 }

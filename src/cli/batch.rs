@@ -8,11 +8,11 @@ use super::failure::{Exit, Failure};
 use super::json::check_json;
 use super::lines::Lines;
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
-use crate::case::LoadedCase;
+use crate::case::{Case, LoadedCase};
 use crate::report::Checksums;
 use crate::session::{
-    DesignFiles, EarlierResults, Finished, Folder, Job, Outputs, ReplacedInputs, Session, SessionError, Shard,
-    check_distinct, find_designs, of_design, sums_of_case,
+    DesignFiles, EarlierResults, Finished, Folder, Job, Outputs, ReplacedInputs, ReportFile, Session, SessionError,
+    Shard, check_distinct, find_designs, of_design, sums_of_case,
 };
 
 /// Arguments of `idmesh batch`.
@@ -46,11 +46,11 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    let case = load(&arguments.case, console)?;
+    let case = load(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
     let replaced = ReplacedInputs::of(&case)?;
     let all = find_designs(&arguments.designs, replaced.extensions(), replaced.tables())?;
     let pattern = Outputs::of(&case.case, arguments.out.as_deref());
-    let _folder = check(&pattern, &all, &case, arguments, console)?;
+    let _folder = check(&pattern, &all, &case, arguments, console).inspect_err(|_| remove_earlier(arguments))?;
     let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all.clone()));
 
     let lines = Lines::new(arguments.json.as_ref(), console);
@@ -126,7 +126,7 @@ impl Batch<'_> {
             Err(error) if error.backend().is_some() => return Err(error.into()),
             Err(error) => {
                 console.warn(format_args!("{name}: {error}"));
-                self.lines.append(&self.session.failed(name, &error, checksums.as_ref()))?;
+                self.lines.append(&self.session.failed(Some(name), &error, checksums.as_ref()))?;
                 return Ok(false);
             }
         };
@@ -134,7 +134,7 @@ impl Batch<'_> {
             finished.withdraw();
             return Err(failure);
         }
-        for warning in &finished.report.warnings {
+        for warning in &finished.warnings {
             console.warn(format_args!("{name}: {warning}"));
         }
         match &finished.verdict {
@@ -167,6 +167,35 @@ impl Batch<'_> {
     }
 }
 
+/// Removes what an earlier run left of designs that cannot be moved now, as far as the files name
+/// it. With `--resume` the earlier results stay: the next run decides by their checksums.
+fn remove_earlier(arguments: &Arguments) {
+    let Ok(case) = Case::read(&arguments.case) else { return };
+    let replaced = ReplacedInputs::of_case(&case);
+    let found = find_designs(&arguments.designs, replaced.extensions(), replaced.tables());
+    let (Ok(all), false) = (found, arguments.resume) else { return };
+    let inputs = inputs(case.inputs(), &all, arguments);
+    let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
+    let pattern = Outputs::of(&case, arguments.out.as_deref());
+    for design in &designs {
+        let _ = pattern.named(&design.name).map(|outputs| outputs.remove_all_but(&inputs));
+    }
+    if let Some(JsonTarget::File(path)) = &arguments.json
+        && path.is_file()
+        && check_distinct(&inputs, &[path]).is_ok()
+    {
+        let _ = ReportFile::new(path).keep(|line| designs.iter().all(|design| design.name != line.design));
+    }
+}
+
+/// All files that a batch reads.
+fn inputs(mut inputs: Vec<PathBuf>, all: &[DesignFiles], arguments: &Arguments) -> Vec<PathBuf> {
+    // Results may go into the folder of the designs.
+    inputs.extend(arguments.designs.is_file().then(|| arguments.designs.clone()));
+    inputs.extend(all.iter().flat_map(DesignFiles::paths).map(Path::to_path_buf));
+    inputs
+}
+
 /// Checks that all outputs can be written, and makes their folder. The caller holds the folder
 /// until the outputs are written.
 fn check(
@@ -176,24 +205,12 @@ fn check(
     arguments: &Arguments,
     console: &Console,
 ) -> Result<Folder, Failure> {
-    let mut inputs = case.inputs.clone();
-    inputs.push(arguments.designs.clone());
-    inputs.retain(|path| !path.is_dir() || *path == case.case.mesh);
+    let inputs = inputs(case.inputs.clone(), all, arguments);
     let json = match &arguments.json {
         Some(JsonTarget::File(path)) => Some(path.as_path()),
         _ => None,
     };
-    for design in all {
-        let outputs = pattern.named(&design.name)?;
-        let known = inputs.len();
-        inputs.extend(design.paths().map(Path::to_path_buf));
-        check_distinct(&inputs, &outputs.paths().chain(json).collect::<Vec<_>>())?;
-        inputs.truncate(known);
-    }
-    if let Some(json) = json {
-        inputs.extend(all.iter().flat_map(DesignFiles::paths).map(Path::to_path_buf));
-        check_distinct(&inputs, &[json])?;
-    }
+    pattern.check_designs(all, &inputs, json)?;
     let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
     // All outputs go into the same folder, so the check of one design holds for all.
     if let Some(first) = all.first() {

@@ -1,10 +1,9 @@
 //! [`Lines`]: the target of the JSON lines of a batch.
 
-use serde::Serialize;
-
 use super::JsonTarget;
 use super::console::Console;
 use super::failure::Failure;
+use crate::report::RunReport;
 use crate::session::{ReportFile, SessionError};
 
 /// The target of the lines.
@@ -31,17 +30,17 @@ impl<'a> Lines<'a> {
         !matches!(self, Self::Nowhere)
     }
 
-    /// Appends a value as a line of JSON, in one write.
+    /// Appends a report as a line of JSON, in one write.
     ///
     /// # Errors
     /// The line cannot be written.
-    pub(super) fn append(&self, value: &impl Serialize) -> Result<(), Failure> {
-        let mut text = serde_json::to_string(value).map_err(SessionError::Report)?;
+    pub(super) fn append(&mut self, report: &RunReport) -> Result<(), Failure> {
+        let mut text = serde_json::to_string(report).map_err(SessionError::Report)?;
         text.push('\n');
         match self {
             Self::Nowhere => Ok(()),
             Self::StandardOutput(console) => console.json(&text),
-            Self::File(file) => Ok(file.append(&text)?),
+            Self::File(file) => Ok(file.append(report.design.as_deref().unwrap_or_default(), &text)?),
         }
     }
 }

@@ -1,15 +1,16 @@
 //! `idmesh run` moves a mesh to the design of a case.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::json::{check_json, print_json};
+use super::json::{check_json, print_json, write_json};
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::case::{Case, LoadedCase};
 use crate::report::stage_table;
-use crate::session::{Folder, Job, Outputs, Session, check_distinct, remove_file, sums_of_case};
+use crate::session::{Folder, Job, Outputs, Session, SessionError, check_distinct, remove_file, sums_of_case};
 
 /// Arguments of `idmesh run`.
 #[derive(Debug, clap::Args)]
@@ -33,7 +34,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let case = load(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
     let read_seconds = start.elapsed().as_secs_f64();
     let outputs = Outputs::of(&case.case, arguments.out.as_deref());
-    let _folder = check(&outputs, &case, arguments)?;
+    let _folder = check(&outputs, &case, arguments).inspect_err(|_| remove_earlier(arguments))?;
     console.losses(outputs.losses(&case)?);
     // From here on nothing of an earlier run may be taken for a result of this one.
     outputs.remove_earlier(&case.inputs)?;
@@ -56,9 +57,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         report: file,
         checksums: checksums.as_ref(),
     };
-    let finished = session.finish(job)?;
+    let finished = match session.finish(job) {
+        Err(error @ SessionError::Refused(_)) => {
+            // A mesh without finite positions has no file, but it has a report.
+            let report = session.failed(None, &error, checksums.as_ref());
+            arguments.json.iter().try_for_each(|target| write_json(target, &report, console))?;
+            return Err(error.into());
+        }
+        finished => finished?,
+    };
     let report = &finished.report;
-    for warning in &report.warnings {
+    for warning in &finished.warnings {
         console.warn(warning);
     }
     let told = match &arguments.json {
@@ -81,19 +90,27 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     Ok(finished.verdict?)
 }
 
-/// Removes what an earlier run left of a case that cannot be loaded any more, as far as the case
-/// file names its outputs. The failure to load is told; nothing else is.
+/// Removes what an earlier run left of a case that cannot be run any more, as far as the case file
+/// and the command name it. The failure is told; nothing else is.
 fn remove_earlier(arguments: &Arguments) {
-    let Ok(case) = Case::read(&arguments.case) else { return };
-    let outputs = Outputs::of(&case, arguments.out.as_deref());
-    let json = match &arguments.json {
-        Some(JsonTarget::File(path)) => Some(path.as_path()),
-        _ => None,
-    };
-    if check_distinct(&case.inputs(), &outputs.paths().chain(json).collect::<Vec<&Path>>()).is_ok() {
-        let _ = outputs.remove_earlier(&case.inputs());
-        let _ = json.map(remove_file);
+    let mut inputs = vec![arguments.case.clone()];
+    if let Ok(case) = Case::read(&arguments.case) {
+        inputs = case.inputs();
+        Outputs::of(&case, arguments.out.as_deref()).remove_all_but(&inputs);
     }
+    if let Some(JsonTarget::File(path)) = &arguments.json
+        && check_distinct(&inputs, &[path]).is_ok()
+        && is_report(path)
+    {
+        let _ = remove_file(path);
+    }
+}
+
+/// Whether a file is a report of an earlier run. Where the case cannot be read, the file may also
+/// be one that the user has named by mistake.
+fn is_report(path: &Path) -> bool {
+    let report = fs::read(path).ok().and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
+    report.is_some_and(|report| report.get("idmesh").is_some())
 }
 
 /// Checks that all outputs can be written, and makes their folder. The caller holds the folder
@@ -103,7 +120,8 @@ fn check(outputs: &Outputs, case: &LoadedCase, arguments: &Arguments) -> Result<
         Some(JsonTarget::File(path)) => Some(path.as_path()),
         _ => None,
     };
-    check_distinct(&case.inputs, &outputs.paths().chain(json).collect::<Vec<&Path>>())?;
+    let names = outputs.names();
+    check_distinct(&case.inputs, &names.iter().map(PathBuf::as_path).chain(json).collect::<Vec<&Path>>())?;
     let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
     outputs.check(case)?;
     check_json(arguments.json.as_ref())?;

@@ -16,19 +16,27 @@ const STACK: usize = 8 << 20;
 /// Bytes of a thread's stack, with what belongs to it.
 const OF_THREAD: usize = (2 << 20) + (256 << 10);
 
+/// The most threads that are started, or four for each processor where that is more. Beyond it the
+/// threads hinder each other so much that a run seems to hang.
+const MOST: usize = 512;
+
 /// Runs a command on a thread with a stack of its own, beside the threads that compute.
 ///
 /// # Errors
 /// The threads cannot be made.
 pub(super) fn run<T: Send + 'static>(command: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok());
-    let n_threads = asked.filter(|&count| count > 0).or_else(|| Some(thread::available_parallelism().ok()?.get()));
-    let n_threads = n_threads.unwrap_or(1);
+    let n_processors = thread::available_parallelism().map_or(1, usize::from);
+    let n_threads = asked.filter(|&count| count > 0).unwrap_or(n_processors);
     let no_threads = |why: &dyn std::fmt::Display| {
         let mut failure = Failure::bad_input(format!("{n_threads} threads cannot be started: {why}"));
         failure.hint = Some("take fewer threads (RAYON_NUM_THREADS), or raise the limit of the memory".to_owned());
         failure
     };
+    let most = MOST.max(4 * n_processors);
+    if n_threads > most {
+        return Err(no_threads(&format_args!("at most {most} are useful on {n_processors} processors")));
+    }
     check_memory((n_threads.saturating_mul(OF_THREAD).saturating_add(2 * STACK)) as u64)
         .map_err(|error| no_threads(&error))?;
     rayon::ThreadPoolBuilder::new().build_global().map_err(|error| no_threads(&error))?;

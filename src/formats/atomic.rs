@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 use tempfile::NamedTempFile;
 use thiserror::Error;
 
+use super::real_path::{is_special, real_path};
 use super::temporary::{remove_abandoned, temporary};
 
 /// Files that get their names together. Until then they are complete under temporary names. A set
@@ -225,10 +226,11 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 /// Checks that [`write_atomically`] to `path` can work: makes and removes an empty temporary file
 /// beside it. Removes the temporary files that killed processes left there.
 pub(crate) fn check(path: &Path) -> io::Result<()> {
-    match fs::metadata(path) {
-        Ok(metadata) if metadata.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Ok(metadata) if !metadata.is_file() => return Ok(()),
-        _ => {}
+    if is_special(path) {
+        return Ok(());
+    }
+    if path.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
     }
     check_takes_files(&target(path)?.1)
 }
@@ -248,27 +250,22 @@ fn check_takes_files(folder: &Path) -> io::Result<()> {
     temporary(folder).map(drop)
 }
 
-/// Whether a path is there and neither a file nor a folder: a pipe or a device.
-fn is_special(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
-}
-
 fn write_directly(path: &Path, write: Box<Writer>) -> io::Result<()> {
-    let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
+    let mut out = BufWriter::new(fs::OpenOptions::new().append(true).open(path)?);
     write(&mut out)?;
     out.flush()
 }
 
 /// The file to replace and its folder. Symbolic links are followed.
 fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let target = real_path(path);
     let folder = match target.parent() {
-        Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
         Some(folder) => folder.to_path_buf(),
         None => return Err(io::ErrorKind::IsADirectory.into()),
     };
     if !folder.is_dir() {
-        let message = format!("there is no folder {}", folder.display());
+        let named = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(&folder);
+        let message = format!("there is no folder {}", named.display());
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
     Ok((target, folder))

@@ -47,10 +47,16 @@ fn with_suffix(folder: &Path, suffix: &str) -> io::Result<NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
+    let file = builder.tempfile_in(folder).map_err(without_path)?;
     // A file system without locks leaves the process's number as the only sign of life.
     let _ = file.as_file().lock();
     Ok(file)
+}
+
+/// The error of the system in an error with a path.
+fn without_path(error: io::Error) -> io::Error {
+    let of_system = error.get_ref().and_then(|inner| inner.source()?.downcast_ref::<io::Error>()?.raw_os_error());
+    of_system.map_or_else(|| error.kind().into(), io::Error::from_raw_os_error)
 }
 
 /// The sign of a process that it writes into a file again and again. Dropping it removes the sign.

@@ -101,7 +101,6 @@ impl Shard {
 /// - [`SessionError::UnreadableDesigns`]: the folder or the text file cannot be read
 /// - [`SessionError::NoDesigns`]: no design is found
 /// - [`SessionError::SameName`]: two designs have the same name
-/// - [`SessionError::NoTable`]: the name of a file has no table
 pub fn find_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Vec<DesignFiles>, SessionError> {
     let cannot_read = |source| SessionError::UnreadableDesigns { path: path.to_path_buf(), source };
     let paths = if path.is_dir() {
@@ -125,7 +124,9 @@ pub fn find_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Resu
         } else {
             let table = tables.iter().filter_map(|table| Some((stem.strip_suffix(&format!(".{table}"))?, table)));
             let Some((name, table)) = table.max_by_key(|(_, table)| table.len()) else {
-                return Err(SessionError::NoTable { path, tables: tables.to_vec() });
+                // The design fails alone when it is read.
+                add(&mut designs, DesignFiles { name: stem, path, tables: BTreeMap::new() })?;
+                continue;
             };
             match designs.iter_mut().find(|design| design.name == name && !design.path.is_dir()) {
                 Some(design) => {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::SessionError;
-use crate::formats::{self, write_atomically};
+use crate::formats::{self, is_special, real_path, write_atomically};
 
 /// How often a folder is made again that another job removes meanwhile.
 const ATTEMPTS: usize = 1000;
@@ -58,7 +58,12 @@ impl Folder {
         for ancestor in missing.into_iter().rev() {
             match fs::create_dir(ancestor) {
                 Ok(()) => self.made.push(ancestor.to_path_buf()),
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && ancestor.is_dir() => {}
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => match fs::symlink_metadata(ancestor) {
+                    Ok(_) if ancestor.is_dir() => {}
+                    Ok(metadata) if !metadata.is_dir() => return Err(error),
+                    // Another job has removed it since.
+                    _ => return Err(io::ErrorKind::NotFound.into()),
+                },
                 Err(error) => return Err(error),
             }
         }
@@ -89,40 +94,43 @@ pub fn check_writable(path: &Path) -> Result<(), SessionError> {
     formats::check_writable(path).map_err(|error| cannot_write(path, error))
 }
 
-/// Checks that no output overwrites an input or another output.
+/// Checks that no output overwrites an input or another output, whatever the spelling of their
+/// paths.
 ///
 /// # Errors
 /// [`SessionError::Overwrites`] or [`SessionError::TwoOutputs`], for the first such output.
 pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), SessionError> {
-    let same = |a: &Path, b: &Path| {
-        // A mesh may be a folder, and the other path may be a file in this folder.
-        let within = |a: &Path, b: &Path| a.is_dir() && b.starts_with(a);
-        let real = (fs::canonicalize(a), fs::canonicalize(b));
-        a == b || matches!(real, (Ok(a), Ok(b)) if (a == b && a.is_file()) || within(&a, &b) || within(&b, &a))
-    };
-    for (index, output) in outputs.iter().enumerate() {
-        if let Some(input) = inputs.iter().find(|input| same(input, output)) {
-            let (output, input) = (output.to_path_buf(), input.clone());
+    let places: Vec<PathBuf> = outputs.iter().map(|output| real_path(output)).collect();
+    let of_inputs: Vec<PathBuf> = inputs.iter().map(|input| real_path(input)).collect();
+    for (index, (output, place)) in outputs.iter().zip(&places).enumerate() {
+        if let Some(at) = of_inputs.iter().position(|input| same_place(input, place)) {
+            let (output, input) = (output.to_path_buf(), inputs[at].clone());
             return Err(SessionError::Overwrites { output, input });
         }
-        if outputs[..index].iter().any(|other| same(other, output)) {
+        if !is_special(output) && places[..index].iter().any(|other| same_place(other, place)) {
             return Err(SessionError::TwoOutputs { path: output.to_path_buf() });
         }
     }
     Ok(())
 }
 
-/// Removes a file, if the path is one. A link stays, and the file that the link names is emptied.
+/// Whether two places are one, or one is a file in the other, which is a folder. A mesh may be a
+/// folder.
+pub(super) fn same_place(a: &Path, b: &Path) -> bool {
+    let within = |a: &Path, b: &Path| a.is_dir() && b.starts_with(a);
+    a == b || within(a, b) || within(b, a)
+}
+
+/// Removes a file, if the path is one. A link stays, and the file that the link names is removed.
 ///
 /// # Errors
 /// [`SessionError::CannotWrite`]: the file cannot be removed.
 pub fn remove_file(path: &Path) -> Result<(), SessionError> {
     // Pipes and devices hold no earlier result.
-    if !path.is_file() {
+    if is_special(path) || !path.is_file() {
         return Ok(());
     }
-    let removed = if path.is_symlink() { fs::write(path, "") } else { fs::remove_file(path) };
-    match removed {
+    match fs::remove_file(real_path(path)) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(cannot_write(path, error)),
         _ => Ok(()),
     }

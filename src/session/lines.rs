@@ -4,6 +4,7 @@
 //! |---|---|
 //! | a job appends a line | under a lock on the file, whole or not at all |
 //! | a job begins and leaves lines of earlier runs out | the file is replaced, under the same lock |
+//! | two jobs do the same design | the later line takes the place of the earlier one |
 //! | a line was torn by a full disk or a killed job | the next line takes its place |
 //!
 //! A lock holds for one file, and a replaced file is another one. So a job opens the file for every
@@ -18,13 +19,29 @@ use serde::Deserialize;
 
 use super::SessionError;
 use super::files::{cannot_write, write_text};
-use crate::formats::Claim;
+use crate::formats::{Claim, is_special, real_path};
 use crate::report::Checksums;
 
 /// A file with one report a line.
 #[derive(Debug)]
 pub struct ReportFile {
+    /// The path as the user named it.
     path: PathBuf,
+    /// The file that the path names, so that jobs with other spellings know of each other.
+    place: PathBuf,
+    /// An open pipe or device: to close it may end its reader.
+    special: Option<File>,
+    /// The end of the lines that this job has seen.
+    seen: Option<Seen>,
+}
+
+/// A part of a file.
+#[derive(Debug)]
+struct Seen {
+    /// The file. It stays open, so that no later file gets its identity.
+    file: File,
+    /// End of the part, in bytes.
+    end: u64,
 }
 
 /// The sign of a job that appends to a file of reports. Dropping it ends the work.
@@ -60,7 +77,7 @@ pub struct Line {
 impl ReportFile {
     /// A file of reports, which may be missing.
     pub fn new(path: &Path) -> Self {
-        Self { path: path.to_path_buf() }
+        Self { path: path.to_path_buf(), place: real_path(path), special: None, seen: None }
     }
 
     /// Begins to append to the file.
@@ -71,7 +88,7 @@ impl ReportFile {
         if self.is_special() {
             return Ok(Appending::default());
         }
-        let claim = Claim::new(&self.path).map_err(|error| cannot_write(&self.path, error))?;
+        let claim = Claim::new(&self.place).map_err(|error| cannot_write(&self.path, error))?;
         Ok(Appending { claim: Some(claim) })
     }
 
@@ -90,7 +107,7 @@ impl ReportFile {
         if self.is_special() {
             return Ok(Vec::new());
         }
-        match fs::read(&self.path) {
+        match fs::read(&self.place) {
             Ok(bytes) => {
                 let lines = self.parse(&bytes, true)?;
                 Ok(lines.into_iter().map(|(line, _)| line).collect())
@@ -115,45 +132,74 @@ impl ReportFile {
         file.read_to_end(&mut bytes).map_err(|source| SessionError::CannotRead { path: self.path.clone(), source })?;
         let lines = self.parse(&bytes, false)?;
         let kept: String = lines.iter().filter(|(line, _)| stays(line)).map(|(_, text)| format!("{text}\n")).collect();
-        if kept.as_bytes() == bytes { Ok(()) } else { write_text(&self.path, &kept) }
+        if kept.as_bytes() == bytes { Ok(()) } else { write_text(&self.place, &kept) }
     }
 
-    /// Appends a line.
+    /// Appends the line of a design. If another job has appended a line of the same design
+    /// meanwhile, that line goes.
     ///
     /// - `line`: with its line end
     ///
     /// # Errors
     /// The line cannot be written. The file is then as it was.
-    pub fn append(&self, line: &str) -> Result<(), SessionError> {
-        let append = || {
-            if self.is_special() {
-                return OpenOptions::new().write(true).open(&self.path)?.write_all(line.as_bytes());
-            }
-            let mut file = self.locked()?;
+    pub fn append(&mut self, design: &str, line: &str) -> Result<(), SessionError> {
+        if self.is_special() {
+            return self.append_to_special(line).map_err(|error| cannot_write(&self.path, error));
+        }
+        let file = self.locked().and_then(|mut file| {
             let end = whole_lines(&mut file)?;
+            let seen = self.seen.as_ref().filter(|seen| identity(&seen.file) == identity(&file));
+            let start = seen.map_or(0, |seen| seen.end.min(end));
+            let unseen = part(&mut file, start, end)?;
+            Ok((file, end, unseen))
+        });
+        let (mut file, end, unseen) = file.map_err(|error| cannot_write(&self.path, error))?;
+        if self.parse(&unseen, false)?.iter().any(|(line, _)| line.design == design) {
+            let bytes = part(&mut file, 0, end).map_err(|error| cannot_write(&self.path, error))?;
+            let lines = self.parse(&bytes, false)?;
+            let others = lines.iter().filter(|(line, _)| line.design != design);
+            let kept: String = others.map(|(_, text)| format!("{text}\n")).collect();
+            self.seen = None;
+            return write_text(&self.place, &(kept + line));
+        }
+        let append = |file: &mut File| {
             file.set_len(end)?;
             file.seek(SeekFrom::Start(end))?;
             file.write_all(line.as_bytes()).inspect_err(|_| drop(file.set_len(end)))
         };
-        append().map_err(|error| cannot_write(&self.path, error))
+        append(&mut file).map_err(|error| cannot_write(&self.path, error))?;
+        // Where the file system has no locks, there is none to give back.
+        let _ = file.unlock();
+        self.seen = Some(Seen { file, end: end + line.len() as u64 });
+        Ok(())
     }
 
-    /// Whether the path is a pipe or a device.
+    fn append_to_special(&mut self, line: &str) -> io::Result<()> {
+        let mut file = match self.special.take() {
+            Some(file) => file,
+            None => OpenOptions::new().append(true).open(&self.path)?,
+        };
+        file.write_all(line.as_bytes())?;
+        self.special = Some(file);
+        Ok(())
+    }
+
+    /// Whether the path is a pipe, a device or an open file of the process.
     fn is_special(&self) -> bool {
-        fs::metadata(&self.path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+        is_special(&self.path)
     }
 
     /// Opens the file and waits until no other job holds its lock. The lock ends with the file's
     /// handle. Where the file system has no locks, the file is opened without one.
     fn locked(&self) -> io::Result<File> {
         loop {
-            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&self.path)?;
+            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&self.place)?;
             match file.lock() {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                 Ok(()) | Err(_) => {}
             }
             // Another job may have replaced the file between the opening and the lock.
-            if fs::metadata(&self.path).is_ok_and(|named| same_file(&named, &file)) {
+            if File::open(&self.place).is_ok_and(|named| identity(&named) == identity(&file)) {
                 return Ok(file);
             }
         }
@@ -188,15 +234,21 @@ impl ReportFile {
     }
 }
 
+/// The bytes of a file from `start` to `end`.
+fn part(file: &mut File, start: u64, end: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = vec![0; (end - start) as usize];
+    file.seek(SeekFrom::Start(start))?;
+    file.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// The length of a file up to its last line end.
 fn whole_lines(file: &mut File) -> io::Result<u64> {
     const BLOCK: u64 = 1 << 16;
     let mut end = file.seek(SeekFrom::End(0))?;
     while end > 0 {
         let start = end.saturating_sub(BLOCK);
-        let mut block = vec![0; (end - start) as usize];
-        file.seek(SeekFrom::Start(start))?;
-        file.read_exact(&mut block)?;
+        let block = part(file, start, end)?;
         if let Some(at) = block.iter().rposition(|&byte| byte == b'\n') {
             return Ok(start + at as u64 + 1);
         }
@@ -205,14 +257,15 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
     Ok(0)
 }
 
+/// What tells an open file from others.
 #[cfg(unix)]
-fn same_file(named: &fs::Metadata, file: &File) -> bool {
+fn identity(file: &File) -> (u64, u64) {
     use std::os::unix::fs::MetadataExt;
-    file.metadata().is_ok_and(|open| (open.dev(), open.ino()) == (named.dev(), named.ino()))
+    file.metadata().map_or((0, 0), |metadata| (metadata.dev(), metadata.ino()))
 }
 
 /// An open file cannot be replaced on other systems.
 #[cfg(not(unix))]
-fn same_file(_: &fs::Metadata, _: &File) -> bool {
-    true
+fn identity(_: &File) -> (u64, u64) {
+    (0, 0)
 }

@@ -83,6 +83,8 @@ pub struct Finished {
     pub report: RunReport,
     /// The files that were written.
     pub written: Vec<PathBuf>,
+    /// Remarks on the result. The report has these, and what the outputs do not hold.
+    pub warnings: Vec<String>,
     /// Whether the result may be used; an error holds its faults.
     pub verdict: Result<(), Refused>,
     placed: Placed,
@@ -142,9 +144,14 @@ impl<'a> Session<'a> {
         job.outputs.add_to(&mut files, self.case, job.name, &outcome)?;
         let sums: Vec<_> = files.files().map(|(path, sum)| (path.to_path_buf(), sum.map(str::to_owned))).collect();
         let mut written: Vec<_> = sums.iter().map(|(path, _)| path.clone()).collect();
-        let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &written));
+        let meshes: Vec<_> =
+            written.iter().filter(|path| Some(*path) != job.outputs.histogram.as_ref()).cloned().collect();
+        let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &meshes));
         let refused = verdict.as_ref().err();
         let mut report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);
+        let warnings = std::mem::take(&mut report.warnings);
+        let losses = job.outputs.losses(self.case)?.into_iter().filter(|loss| !loss.is_detail).map(|loss| loss.text);
+        report.warnings = losses.chain(warnings.iter().cloned()).collect();
         report.checksums = job.checksums.map(|checksums| {
             let outputs = sums.into_iter().map(|(path, sum)| (path.display().to_string(), sum)).collect();
             Checksums { outputs, ..checksums.clone() }
@@ -159,15 +166,17 @@ impl<'a> Session<'a> {
             files.add(path, move |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))?;
             written.push(path.to_path_buf());
         }
+        // Another run may have put files under these names meanwhile.
+        job.outputs.remove_earlier(&self.case.inputs)?;
         let placed = files.place().map_err(WriteError::from)?;
-        Ok(Finished { report, written, verdict, placed })
+        Ok(Finished { report, written, warnings, verdict, placed })
     }
 
     /// The report of a design that could not be moved.
     ///
     /// - `checksums`: of the files that were read
-    pub fn failed(&self, name: &str, error: &SessionError, checksums: Option<&Checksums>) -> RunReport {
-        let mut report = self.report(Some(name), Some(error.exit()));
+    pub fn failed(&self, name: Option<&str>, error: &SessionError, checksums: Option<&Checksums>) -> RunReport {
+        let mut report = self.report(name, Some(error.exit()));
         report.error = Some(match error {
             SessionError::Refused(refused) => ReportError::of_refused(refused),
             error => ReportError::of_message("input", error.to_string(), error.hint()),

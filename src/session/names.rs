@@ -16,6 +16,11 @@ pub fn inverted_name(path: &Path) -> PathBuf {
     path.with_file_name(format!("{}.inverted.vtu", split_name(path).0))
 }
 
+/// `moved.invalid.b8.ugrid.gz` becomes `moved.invalid.mapbc`.
+pub(super) fn mapbc_beside(path: &Path) -> PathBuf {
+    path.with_file_name(format!("{}.mapbc", split_name(path).0))
+}
+
 /// `moved.msh.gz` becomes `DESIGN.msh.gz`.
 ///
 /// # Errors

@@ -7,14 +7,16 @@
 //! | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
 //! | without finite positions | none |
 
+use std::collections::HashMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::SessionError;
 use super::files::{cannot_write, check_distinct, check_writable, remove_file};
 use super::inverted::add_inverted;
-use super::names::{invalid_name, inverted_name, named_after};
+use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
+use super::{DesignFiles, SessionError};
 use crate::case::{Case, LoadedCase};
-use crate::formats::{Fields, FileSet, WriteError};
+use crate::formats::{Fields, FileSet, WriteError, is_special, real_path};
 use crate::mover::{Outcome, Why};
 use crate::report::{Series, histogram_svg};
 
@@ -60,7 +62,7 @@ impl Outputs {
     }
 
     /// Every name that a result may have, valid or not.
-    fn names(&self) -> Vec<PathBuf> {
+    pub fn names(&self) -> Vec<PathBuf> {
         let meshes = self.meshes.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
         let inverted = self.meshes.first().map(|path| inverted_name(path));
         meshes.chain(inverted).chain(self.histogram.clone()).collect()
@@ -77,6 +79,57 @@ impl Outputs {
     /// a mesh that is read may be the invalid one of an earlier run.
     fn check_names(&self, inputs: &[PathBuf]) -> Result<(), SessionError> {
         check_distinct(inputs, &self.names().iter().map(PathBuf::as_path).collect::<Vec<_>>())
+    }
+
+    /// Checks the names of a batch's results, valid or not: none is that of an input, of another
+    /// design's result, or of the file of reports.
+    ///
+    /// - `inputs`: files that are read, with the designs' own
+    /// - `reports`: the file of reports
+    ///
+    /// # Errors
+    /// - [`SessionError::NoExtension`]: an output has no extension
+    /// - [`SessionError::Overwrites`], [`SessionError::TwoOutputs`]: a name is taken
+    /// - [`SessionError::SameName`]: two designs have results of one name
+    pub fn check_designs(
+        &self,
+        designs: &[DesignFiles],
+        inputs: &[PathBuf],
+        reports: Option<&Path>,
+    ) -> Result<(), SessionError> {
+        let of_inputs: HashMap<PathBuf, &PathBuf> = inputs.iter().map(|input| (real_path(input), input)).collect();
+        let folders: Vec<&PathBuf> = of_inputs.keys().filter(|place| place.is_dir()).collect();
+        let reports = reports.filter(|path| !is_special(path));
+        if let Some(path) = reports {
+            check_distinct(inputs, &[path])?;
+        }
+        let reports = reports.map(|path| (real_path(path), path));
+        let mut taken: HashMap<PathBuf, &DesignFiles> = HashMap::new();
+        for design in designs {
+            for path in self.named(&design.name)?.names() {
+                let place = real_path(&path);
+                let within =
+                    || folders.iter().find(|folder| place.starts_with(folder)).map(|folder| of_inputs[*folder]);
+                if let Some(input) = of_inputs.get(&place).copied().or_else(within) {
+                    return Err(SessionError::Overwrites { output: path, input: input.clone() });
+                }
+                if reports.as_ref().is_some_and(|(reports, _)| *reports == place) {
+                    return Err(SessionError::TwoOutputs { path });
+                }
+                if let Some(other) = taken.insert(place, design) {
+                    if other.name == design.name {
+                        return Err(SessionError::TwoOutputs { path });
+                    }
+                    let of = |design: &DesignFiles| design.paths().next().map(Path::to_path_buf).unwrap_or_default();
+                    return Err(SessionError::SameName {
+                        name: path.display().to_string(),
+                        one: of(other),
+                        other: of(design),
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Checks that all files can be written, and that no file overwrites an input of the case.
@@ -124,13 +177,19 @@ impl Outputs {
     /// - [`SessionError::CannotWrite`]: a file cannot be removed
     pub fn remove_earlier(&self, inputs: &[PathBuf]) -> Result<(), SessionError> {
         self.check_names(inputs)?;
+        self.names().iter().try_for_each(|path| remove_result(path))
+    }
+
+    /// Removes the files of an earlier result of a case that cannot be run, as far as they can be
+    /// removed. A file that is read stays.
+    ///
+    /// - `inputs`: files that are read
+    pub fn remove_all_but(&self, inputs: &[PathBuf]) {
         for path in self.names() {
-            match path.is_dir() {
-                true => ["points", "points.gz"].iter().try_for_each(|name| remove_file(&path.join(name)))?,
-                false => remove_file(&path)?,
+            if check_distinct(inputs, &[&path]).is_ok() {
+                let _ = remove_result(&path);
             }
         }
-        Ok(())
     }
 
     /// Adds the files of a result to a set, by the rule of this module: the moved mesh, the faulty
@@ -174,6 +233,29 @@ impl Outputs {
         let svg = histogram_svg(&title, &[original, last]);
         files.add(path, move |out| out.write_all(svg.as_bytes())).map_err(|error| cannot_write(path, error))
     }
+}
+
+/// Removes a file of an earlier result, or the files of a mesh that is a folder. The name of an
+/// invalid mesh is idmesh's own, so such a folder goes whole.
+fn remove_result(path: &Path) -> Result<(), SessionError> {
+    let is_invalid = path.file_name().is_some_and(|name| name.to_string_lossy().contains(".invalid"));
+    if path.is_dir() {
+        let names: &[&str] =
+            if is_invalid { &["points", "faces", "owner", "neighbour", "boundary"] } else { &["points"] };
+        for name in names {
+            remove_file(&path.join(name))?;
+            remove_file(&path.join(format!("{name}.gz")))?;
+        }
+        if is_invalid {
+            let _ = fs::remove_dir(path);
+        }
+        return Ok(());
+    }
+    if is_invalid && path.is_file() {
+        // The names of the families beside it.
+        remove_file(&mapbc_beside(path))?;
+    }
+    remove_file(path)
 }
 
 /// A part of the input mesh that an output will not hold.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::SessionError;
 use super::designs::DesignFiles;
-use crate::case::{LoadedCase, prescribed, profiles_of};
+use crate::case::{Case, LoadedCase, prescribed, profiles_of};
 use crate::mover::Design;
 use crate::profile::{Plane, Profile, files};
 
@@ -38,6 +38,12 @@ impl ReplacedInputs {
                 Err(SessionError::NothingVaries { path: case.case.path.clone(), prescribed: prescribed.len() })
             }
         }
+    }
+
+    /// The same for a case whose files are not read: without wings, any prescribed family.
+    pub fn of_case(case: &Case) -> Self {
+        let wings: Vec<String> = case.profiles.keys().cloned().collect();
+        if wings.is_empty() { Self::Displacement(String::new()) } else { Self::Profiles(wings) }
     }
 
     /// The extensions of the files of designs.
@@ -79,6 +85,11 @@ impl ReplacedInputs {
                 design.profiles.insert(wings[0].clone(), profiles(case, &wings[0], design_files.only()?)?);
             }
             Self::Profiles(wings) => {
+                if let (true, Some(path)) = (design_files.is_single(), design_files.paths().next())
+                    && path.is_file()
+                {
+                    return Err(SessionError::NoTable { path: path.to_path_buf(), tables: wings.clone() });
+                }
                 for wing in wings {
                     design.profiles.insert(wing.clone(), profiles(case, wing, design_files.of_table(wing)?)?);
                 }

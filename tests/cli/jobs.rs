@@ -102,6 +102,67 @@ fn lines_of_a_running_job_are_not_replaced() {
     assert_eq!(names(&fixture, "all.jsonl"), ["c"]);
 }
 
+/// Jobs that do the same designs at once leave one line for each design.
+#[test]
+fn a_design_that_two_jobs_do_has_one_line() {
+    let fixture = designs(8);
+    let all: Vec<_> = (0..8).map(|index| index.to_string()).collect();
+    for _ in 0..4 {
+        fs::remove_file(fixture.path("all.jsonl")).ok();
+        let jobs = (0..3).map(|_| start(&fixture, &[&BATCH[..], &["--json", "all.jsonl", "--resume"]].concat()));
+        assert_eq!(failures(jobs.collect()), [] as [&str; 0]);
+        assert_eq!(names(&fixture, "all.jsonl"), all);
+    }
+}
+
+/// A link to a file of reports is that file.
+#[test]
+fn a_link_to_a_file_of_reports_is_that_file() {
+    let fixture = designs(1);
+    std::os::unix::fs::symlink("all.jsonl", fixture.path("link.jsonl")).unwrap();
+    fs::write(fixture.path(".idmesh-elsewhere-1-abc-writes-all.jsonl"), "").unwrap();
+    let refused = fixture.idmesh(&[&BATCH[..], &["--json", "link.jsonl"]].concat());
+    assert_eq!(refused.status.code(), Some(3));
+    assert!(stderr(&refused).contains("another job writes its reports into link.jsonl now"), "{}", stderr(&refused));
+}
+
+/// A batch that cannot begin leaves no results of its designs, and the lines of others.
+#[test]
+fn a_batch_that_cannot_begin_leaves_no_earlier_result() {
+    let fixture = designs(2);
+    let batch = |more: &[&str]| fixture.idmesh(&[&BATCH[..], &["--json", "all.jsonl"], more].concat());
+    for more in [&[][..], &["--shard", "1/2"], &["--resume"]] {
+        fixture.write("case.toml", CASE);
+        assert_good(&batch(&[]));
+        fixture.case("mesh = \"box.msh\"", "mesh = \"gone.msh\"");
+        assert_eq!(batch(more).status.code(), Some(3));
+        let left = |name: &str| fixture.path(&format!("new/moved/{name}.msh")).exists();
+        let (expected, lines) = match more {
+            [] => ((false, false), vec![]),
+            ["--resume"] => ((true, true), vec!["0", "1"]),
+            _ => ((false, true), vec!["1"]),
+        };
+        assert_eq!((left("0"), left("1")), expected, "{more:?}");
+        assert_eq!(names(&fixture, "all.jsonl"), lines, "{more:?}");
+    }
+}
+
+/// Designs whose results would have one name are refused, valid or not.
+#[test]
+fn designs_whose_results_share_a_name_are_refused() {
+    let fixture = designs(1);
+    let copy = |name: &str| fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{name}.csv"))).unwrap();
+    copy("0.invalid");
+    let refuses = |words: &[&str]| {
+        fixture.refuses_command(&[&BATCH[..], &["--json", "all.jsonl"]].concat(), 3, words);
+    };
+    refuses(&["designs/0.csv", "designs/0.invalid.csv", "would both be named", "0.invalid.msh"]);
+    fs::remove_file(fixture.path("designs/0.invalid.csv")).unwrap();
+    copy("0.b8");
+    fixture.case("mesh = \"moved.msh\"", "mesh = [\"moved.b8.ugrid\", \"moved.ugrid\"]");
+    refuses(&["designs/0.csv", "designs/0.b8.csv", "0.b8.ugrid"]);
+}
+
 /// A pipe that nobody writes to, a device, a folder and a link to nothing are designs that fail.
 #[test]
 fn a_design_that_blocks_or_is_no_file_stops_no_other() {

@@ -199,8 +199,8 @@ fn one_left_handed_shape_is_inverted() {
     assert_good(&fixture.idmesh(&["convert", mixed.to_str().unwrap(), "mixed.ugrid"]));
     let text = fixture.read("mixed.ugrid");
     let lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    // The last four lines are a tet, a pyramid, a prism and a hexahedron. In this format the base of
-    // a pyramid is 2, 1, 4, 5.
+    // The last four lines are a tet, a pyramid, a prism and a hexahedron. In this format the base
+    // of a pyramid is 2, 1, 4, 5.
     let n = lines.len();
     for (name, line, corner, other, inverted) in
         [("a", n - 1, 0, 0, 0), ("tet", n - 4, 0, 1, 1), ("pyramid", n - 3, 0, 4, 2)]

@@ -97,3 +97,114 @@ fn a_mesh_that_is_a_folder_appears_with_the_others() {
     files.sort();
     assert_eq!(files, ["boundary", "faces", "neighbour", "owner", "points"]);
 }
+
+/// Names that are spelled otherwise are the same names: the report never replaces a mesh.
+#[test]
+#[cfg(unix)]
+fn a_report_with_the_name_of_a_mesh_is_refused() {
+    let fixture = Fixture::new();
+    std::os::unix::fs::symlink(".", fixture.path("link")).unwrap();
+    let absolute = fixture.path("moved.msh");
+    for name in ["moved.msh", "./moved.msh", "link/moved.msh", absolute.to_str().unwrap()] {
+        fixture.refuses_command(
+            &["run", "case.toml", "--backend", "cpu", "--json", name],
+            3,
+            &["is the name of two outputs"],
+        );
+    }
+    // An invalid result would have these names.
+    for name in ["moved.invalid.msh", "./moved.inverted.vtu"] {
+        fixture.refuses_command(
+            &["run", "case.toml", "--backend", "cpu", "--json", name],
+            3,
+            &["is the name of two outputs"],
+        );
+    }
+    let out = ["run", "case.toml", "--backend", "cpu", "--out", "new", "--json", "new/../new/moved.msh"];
+    fixture.refuses_command(&out, 3, &["is the name of two outputs"]);
+}
+
+/// What is written to an open file of the process goes behind what stands there.
+#[test]
+#[cfg(target_os = "linux")]
+fn an_open_file_is_appended_to() {
+    let fixture = Fixture::new();
+    fs::create_dir(fixture.path("designs")).unwrap();
+    for name in ["a", "b"] {
+        fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{name}.csv"))).unwrap();
+    }
+    for target in ["/dev/stdout >> out.jsonl", "/dev/fd/3 3>> out.jsonl", "pipe"] {
+        fixture.write("out.jsonl", "earlier\n");
+        let batch = format!(
+            "timeout 60 \"$IDMESH\" batch case.toml --backend cpu --designs designs --out moved -q --json {target}"
+        );
+        let line = match target {
+            "pipe" => format!("mkfifo pipe; (timeout 60 cat pipe >> out.jsonl) & {batch}; code=$?; wait; exit $code"),
+            _ => batch,
+        };
+        let mut shell = std::process::Command::new("bash");
+        shell.args(["-c", &line]).current_dir(&fixture.folder).env("IDMESH", env!("CARGO_BIN_EXE_idmesh"));
+        let output = shell.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{target}: {}", stderr(&output));
+        let text = fixture.read("out.jsonl");
+        let designs: Vec<_> = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line)).collect();
+        assert!(text.starts_with("earlier\n") && designs.len() == 3, "{target}: {} lines", designs.len());
+        assert!(designs[1..].iter().all(|line| line.as_ref().unwrap()["valid"] == true), "{target}");
+    }
+}
+
+/// A limit on the size of files is an error of writing, not the end of the process.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_file_beyond_the_limit_is_told() {
+    let fixture = Fixture::new();
+    let before = fixture.files();
+    let mut shell = std::process::Command::new("bash");
+    shell.args(["-c", "ulimit -f 4; exec \"$IDMESH\" run case.toml --backend cpu"]).current_dir(&fixture.folder);
+    let output = shell.env("IDMESH", env!("CARGO_BIN_EXE_idmesh")).output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert!(stderr(&output).contains("error: cannot write moved.msh: File too large"), "{}", stderr(&output));
+    assert_eq!(fixture.files(), before);
+}
+
+/// A link to a missing file stays a link, and a failed run leaves no empty file behind the link.
+#[test]
+#[cfg(unix)]
+fn a_link_as_output_stays_a_link() {
+    let fixture = Fixture::new();
+    std::os::unix::fs::symlink("target.msh", fixture.path("moved.msh")).unwrap();
+    let is_link = || fs::symlink_metadata(fixture.path("moved.msh")).unwrap().is_symlink();
+    assert_good(&fixture.run());
+    assert!(is_link() && fixture.path("target.msh").is_file());
+    fixture.write("new.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
+    assert_eq!(fixture.run().status.code(), Some(5));
+    assert!(is_link() && !fixture.path("target.msh").exists());
+}
+
+/// A case that cannot be run any more leaves neither mesh nor report of an earlier run, as far as
+/// the files and the command name them.
+#[test]
+fn a_case_that_cannot_be_run_leaves_no_earlier_result() {
+    let fixture = Fixture::new();
+    let run = || fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "report.json"]);
+    let breaks = [
+        ("mesh = \"moved.msh\"", "mesh = [\"moved.msh\", \"moved.xyz\"]", true),
+        ("mesh = \"moved.msh\"", "mesh = [\"moved.msh\", \"moved.msh\"]", false),
+        ("mesh = \"moved.msh\"", "mesh = [\"moved.msh\", \"none/moved.vtu\"]", true),
+        ("mesh = \"box.msh\"", "mesh = \"gone.msh\"", true),
+        ("mesh = \"box.msh\"", "mash = \"box.msh\"", false),
+        ("mesh = \"box.msh\"", "mesh = ", false),
+    ];
+    for (from, to, names_mesh) in breaks {
+        fixture.write("case.toml", CASE);
+        assert_good(&run());
+        fixture.case(from, to);
+        assert_eq!(run().status.code(), Some(3), "{to}");
+        assert!(!fixture.path("report.json").exists(), "{to}");
+        assert_eq!(fixture.path("moved.msh").exists(), !names_mesh, "{to}");
+    }
+    // No file of the user's own.
+    fixture.write("notes.json", "{\"mine\": 1}");
+    assert_eq!(fixture.idmesh(&["run", "case.toml", "--json", "notes.json"]).status.code(), Some(3));
+    assert_eq!(fixture.read("notes.json"), "{\"mine\": 1}");
+}

@@ -1,0 +1,90 @@
+//! The place that a path names: two spellings of one place give the same path.
+
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// The most links that a path is followed through.
+const LINKS: usize = 40;
+
+/// The absolute path without links, `.` and `..`. The file, and folders on the way to it, may be
+/// missing. A link to a missing file is followed too.
+pub(crate) fn real_path(path: &Path) -> PathBuf {
+    let mut place = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    for _ in 0..LINKS {
+        place = resolved(&place);
+        match fs::read_link(&place) {
+            Ok(link) => place = place.parent().unwrap_or(Path::new("/")).join(link),
+            Err(_) => break,
+        }
+    }
+    place
+}
+
+fn resolved(path: &Path) -> PathBuf {
+    let mut place = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::ParentDir => drop(place.pop()),
+            Component::CurDir => {}
+            component => {
+                place.push(component);
+                if let Ok(real) = fs::canonicalize(&place) {
+                    place = real;
+                }
+            }
+        }
+    }
+    place
+}
+
+/// Whether a path is a pipe or a device, or names an open file of the process, such as
+/// `/dev/stdout`. Such a file cannot be replaced, and may not be read twice.
+pub(crate) fn is_special(path: &Path) -> bool {
+    let mut place = path.to_path_buf();
+    for _ in 0..LINKS {
+        if place.starts_with("/dev") || place.starts_with("/proc") {
+            return true;
+        }
+        match fs::read_link(&place) {
+            Ok(link) => place = place.parent().unwrap_or(Path::new("")).join(link),
+            Err(_) => break,
+        }
+    }
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+}
+
+#[cfg(test)]
+mod tests {
+    #[cfg(unix)]
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn spellings_of_one_place_are_one_path() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("a")).unwrap();
+        symlink("a", at("link")).unwrap();
+        symlink("a/new", at("dangling")).unwrap();
+        let expected = fs::canonicalize(at("a")).unwrap().join("new");
+        for name in ["a/new", "a/./new", "link/new", "link/../a/new", "missing/../a/new", "dangling"] {
+            assert_eq!(real_path(&at(name)), expected, "{name}");
+        }
+        assert_ne!(real_path(&at("a/other")), expected);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn files_of_the_process_are_special() {
+        let folder = tempfile::tempdir().unwrap();
+        symlink("/dev/stdout", folder.path().join("out")).unwrap();
+        fs::write(folder.path().join("file"), "").unwrap();
+        for path in ["/dev/stdout", "/dev/fd/3", "/proc/self/fd/1", "/dev/null"] {
+            assert!(is_special(Path::new(path)), "{path}");
+        }
+        assert!(is_special(&folder.path().join("out")) && !is_special(&folder.path().join("file")));
+        assert!(!is_special(&folder.path().join("missing")));
+    }
+}
