@@ -86,7 +86,7 @@ fn a_tet_turned_over_in_the_end_is_refused() {
     let mut mover = SMALL.mover(2);
     let mesh = mover.mesh();
     let surface: BTreeSet<usize> = mesh.families.iter().flat_map(|name| vertices_of(mesh, name)).collect();
-    let tet = mesh.tets.iter().find(|tet| !surface.contains(&(tet[0] as usize))).unwrap();
+    let tet = *mesh.tets.iter().find(|tet| !surface.contains(&(tet[0] as usize))).unwrap();
     let [at, b, c, d] = tet.map(|vertex| mesh.vertices[vertex as usize]);
     let fault = (tet[0] as usize, 2.0 * ((b + c + d) / 3.0 - at));
     let outcome = update(&mut mover, "volume", &[fault]);
