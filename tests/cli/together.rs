@@ -147,7 +147,7 @@ fn an_open_file_is_appended_to() {
         let output = shell.output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{target}: {}", stderr(&output));
         let text = fixture.read("out.jsonl");
-        let designs: Vec<_> = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line)).collect();
+        let designs: Vec<_> = text.lines().map(serde_json::from_str::<serde_json::Value>).collect();
         assert!(text.starts_with("earlier\n") && designs.len() == 3, "{target}: {} lines", designs.len());
         assert!(designs[1..].iter().all(|line| line.as_ref().unwrap()["valid"] == true), "{target}");
     }
