@@ -14,11 +14,13 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::along::ArcPlace;
 use super::curve::ProfileCurve;
 use super::displacement::ProfileDisplacement;
 use super::distance::distance;
-use super::matching::OldSection;
-use super::span::Span;
+use super::kept::KeptSection;
+use super::locate::SectionGrid;
+use super::span::{Span, SpanWeights};
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
 
@@ -54,10 +56,13 @@ pub(super) struct Watch {
     sections: Vec<Watched>,
 }
 
-/// The checked vertices of one section.
+/// The checked vertices of one section. Each takes 13 bytes, because a wing may have many sections.
 #[derive(Clone, Debug)]
 struct Watched {
-    vertices: Vec<Carried>,
+    vertices: Vec<u32>,
+    /// Place along the section of each vertex, carried into the plane `[n_vertices]`.
+    arcs: Vec<f64>,
+    on_base: Vec<bool>,
     /// Largest distance of the carried vertices from the old section. An old section that another
     /// program cut from facets is off by the sag, which differs from place to place, and a vertex
     /// may slide to a place with more sag.
@@ -66,10 +71,10 @@ struct Watched {
 
 /// A vertex beside a plane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Carried {
-    pub vertex: usize,
+struct Carried {
+    vertex: u32,
     /// The point at which the vertex arrives in the plane.
-    pub at: DVec3,
+    at: DVec3,
 }
 
 impl Watch {
@@ -77,6 +82,7 @@ impl Watch {
     ///
     /// - `sections`: the old sections, smooth
     /// - `compared`: whether a section was already compared with the wing's own section
+    /// - `tau`: the parameters of [`SectionGrid`]
     /// - `along`: unit span-wise direction of the undeformed wing at a vertex
     ///
     /// # Errors
@@ -84,12 +90,14 @@ impl Watch {
     /// off its old profile.
     pub fn new(
         span: &Span,
-        sections: &[OldSection],
+        sections: &[KeptSection],
         compared: &[bool],
         surface: &WingSurface,
-        along: impl Fn(usize) -> DVec3,
+        tau: &[f64],
+        along: impl Fn(usize) -> DVec3 + Sync,
     ) -> Result<Self, ProfileError> {
-        let watched = |((plane, section), compared): ((&Plane, &OldSection), &bool)| {
+        let watched = |place: usize| {
+            let (plane, section, compared) = (&span.planes[place], sections[place].section(), compared[place]);
             let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
             let beside = |triangles: &[[u32; 3]]| -> Vec<Carried> {
                 let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
@@ -102,8 +110,8 @@ impl Watch {
                 let ends = edges.flat_map(|[a, b]| [[a, b], [b, a]]).filter(|&ends| counts(ends));
                 let vertices: BTreeSet<u32> = ends.map(|[end, _]| end).collect();
                 let carried = |vertex: u32| {
-                    let vertex = vertex as usize;
-                    Carried { vertex, at: into(plane, surface.positions[vertex], along(vertex)) }
+                    let place = vertex as usize;
+                    Carried { vertex, at: into(plane, surface.positions[place], along(place)) }
                 };
                 vertices.into_iter().map(carried).collect()
             };
@@ -127,19 +135,34 @@ impl Watch {
                 return Err(ProfileError::OffMirror { profile: section.profile().number, distance: off });
             }
             vertices.extend(mirrored);
-            Ok(Watched { vertices, old })
+            let grid = SectionGrid::new(tau, place, std::slice::from_ref(&section), span.normal);
+            let only = SpanWeights::only(place);
+            let along = |carried: &Carried| {
+                let tau = grid.parameter(carried.at, surface.normals[carried.vertex as usize], &only);
+                ArcPlace::of(&section, tau)
+            };
+            let places: Vec<ArcPlace> = vertices.iter().map(along).collect();
+            Ok(Watched {
+                vertices: vertices.iter().map(|carried| carried.vertex).collect(),
+                arcs: places.iter().map(|place| place.arc).collect(),
+                on_base: places.iter().map(|place| place.on_base).collect(),
+                old,
+            })
         };
-        Ok(Self { sections: span.planes.iter().zip(sections).zip(compared).map(watched).collect::<Result<_, _>>()? })
+        let sections: Vec<_> = (0..sections.len()).into_par_iter().map(watched).collect();
+        Ok(Self { sections: sections.into_iter().collect::<Result<_, _>>()? })
     }
 
-    /// The checked vertices of a section.
-    pub fn of_section(&self, section: usize) -> &[Carried] {
-        &self.sections[section].vertices
+    /// The checked vertices of a section, with their places along the section.
+    pub fn of_section(&self, section: usize) -> impl Iterator<Item = (usize, ArcPlace)> {
+        let Watched { vertices, arcs, on_base, .. } = &self.sections[section];
+        let places = arcs.iter().zip(on_base).map(|(&arc, &on_base)| ArcPlace { on_base, arc });
+        vertices.iter().map(|&vertex| vertex as usize).zip(places)
     }
 
     /// Indices of all checked vertices.
     pub fn vertices(&self) -> impl Iterator<Item = usize> {
-        self.sections.iter().flat_map(|watched| watched.vertices.iter().map(|carried| carried.vertex))
+        self.sections.iter().flat_map(|watched| watched.vertices.iter().map(|&vertex| vertex as usize))
     }
 
     /// The vertex with the largest deviation in each section that has vertices. The deviation is
@@ -161,7 +184,8 @@ impl Watch {
             let length = extent(&lines);
             let mut curve: Option<Vec<DVec3>> = None;
             let mut worst: Option<Missed> = None;
-            for (&Carried { vertex, .. }, &carried) in watched.vertices.iter().zip(carried) {
+            for (&vertex, &carried) in watched.vertices.iter().zip(carried) {
+                let vertex = vertex as usize;
                 // A change by later stages, or by a family that holds the vertex, counts in the
                 // plane. A slide along the span does not.
                 let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
@@ -191,7 +215,7 @@ impl Watch {
 
 /// The point at which a point arrives in a plane along a unit direction. If the direction hardly
 /// leads there, along the normal.
-fn into(plane: &Plane, point: DVec3, along: DVec3) -> DVec3 {
+pub(super) fn into(plane: &Plane, point: DVec3, along: DVec3) -> DVec3 {
     let rise = along.dot(plane.normal);
     let height = plane.distance(point);
     if rise.abs() < GRAZING { point - plane.normal * height } else { point - along * (height / rise) }

@@ -1,5 +1,7 @@
 //! The cubic along a section: the knots and weights at a point of the section.
 
+use std::ops::Range;
+
 use super::curve::bracket;
 use super::matching::OldSection;
 
@@ -13,19 +15,36 @@ pub(super) struct SectionArcs {
 }
 
 impl SectionArcs {
-    /// One past the section's last knot.
-    pub(super) fn end(&self) -> usize {
-        self.sides.0 + self.sides.1.len() + self.base.as_ref().map_or(0, |base| base.1.len())
+    /// The section's knots.
+    pub(super) fn knots(&self) -> Range<usize> {
+        let end = self.sides.0 + self.sides.1.len() + self.base.as_ref().map_or(0, |base| base.1.len());
+        self.sides.0..end
     }
 }
 
-/// First knot and weights of a section's cubic at a parameter.
-pub(super) fn cubic_at(arcs: &SectionArcs, section: &OldSection, tau: f64) -> (usize, [f64; 4]) {
-    let ((first, knot_arcs), arc) = match (&arcs.base, &section.measured_base) {
-        (Some(base), Some(measured)) if tau > 2.0 => (base, measured.arc(tau)),
-        _ => (&arcs.sides, section.measured.arc(tau.min(2.0))),
-    };
-    let (knot, weights) = cubic(knot_arcs, arc);
+/// A place along a section.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ArcPlace {
+    /// Whether the place is on a blunt base.
+    pub on_base: bool,
+    /// Arc length from the start of the sides, or of the base, in the mesh's unit.
+    pub arc: f64,
+}
+
+impl ArcPlace {
+    /// The place at a parameter.
+    pub fn of(section: &OldSection, tau: f64) -> Self {
+        match &section.measured_base {
+            Some(measured) if tau > 2.0 => Self { on_base: true, arc: measured.arc(tau) },
+            _ => Self { on_base: false, arc: section.measured.arc(tau.min(2.0)) },
+        }
+    }
+}
+
+/// First knot and weights of a section's cubic at a place.
+pub(super) fn cubic_at(arcs: &SectionArcs, place: ArcPlace) -> (usize, [f64; 4]) {
+    let (first, knot_arcs) = arcs.base.as_ref().filter(|_| place.on_base).unwrap_or(&arcs.sides);
+    let (knot, weights) = cubic(knot_arcs, place.arc);
     (first + knot, weights)
 }
 

@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::curve::Outline;
 use super::cut::{carried, flat_section};
 use super::distance::distance;
+use super::kept::KeptSection;
 use super::matching::OldSection;
-use super::section::OwnSection;
+use super::section::{OwnForms, OwnSection};
 use super::span::Span;
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
@@ -85,8 +86,8 @@ impl std::fmt::Display for Closeness {
     }
 }
 
-/// Compares old profiles with the wing's own sections in their planes. Returns the wing's own
-/// sections, where the wing can be cut.
+/// Compares old profiles with the wing's own sections in their planes. Returns what is needed of
+/// the wing's own sections, where the wing can be cut.
 ///
 /// - `positions`, `triangles`: the wing's vertices and triangles
 ///
@@ -94,25 +95,30 @@ impl std::fmt::Display for Closeness {
 /// [`ProfileError::OffWing`], [`ProfileError::Size`], and [`ProfileError::PlaneMisses`] if all
 /// planes miss the wing.
 pub(super) fn against_wing(
-    sections: &[OldSection],
+    sections: &[KeptSection],
     span: &Span,
     positions: &[DVec3],
     triangles: &[[u32; 3]],
-) -> Result<(Vec<Option<OwnSection>>, Closeness), ProfileError> {
+) -> Result<(Vec<Option<OwnForms>>, Closeness), ProfileError> {
     let mut closeness = Closeness::default();
     if triangles.is_empty() {
-        return Ok((vec![None; sections.len()], closeness));
+        return Ok((sections.iter().map(|_| None).collect(), closeness));
     }
-    let mut own = Vec::new();
+    let mut own = Vec::with_capacity(sections.len());
     let mut why_not = None;
-    let pairs = sections.par_iter().zip(&span.planes);
-    let found: Vec<_> =
-        pairs.map(|(section, plane)| own_section(section.profile().number, plane, positions, triangles)).collect();
-    for (section, found) in sections.iter().zip(found) {
+    // The outer error tells that the wing has no section there, the inner one that the two differ.
+    let compared = |(section, plane): (&KeptSection, &Plane)| {
+        let found = own_section(section.profile().number, plane, positions, triangles)?;
+        let section = section.section();
+        Ok(compare(&section, &found).map(|near| (found.beside(&section), near)))
+    };
+    let found: Vec<Result<_, ProfileError>> = sections.par_iter().zip(&span.planes).map(compared).collect();
+    for found in found {
         match found {
             Ok(found) => {
-                closeness = closeness.max(compare(section, &found)?);
-                own.push(Some(found));
+                let (forms, near) = found?;
+                closeness = closeness.max(near);
+                own.push(Some(forms));
             }
             Err(error) => {
                 why_not = why_not.or(Some(error));
@@ -144,7 +150,7 @@ pub(super) fn against_wing(
 /// # Errors
 /// [`ProfileError::OffWing`]
 pub(super) fn beside_wing(
-    sections: &[OldSection],
+    sections: &[KeptSection],
     compared: &[bool],
     span: &Span,
     surface: &WingSurface,
@@ -247,7 +253,7 @@ fn of_size(new: &Profile, old: f64) -> Result<(), ProfileError> {
 /// # Errors
 /// The variants of [`ProfileError`] for new profiles that are no changed old ones.
 pub(super) fn against_old(
-    old: &[OldSection],
+    old: &[KeptSection],
     new: &[&Profile],
     span: &Span,
     wing: f64,

@@ -37,14 +37,16 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::accuracy::{Carried, Missed, Watch};
-use super::along::{SectionArcs, cubic_at};
+use super::accuracy::{Missed, Watch, into};
+use super::along::{ArcPlace, SectionArcs, cubic_at};
 use super::checks::{self, Closeness};
 use super::displacement::ProfileDisplacement;
-use super::locate::{SectionGrid, point};
+use super::kept::KeptSection;
+use super::locate::grid_parameters;
 use super::matching::OldSection;
-use super::section::{Changes, Forms};
-use super::span::{Span, SpanWeights};
+use super::places::{Place, places};
+use super::section::{Change, Changes, Forms};
+use super::span::Span;
 use super::trend::{Trend, TrendMap};
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
@@ -72,48 +74,9 @@ pub struct ProfileInterpolation {
     /// The wing's vertices.
     places: Vec<Place>,
     watch: Watch,
-    /// For each section, first knot and weights for the vertices of `watch`.
-    watched: Vec<Vec<(usize, [f64; 4])>>,
     extent: f64,
     /// The check that comes nearest to refusing the old profiles.
     closeness: Closeness,
-}
-
-/// A wing vertex between the profiles.
-#[derive(Clone, Debug)]
-struct Place {
-    position: DVec3,
-    eta: f64,
-    /// The sections that count for the vertex, at most four.
-    shares: Vec<Share>,
-    /// Index in `shares` of the section below the vertex, and the share of the way to the next
-    /// section.
-    lower: (usize, f64),
-}
-
-/// The weight of one section for a vertex.
-#[derive(Clone, Copy, Debug)]
-struct Share {
-    /// The first of at most four knots, and the weights of the knots.
-    knot: u32,
-    knots: [f64; 4],
-    /// Weight of the section's remainder, and its derivative along the span coordinate.
-    weight: f64,
-    slope: f64,
-    /// Derivative of the section's weight for the position.
-    place_slope: f64,
-}
-
-impl Share {
-    fn of(&self, values: &[DVec3]) -> DVec3 {
-        let values = &values[self.knot as usize..];
-        self.knots
-            .iter()
-            .zip(values)
-            .filter(|(weight, _)| **weight != 0.0)
-            .map(|(&weight, &value)| value * weight)
-            .sum()
-    }
 }
 
 impl ProfileInterpolation {
@@ -137,7 +100,7 @@ impl ProfileInterpolation {
         let size = old.iter().map(|profile| extent(&profile.points)).fold(0.0, f64::max);
         let (span, order) = Span::new(old, size)?;
         let pairs = order.iter().zip(&span.planes);
-        let sections = pairs.map(|(&i, plane)| OldSection::new(&old[i], plane)).collect::<Result<Vec<_>, _>>()?;
+        let sections = pairs.map(|(&i, plane)| KeptSection::new(&old[i], plane)).collect::<Result<Vec<_>, _>>()?;
         let (own, closeness) = checks::against_wing(&sections, &span, positions, triangles)?;
         let compared: Vec<bool> = own.iter().map(Option::is_some).collect();
         Ok(Self { closeness, ..Self::of_sections(Forms::new(sections, own), &compared, span, surface)? })
@@ -146,37 +109,23 @@ impl ProfileInterpolation {
     fn of_sections(forms: Forms, compared: &[bool], span: Span, surface: &WingSurface) -> Result<Self, ProfileError> {
         let sections = &forms.smooth;
         let numbers = sections.iter().map(|section| section.profile().number).collect();
-        let grid = SectionGrid::new(sections, span.normal);
-        let mut knots = Vec::new();
-        let mut arcs = Vec::new();
-        for section in sections {
-            let sides = (knots.len(), section.side_arcs());
-            let base = section.base_arcs().map(|base| (knots.len() + sides.1.len(), base));
-            arcs.push(SectionArcs { sides, base });
-            knots.extend(section.knots());
+        let tau = grid_parameters(sections.iter().any(KeptSection::has_base));
+        let of_section = |section: &KeptSection| {
+            let section = section.section();
+            (section.knots(), section.side_arcs(), section.base_arcs())
+        };
+        let of_sections: Vec<_> = sections.par_iter().map(of_section).collect();
+        let mut knots = Vec::with_capacity(of_sections.iter().map(|(knots, ..)| knots.len()).sum());
+        let mut arcs = Vec::with_capacity(sections.len());
+        for (of_section, sides, base) in of_sections {
+            let base = base.map(|base| (knots.len() + sides.len(), base));
+            arcs.push(SectionArcs { sides: (knots.len(), sides), base });
+            knots.extend(of_section);
         }
-        let trend = Trend::new(sections.iter(), &span);
-        let flat_trend = forms.flat.as_ref().map(|flat| Trend::new(flat.iter(), &span));
+        let trend = Trend::new(sections, &span);
+        let flat_trend = forms.flat.as_ref().map(|flat| Trend::new(flat, &span));
 
-        let points = surface.positions.par_iter().zip(surface.normals);
-        let (places, off): (Vec<Place>, Vec<f64>) = points
-            .map(|(&position, &outward)| {
-                let (eta, interval) = span.coordinate(position);
-                let at = span.place(eta, interval);
-                let change = span.change(eta, interval);
-                let tau = grid.parameter(position, outward, &at);
-                let shares = (0..change.count).map(|i| {
-                    let section = change.first + i;
-                    let (knot, knots) = cubic_at(&arcs[section], &sections[section], tau);
-                    let place_slope =
-                        section.checked_sub(at.first).map_or(0.0, |i| at.slope.get(i).copied().unwrap_or(0.0));
-                    Share { knot: knot as u32, knots, weight: change.weight[i], slope: change.slope[i], place_slope }
-                });
-                let section = (0..at.count).map(|i| point(&sections[at.first + i], tau) * at.weight[i]).sum::<DVec3>();
-                let place = Place { position, eta, shares: shares.collect(), lower: (change.lower, change.share) };
-                (place, section.distance(position))
-            })
-            .unzip();
+        let (places, off) = places(sections, &arcs, &tau, &span, surface);
         checks::beside_wing(sections, compared, &span, surface, &off)?;
         let extent = extent(surface.positions);
         let mut interpolation = Self {
@@ -189,23 +138,12 @@ impl ProfileInterpolation {
             flat_trend,
             places,
             watch: Watch::default(),
-            watched: Vec::new(),
             closeness: Closeness::default(),
             extent,
         };
-        let along = |place: usize| {
-            interpolation.place_slope(&interpolation.places[place]).normalize_or(interpolation.span.normal)
-        };
-        interpolation.watch = Watch::new(&interpolation.span, &interpolation.forms.smooth, compared, surface, along)?;
-        let of_section = |section: usize| {
-            let only = SpanWeights::only(section);
-            let knots = |carried: &Carried| {
-                let tau = grid.parameter(carried.at, surface.normals[carried.vertex], &only);
-                cubic_at(&interpolation.arcs[section], &interpolation.forms.smooth[section], tau)
-            };
-            interpolation.watch.of_section(section).iter().map(knots).collect()
-        };
-        interpolation.watched = (0..interpolation.numbers.len()).map(of_section).collect();
+        let along = |place: usize| interpolation.along(&interpolation.places[place]);
+        let (span, sections) = (&interpolation.span, &interpolation.forms.smooth);
+        interpolation.watch = Watch::new(span, sections, compared, surface, &tau, along)?;
         Ok(interpolation)
     }
 
@@ -234,45 +172,58 @@ impl ProfileInterpolation {
             normal += section.new_normal(profile)?;
         }
         let normal = normal.normalize_or(self.span.normal);
-        let Changes { form, knots: changes, flat } = self.forms.changes(&new)?;
+        let Changes { form, of_section, flat } = self.forms.changes(&new, &self.trend, self.flat_trend.as_ref())?;
         let trend = self.flat_trend.as_ref().filter(|_| flat).unwrap_or(&self.trend);
-        let affine: Vec<_> = form.iter().zip(&changes).map(|(section, change)| section.affine_change(change)).collect();
-        let map = trend.fit(|section, point| affine[section](point));
+        let targets: Vec<DVec3> = of_section.iter().flat_map(|change| change.at_probes).collect();
+        let map = trend.fit(&targets);
 
         let mut remainder = Vec::with_capacity(self.knots.len());
-        for (k, (section, change)) in form.iter().zip(&changes).enumerate() {
-            let left: Vec<DVec3> = section
-                .knots()
-                .iter()
-                .zip(change)
-                .map(|(&knot, &d)| d - trend.at(&map, knot, self.span.eta[k]))
-                .collect();
-            if flat { remainder.extend(self.transferred(k, section, &left)) } else { remainder.extend(left) }
+        let left = |(k, (change, new)): (usize, (Change, &&Profile))| {
+            let left_at = |knots: &[DVec3]| -> Vec<DVec3> {
+                let pairs = knots.iter().zip(&change.knots);
+                pairs.map(|(&knot, &d)| d - trend.at(&map, knot, self.span.eta[k])).collect()
+            };
+            let own = self.arcs[k].knots();
+            if !flat {
+                return (left_at(&self.knots[own]), (*new).clone());
+            }
+            let (form, smooth) = (form[k].section(), self.forms.smooth[k].section());
+            let left = transferred(&smooth, &form, &left_at(&form.knots()));
+            let pairs = left.iter().zip(&self.knots[own]);
+            let whole: Vec<DVec3> = pairs.map(|(&left, &knot)| left + trend.at(&map, knot, self.span.eta[k])).collect();
+            let displaced = smooth.displaced(&whole);
+            (left, displaced)
+        };
+        let of_sections: Vec<_> = of_section.into_par_iter().zip(&new).enumerate().map(left).collect();
+        let mut sections = Vec::with_capacity(of_sections.len());
+        for (left, section) in of_sections {
+            remainder.extend(left);
+            sections.push(section);
         }
         let whole: Vec<DVec3> = self
             .arcs
             .iter()
             .enumerate()
-            .flat_map(|(k, arcs)| (arcs.sides.0..arcs.end()).map(move |knot| (k, knot)))
+            .flat_map(|(k, arcs)| arcs.knots().map(move |knot| (k, knot)))
             .map(|(k, knot)| remainder[knot] + trend.at(&map, self.knots[knot], self.span.eta[k]))
             .collect();
 
         let at_place = |place: &Place| self.at_place(place, trend, &map, &remainder, &whole, normal);
         let (displacement, span_direction) = self.places.par_iter().map(at_place).unzip();
-        let sections = self.arcs.iter().zip(&self.forms.smooth).zip(&new).map(|((arcs, section), &new)| {
-            if flat { section.displaced(&whole[arcs.sides.0..arcs.end()]) } else { new.clone() }
-        });
-        let carried = self.watched.iter().enumerate().map(|(k, watched)| {
-            let at = |(carried, &(knot, knots)): (&Carried, &(usize, [f64; 4]))| {
+        let carried = self.arcs.par_iter().enumerate().map(|(k, arcs)| {
+            let at = |(vertex, along): (usize, ArcPlace)| {
+                let (knot, knots) = cubic_at(arcs, along);
+                let place: &Place = &self.places[vertex];
+                let at = into(&self.span.planes[k], place.position, self.along(place));
                 let left: DVec3 = knots.iter().zip(&remainder[knot..]).map(|(&weight, &value)| value * weight).sum();
-                carried.at + left + trend.at(&map, carried.at, self.span.eta[k])
+                at + left + trend.at(&map, at, self.span.eta[k])
             };
-            self.watch.of_section(k).iter().zip(watched).map(at).collect()
+            self.watch.of_section(k).map(at).collect()
         });
         Ok(ProfileDisplacement {
             displacement,
             span_direction,
-            sections: sections.collect(),
+            sections,
             carried: carried.collect(),
             planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
             closeness,
@@ -320,19 +271,9 @@ impl ProfileInterpolation {
         place.shares.iter().map(|share| share.of(&self.knots) * share.place_slope).sum()
     }
 
-    /// Brings values at the knots of a flat section to the knots of the smooth one, by the common
-    /// parameter.
-    fn transferred(&self, section: usize, flat: &OldSection, values: &[DVec3]) -> Vec<DVec3> {
-        let smooth = &self.forms.smooth[section];
-        let arcs = SectionArcs {
-            sides: (0, flat.side_arcs()),
-            base: flat.base_arcs().map(|base| (flat.side_arcs().len(), base)),
-        };
-        let at = |tau: f64| {
-            let (knot, knots) = cubic_at(&arcs, flat, tau);
-            knots.iter().zip(&values[knot..]).map(|(&weight, &value)| value * weight).sum()
-        };
-        smooth.knot_parameters().into_iter().map(at).collect()
+    /// Unit span-wise direction of the undeformed wing at a vertex.
+    fn along(&self, place: &Place) -> DVec3 {
+        self.place_slope(place).normalize_or(self.span.normal)
     }
 
     /// Deviation of the vertices beside the planes of the profiles from their sections: see
@@ -388,6 +329,19 @@ impl ProfileInterpolation {
         let new = sorted(new.iter().map(|profile| profile.number).collect());
         ProfileError::Numbers { old: sorted(self.numbers.clone()), new }
     }
+}
+
+/// Brings values at the knots of a flat section to the knots of the smooth one, by the common
+/// parameter.
+fn transferred(smooth: &OldSection, flat: &OldSection, values: &[DVec3]) -> Vec<DVec3> {
+    let sides = flat.side_arcs();
+    let base = flat.base_arcs().map(|base| (sides.len(), base));
+    let arcs = SectionArcs { sides: (0, sides), base };
+    let at = |tau: f64| {
+        let (knot, knots) = cubic_at(&arcs, ArcPlace::of(flat, tau));
+        knots.iter().zip(&values[knot..]).map(|(&weight, &value)| value * weight).sum()
+    };
+    smooth.knot_parameters().into_iter().map(at).collect()
 }
 
 /// The part of the parabolas beyond the straight interpolation between two sections, reduced where

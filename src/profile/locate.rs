@@ -16,26 +16,37 @@ const STEPS: usize = 256;
 /// Steps of the base of a blunt trailing edge.
 const BASE_STEPS: usize = 16;
 
-/// The old profiles at common parameters.
+/// Neighbouring old profiles at common parameters.
 #[derive(Debug)]
-pub(super) struct SectionGrid {
-    tau: Vec<f64>,
+pub(super) struct SectionGrid<'a> {
+    tau: &'a [f64],
+    /// Index of the first profile of `points` among all profiles.
+    first: usize,
     /// Points of each profile at the parameters `tau` `[n_profiles][n_tau]`.
     points: Vec<Vec<DVec3>>,
     /// The sections run counter-clockwise about this direction.
     normal: DVec3,
 }
 
-impl SectionGrid {
-    pub fn new(sections: &[OldSection], normal: DVec3) -> Self {
-        let mut tau: Vec<f64> = (0..=2 * STEPS).map(|i| i as f64 / STEPS as f64).collect();
-        let with_base = sections.iter().any(|section| section.measured_base.is_some());
-        if with_base {
-            tau.extend((1..=BASE_STEPS).map(|i| 2.0 + i as f64 / BASE_STEPS as f64));
-        }
+/// The common parameters of a wing's grids.
+///
+/// - `with_base`: whether any section of the wing has the base of a blunt trailing edge
+pub(super) fn grid_parameters(with_base: bool) -> Vec<f64> {
+    let mut tau: Vec<f64> = (0..=2 * STEPS).map(|i| i as f64 / STEPS as f64).collect();
+    if with_base {
+        tau.extend((1..=BASE_STEPS).map(|i| 2.0 + i as f64 / BASE_STEPS as f64));
+    }
+    tau
+}
+
+impl<'a> SectionGrid<'a> {
+    /// The grid of neighbouring sections.
+    ///
+    /// - `first`: index of the first of them among all sections
+    pub fn new(tau: &'a [f64], first: usize, sections: &[OldSection], normal: DVec3) -> Self {
         let sample = |section: &OldSection| tau.iter().map(|&t| point(section, t)).collect();
         let points = sections.iter().map(sample).collect();
-        Self { tau, points, normal }
+        Self { tau, first, points, normal }
     }
 
     /// Parameter of the point nearest to `position` on the section interpolated with `weights`.
@@ -43,7 +54,7 @@ impl SectionGrid {
     /// - `outward`: the surface's outward normal there; if it is zero, every point is a candidate
     pub fn parameter(&self, position: DVec3, outward: DVec3, weights: &SpanWeights) -> f64 {
         let section = |j: usize| {
-            let share = |i: usize| self.points[weights.first + i][j] * weights.weight[i];
+            let share = |i: usize| self.points[weights.first + i - self.first][j] * weights.weight[i];
             (0..weights.count).map(share).sum::<DVec3>()
         };
         let mut best = [(f64::INFINITY, 0.0); 2];

@@ -176,9 +176,9 @@ impl OldSection {
         &self.profile
     }
 
-    /// The plane of the section.
-    pub fn plane(&self) -> &Plane {
-        &self.plane
+    /// The profile as given, and its plane.
+    pub fn into_profile(self) -> (Profile, Plane) {
+        (self.profile, self.plane)
     }
 
     /// Extent of the section, in the mesh's unit: about its chord.
@@ -235,12 +235,6 @@ impl OldSection {
     /// Points of the two sides, in small steps.
     pub fn path(&self) -> &[DVec3] {
         &self.measured.path
-    }
-
-    /// Unit normal of the new profile's plane, on the side of the old one's normal.
-    pub fn new_normal(&self, new: &Profile) -> Result<DVec3, ProfileError> {
-        let normal = Plane::of_profile(new)?.normal;
-        Ok(if normal.dot(self.plane.normal) < 0.0 { -normal } else { normal })
     }
 
     fn matched(&self, new: &Profile) -> Result<Match, ProfileError> {
@@ -404,7 +398,7 @@ pub fn match_points(old: &Profile, new: &Profile) -> Result<Vec<DVec3>, ProfileE
 }
 
 /// Whether two profiles have the same points, in the same or the opposite order.
-fn identical(old: &[DVec3], new: &[DVec3]) -> bool {
+pub(super) fn identical(old: &[DVec3], new: &[DVec3]) -> bool {
     let largest = old.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let close = |(a, b): (&DVec3, &DVec3)| (*a - *b).abs().max_element() <= IDENTICAL * largest;
     old.len() == new.len() && (old.iter().zip(new).all(close) || old.iter().rev().zip(new).all(close))

@@ -40,11 +40,13 @@ mod error;
 pub mod files;
 #[doc(hidden)]
 pub mod interpolation;
+mod kept;
 mod least_squares;
 mod locate;
 #[doc(hidden)]
 pub mod matching;
 mod path_boxes;
+mod places;
 mod plane;
 mod section;
 mod simple;

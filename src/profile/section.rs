@@ -12,7 +12,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::kept::KeptSection;
 use super::matching::OldSection;
+use super::trend::Trend;
 use super::{Plane, Profile, ProfileError};
 
 /// The flat form is taken if its change alternates by less than this share of the smooth form's
@@ -27,9 +29,9 @@ const SAME_FORM: f64 = 1e-5;
 #[derive(Debug)]
 pub(super) struct Forms {
     /// The form of the vertices, or the sections as given.
-    pub smooth: Vec<OldSection>,
+    pub smooth: Vec<KeptSection>,
     /// The flat cuts, if the smooth form belongs to the mesh and differs from them.
-    pub flat: Option<Vec<OldSection>>,
+    pub flat: Option<Vec<KeptSection>>,
     /// Whether the flat form was given.
     given_flat: bool,
 }
@@ -41,14 +43,35 @@ pub(super) struct OwnSection {
     pub carried: OldSection,
 }
 
+/// The forms of the wing's own section that may be needed beside the given section.
+#[derive(Debug)]
+pub(super) struct OwnForms {
+    /// Whether the two forms differ.
+    differ: bool,
+    /// The flat cut, if the given profile is the section of the vertices.
+    flat: Option<KeptSection>,
+    /// The section of the vertices, if the given profile lies on the facets.
+    carried: Option<KeptSection>,
+}
+
 /// The changes of the sections by new profiles, in the form that the new profiles continue.
 pub(super) struct Changes<'a> {
     /// The sections in this form.
-    pub form: &'a [OldSection],
-    /// Displacement of each section's knots, in the mesh's unit.
-    pub knots: Vec<Vec<DVec3>>,
+    pub form: &'a [KeptSection],
+    /// The change of each section.
+    pub of_section: Vec<Change>,
     /// Whether the form is flat.
     pub flat: bool,
+}
+
+/// The change of one section by its new profile.
+pub(super) struct Change {
+    /// Displacement of the knots, in the mesh's unit.
+    pub knots: Vec<DVec3>,
+    /// Displacement by the affine map fitted to the knots, at the probes of the form's trend.
+    pub at_probes: [DVec3; 4],
+    /// [`OldSection::roughness`], where two forms are compared.
+    roughness: f64,
 }
 
 impl OwnSection {
@@ -72,6 +95,14 @@ impl OwnSection {
     fn is_flat(&self, given: &OldSection) -> bool {
         given.profile().points.iter().all(|&p| self.flat.distance_to_closed_lines(p) <= SAME_FORM * given.length())
     }
+
+    /// Keeps what may be needed beside a given section.
+    pub fn beside(self, given: &OldSection) -> OwnForms {
+        let differ = self.differ();
+        let (is_carried, is_flat) = (self.is_carried(given), self.is_flat(given));
+        let kept = |section, needed: bool| needed.then(|| KeptSection::of(section));
+        OwnForms { differ, flat: kept(self.flat, is_carried), carried: kept(self.carried, is_flat) }
+    }
 }
 
 /// Whether all points of one profile lie on another.
@@ -83,17 +114,16 @@ impl Forms {
     /// The forms of the given sections.
     ///
     /// - `own`: the wing's own sections, where the wing could be cut
-    pub fn new(given: Vec<OldSection>, own: Vec<Option<OwnSection>>) -> Self {
-        let own: Option<Vec<OwnSection>> = own.into_iter().collect();
-        let Some(own) = own.filter(|own| own.iter().any(OwnSection::differ)) else {
+    pub fn new(given: Vec<KeptSection>, own: Vec<Option<OwnForms>>) -> Self {
+        let own: Option<Vec<OwnForms>> = own.into_iter().collect();
+        let Some(own) = own.filter(|own| own.iter().any(|own| own.differ)) else {
             return Self { smooth: given, flat: None, given_flat: false };
         };
-        let pairs = || given.iter().zip(&own);
-        if pairs().all(|(given, own)| own.is_carried(given)) {
-            let flat = own.into_iter().map(|own| own.flat).collect();
+        if own.iter().all(|own| own.flat.is_some()) {
+            let flat = own.into_iter().filter_map(|own| own.flat).collect();
             Self { smooth: given, flat: Some(flat), given_flat: false }
-        } else if pairs().all(|(given, own)| own.is_flat(given)) {
-            let smooth = own.into_iter().map(|own| own.carried).collect();
+        } else if own.iter().all(|own| own.carried.is_some()) {
+            let smooth = own.into_iter().filter_map(|own| own.carried).collect();
             Self { smooth, flat: Some(given), given_flat: true }
         } else {
             Self { smooth: given, flat: None, given_flat: false }
@@ -101,7 +131,7 @@ impl Forms {
     }
 
     /// The sections as given.
-    pub fn given(&self) -> &[OldSection] {
+    pub fn given(&self) -> &[KeptSection] {
         match &self.flat {
             Some(flat) if self.given_flat => flat,
             _ => &self.smooth,
@@ -111,31 +141,54 @@ impl Forms {
     /// The changes by new profiles, in the form that they continue.
     ///
     /// - `new`: in the order of the sections
+    /// - `trend`, `flat_trend`: the trends of the smooth and of the flat form
     ///
     /// # Errors
     /// A new profile is no plane curve.
-    pub fn changes(&self, new: &[&Profile]) -> Result<Changes<'_>, ProfileError> {
-        let changes = |form: &'_ [OldSection]| -> Result<Vec<Vec<DVec3>>, ProfileError> {
-            form.par_iter().zip(new).map(|(old, new)| old.displacements(new)).collect()
+    pub fn changes(
+        &self,
+        new: &[&Profile],
+        trend: &Trend,
+        flat_trend: Option<&Trend>,
+    ) -> Result<Changes<'_>, ProfileError> {
+        let (Some(flat), Some(flat_trend)) = (&self.flat, flat_trend) else {
+            return Changes::new(&self.smooth, new, trend, false, false);
         };
-        let of = |form, flat| Ok(Changes { form, knots: changes(form)?, flat });
-        let Some(flat) = &self.flat else { return of(&self.smooth, false) };
         if self.given_flat {
-            return of(flat, true);
+            return Changes::new(flat, new, flat_trend, true, false);
         }
-        let smooth = of(&self.smooth, false)?;
-        let unchanged = |form: &[OldSection]| form.iter().zip(new).all(|(old, new)| old.is_same(new));
+        let unchanged = |form: &[KeptSection]| form.iter().zip(new).all(|(old, new)| old.is_same(new));
+        let smooth = Changes::new(&self.smooth, new, trend, false, true)?;
         if unchanged(&self.smooth) {
             return Ok(smooth);
         }
-        let flat = of(flat, true)?;
+        let flat = Changes::new(flat, new, flat_trend, true, true)?;
         Ok(if unchanged(flat.form) || flat.roughness() < CLEARLY * smooth.roughness() { flat } else { smooth })
     }
 }
 
-impl Changes<'_> {
+impl<'a> Changes<'a> {
+    /// - `trend`: of the form
+    /// - `compared`: whether the form's roughness is needed
+    fn new(
+        form: &'a [KeptSection],
+        new: &[&Profile],
+        trend: &Trend,
+        flat: bool,
+        compared: bool,
+    ) -> Result<Self, ProfileError> {
+        let change = |(place, (old, new)): (usize, (&KeptSection, &&Profile))| {
+            let section = old.section();
+            let knots = section.displacements(new)?;
+            let at_probes = trend.probes(place).map(section.affine_change(&knots));
+            let roughness = if compared { section.roughness(&knots) } else { 0.0 };
+            Ok(Change { knots, at_probes, roughness })
+        };
+        let of_section = form.par_iter().zip(new).enumerate().map(change).collect::<Result<_, _>>()?;
+        Ok(Self { form, of_section, flat })
+    }
+
     fn roughness(&self) -> f64 {
-        let of_section = |(old, change): (&OldSection, &Vec<DVec3>)| old.roughness(change).powi(2);
-        self.form.iter().zip(&self.knots).map(of_section).sum::<f64>().sqrt()
+        self.of_section.iter().map(|change| change.roughness.powi(2)).sum::<f64>().sqrt()
     }
 }

@@ -16,8 +16,8 @@
 
 use glam::DVec3;
 
+use super::kept::KeptSection;
 use super::least_squares::LeastSquares;
-use super::matching::OldSection;
 use super::span::Span;
 
 /// Coefficients of a trend.
@@ -41,8 +41,7 @@ pub(super) struct Trend {
 
 impl Trend {
     /// Prepares the fit for sections in the order of the span.
-    pub fn new<'a>(sections: impl Iterator<Item = &'a OldSection>, span: &Span) -> Self {
-        let sections: Vec<&OldSection> = sections.collect();
+    pub fn new(sections: &[KeptSection], span: &Span) -> Self {
         let n = sections.len().max(1) as f64;
         let middles: Vec<DVec3> = sections.iter().map(|section| section.middle()).collect();
         let centre = middles.iter().sum::<DVec3>() / n;
@@ -87,14 +86,17 @@ impl Trend {
         [1.0, p.x, p.y, p.z, e * q.dot(self.across[0]), e * q.dot(self.across[1])]
     }
 
+    /// The points of a section at which the change of its affine map counts.
+    pub fn probes(&self, section: usize) -> [DVec3; 4] {
+        self.probes[section]
+    }
+
     /// The trend of the sections' changes.
     ///
-    /// - `change`: displacement at a point of section `i` by the affine map fitted to the section
-    pub fn fit(&self, change: impl Fn(usize, DVec3) -> DVec3) -> TrendMap {
-        let targets: Vec<DVec3> = (0..self.probes.len())
-            .flat_map(|section| self.probes[section].map(|probe| change(section, probe)))
-            .collect();
-        let mut map = self.squares.solve(&targets);
+    /// - `targets`: displacements at the probes of one section after the other, by the affine map
+    ///   fitted to the section
+    pub fn fit(&self, targets: &[DVec3]) -> TrendMap {
+        let mut map = self.squares.solve(targets);
         // A second fit of what is left removes the rounding of the first.
         let left: Vec<DVec3> = targets.iter().zip(&self.rows).map(|(&d, row)| d - combine(&map, row)).collect();
         for (coefficient, more) in map.iter_mut().zip(self.squares.solve(&left)) {

@@ -1,0 +1,84 @@
+//! What is kept of an old section.
+//!
+//! The smooth curves through a section take fifty times the memory of its points. A wing may have
+//! tens of thousands of sections. So the points are kept, and the curves are made where a step
+//! needs them, for a few sections at a time.
+
+use glam::DVec3;
+
+use super::matching::{OldSection, identical};
+use super::{Plane, Profile, ProfileError, extent};
+
+/// An old section without its smooth curves.
+#[derive(Clone, Debug)]
+pub(super) struct KeptSection {
+    profile: Profile,
+    plane: Plane,
+    middle: DVec3,
+    gap: f64,
+    has_base: bool,
+}
+
+impl KeptSection {
+    /// Checks a profile and keeps what does not need its curves.
+    ///
+    /// # Errors
+    /// As [`OldSection::new`].
+    pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
+        OldSection::new(profile, plane).map(Self::of)
+    }
+
+    /// Drops the curves of a section.
+    pub fn of(section: OldSection) -> Self {
+        let (middle, gap, has_base) = (section.middle(), section.gap(), section.measured_base.is_some());
+        let (mut profile, plane) = section.into_profile();
+        profile.points.shrink_to_fit();
+        Self { profile, plane, middle, gap, has_base }
+    }
+
+    /// The section with its curves. The same points give the same bits each time.
+    pub fn section(&self) -> OldSection {
+        OldSection::new(&self.profile, &self.plane).expect("the profile was made a section before")
+    }
+
+    /// Whether a profile has the section's points, in the same or the opposite order.
+    pub fn is_same(&self, new: &Profile) -> bool {
+        identical(&self.profile.points, &new.points)
+    }
+
+    /// Unit normal of the new profile's plane, on the side of the old one's normal.
+    pub fn new_normal(&self, new: &Profile) -> Result<DVec3, ProfileError> {
+        let normal = Plane::of_profile(new)?.normal;
+        Ok(if normal.dot(self.plane.normal) < 0.0 { -normal } else { normal })
+    }
+
+    /// The profile as given.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// The plane of the section.
+    pub fn plane(&self) -> &Plane {
+        &self.plane
+    }
+
+    /// Extent of the section, in the mesh's unit: about its chord.
+    pub fn length(&self) -> f64 {
+        extent(&self.profile.points)
+    }
+
+    /// Centre of the section: the mean of its curve.
+    pub fn middle(&self) -> DVec3 {
+        self.middle
+    }
+
+    /// Distance between the ends of the two sides: the thickness of a blunt trailing edge.
+    pub fn gap(&self) -> f64 {
+        self.gap
+    }
+
+    /// Whether the base of a blunt trailing edge is part of the curve.
+    pub fn has_base(&self) -> bool {
+        self.has_base
+    }
+}
