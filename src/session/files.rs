@@ -101,7 +101,7 @@ pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), Sessi
         a == b || matches!(real, (Ok(a), Ok(b)) if (a == b && a.is_file()) || within(&a, &b) || within(&b, &a))
     };
     for (index, output) in outputs.iter().enumerate() {
-        if let Some(input) = inputs.iter().find(|input| same(input, output)) {
+        if let Some(input) = inputs.iter().find(|input| same(&formats::mesh_path(input), output)) {
             let (output, input) = (output.to_path_buf(), input.clone());
             return Err(SessionError::Overwrites { output, input });
         }
