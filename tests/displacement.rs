@@ -36,6 +36,10 @@ fn displacements_as_others_write_them() {
         "\"Points:0\",\"Points:1\",\"Points:2\",\"p\",\"Displacement:0\",\"Displacement:1\",\"Displacement:2\"\n\
          1,2,3,9,0.5,0,-1e-3\n4,5,6,,0,0.25,0\n",
         "dz dy dx z y x\n-1e-3 0 0.5 3 2 1\n0 0.25 0 6 5 4\n",
+        // Units in brackets, which are not converted.
+        "x [m],y [m],z [m],dx [m],dy [m],dz [m]\n1,2,3,0.5,0,-1e-3\n4,5,6,0,0.25,0\n",
+        "# x (m) y (m) z (m) p (Pa) dx (m) dy (m) dz (m)\n1 2 3 9 0.5 0 -1e-3\n4 5 6 9 0 0.25 0\n",
+        "\"x[mm]\";\"y[mm]\";\"z[mm]\";\"dx[mm]\";\"dy[mm]\";\"dz[mm]\"\n1;2;3;0.5;0;-1e-3\n4;5;6;0;0.25;0\n",
         // As numpy.savetxt writes a header.
         "# dz dy dx z y x\n-1e-3 0 0.5 3 2 1\n0 0.25 0 6 5 4\n",
         "# columns: x y z dx dy dz in m\n1 2 3 0.5 0 -1e-3\n4 5 6 0 0.25 0\n",
@@ -60,6 +64,8 @@ fn bad_displacement_lines() {
     assert_eq!(error("1,2,3,4,5,1e999\n"), format!("d.csv:1: \"1e999\" is not finite, {expected}"));
     assert_eq!(error("a,b,c,dx,dy,dz\n"), format!("d.csv:1: no column x among 'a, b, c, dx, dy, dz', {expected}"));
     assert_eq!(error("x,y,z,dx,dy,dz,DX\n"), format!("d.csv:1: the columns 'dx' and 'DX' both are dx, {expected}"));
+    let units = "d.csv:1: the columns 'x' in [m] and 'dx' in [mm]";
+    assert_eq!(error("x [m],y [m],z [m],dx [mm],dy [mm],dz [mm]\n"), format!("{units}, {expected}"));
     assert_eq!(error("x,y,z,dx,dy,dz,p\n1,2,3,4,5,6\n"), format!("d.csv:2: 6 columns under a header of 7, {expected}"));
     let other_order = error("# dx dy dz x y z in m\n1 2 3 4 5 6\n");
     assert_eq!(other_order, format!("d.csv:2: 6 columns under a header of 8, {expected}"));
@@ -115,4 +121,45 @@ fn displacements_match_exactly() {
     let text = "1e6,1e6,1000000.000000001,2,0,0\n1e6,1e6,1e6,1,0,0\n";
     let matched = displacement::match_displacements(&rows(text).unwrap(), &vertices, &[0, 1], 0.0).unwrap();
     assert_eq!(matched, [DVec3::X, 2.0 * DVec3::X]);
+}
+
+/// SU2's `surface_positions.dat`: the vertex, from 0, and its new position.
+#[test]
+fn new_positions_go_by_index() {
+    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE];
+    let family = [4, 1, 2];
+    let matched = |text: &str| {
+        displacement::match_displacements(&rows(text).unwrap(), &vertices, &family, 1e-6).map_err(|e| e.to_string())
+    };
+    let expected = vec![DVec3::new(0.0, 0.0, 0.5), DVec3::ZERO, DVec3::new(-0.25, 0.0, 2.0)];
+    for text in [
+        "1\t1.000000000000000e+00\t0.0\t0.0\n2 -0.25 1 2\n4 1 1 1.5\n",
+        "# index, new position\n4, 1, 1, 1.5D+00\n1, 1, 0, 0\n2, -2.5d-1, 1, 2\n",
+    ] {
+        assert_eq!(matched(text), Ok(expected.clone()), "{text}");
+    }
+    let error = |text: &str| matched(text).unwrap_err();
+    // A table that counts from 1, or of another family.
+    assert!(
+        error("2 1 0 0\n3 -0.25 1 2\n5 1 1 1.5\n").starts_with(
+            "d.csv:2: vertex 3 is none of the family, expected the vertices of the family, numbered as in the mesh from 0 to 4"
+        )
+    );
+    assert!(error("99 1 0 0\n").starts_with("d.csv:1: vertex 99 is none of the family"));
+    assert_eq!(
+        error("1 1 0 0\n1 1 0 0\n"),
+        "d.csv:2: a second row for the vertex at (1, 0, 0), the first is on line 1, expected one"
+    );
+    assert_eq!(
+        error("1 1 0 0\n2 0 1 0\n"),
+        "d.csv: 1 of the family's 3 vertices have no row, the first is vertex 4 at (1, 1, 1)"
+    );
+    let bad = |text: &str| rows(text).unwrap_err().to_string();
+    let of_new = "in a row of an index and a new position, expected six numbers x,y,z,dx,dy,dz";
+    assert_eq!(bad("1.5 1 0 0\n"), format!("d.csv:1: \"1.5\" is no index of a vertex, {of_new}"));
+    assert_eq!(bad("-1 1 0 0\n"), format!("d.csv:1: \"-1\" is no index of a vertex, {of_new}"));
+    assert_eq!(bad("1 1 nan 0\n"), format!("d.csv:1: \"nan\" is not a finite number, {of_new}"));
+    assert!(bad("1 1 0 0\n1 2 3 4 5 6\n").starts_with("d.csv:2: 6 columns after rows of an index and a new position"));
+    // Under a header four numbers are no new position.
+    assert!(bad("x,y,z,dx,dy,dz\n1,1,0,0\n").starts_with("d.csv:2: 4 columns"));
 }

@@ -12,6 +12,10 @@ mod cgns;
 #[path = "formats/damage.rs"]
 #[allow(dead_code, reason = "the rest is for tests/damage.rs")]
 mod damage;
+#[path = "formats/exponents.rs"]
+mod exponents;
+#[path = "formats/gmsh_names.rs"]
+mod gmsh_names;
 #[path = "formats/medit.rs"]
 mod medit;
 #[path = "formats/mixed.rs"]
@@ -20,6 +24,8 @@ mod mixed;
 mod names;
 #[path = "formats/openfoam.rs"]
 mod openfoam;
+#[path = "formats/openfoam_cases.rs"]
+mod openfoam_cases;
 #[path = "formats/save_all.rs"]
 mod save_all;
 #[path = "formats/su2.rs"]

@@ -1,5 +1,5 @@
 //! Reads tables of prescribed displacements, with rows `x,y,z,dx,dy,dz` for the vertices of one
-//! family.
+//! family, or with rows `index x y z` of new positions.
 //!
 //! Rows are matched to vertices by original position, so rows may stand in any order. Every vertex
 //! of the family must have one row, and every row must have a vertex. A vertex without a row is an
@@ -11,9 +11,11 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use thiserror::Error;
 
+use super::new_positions::{self, NewPosition};
 use crate::mover::prescribed::differ;
 use crate::text::figures::place;
-use crate::text::{Mark, Row, decode, fields, header, parse_number, rows, shorten, shown};
+use crate::text::header::{self, Header};
+use crate::text::{Mark, Row, decode, fields, parse_number, rows, shorten, shown};
 
 /// The rows of one file.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +24,8 @@ pub struct DisplacementTable {
     pub path: PathBuf,
     /// The rows in the order of the file.
     pub rows: Vec<DisplacementRow>,
+    /// The rows of a table of new positions, which has no other rows.
+    pub new_positions: Vec<NewPosition>,
 }
 
 /// One row: the original position and the displacement of a vertex.
@@ -80,6 +84,21 @@ pub enum DisplacementError {
         distance: f64,
         /// The largest distance at which a row belongs to a vertex.
         tolerance: f64,
+    },
+    /// A row of a table of new positions is for no vertex of the family.
+    #[error(
+        "{}:{line}: vertex {vertex} is none of the family, expected the vertices of the family, numbered as in the mesh from 0 \
+         to {}", path.display(), n_vertices.saturating_sub(1)
+    )]
+    NotOfFamily {
+        /// The file.
+        path: PathBuf,
+        /// The row's line, from 1.
+        line: usize,
+        /// The vertex, from 0.
+        vertex: u32,
+        /// Number of vertices of the mesh.
+        n_vertices: usize,
     },
     /// Two rows are for one vertex.
     #[error(
@@ -155,11 +174,14 @@ pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
 /// `Displacement:0`) are understood too. A comment begins with `#`, `!` or `%`. A comment before
 /// the first row may hold the header.
 ///
+/// Rows of four numbers without a header are the index of a vertex, from 0, and its new position,
+/// as in SU2's `surface_positions.dat`.
+///
 /// # Errors
 /// - [`DisplacementError::Empty`]: the text has no row
 /// - [`DisplacementError::BadLine`]: a header lacks columns, or a line is not six finite numbers
 pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementError> {
-    let mut table = Vec::new();
+    let (mut table, mut new_positions) = (Vec::new(), Vec::new());
     let mut columns: Option<Columns> = None;
     let mut is_empty = true;
     for Row { line, text: row, comment } in rows(text, Mark::Any) {
@@ -173,6 +195,7 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         }
         let fields = fields(row);
         let is_header = is_empty && header::is_header(&fields);
+        let has_no_header = is_empty && columns.is_none() && !is_header;
         if is_empty && fields.len() == Columns::DEFAULT.n {
             // Other words in the comment count as columns too. If the comment names the columns in
             // the default order, the row is read as without a header.
@@ -181,6 +204,10 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         is_empty = false;
         if is_header {
             columns = Some(Columns::of(&fields).map_err(bad)?);
+            continue;
+        }
+        if has_no_header && fields.len() == new_positions::N_COLUMNS || !new_positions.is_empty() {
+            new_positions.push(new_positions::row(line, &fields).map_err(bad)?);
             continue;
         }
         let Columns { n, of } = columns.as_ref().unwrap_or(&Columns::DEFAULT);
@@ -200,10 +227,10 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         let [x, y, z, dx, dy, dz] = numbers;
         table.push(DisplacementRow { line, position: DVec3::new(x, y, z), displacement: DVec3::new(dx, dy, dz) });
     }
-    if table.is_empty() {
+    if table.is_empty() && new_positions.is_empty() {
         return Err(DisplacementError::Empty { path: path.to_path_buf() });
     }
-    Ok(DisplacementTable { path: path.to_path_buf(), rows: table })
+    Ok(DisplacementTable { path: path.to_path_buf(), rows: table, new_positions })
 }
 
 /// The number of columns of a table, and the columns with x, y, z, dx, dy and dz.
@@ -216,10 +243,13 @@ impl Columns {
     const DEFAULT: Self = Self { n: 6, of: [0, 1, 2, 3, 4, 5] };
 
     /// The columns that a header names. The error is the fault of the header.
-    fn of(names: &[&str]) -> Result<Self, String> {
-        let [x, y, z] = header::POSITION.columns(names)?;
-        let [dx, dy, dz] = header::DISPLACEMENT.columns(names)?;
-        Ok(Self { n: names.len(), of: [x, y, z, dx, dy, dz] })
+    fn of(fields: &[&str]) -> Result<Self, String> {
+        let header = Header::of(fields);
+        let [x, y, z] = header::POSITION.columns(&header)?;
+        let [dx, dy, dz] = header::DISPLACEMENT.columns(&header)?;
+        let of = [x, y, z, dx, dy, dz];
+        header.check_units(&of)?;
+        Ok(Self { n: header.names.len(), of })
     }
 }
 
@@ -249,12 +279,16 @@ pub fn match_displacements(
 /// - [`DisplacementError::NoVertex`]: a row has no vertex
 /// - [`DisplacementError::Doubled`]: a vertex has two rows
 /// - [`DisplacementError::Missing`]: a vertex has no row
+/// - [`DisplacementError::NotOfFamily`]: a row of new positions is for no vertex of the family
 pub fn match_rows(
     table: &DisplacementTable,
     vertices: &[DVec3],
     family_vertices: &[u32],
     tolerance: f64,
 ) -> Result<Vec<DisplacementRow>, DisplacementError> {
+    if !table.new_positions.is_empty() {
+        return new_positions::match_indices(&table.path, &table.new_positions, vertices, family_vertices);
+    }
     let grid = Grid::new(vertices, family_vertices, tolerance);
     let mut row_of: Vec<Option<usize>> = vec![None; family_vertices.len()];
     for (index, row) in table.rows.iter().enumerate() {

@@ -21,6 +21,7 @@ mod paths;
 pub mod design_list;
 #[doc(hidden)]
 pub mod displacement;
+mod new_positions;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

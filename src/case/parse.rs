@@ -17,6 +17,7 @@ use crate::springs::{SPRINGS, Springs};
 use super::document::{CaseDocument, TomlTable, Value};
 use super::paths::{is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Output, Position, ProfileSource, paths};
+use crate::formats::mesh_path;
 use crate::text::nearest::{did_you_mean, quoted_list};
 
 /// Reads the text of a case file; see [`Case::parse`].
@@ -29,6 +30,7 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let folder = path.parent().unwrap_or(Path::new(""));
 
     let mesh = paths::file(&top.require("mesh", "the mesh to move, such as mesh = \"wing-body.msh\"")?, folder)?;
+    let mesh = mesh_path(&mesh);
     let families = families(&top, folder)?;
     let profiles = profiles(&top, folder, &families)?;
     let volume = top.get("volume").map(|table| table.section(&["springs", "max_steps"])).transpose()?;

@@ -1,8 +1,10 @@
 //! Files that appear whole or not at all, and sets of files that appear together.
 //!
 //! Each file is written under a temporary name in its folder. [`FileSet::place`] gives the files
-//! their names when all of them are complete.
+//! their names when all of them are complete and on the disk. So a power cut leaves the old file or
+//! the whole new one, never a part of it.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -104,14 +106,26 @@ impl<'a> FileSet<'a> {
         })
     }
 
-    /// Gives all files their names, in the order in which they were added. Pipes and devices are
-    /// written last.
+    /// Gives all files their names, in the order in which they were added. Before the first file
+    /// gets its name, the contents of all are on the disk, and afterwards the names are. Pipes and
+    /// devices are written last.
     ///
     /// # Errors
-    /// A file cannot get its name, or a pipe or a device cannot be written. The files that had got
-    /// their names are removed.
+    /// A file cannot be brought to the disk or cannot get its name, or a pipe or a device cannot be
+    /// written. The files that had got their names are removed.
     pub fn place(self) -> Result<Placed, PlaceError> {
-        let mut placed = Placed { files: Vec::new(), _folders: self.folders };
+        self.place_with(&mut |_, file| file.sync_all())
+    }
+
+    /// [`FileSet::place`] with the function that brings a file or a folder to the disk, given its
+    /// path.
+    fn place_with(self, sync: &mut Sync) -> Result<Placed, PlaceError> {
+        for Waiting { path, content } in &self.files {
+            if let Content::Complete { file, .. } = content {
+                to_disk(path, file.as_file(), sync).map_err(|source| PlaceError { path: path.clone(), source })?;
+            }
+        }
+        let mut placed = Placed { files: Vec::new(), folders: self.folders };
         let is_complete = |file: &Waiting| matches!(file.content, Content::Complete { .. });
         let (complete, direct): (Vec<_>, Vec<_>) = self.files.into_iter().partition(is_complete);
         let mut waiting = complete.into_iter().chain(direct);
@@ -132,7 +146,23 @@ impl<'a> FileSet<'a> {
                 return Err(PlaceError { path, source });
             }
         }
+        if let Err(error) = placed.names_to_disk(sync) {
+            placed.withdraw();
+            return Err(error);
+        }
         Ok(placed)
+    }
+}
+
+/// Brings a file or a folder to the disk, given its path.
+type Sync<'a> = dyn FnMut(&Path, &fs::File) -> io::Result<()> + 'a;
+
+/// Brings a file to the disk, where the file system can.
+fn to_disk(path: &Path, file: &fs::File, sync: &mut Sync) -> io::Result<()> {
+    match sync(path, file) {
+        // Some network file systems know no such request.
+        Err(error) if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput) => Ok(()),
+        result => result,
     }
 }
 
@@ -140,10 +170,23 @@ impl<'a> FileSet<'a> {
 #[derive(Debug)]
 pub struct Placed {
     files: Vec<PathBuf>,
-    _folders: NewFolders,
+    folders: NewFolders,
 }
 
 impl Placed {
+    /// Brings the entries of the folders to the disk, each folder once.
+    fn names_to_disk(&self, sync: &mut Sync) -> Result<(), PlaceError> {
+        let made = self.folders.0.iter();
+        let folders: BTreeSet<&Path> = self.files.iter().chain(made).filter_map(|path| path.parent()).collect();
+        for folder in folders {
+            // A folder that takes files need not be readable. Windows opens no folders.
+            let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            let Ok(file) = fs::File::open(here) else { continue };
+            to_disk(folder, &file, sync).map_err(|source| PlaceError { path: folder.to_path_buf(), source })?;
+        }
+        Ok(())
+    }
+
     /// Removes the files again, because something else of the same result failed.
     pub fn withdraw(self) {
         for file in &self.files {
@@ -269,4 +312,60 @@ fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
     Ok((target, folder))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two files in a folder that is there, and one in a new folder.
+    fn set<'a>(folder: &Path) -> (FileSet<'a>, [PathBuf; 3]) {
+        let paths = ["a", "new/b", "c"].map(|name| folder.join(name));
+        let mut files = FileSet::default();
+        files.make_folder(&folder.join("new")).unwrap();
+        for path in &paths {
+            files.add(path, |out| out.write_all(b"contents")).unwrap();
+        }
+        (files, paths)
+    }
+
+    /// All contents are on the disk before the first file has its name, and the folders after all
+    /// have theirs.
+    #[test]
+    fn contents_are_on_the_disk_before_names() {
+        let here = tempfile::tempdir().unwrap();
+        let folder = here.path().canonicalize().unwrap();
+        let (files, paths) = set(&folder);
+        let mut synced = Vec::new();
+        let placed = files.place_with(&mut |path, file| {
+            let n_named = paths.iter().filter(|path| path.exists()).count();
+            assert_eq!(n_named, if file.metadata()?.is_dir() { 3 } else { 0 }, "{}", path.display());
+            synced.push(path.to_path_buf());
+            Ok(())
+        });
+        placed.unwrap();
+        assert_eq!(synced, [&paths[..], &[folder.clone(), folder.join("new")]].concat());
+    }
+
+    /// A disk that fails, at each file and each folder.
+    #[test]
+    fn no_name_is_given_where_the_disk_fails() {
+        for failing in 0..5 {
+            let here = tempfile::tempdir().unwrap();
+            let (files, _) = set(here.path());
+            let mut place = 0..;
+            let result = files.place_with(&mut |_, _| match place.next() {
+                Some(at) if at == failing => Err(io::Error::other("the disk is broken")),
+                _ => Ok(()),
+            });
+            assert!(result.unwrap_err().to_string().contains("the disk is broken"));
+            let left: Vec<_> = fs::read_dir(here.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
+            assert!(left.is_empty(), "{failing}: {left:?}");
+        }
+        // A file system that knows no such request is no failure.
+        let here = tempfile::tempdir().unwrap();
+        let (files, paths) = set(here.path());
+        files.place_with(&mut |_, _| Err(io::ErrorKind::Unsupported.into())).unwrap();
+        assert!(paths.iter().all(|path| path.exists()));
+    }
 }

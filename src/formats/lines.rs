@@ -59,9 +59,14 @@ impl<'a> Lines<'a> {
             .ok_or_else(|| ReadError::Truncated { place: self.place(self.bytes.len()), expected: expected.to_string() })
     }
 
-    /// Goes to an offset at the begin of a line.
+    /// Goes to an offset at the start of a line.
     pub fn go_to(&mut self, at: usize) {
         self.at = at;
+    }
+
+    /// The position.
+    pub fn at(&self) -> usize {
+        self.at
     }
 
     pub fn path(&self) -> &'a Path {

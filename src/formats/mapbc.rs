@@ -192,9 +192,13 @@ pub(super) fn agree(a: &Names, b: &Names) -> bool {
     difference(a, b).is_none()
 }
 
-/// A reference with different names, if there is one.
+/// A reference with different names, if there is one. Letters that not every program's file can
+/// hold, such as blanks, make no difference.
 fn difference(a: &Names, b: &Names) -> Option<i32> {
-    a.keys().chain(b.keys()).copied().find(|&reference| name(a, reference) != name(b, reference))
+    let plain = |names, reference| -> String {
+        name(names, reference).chars().map(|letter| if fits(letter) { letter } else { '_' }).collect()
+    };
+    a.keys().chain(b.keys()).copied().find(|&reference| plain(a, reference) != plain(b, reference))
 }
 
 fn name(names: &Names, reference: i32) -> String {

@@ -117,18 +117,17 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let positions = positions.ok_or_else(|| missing("Vertices", "is it a complete Medit file?"))?;
     beside.extend(mesh_builder.passed_over());
     let of_comment = |tag: i32| names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
-    let mut unnamed: Vec<i32> = mesh_builder.used_tags();
-    unnamed.retain(|&tag| of_comment(tag).is_none());
+    let used = mesh_builder.used_tags();
+    let all_named = used.iter().all(|&tag| of_comment(tag).is_some());
     // The comment belongs to the same file. If it names all references, a `.mapbc` file beside may
     // belong to another mesh.
-    let mapbc = if unnamed.is_empty() { Mapbc::default() } else { mapbc::read(&mapbc_path(path))? };
+    let mapbc = if all_named { Mapbc::default() } else { mapbc::read(&mapbc_path(path))? };
     if mapbc.has_conditions {
         beside.push("boundary conditions of the .mapbc file".to_string());
     }
-    let of_companion: Names =
-        unnamed.into_iter().map(|tag| (tag, mapbc.name(tag))).chain(mapbc.names.clone()).collect();
-    let (mesh, others) =
-        mesh_builder.finish(path, positions, |tag| of_comment(tag).unwrap_or_else(|| mapbc.name(tag)))?;
+    let name = |tag: i32| of_comment(tag).unwrap_or_else(|| mapbc.name(tag));
+    let of_companion: Names = used.into_iter().map(|tag| (tag, name(tag))).chain(mapbc.names.clone()).collect();
+    let (mesh, others) = mesh_builder.finish(path, positions, name)?;
     let coordinates = Box::new(Slots { encoding, width, slots });
     let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names: of_companion });
     let document = SourceFile { companion, ..SourceFile::of_file(NAME, extension, bytes, coordinates, beside) };
@@ -152,16 +151,16 @@ impl Reader<'_> {
                     let comment = [token, self.scanner.rest_of_line()].concat();
                     self.names.extend(parse_names(&String::from_utf8_lossy(&comment)));
                 }
-                b"MeshVersionFormatted" => {
+                _ if token.eq_ignore_ascii_case(b"MeshVersionFormatted") => {
                     begun = true;
                     self.version()?;
                 }
                 _ if !begun => return Err(self.scanner.malformed("MeshVersionFormatted", shown(token))),
-                b"Dimension" => self.dimensions()?,
-                b"End" => return Ok(()),
+                _ if token.eq_ignore_ascii_case(b"Dimension") => self.dimensions()?,
+                _ if token.eq_ignore_ascii_case(b"End") => return Ok(()),
                 _ => {
                     let name = String::from_utf8_lossy(token).into_owned();
-                    match KEYWORDS.iter().find(|keyword| keyword.name == name) {
+                    match KEYWORDS.iter().find(|keyword| keyword.name.eq_ignore_ascii_case(&name)) {
                         Some(keyword) => self.section(keyword)?,
                         None if token[0].is_ascii_alphabetic() => {
                             // Skips the numbers of an unknown section.
@@ -414,10 +413,13 @@ fn create_binary(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     out.write_all(&[0; 8][..position])
 }
 
-/// The names of a new binary file's references, so that the `.mapbc` file of another mesh is not
-/// taken for it. A text file holds its names itself.
+/// The names of a new file's references, so that the `.mapbc` file of another mesh is not taken for
+/// it. A text file holds its names itself, but other programs read only the `.mapbc` file.
 fn companion(new_file: &NewFile) -> Companion {
-    let names = if new_file.extension == "mesh" { Names::new() } else { mapbc::names(new_file) };
+    let names = match new_file.extension {
+        "mesh" => (1..).zip(listed_names(new_file.cells.families)).collect(),
+        _ => mapbc::names(new_file),
+    };
     Companion { path: mapbc_path, bytes: None, names }
 }
 

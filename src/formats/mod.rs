@@ -42,7 +42,7 @@ pub use atomic::{FileSet, PlaceError, Placed, sha256_of, write_atomically};
 pub use error::{Location, ReadError, WriteError};
 pub use format::Format;
 pub use new_file::{Cells, Fields};
-pub use read::{MeshFile, read, read_bytes, read_mixed};
+pub use read::{MeshFile, mesh_path, read, read_bytes, read_mixed};
 pub(crate) use real_path::{is_special, real_path};
 pub use table::FORMATS;
 pub(crate) use temporary::{Claim, temporary as temporary_file};

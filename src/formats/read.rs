@@ -1,7 +1,7 @@
 //! Reads a mesh file of any format, plain or gzipped.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::SourceFile;
@@ -31,6 +31,12 @@ impl MeshFile {
     /// A mesh without a source file.
     pub fn from_mesh(mesh: TetMesh) -> Self {
         Self { mesh, others: OtherCells::default(), left_handed: Vec::new(), document: None }
+    }
+
+    /// What a user must know before the mesh is moved, in words: for example that the file is a
+    /// part of a divided mesh.
+    pub fn warnings(&self) -> &[String] {
+        self.document.as_ref().map_or(&[], |document| &document.warnings)
     }
 
     /// Pairs of families that the file declares periodic.
@@ -64,11 +70,18 @@ pub fn read(path: &Path) -> Result<MeshFile, ReadError> {
 ///
 /// [`ReadError`], as for [`read()`].
 pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
+    let path = &mesh_path(path);
     let (format, _) = input_format(path)?;
     let path = &if format.is_folder() { openfoam::points_path(path) } else { path.to_path_buf() };
     let io = |source| ReadError::Io { path: path.into(), source };
     check(path, fs::metadata(path).map_err(io)?.len())?;
     read_bytes(path, fs::read(path).map_err(io)?)
+}
+
+/// The path of the mesh that [`read_mixed`] reads at `path`: the folder `polyMesh` of an OpenFOAM
+/// case or of its folder `constant`, and otherwise `path` itself.
+pub fn mesh_path(path: &Path) -> PathBuf {
+    openfoam::mesh_folder(path).unwrap_or_else(|| path.to_path_buf())
 }
 
 /// [`read_mixed`] from a file's bytes, plain or gzipped.

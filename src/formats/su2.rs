@@ -18,12 +18,19 @@ use super::lines::{Line, Lines};
 use super::mesh_builder::{Kind, MOST_VERTICES, MeshBuilder, check_finite_at};
 use super::new_file::{NewFile, clean_names, renamed};
 use super::out::Out;
-use super::scanner::{Encoding, Width, shown};
+use super::scanner::{Encoding, Width, parse_signed, shown};
 use super::vtk::{vtk_kind, vtk_number};
 use crate::text::decode;
 
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "SU2";
+
+/// The marker of vertices whose values another part of a divided mesh sends, or a periodic marker
+/// of the same mesh. The marker has no faces.
+const SEND_RECEIVE: &str = "SEND_RECEIVE";
+
+/// The type of a vertex as an element.
+const VERTEX: u64 = 1;
 
 /// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
 pub(super) const FORMAT: Format = Format {
@@ -51,6 +58,8 @@ struct Parts {
     markers: Vec<String>,
     /// Whether the last marker has no elements yet.
     open_marker: bool,
+    /// Number of markers [`SEND_RECEIVE`], and of their vertices.
+    shared: [usize; 2],
     beside: Vec<String>,
 }
 
@@ -79,7 +88,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         return Err(lines.malformed(bytes.len(), format!("{declared} MARKER_TAG=, as NMARK= declares"), found));
     }
     check_open_marker(&lines, &parts, bytes.len())?;
-    let Parts { positions, slots, mut mesh_builder, greatest, markers, mut beside, .. } = parts;
+    let Parts { positions, slots, mut mesh_builder, greatest, markers, mut beside, shared, .. } = parts;
     if let Some(&(_, start)) = greatest.iter().find(|&&(vertex, _)| vertex >= positions.len() as u64) {
         return Err(unknown_vertex(path, &bytes, start, positions.len() as u64));
     }
@@ -87,7 +96,17 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     beside.extend(mesh_builder.passed_over());
     let (mesh, others) = mesh_builder.finish(path, positions, |marker| markers[marker as usize].clone())?;
     let coordinates = Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots });
-    Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
+    let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
+    let [n_markers, n_vertices] = shared;
+    if n_markers > 0 {
+        let what = format!("{n_markers} markers {SEND_RECEIVE} with {n_vertices} vertices");
+        document.warnings.push(format!(
+            "{what} are shared with other parts of a divided mesh, or are periodic: they are no family, and idmesh does not \
+             move their partners alike"
+        ));
+        document.beside.push(what);
+    }
+    Ok(Parsed { mesh, others, document })
 }
 
 /// Reads the section of a keyword. Returns `false` for an unknown keyword.
@@ -135,10 +154,20 @@ fn read_section(lines: &mut Lines, key: &[u8], value: &mut Line, parts: &mut Par
                 return Err(lines.malformed(value.start, "MARKER_TAG= before MARKER_ELEMS=", "none"));
             }
             let marker = parts.markers.len() - 1;
-            read_elements(lines, value, Some(marker), parts)?;
+            if parts.markers[marker] == SEND_RECEIVE {
+                read_shared_vertices(lines, value, parts)?;
+            } else {
+                read_elements(lines, value, Some(marker), parts)?;
+            }
         }
-        // The partner of a marker between the parts of a divided mesh.
-        b"SEND_RECV" => {}
+        // SU2 writes the partner after the number of elements, other programs before it.
+        b"SEND_RECV" => {
+            if !parts.open_marker || parts.markers.last().is_none_or(|marker| marker != SEND_RECEIVE) {
+                let expected = format!("SEND_RECV= in a marker {SEND_RECEIVE}");
+                return Err(lines.malformed(value.start, expected, "another marker, or none"));
+            }
+            read_partner(lines, value)?;
+        }
         _ => {
             let words = match key.starts_with(b"FFD_") {
                 true => "FFD boxes".to_string(),
@@ -158,6 +187,45 @@ fn check_open_marker(lines: &Lines, parts: &Parts, at: usize) -> Result<(), Read
         Some(marker) => Err(lines.malformed(at, format!("MARKER_ELEMS= of the marker {marker}"), "none")),
         None => Ok(()),
     }
+}
+
+/// Reads the partner of a marker: its number from 1, negative where the marker receives.
+fn read_partner(lines: &Lines, value: &mut Line) -> Result<(), ReadError> {
+    let (at, word) = value.word();
+    match parse_signed(word) {
+        Some(partner) if partner != 0 => lines.ends(value, 0),
+        _ => Err(lines.malformed(at, "the partner of a marker, from 1 or from -1", shown(word))),
+    }
+}
+
+/// Reads the vertices of a marker [`SEND_RECEIVE`]: lines of `1 vertex`, which may end with the
+/// number of a rotation. Before them the partner of the marker may stand.
+fn read_shared_vertices(lines: &mut Lines, value: &mut Line, parts: &mut Parts) -> Result<(), ReadError> {
+    let at = value.start;
+    let count = lines.unsigned(value, "the number of elements")?;
+    let count = lines.checked(at, "the number of elements", count, 4)?;
+    let before = lines.at();
+    match lines.next_line().and_then(|line| line.split(b'=')) {
+        Some((b"SEND_RECV", mut value)) => read_partner(lines, &mut value)?,
+        _ => lines.go_to(before),
+    }
+    let mut greatest = 0;
+    let mut start = None;
+    for _ in 0..count {
+        let mut line = lines.demand("a vertex of a marker SEND_RECEIVE")?;
+        start.get_or_insert(line.start);
+        let number = lines.unsigned(&mut line, "the type of an element")?;
+        if number != VERTEX {
+            let expected = format!("a vertex ({VERTEX}), because {SEND_RECEIVE} is a marker of vertices");
+            return Err(lines.malformed(line.start, expected, format!("type {number}")));
+        }
+        greatest = lines.unsigned(&mut line, "a vertex")?.max(greatest);
+        lines.ends(&mut line, 1)?;
+    }
+    parts.shared[0] += 1;
+    parts.shared[1] += count;
+    parts.greatest.extend(start.map(|start| (greatest, start)));
+    Ok(())
 }
 
 /// Reads lines of `x y z`, which may end with the vertex's index.
@@ -245,14 +313,21 @@ fn unknown_vertex(path: &Path, bytes: &[u8], start: usize, n_vertices: u64) -> R
     lines.go_to(start);
     for element in 0.. {
         let Some(mut line) = lines.next_line() else { break };
-        let Ok(Some((Kind::Mesh(shape), _))) = lines.unsigned(&mut line, "").map(vtk_kind) else { continue };
-        for _ in 0..shape.n_vertices() {
+        let (entity, corners) = match lines.unsigned(&mut line, "") {
+            Ok(VERTEX) => ("element", 1),
+            Ok(number) => match vtk_kind(number) {
+                Some((Kind::Mesh(shape), _)) => (shape.name(), shape.n_vertices()),
+                _ => continue,
+            },
+            Err(_) => continue,
+        };
+        for _ in 0..corners {
             let Ok(vertex) = lines.unsigned(&mut line, "") else { break };
             if vertex >= n_vertices {
                 let defined = format!("{n_vertices} points, numbered from 0");
                 let place = lines.place(line.start);
                 let vertex = vertex.to_string();
-                return ReadError::UnknownVertex { place, entity: shape.name(), element, vertex, defined };
+                return ReadError::UnknownVertex { place, entity, element, vertex, defined };
             }
         }
     }

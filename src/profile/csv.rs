@@ -10,7 +10,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::{Profile, ProfileError};
-use crate::text::{Mark, Row, fields, header, parse_number, rows, shorten};
+use crate::text::header::{self, Header};
+use crate::text::{Mark, Row, fields, parse_number, rows, shorten};
 
 const HEADER: &str = "profile,x,y,z";
 const EXPECTED: &str = "the header profile,x,y,z";
@@ -113,12 +114,16 @@ impl Columns {
         if !header::is_header(names) {
             return Err(found());
         }
+        let header = Header::of(names);
+        let names = &header.names;
         let mut profile = (0..names.len()).filter(|&column| names[column].eq_ignore_ascii_case("profile"));
         let first = profile.next().ok_or_else(|| format!("{}, which has no column profile", found()))?;
         if profile.next().is_some() {
             return Err("two columns profile".into());
         }
-        Ok(Self { n: names.len(), profile: first, position: header::POSITION.columns(names)? })
+        let position = header::POSITION.columns(&header)?;
+        header.check_units(&position)?;
+        Ok(Self { n: names.len(), profile: first, position })
     }
 }
 

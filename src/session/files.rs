@@ -101,7 +101,7 @@ pub fn check_writable(path: &Path) -> Result<(), SessionError> {
 /// [`SessionError::Overwrites`] or [`SessionError::TwoOutputs`], for the first such output.
 pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), SessionError> {
     let places: Vec<PathBuf> = outputs.iter().map(|output| real_path(output)).collect();
-    let of_inputs: Vec<PathBuf> = inputs.iter().map(|input| real_path(input)).collect();
+    let of_inputs: Vec<PathBuf> = inputs.iter().map(|input| real_path(&formats::mesh_path(input))).collect();
     for (index, (output, place)) in outputs.iter().zip(&places).enumerate() {
         if let Some(at) = of_inputs.iter().position(|input| same_place(input, place)) {
             let (output, input) = (output.to_path_buf(), inputs[at].clone());

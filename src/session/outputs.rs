@@ -16,7 +16,7 @@ use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, SessionError};
 use crate::case::{Case, LoadedCase};
-use crate::formats::{Fields, FileSet, WriteError, is_special, real_path};
+use crate::formats::{Fields, FileSet, WriteError, is_special, mesh_path, real_path};
 use crate::mover::{Outcome, Why};
 use crate::report::{Series, histogram_svg};
 
@@ -97,7 +97,8 @@ impl Outputs {
         inputs: &[PathBuf],
         reports: Option<&Path>,
     ) -> Result<(), SessionError> {
-        let of_inputs: HashMap<PathBuf, &PathBuf> = inputs.iter().map(|input| (real_path(input), input)).collect();
+        let of_inputs: HashMap<PathBuf, &PathBuf> =
+            inputs.iter().map(|input| (real_path(&mesh_path(input)), input)).collect();
         let folders: Vec<&PathBuf> = of_inputs.keys().filter(|place| place.is_dir()).collect();
         let reports = reports.filter(|path| !is_special(path));
         if let Some(path) = reports {

@@ -1,4 +1,4 @@
-//! The names of a table's columns.
+//! The names of a table's columns, which may end with units in brackets.
 
 /// The column names of a vector, all in lower case.
 ///
@@ -34,7 +34,8 @@ impl Vector {
     ///
     /// # Errors
     /// A message in words: a component has no column, or two of them.
-    pub fn columns(&self, header: &[&str]) -> Result<[usize; 3], String> {
+    pub fn columns(&self, header: &Header) -> Result<[usize; 3], String> {
+        let header = &header.names;
         let mut columns = [None; 3];
         for (column, name) in header.iter().enumerate() {
             let Some(component) = self.component(name) else { continue };
@@ -53,6 +54,61 @@ impl Vector {
     }
 }
 
+/// The names of the columns, and their units.
+pub(crate) struct Header<'a> {
+    pub names: Vec<&'a str>,
+    /// The unit of each column, without its brackets; empty if there is none `[n names]`.
+    units: Vec<&'a str>,
+}
+
+impl<'a> Header<'a> {
+    /// Takes the units off the names: `x [m]`, `x(m)`. Where white space separates the columns, a
+    /// unit may be a field of its own.
+    pub fn of(fields: &[&'a str]) -> Self {
+        let mut header = Self { names: Vec::new(), units: Vec::new() };
+        for &field in fields {
+            match (bracketed(field), header.units.last_mut()) {
+                (Some(("", unit)), Some(before)) if before.is_empty() => *before = unit,
+                (Some((name, unit)), _) if !name.is_empty() => {
+                    header.names.push(name);
+                    header.units.push(unit);
+                }
+                _ => {
+                    header.names.push(field);
+                    header.units.push("");
+                }
+            }
+        }
+        header
+    }
+
+    /// Checks that columns have one unit. idmesh does not convert lengths.
+    ///
+    /// # Errors
+    /// A message in words: two columns have different units, or one has none.
+    pub fn check_units(&self, columns: &[usize]) -> Result<(), String> {
+        let Some(&first) = columns.first() else { return Ok(()) };
+        let unit = |column: usize| match self.units[column] {
+            "" => format!("'{}' without a unit", self.names[column]),
+            unit => format!("'{}' in [{unit}]", self.names[column]),
+        };
+        match columns.iter().find(|&&column| self.units[column] != self.units[first]) {
+            Some(&other) => Err(format!("the columns {} and {}", unit(first), unit(other))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A name without the unit in brackets at its end, and the unit.
+fn bracketed(field: &str) -> Option<(&str, &str)> {
+    let (open, inside) = match field.strip_suffix(']') {
+        Some(inside) => ('[', inside),
+        None => ('(', field.strip_suffix(')')?),
+    };
+    let (name, unit) = inside.split_once(open)?;
+    Some((name.trim_end(), unit.trim()))
+}
+
 /// Whether the fields of a row are column names: at least one is not empty, and none is a number.
 /// The column of an index may have an empty name.
 pub(crate) fn is_header(fields: &[&str]) -> bool {
@@ -66,16 +122,27 @@ mod tests {
 
     #[test]
     fn columns_are_found_by_name() {
-        let position = |header: &str| POSITION.columns(&fields(header));
+        let position = |header: &str| POSITION.columns(&Header::of(&fields(header)));
         assert_eq!(position("x,y,z"), Ok([0, 1, 2]));
         assert_eq!(position("\"Points:2\",\"Points:0\",\"Cp\",\"Points:1\""), Ok([1, 3, 0]));
         assert_eq!(position("Points_Magnitude;Points_0;Points_1;Points_2"), Ok([1, 2, 3]));
         assert_eq!(position("CoordinateX CoordinateY CoordinateZ"), Ok([0, 1, 2]));
         assert_eq!(position("x,y,Cz"), Err("no column z among 'x, y, Cz'".into()));
         assert_eq!(position("x,y,z,Points:1"), Err("the columns 'y' and 'Points:1' both are y".into()));
-        let displacement = |header: &str| DISPLACEMENT.columns(&fields(header));
+        let displacement = |header: &str| DISPLACEMENT.columns(&Header::of(&fields(header)));
         assert_eq!(displacement("dz,dy,dx,x,y,z"), Ok([2, 1, 0]));
         assert_eq!(displacement("Points:0,Displacement_Y,displacement_x,Displacement_Z"), Ok([2, 1, 3]));
+        for header in
+            ["x [m],y [m],z [m]", "x[m] y[m] z[m]", "x [m] y [m] z [m]", "x (m); y (m); z (m)", "X( m ),Y(m),Z(m)"]
+        {
+            assert_eq!(position(header), Ok([0, 1, 2]), "{header}");
+            assert_eq!(Header::of(&fields(header)).check_units(&[0, 1, 2]), Ok(()), "{header}");
+        }
+        assert_eq!(position("Cp [-] Points:0 [m] Points:1 [m] Points:2 [m] [x]"), Ok([1, 2, 3]));
+        let units = |header: &str| Header::of(&fields(header)).check_units(&[0, 1]);
+        assert_eq!(units("x [m],y [mm]"), Err("the columns 'x' in [m] and 'y' in [mm]".into()));
+        assert_eq!(units("x,y [mm]"), Err("the columns 'x' without a unit and 'y' in [mm]".into()));
+        assert_eq!(units("x,y,z [mm]"), Ok(()));
         let header = |row: &str| is_header(&fields(row));
         assert!(header("x,y") && header(",x,y") && !header("1,x") && !header("") && !header(",,"));
     }

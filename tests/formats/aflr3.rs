@@ -138,8 +138,8 @@ fn another_meshs_mapbc_is_refused() {
     refused(&file, "moved.ugrid", "it calls family 1 'mine', the mesh 'surface 1'");
     refused(&file, "moved.meshb.gz", "it calls family 1 'mine', the mesh 'wing_skin'");
     refused(&unnamed, "moved.ugrid.gz", "it calls family 1 'mine'");
-    // A text file of Medit says the names itself.
-    taken(&file, "moved.mesh");
+    // A text file of Medit says the names itself, but other programs read the file beside.
+    refused(&file, "moved.mesh", "it calls family 1 'mine', the mesh 'wing skin'");
     // Another condition is the owner's business; families that the mesh has not are another mesh's.
     fs::write(&beside, NAMES.replace("4000", "3000")).unwrap();
     taken(&file, "moved.ugrid");
@@ -149,6 +149,7 @@ fn another_meshs_mapbc_is_refused() {
     fs::write(&beside, "1 3000 wing_skin\n2 5000 farfield\n").unwrap();
     taken(&file, "moved.lb8.ugrid");
     taken(&file, "moved.meshb");
+    taken(&file, "moved.mesh");
     fs::write(&beside, "3\n1 0 wing_skin\n").unwrap();
     refused(&file, "moved.lb8.ugrid", "it cannot be read: ");
     // Two outputs of one name before their extensions have one such file.
@@ -158,9 +159,8 @@ fn another_meshs_mapbc_is_refused() {
     };
     together(["new.ugrid", "new.ugrid.gz"]).unwrap();
     together(["new.lb8.ugrid", "new.meshb"]).unwrap();
-    together(["new.ugrid", "new.mesh"]).unwrap();
     together(["new.ugrid", "newer.lb8.ugrid"]).unwrap();
-    for names in [["new.ugrid", "new.lb8.ugrid"], ["new.ugrid", "new.meshb"]] {
+    for names in ["new.lb8.ugrid", "new.meshb", "new.mesh"].map(|other| ["new.ugrid", other]) {
         let error = together(names).unwrap_err().to_string();
         assert!(error.contains("would both find their names in") && error.contains("new.mapbc"), "{error}");
     }

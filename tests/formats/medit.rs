@@ -67,7 +67,8 @@ fn names_stand_in_the_mapbc_file() {
     file.write(&path("moved.mesh"), &file.mesh.vertices, &Fields::default()).unwrap();
     assert_eq!(fs::read_to_string(path("moved.mapbc")).unwrap(), names);
     assert_eq!(read(&path("moved.mesh")).unwrap().mesh.families, ["upper", "outer box"]);
-    file.write(&path("tet.meshb"), &file.mesh.vertices, &Fields::default()).unwrap_err();
+    file.write(&path("tet.meshb"), &file.mesh.vertices, &Fields::default()).unwrap();
+    assert_eq!(read(&path("tet.meshb")).unwrap().mesh.families, ["upper", "outer box"]);
     fs::write(path("tet.mapbc"), names.replace("outer box", "outer_box")).unwrap();
     file.write(&path("tet.meshb"), &file.mesh.vertices, &Fields::default()).unwrap();
     assert_eq!(read(&path("tet.meshb")).unwrap().mesh.families, ["upper", "outer_box"]);
@@ -119,5 +120,54 @@ fn broken_files_are_refused_with_their_place() {
         broken[at + 4] = broken[at + 4].wrapping_add_signed(by);
         let error = read_bytes("a.meshb", &broken).unwrap_err().to_string();
         assert!(error.contains("expected a section up to byte"), "{error}");
+    }
+}
+
+/// Keywords in capitals or in small letters, as other programs write them.
+#[test]
+fn keywords_are_read_in_any_case() {
+    for change in [str::to_uppercase, str::to_lowercase] {
+        let mut text = String::new();
+        for line in TET.lines() {
+            text += &if line.starts_with('#') { line.to_owned() } else { change(line) };
+            text += "\n";
+        }
+        let (file, plain) = (read_bytes("tet.mesh", text.as_bytes()).unwrap(), read_bytes("tet.mesh", TET.as_bytes()));
+        assert!(file.mesh == plain.unwrap().mesh);
+        assert!(written(&file, "same.mesh", &file.mesh.vertices) == text.as_bytes());
+        let second_order =
+            read_bytes("tet.mesh", text.replace(&change("Tetrahedra"), &change("TetrahedraP2")).as_bytes());
+        assert!(second_order.unwrap_err().to_string().contains("a mesh with 1 second-order tets is not read"));
+    }
+}
+
+/// A `.mapbc` of another mesh does not stay beside a `.mesh`, because other programs would take its
+/// names.
+#[test]
+fn no_mapbc_of_another_mesh_stays_beside() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let no_fields = Fields::default();
+    let own = read_bytes("tet.mesh", TET.as_bytes()).unwrap();
+    let other = boxed("box.v41.ascii.msh");
+    for (file, names) in
+        [(&own, "2\n1 3 wing\n2 5 far field\n"), (&other, "3\n1 5 far field\n2 3 wing skin\n3 0 surface 7\n")]
+    {
+        fs::write(path("out.mapbc"), names).unwrap();
+        file.check_output(&path("out.mesh")).unwrap();
+        file.write(&path("out.mesh"), &file.mesh.vertices, &no_fields).unwrap();
+        assert_eq!(fs::read_to_string(path("out.mapbc")).unwrap(), names);
+        fs::remove_file(path("out.mesh")).unwrap();
+        for stale in [names.replace("wing", "tail"), names.replace("1 ", "9 "), "7\n".to_owned()] {
+            fs::write(path("out.mapbc"), &stale).unwrap();
+            for result in
+                [file.check_output(&path("out.mesh")), file.write(&path("out.mesh"), &file.mesh.vertices, &no_fields)]
+            {
+                let error = result.unwrap_err().to_string();
+                assert!(error.contains("out.mapbc is there already and is not this mesh's"), "{error}");
+            }
+            assert!(!path("out.mesh").exists());
+            assert_eq!(fs::read_to_string(path("out.mapbc")).unwrap(), stale);
+        }
     }
 }

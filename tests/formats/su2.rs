@@ -66,20 +66,6 @@ fn exponents_of_fortran_are_read_and_kept() {
     let moved = String::from_utf8(written(&file, "moved.su2", &vertices)).unwrap();
     assert_eq!(moved, text.replace("1.000000000000000D+00", "1.25"));
     assert_eq!(message(&text.replace("0.d0", "0.d")), "tet.su2:9: expected a coordinate, found '0.d'");
-    // The other formats of text read numbers alike.
-    let others = [
-        (
-            "tet.mesh",
-            "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1.D0 0 0 0\n0 1 0 0\n0 0 1.5D+00 0\n\
-         Triangles\n1\n1 2 3 1\nTetrahedra\n1\n1 2 3 4 0\nEnd\n",
-        ),
-        ("tet.ugrid", "4 1 0 1 0 0 0\n0 0 0\n1.D0 0 0\n0 1 0\n0 0 1.5D+00\n1 2 3\n1\n1 2 3 4\n"),
-    ];
-    for (name, text) in others {
-        let file = read_bytes(name, text.as_bytes()).unwrap();
-        assert_eq!(file.mesh.vertices, [DVec3::ZERO, DVec3::X, DVec3::Y, 1.5 * DVec3::Z], "{name}");
-        assert!(written(&file, name, &file.mesh.vertices) == text.as_bytes(), "{name}");
-    }
 }
 
 #[test]
@@ -156,4 +142,61 @@ fn names_with_spaces_are_told_of() {
     let again = read_bytes("box.su2", &written(&file, "box.su2", &file.mesh.vertices)).unwrap().mesh;
     assert_eq!(again.families, ["far_field", "wing_skin", "surface_7"]);
     assert_eq!((again.tets, again.vertices), (file.mesh.tets, file.mesh.vertices));
+}
+
+/// The vertices that another part of a divided mesh sends, and those that it receives.
+const SHARED: &str = "MARKER_TAG= SEND_RECEIVE
+MARKER_ELEMS= 2
+SEND_RECV= 2
+1 0 0
+1 3 0
+MARKER_TAG= SEND_RECEIVE
+MARKER_ELEMS= 1
+SEND_RECV= -2
+1 2 0
+";
+
+/// Markers of shared vertices are no families, but are told of and kept, with the partner before or
+/// after the number of vertices.
+#[test]
+fn shared_vertices_are_named_as_what_they_are() {
+    let before = SHARED.replace("MARKER_ELEMS= 2\nSEND_RECV= 2", "SEND_RECV= 2\nMARKER_ELEMS= 2");
+    for shared in [SHARED, &before, &SHARED.replace("SEND_RECV= 2\n", "% no partner\n")] {
+        let text = TET.replace("NMARK= 2", "NMARK= 4").replace("FFD_NBOX", &format!("{shared}FFD_NBOX"));
+        let file = read_bytes("tet.su2", text.as_bytes()).unwrap();
+        assert_eq!(file.mesh.families, ["wing", "far field"]);
+        assert_eq!(file.mesh.triangles.len(), 4);
+        let [warning] = file.warnings() else { panic!("{:?}", file.warnings()) };
+        assert!(warning.starts_with("2 markers SEND_RECEIVE with 3 vertices are shared with other parts"), "{warning}");
+        let losses = file.losses(Path::new("a.msh")).unwrap().join("; ");
+        assert!(losses.contains("2 markers SEND_RECEIVE with 3 vertices: not carried"), "{losses}");
+        let mut vertices = file.mesh.vertices.clone();
+        assert!(written(&file, "same.su2", &vertices) == text.as_bytes());
+        vertices[1].y = 0.25;
+        let moved = text.replace("1.0000 0 0 1\r", "1.0000 0.25 0 1\r");
+        assert_eq!(String::from_utf8(written(&file, "moved.su2", &vertices)).unwrap(), moved);
+    }
+    assert!(read_bytes("tet.su2", TET.as_bytes()).unwrap().warnings().is_empty());
+    let text = TET.replace("NMARK= 2", "NMARK= 4").replace("FFD_NBOX", &format!("{SHARED}FFD_NBOX"));
+    for (from, to, expected) in [
+        ("1 3 0", "1 4 0", "tet.su2:25: element 1 names vertex 4, but the file defines 4 points"),
+        ("1 3 0", "5 0 1 3", "tet.su2:25: expected a vertex (1), because SEND_RECEIVE is a marker of vertices"),
+        ("1 3 0", "1 3 0 7", "tet.su2:25: expected the end of the line, found '7'"),
+        ("SEND_RECV= 2", "SEND_RECV= 0", "tet.su2:23: expected the partner of a marker, from 1 or from -1, found '0'"),
+        ("SEND_RECV= 2", "SEND_RECV= x", "tet.su2:23: expected the partner of a marker, from 1 or from -1, found 'x'"),
+        (
+            "MARKER_ELEMS= 3",
+            "SEND_RECV= 2\nMARKER_ELEMS= 3",
+            "tet.su2:14: expected SEND_RECV= in a marker SEND_RECEIVE",
+        ),
+        (
+            "MARKER_ELEMS= 1\nSEND_RECV= -2",
+            "MARKER_ELEMS= 2\nSEND_RECV= -2",
+            "expected the type of an element, found 'FFD",
+        ),
+    ] {
+        assert_eq!(text.matches(from).count(), 1, "{from:?} must name one spot");
+        let found = message(&text.replace(from, to));
+        assert!(found.contains(expected), "{from:?} -> {to:?}\n expected: {expected}\n found:    {found}");
+    }
 }

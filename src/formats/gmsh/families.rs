@@ -15,6 +15,8 @@ pub(super) struct Groups {
     /// Tags of the named 2-D groups, in the order of `$PhysicalNames`.
     named: Vec<u32>,
     names: HashMap<u32, String>,
+    /// The names without a dimension in the file, by their tags.
+    without_dimension: HashMap<u32, String>,
     /// Version 4.1: physical tags of each surface entity. With a negative tag the group sees the
     /// surface reversed.
     surfaces: HashMap<i32, Vec<i32>>,
@@ -24,8 +26,11 @@ pub(super) struct Groups {
 
 impl Groups {
     /// Reads `$PhysicalNames`, which is text in binary files too: a count, then a line
-    /// `dimension tag "name"` per group.
-    pub fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), ReadError> {
+    /// `dimension tag "name"` per group. In files of version 2.0 the dimension is missing. Then the
+    /// name belongs to the 2-D group with this tag, if faces are in one.
+    ///
+    /// - `may_lack_dimension`: whether the file has version 2
+    pub fn read_names(&mut self, scanner: &mut Scanner, may_lack_dimension: bool) -> Result<(), ReadError> {
         let int = |scanner: &mut Scanner, what: &str| {
             let token = scanner.token();
             let number = std::str::from_utf8(token).ok().and_then(|token| token.parse::<i32>().ok());
@@ -35,15 +40,30 @@ impl Groups {
             })
         };
         for _ in 0..int(scanner, "the number of physical names")? {
-            let dimension = int(scanner, "the dimension of a physical group")?;
-            let group = int(scanner, "the tag of a physical group")?.unsigned_abs();
+            let mut dimension = SURFACE;
+            let mut group = int(scanner, "the dimension of a physical group")?;
+            let has_dimension = !may_lack_dimension || scanner.peek_byte() != Some(b'"');
+            if has_dimension {
+                dimension = group;
+                group = int(scanner, "the tag of a physical group")?;
+            }
+            let group = group.unsigned_abs();
             let name = scanner.line();
             let name = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\"")).unwrap_or(name);
             if dimension != SURFACE || name.is_empty() {
                 continue;
             }
+            let name = String::from_utf8_lossy(name).into_owned();
+            if !has_dimension {
+                // One of two names may be the name of a volume or a curve.
+                if let Some(first) = self.without_dimension.insert(group, name.clone()).filter(|first| *first != name) {
+                    let expected = format!("one name for the physical group {group}, or the dimension before each tag");
+                    let found = format!("'{name}', and '{first}' before");
+                    return Err(scanner.malformed(expected, found));
+                }
+            }
             if let Entry::Vacant(entry) = self.names.entry(group) {
-                entry.insert(String::from_utf8_lossy(name).into_owned());
+                entry.insert(name);
                 self.named.push(group);
             }
         }

@@ -98,7 +98,7 @@ fn read_section(scanner: &mut Scanner, name: &[u8], parts: &mut Parts) -> Result
             return Err(scanner.malformed("$MeshFormat", shown(&[b"$", name].concat())));
         }
         (b"MeshFormat", Some(_)) => return Err(scanner.malformed("one $MeshFormat section", "a second one")),
-        (b"PhysicalNames", _) => parts.groups.read_names(scanner)?,
+        (b"PhysicalNames", Some(version)) => parts.groups.read_names(scanner, version == Version::V22)?,
         (b"Entities", Some(Version::V41)) => v41::read_entities(scanner, &mut parts.groups)?,
         (b"PartitionedEntities", Some(Version::V41)) => v41::read_partitioned_entities(scanner, &mut parts.groups)?,
         (b"Nodes" | b"ParametricNodes", Some(version)) => {

@@ -92,8 +92,13 @@ impl<'a> File<'a> {
         let (mut binary, mut endian) = (false, Endian::Little);
         while file.peek() != Some(b'}') {
             let key = file.word("an entry of the header")?;
-            let value = file.until_semicolon()?;
+            let Some(value) = file.value()? else { continue };
             match key {
+                b"class" if value == b"decomposedBlockData" => {
+                    let found = "a file with the parts of a divided mesh (class decomposedBlockData)".into();
+                    let hint = "join the parts: reconstructParMesh -constant";
+                    return Err(ReadError::Unsupported { path: path.into(), found, hint });
+                }
                 b"format" => match &value[..] {
                     b"ascii" => {}
                     b"binary" => binary = true,
@@ -148,8 +153,11 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Reads a word: letters up to white space, punctuation or a comment, or a single punctuation
-    /// mark.
+    /// Reads a word: a text in quotes, or letters up to white space, punctuation or a comment, or a
+    /// single punctuation mark.
+    ///
+    /// # Errors
+    /// The file ends, or the word is a directive such as `#include`.
     fn word(&mut self, what: &str) -> Result<&'a [u8], ReadError> {
         self.skip();
         let ends = |byte: u8| byte.is_ascii_whitespace() || matches!(byte, b'(' | b')' | b'{' | b'}' | b';');
@@ -157,9 +165,40 @@ impl<'a> File<'a> {
         if rest.is_empty() {
             return Err(self.scanner.truncated(what));
         }
+        match rest[0] {
+            b'#' => {
+                let word = self.scanner.token();
+                let found = format!("the directive {}, which idmesh does not follow", shown(word));
+                let expected = if what.is_empty() { "the contents of the mesh" } else { what };
+                return Err(self.scanner.malformed(format!("{expected}, written out in the file"), found));
+            }
+            b'"' => {
+                let end = quoted(rest).ok_or_else(|| self.scanner.truncated("the '\"' that ends a text"))?;
+                return self.scanner.take(end, "");
+            }
+            _ => {}
+        }
         let begins_comment = |at: usize| matches!(rest[at + 1..].first(), Some(b'/' | b'*'));
         let end = (0..rest.len()).find(|&at| ends(rest[at]) || rest[at] == b'/' && begins_comment(at));
         self.scanner.take(end.unwrap_or(rest.len()).max(1), "")
+    }
+
+    /// Reads the value of an entry, without the quotes around it. `None` for a sub-dictionary,
+    /// which is skipped.
+    fn value(&mut self) -> Result<Option<Vec<u8>>, ReadError> {
+        if self.peek() != Some(b'{') {
+            let value = self.until_semicolon()?;
+            return Ok(Some(unquoted(&value).to_vec()));
+        }
+        let mut depth = 0;
+        loop {
+            match self.word("the '}' that ends a dictionary")? {
+                b"{" => depth += 1,
+                b"}" if depth == 1 => return Ok(None),
+                b"}" => depth -= 1,
+                _ => {}
+            }
+        }
     }
 
     /// Reads the text before the next `;` outside quotes, without its comments.
@@ -360,12 +399,12 @@ impl<'a> File<'a> {
         let mut patches: Vec<Patch> = Vec::with_capacity(count.unwrap_or_default());
         let mut end = n_internal;
         while self.goes_on(count, patches.len()) {
-            let name = String::from_utf8_lossy(self.word("the name of a patch")?).into_owned();
+            let name = String::from_utf8_lossy(unquoted(self.word("the name of a patch")?)).into_owned();
             self.expect(b'{')?;
             let (mut length, mut start, mut kind, mut neighbour) = (None, None, String::new(), None);
             while self.peek() != Some(b'}') {
                 let key = self.word("an entry of a patch")?;
-                let value = self.until_semicolon()?;
+                let Some(value) = self.value()? else { continue };
                 let number = || std::str::from_utf8(&value).ok().and_then(|value| value.parse::<usize>().ok());
                 let malformed = || self.scanner.malformed("a whole number", shown(&value));
                 match key {
@@ -396,6 +435,24 @@ impl<'a> File<'a> {
         }
         Ok(patches)
     }
+}
+
+/// Length of the text in quotes at the start of `text`, with both quotes. `None` if it does not
+/// end.
+fn quoted(text: &[u8]) -> Option<usize> {
+    let mut at = 1;
+    loop {
+        match text.get(at)? {
+            b'"' => return Some(at + 1),
+            b'\\' => at += 2,
+            _ => at += 1,
+        }
+    }
+}
+
+/// A text without the quotes around it.
+fn unquoted(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\"").and_then(|text| text.strip_suffix(b"\"")).unwrap_or(text)
 }
 
 /// Whether a condition holds for each pair of neighbouring indices. There is no early end, so many

@@ -51,6 +51,24 @@ pub(super) const FORMAT: Format = Format {
 /// The files of a mesh besides its points.
 const FILES: [&str; 4] = ["faces", "owner", "neighbour", "boundary"];
 
+/// The folder `polyMesh` of the case folder `path`, or of its folder `constant`. `None` if `path`
+/// is no such folder, or has points itself.
+pub(super) fn mesh_folder(path: &Path) -> Option<PathBuf> {
+    if points_path(path).is_file() {
+        return None;
+    }
+    let folders = [path.join("constant/polyMesh"), path.join("polyMesh")];
+    folders.into_iter().find(|folder| folder.is_dir())
+}
+
+/// Whether a mesh is a part of a divided mesh, by its path: `processor0/constant/polyMesh/points`.
+fn is_part(path: &Path) -> bool {
+    let absolute = path.canonicalize();
+    let folders = absolute.as_deref().unwrap_or(path).ancestors().skip(1).take(3);
+    let mut names = folders.filter_map(|folder| folder.file_name()?.to_str());
+    names.any(|name| name.strip_prefix("processor").is_some_and(|number| number.parse::<u32>().is_ok()))
+}
+
 /// Path of a mesh's points: `path` itself, or a file in the folder `path`.
 pub(super) fn points_path(path: &Path) -> PathBuf {
     if !path.is_dir() {
@@ -121,8 +139,18 @@ fn read_folder(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<P
     // The faces of patches of type cyclicAMI do not match one by one.
     let cyclic = patches.iter().filter(|patch| patch.kind == "cyclic");
     let partners = cyclic.filter_map(|patch| Some([patch.name.clone(), patch.neighbour.clone()?])).collect();
-    let document =
-        SourceFile { siblings, partners, ..SourceFile::of_file(NAME, extension, bytes, Box::new(slots), beside) };
+    let mut warnings = Vec::new();
+    if is_part(path) || patches.iter().any(|patch| patch.kind.starts_with("processor")) {
+        let warning = "this is one part of a divided mesh: moved alone, it does not fit the other parts; join them first \
+                       (reconstructParMesh -constant)";
+        warnings.push(warning.to_owned());
+    }
+    let document = SourceFile {
+        siblings,
+        warnings,
+        partners,
+        ..SourceFile::of_file(NAME, extension, bytes, Box::new(slots), beside)
+    };
     Ok(Parsed { mesh, others, document })
 }
 

@@ -1,24 +1,26 @@
 //! Airfoil coordinates without units, as in databases and panel codes, and their placement in
 //! space.
 //!
-//! A file has rows `x y` after a title, in one of these orders:
+//! A file has rows `x y` after titles, in one of these orders:
 //!
 //! - Selig's: from the trailing edge over one side to the leading edge and back along the other
-//!   side
+//!   side; a curve that comes back to its start may start anywhere
 //! - Lednicer's: the numbers of points of both sides, then each side between the edges
-//! - the two sides without their numbers, one after the other
+//! - the two sides one after the other, each with its number of points or a label before it, or
+//!   with neither
 //!
-//! A third column may hold the coordinate along the span, the same in all rows. It is the second or
-//! the third column.
+//! The limits of the domain of ISES may stand before the points. The chord is 1, or 100. A third
+//! column may hold the coordinate along the span, the same in all rows. It is the second or the
+//! third column.
 
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::sides::{Break, check_place, join};
-use super::{fail, number};
+use super::airfoil_rows::Table;
+use super::fail;
+use super::sides::{Break, check_place, in_chords, join};
 use crate::profile::ProfileError;
-use crate::text::{Mark, Row, fields, parse_number, rows};
 
 /// The coordinate axis along the span. Profiles lie in planes perpendicular to this axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,92 +60,84 @@ impl Placement {
     }
 }
 
-/// A first row of two whole numbers above this is no point of an airfoil. It holds Lednicer's
-/// numbers of points.
-const COUNTS: f64 = 1.5;
-
 /// The coordinate along the span must be the same in all rows, up to this share of the largest
 /// coordinate.
 const SAME: f64 = 1e-9;
 
-/// The rows of numbers in a file.
-struct Table {
-    /// Line of each row, from 0.
-    lines: Vec<usize>,
-    /// The two or three numbers of each row; the third is 0 if there are two.
-    rows: Vec<[f64; 3]>,
-    /// Indices of the rows after a blank line.
-    after_blank: Vec<usize>,
-}
+/// A point of an airfoil has no x beyond this multiple of the largest x of the other points.
+const BEYOND: f64 = 1.5;
 
-/// Reads the points of one airfoil, from one side of the trailing edge to the other.
+/// What a row of numbers that are no numbers of points may be else.
+const OR_TITLE: &str =
+    "that many points of the upper and of the lower side; or, if the line is a title, a letter in it";
+
+/// Reads the points of one airfoil, from one side of the trailing edge to the other, in units of
+/// the chord.
 ///
 /// # Errors
 /// [`ProfileError::Line`]
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<DVec2>, ProfileError> {
-    let table = table(path, text)?;
+    let mut table = Table::read(path, text)?;
+    let counts = counts(path, &mut table)?;
     let points = in_plane(path, &table)?;
-    let Some(&counts) = points.first() else {
+    if points.is_empty() {
         return Err(fail(path, text.lines().count().max(1) - 1, "no point".into(), "rows of two numbers: x y"));
-    };
-    let mut curve = if counts.min_element() > COUNTS {
-        let [first, second] = counts.to_array().map(|count| count as usize);
-        let points = &points[1..];
-        if counts != DVec2::new(first as f64, second as f64) || points.len() != first.saturating_add(second) {
-            let what = format!("{} points after the numbers {} and {}", points.len(), counts.x, counts.y);
-            return Err(fail(path, table.lines[0], what, "that many points of the upper and of the lower side"));
+    }
+    let starts = starts(path, &table, points.len())?;
+    let second = match (counts, &starts[..]) {
+        (Some(at), _) | (None, &[at]) => Break::At(at),
+        (None, []) => Break::Perhaps(&table.after_blank),
+        (None, &[_, third, ..]) => {
+            let what = "a third side begins".to_string();
+            return Err(fail(path, table.lines[third], what, "one airfoil: one curve, or its two sides"));
         }
-        join(path, &table.lines[1..], points, &Break::At(first))?
-    } else {
-        join(path, &table.lines, &points, &Break::Perhaps(&table.after_blank))?
     };
+    let mut curve = join(path, &table.lines, &points, &second)?;
     // Both sides begin at the leading edge, so the point occurs twice.
     curve.dedup();
+    in_chords(&mut curve);
     check_place(path, table.lines[0], &curve)?;
     Ok(curve)
 }
 
-fn table(path: &Path, text: &str) -> Result<Table, ProfileError> {
-    let mut table = Table { lines: Vec::new(), rows: Vec::new(), after_blank: Vec::new() };
-    let (mut n_columns, mut is_first, mut blank) = (0, true, false);
-    for Row { line, text: row, comment } in rows(text, Mark::Any) {
-        let words = fields(row);
-        let n = words.len();
-        if n == 0 {
-            blank |= comment.is_empty();
-            continue;
-        }
-        let is_point = (2..=3).contains(&n) && words.iter().all(|word| parse_number(word).is_some());
-        // The title, which may be missing, is any row that is no point. Names of the columns may
-        // follow it.
-        let is_title = std::mem::take(&mut is_first);
-        if !is_point && (is_title || table.rows.is_empty() && names_columns(&words)) {
-            continue;
-        }
-        if !(2..=3).contains(&n) || !table.rows.is_empty() && n != n_columns {
-            let expected = match n_columns {
-                3 => "three numbers as before: x, y and the place along the span",
-                _ => "two numbers: x y",
-            };
-            return Err(fail(path, line, format!("{n} words"), expected));
-        }
-        let mut values = [0.0; 3];
-        for (value, word) in values.iter_mut().zip(&words) {
-            *value = number(path, line, word)?;
-        }
-        if std::mem::take(&mut blank) && !table.rows.is_empty() {
-            table.after_blank.push(table.rows.len());
-        }
-        n_columns = n;
-        table.lines.push(line);
-        table.rows.push(values);
+/// The number of points of the first side, if a row of two numbers of points is before all points.
+/// The row may also be a title, or the first point in percent of the chord.
+///
+/// # Errors
+/// The row may be either, and does not fit the points.
+fn counts(path: &Path, table: &mut Table) -> Result<Option<usize>, ProfileError> {
+    let Some(heading) = &table.heading else { return Ok(None) };
+    let ([first, second], n_points) = (heading.numbers, table.rows.len());
+    if first.fract() == 0.0 && first + second == n_points as f64 {
+        return Ok(Some(first as usize));
     }
-    Ok(table)
+    let largest = table.rows.iter().fold(0.0, |largest: f64, row| largest.max(row[0].abs()));
+    if first <= BEYOND * largest {
+        table.heading_is_point();
+    } else if !heading.is_title {
+        let what = format!("{n_points} points after the numbers {first} and {second}");
+        return Err(fail(path, heading.line, what, OR_TITLE));
+    }
+    Ok(None)
 }
 
-/// Whether a row holds names of coordinates, such as `x/c y/c`.
-fn names_columns(words: &[&str]) -> bool {
-    words.iter().all(|word| matches!(&*word.to_ascii_lowercase(), "x" | "y" | "z" | "x/c" | "y/c" | "z/c"))
+/// The first points of all sides but the first, where rows between the points tell.
+///
+/// # Errors
+/// A side has another number of points than the row before it says.
+fn starts(path: &Path, table: &Table, n_points: usize) -> Result<Vec<usize>, ProfileError> {
+    let mut starts: Vec<usize> = table.starts.iter().map(|start| start.at).filter(|&at| at < n_points).collect();
+    starts.dedup();
+    for start in &table.starts {
+        let Some(count) = start.count.filter(|_| !start.is_title) else { continue };
+        let end = starts.iter().copied().find(|&at| at > start.at).unwrap_or(n_points);
+        if count != (end - start.at) as f64 {
+            let what = format!("{} points after the number {count}", end - start.at);
+            return Err(fail(path, start.line, what, "that many points; or, if the line is a title, a letter in it"));
+        }
+    }
+    starts.retain(|&at| at > 0);
+    Ok(starts)
 }
 
 /// The coordinates in the airfoil's plane, without the coordinate along the span.

@@ -6,6 +6,7 @@
 //! contents, and paths for messages.
 
 mod airfoil;
+mod airfoil_rows;
 mod chain;
 mod json;
 mod sides;

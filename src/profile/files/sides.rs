@@ -8,11 +8,14 @@ use glam::{DVec2, DVec3};
 use super::fail;
 use crate::geometry::nearest_on_segment;
 use crate::profile::ProfileError;
-use crate::profile::edges::trailing_edge;
+use crate::profile::edges::{TrailingEdge, trailing_edge};
 
 /// Two points farther apart than this share of the chord do not follow each other along a side. A
 /// side has at least this extent.
 const FAR: f64 = 0.5;
+
+/// A curve ends at the trailing edge if its ends are behind all but this share of the chord.
+const END: f64 = 0.05;
 
 /// The least and the greatest x of some points.
 fn range(points: &[DVec2]) -> (f64, f64) {
@@ -44,6 +47,11 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
         high - low >= FAR * chord
     };
     let is_between_sides = |at: &usize| is_side(&points[..*at]) && is_side(&points[*at..]);
+    if let Some(element) = second_element(points, second) {
+        let what = "a second closed curve begins, another element".to_string();
+        let expected = "an airfoil of one element: give each element a file of its own";
+        return Err(fail(path, lines[element], what, expected));
+    }
     // A point where x jumps from one end of the chord to the other.
     let starts_again = |at: &usize| (points[*at].x - points[*at - 1].x).abs() > FAR * chord && is_between_sides(at);
     let meeting = match *second {
@@ -74,12 +82,11 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
         curve.extend(turned(other, false));
         return Ok(curve);
     }
-    if !is_trailing(first) && first == last && points.len() > 3 {
-        let ring: Vec<_> = points[1..].iter().map(|point| point.extend(0.0)).collect();
-        let start = trailing_edge(&ring).start;
-        let mut curve = points[1..].to_vec();
-        curve.rotate_left(start);
-        curve.push(curve[0]);
+    let is_at_end = |point: &DVec2| point.x >= high - END * chord;
+    if is_at_end(first) && is_at_end(last) {
+        return Ok(points.to_vec());
+    }
+    if let Some(curve) = from_trailing_edge(points).filter(|curve| is_at_end(&curve[0])) {
         return Ok(curve);
     }
     for (point, line) in [(first, lines[0]), (last, lines[lines.len() - 1])] {
@@ -92,6 +99,68 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
     }
     Ok(points.to_vec())
 }
+
+/// The first point of a second element: of a second block that is a closed curve of its own, or the
+/// one after a curve that has come back to its first point.
+fn second_element(points: &[DVec2], second: &Break) -> Option<usize> {
+    let is_ring = |points: &[DVec2]| {
+        let ((low, high), Some((first, last))) = (range(points), points.first().zip(points.last())) else {
+            return false;
+        };
+        // Both sides of an element end at its trailing edge, and a side of an airfoil ends at both
+        // edges.
+        let is_at_end = |point: &DVec2| point.x >= high - END * (high - low);
+        points.len() > 3 && is_at_end(first) && is_at_end(last)
+    };
+    let blocks = match second {
+        Break::At(at) => std::slice::from_ref(at),
+        Break::Perhaps(blanks) => blanks,
+    };
+    let in_blocks = blocks.iter().find(|&&at| at < points.len() && is_ring(&points[..at]) && is_ring(&points[at..]));
+    // Two sides may begin at one point, but then the last segment before it is a whole side long.
+    let jump = |at: usize| points[at].distance(points[at - 1]);
+    let (low, high) = range(points);
+    let closes = |at: &usize| points[*at] == points[0] && jump(*at) <= FAR * (high - low) && is_ring(&points[..=*at]);
+    in_blocks.copied().or_else(|| (4..points.len().saturating_sub(3)).find(closes).map(|at| at + 1))
+}
+
+/// A gap wider than this multiple of the segments beside it is no segment of a curve.
+const GAP: f64 = 3.0;
+
+/// A curve that comes back to its start, from the trailing edge round to the trailing edge. The
+/// curve is open where a single segment is the blunt trailing edge. `None` if the curve does not
+/// come back.
+fn from_trailing_edge(points: &[DVec2]) -> Option<Vec<DVec2>> {
+    let n = points.len();
+    let (low, high) = range(points);
+    if n < 4 {
+        return None;
+    }
+    let gap = points[0].distance(points[n - 1]);
+    let beside = points[0].distance(points[1]).max(points[n - 2].distance(points[n - 1]));
+    if gap > GAP * beside || gap > FAR * (high - low) {
+        return None;
+    }
+    let mut curve = points[usize::from(gap == 0.0)..].to_vec();
+    let ring: Vec<_> = curve.iter().map(|point| point.extend(0.0)).collect();
+    let TrailingEdge { start, end } = trailing_edge(&ring);
+    curve.rotate_left(start);
+    if start == end || (end + 1) % curve.len() != start {
+        curve.push(curve[0]);
+    }
+    Some(curve)
+}
+
+/// Brings an airfoil in percent of its chord to chord 1.
+pub(super) fn in_chords(curve: &mut [DVec2]) {
+    let (low, high) = range(curve);
+    if (high - low - PERCENT).abs() <= OFF * PERCENT {
+        curve.iter_mut().for_each(|point| *point /= PERCENT);
+    }
+}
+
+/// The chord of an airfoil in percent.
+const PERCENT: f64 = 100.0;
 
 /// Largest distance of the leading edge from the origin, and of the chord from 1, as a share of the
 /// chord.
@@ -124,7 +193,7 @@ pub(super) fn check_place(path: &Path, line: usize, curve: &[DVec2]) -> Result<(
     }
     let what =
         format!("the airfoil's leading edge is at x = {:.6}, y = {:.6} and its chord is {chord:.6}", nose.x, nose.y);
-    let expected = "the leading edge at x = 0, y = 0 and a chord of 1, both within 1 % of the chord: take the leading edge \
+    let expected = "the leading edge at x = 0, y = 0 and a chord of 1 or 100, both within 1 % of the chord: take the leading edge \
                     off the coordinates and divide them by the chord; `chord` and `position` of the placement say where it goes";
     Err(fail(path, line, what, expected))
 }

@@ -1,0 +1,180 @@
+//! Airfoil files as panel codes and databases write them: titles, counts, labels, percent of the
+//! chord, and curves that start anywhere.
+
+use std::path::Path;
+
+use glam::DVec3;
+use idmesh::profile::files::{Placement, Source, SpanAxis, parse};
+
+/// A blunt airfoil from its upper to its lower trailing edge, with 4 points on each side.
+const BLUNT: [[f64; 2]; 9] = [
+    [1.0, 0.004],
+    [0.75, 0.04],
+    [0.4, 0.075],
+    [0.1, 0.05],
+    [0.0, 0.0],
+    [0.1, -0.04],
+    [0.4, -0.055],
+    [0.75, -0.02],
+    [1.0, -0.004],
+];
+
+fn read(text: &str) -> Result<Vec<DVec3>, String> {
+    let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
+    let source = Source { path: Path::new("a.dat"), bytes: text.as_bytes(), placement: Some(&placement) };
+    parse(&[source]).map(|mut profiles| profiles.remove(0).points).map_err(|error| error.to_string())
+}
+
+fn rows(points: &[[f64; 2]]) -> String {
+    points.iter().map(|[x, y]| format!("{x} {y}\n")).collect()
+}
+
+fn is(text: &str, expected: &[[f64; 2]]) {
+    let found = read(text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let alike = |(a, b): (&DVec3, &[f64; 2])| a.abs_diff_eq(DVec3::new(b[0], 0.0, b[1]), 1e-14);
+    assert!(found.len() == expected.len() && found.iter().zip(expected).all(alike), "{text}{found:?}");
+}
+
+/// The leading edge to the trailing edge: upper side and lower side.
+fn sides() -> [String; 2] {
+    let (mut upper, lower) = (BLUNT[..5].to_vec(), &BLUNT[4..]);
+    upper.reverse();
+    [rows(&upper), rows(lower)]
+}
+
+/// Titles of any number and kind before the points.
+#[test]
+fn titles_are_no_points() {
+    let curve = rows(&BLUNT);
+    for title in [
+        "NACA 4412\nafter a book\nof 1949\n",
+        "0012 64\n",
+        "0012\n",
+        "23012\n",
+        "63 2 0215\n",
+        "Re 1.0e6\nMach 0.3\n x y\n",
+        "12% thick\n",
+        "64 12% thick\n",
+        "NACA 4412\nx/c y/c\n\n",
+        "BLADE 7\nupper surface first\n",
+        // The limits of the domain of ISES.
+        "NACA 4412\n-2.0 3.0 -2.5 3.5\n",
+        "\n",
+        "9 points\n",
+        "title\n9\n",
+        "9\n",
+        "5 4\n",
+    ] {
+        is(&format!("{title}{curve}"), &BLUNT);
+    }
+    // A separator after the last element of MSES.
+    is(&format!("title\n{curve}999.0 999.0\n"), &BLUNT);
+}
+
+/// Two sides, with counts or labels before each, in any order and direction.
+#[test]
+fn sides_have_counts_or_labels() {
+    let [upper, lower] = sides();
+    let reversed: Vec<[f64; 2]> = BLUNT.iter().rev().copied().collect();
+    for [first, second] in [
+        ["5\n", "5\n"],
+        ["upper\n", "lower\n"],
+        ["Upper surface: 5 points\n", "Lower surface: 5 points\n"],
+        ["upper\n5\n", "lower\n5\n"],
+        ["# upper\n", "\nx y\n"],
+        ["5. 5.\n", ""],
+        ["5 5\n\n", "\n"],
+        ["title\n\"Suction side\"\n", "\"Pressure side\"\n"],
+    ] {
+        is(&format!("title\n{first}{upper}{second}{lower}"), &BLUNT);
+        is(&format!("title\n{first}{lower}{second}{upper}"), &reversed);
+    }
+}
+
+/// A curve that comes back to its start may start at every point, with its first point repeated or
+/// not.
+#[test]
+fn a_curve_may_start_anywhere() {
+    for sharp in [false, true] {
+        // Without the trailing edge's base a ring has one point there.
+        let mut ring = BLUNT.to_vec();
+        if sharp {
+            ring.truncate(8);
+            ring[0] = [1.0, 0.0];
+        }
+        for start in 0..ring.len() {
+            let mut turned = ring.clone();
+            turned.rotate_left(start);
+            let mut expected = ring.clone();
+            if sharp {
+                expected.push(ring[0]);
+            }
+            // Between both ends of a base nothing shows that the curve comes back.
+            if !sharp || start > 0 {
+                is(&rows(&turned), &expected);
+            }
+            turned.push(turned[0]);
+            if start > 0 && start < ring.len() - 1 || sharp {
+                is(&rows(&turned), &expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn percent_of_the_chord_is_a_unit() {
+    let percent: Vec<[f64; 2]> = BLUNT.iter().map(|[x, y]| [100.0 * x, 100.0 * y]).collect();
+    is(&format!("title\n{}", rows(&percent)), &BLUNT);
+    is(&rows(&percent), &BLUNT);
+    // A thick base: the first row could be two numbers of points.
+    let mut thick = percent.clone();
+    thick[0][1] = 2.0;
+    let mut expected = BLUNT;
+    expected[0][1] = 0.02;
+    is(&rows(&thick), &expected);
+    is(&format!("title\n{}", rows(&thick)), &expected);
+    let [upper, lower] = [&percent[..5], &percent[4..]].map(rows);
+    is(&format!("title\n5 5\n{upper}{lower}"), &BLUNT);
+}
+
+#[test]
+fn several_elements_are_refused() {
+    let main = rows(&BLUNT);
+    let flap = rows(&BLUNT.map(|[x, y]| [1.0 + 0.3 * x, 0.3 * y - 0.02 - 0.1 * x]));
+    let ring = rows(&[&BLUNT[..1], &BLUNT[1..8], &BLUNT[..1]].concat());
+    for (between, first) in
+        [("999.0 999.0\n", &main), ("999. 999.\n", &main), ("\n", &main), ("FLAP\n", &main), ("", &ring)]
+    {
+        let error = read(&format!("title\n{first}{between}{flap}")).unwrap_err();
+        assert!(error.contains("give each element a file of its own"), "{between}: {error}");
+    }
+}
+
+/// What can be read in two ways is refused with both.
+#[test]
+fn doubtful_rows_are_refused() {
+    let curve = rows(&BLUNT);
+    let [upper, lower] = sides();
+    for (text, expected) in [
+        (
+            format!("30 31\n{curve}"),
+            "a.dat:1: 9 points after the numbers 30 and 31; expected that many points of the upper",
+        ),
+        (format!("title\n0012 64\n{curve}"), "a.dat:2: 9 points after the numbers 12 and 64"),
+        (format!("title\n5 6\n{upper}{lower}"), "a.dat:2: 10 points after the numbers 5 and 6"),
+        (
+            format!("61\n{curve}"),
+            "a.dat:1: 9 points after the number 61; expected that many points; or, if the line is a title",
+        ),
+        (format!("title\n5\n{upper}6\n{lower}"), "a.dat:8: 5 points after the number 6"),
+        (format!("title\n5\n{upper}{lower}"), "a.dat:2: 10 points after the number 5"),
+        (format!("upper\n{upper}lower\n{lower}top\n{upper}"), "a.dat:14: a third side begins"),
+        (format!("title\n1.0 0.0x\n{curve}"), "a.dat:2: found '0.0x'; expected a finite number"),
+        (format!("title\n{curve}1 2 3 4\n"), "a.dat:11: 4 words; expected two numbers: x y"),
+        // The lower side ends at half the chord.
+        (rows(&BLUNT[..6]), "a.dat:6: the points begin or end at x = 0.1"),
+    ] {
+        let error = read(&text).unwrap_err();
+        assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
+    }
+}
