@@ -22,6 +22,9 @@ mod names;
 mod openfoam;
 #[path = "formats/save_all.rs"]
 mod save_all;
+#[cfg(feature = "cgns")]
+#[path = "formats/slab.rs"]
+mod slab;
 #[path = "formats/su2.rs"]
 mod su2;
 #[path = "formats/vtu.rs"]

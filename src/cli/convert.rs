@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::note_left_handed;
+use super::note_reading;
 use crate::formats::{self, Fields};
 use crate::session::check_distinct;
 
@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_distinct(std::slice::from_ref(input), &[output])?;
     console.step(&format!("reading {}", input.display()));
     let file = formats::read_mixed(input)?;
-    note_left_handed(input, &file, console);
+    note_reading(input, &file, console);
     file.check_output(output)?;
     for loss in file.losses(output)? {
         console.warn(format_args!("{}: {loss}", output.display()));

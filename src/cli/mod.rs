@@ -159,8 +159,17 @@ fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Ba
     Ok(backend)
 }
 
-/// Notes that all cells of a shape are left-handed in a file.
-fn note_left_handed(path: &Path, file: &MeshFile, console: &Console) {
+/// Warns of what the reader of a file remarked.
+fn warn_of_remarks(path: &Path, file: &MeshFile, console: &Console) {
+    for remark in file.remarks() {
+        console.warn(format_args!("{}: {remark}", path.display()));
+    }
+}
+
+/// Notes how a file was read: what its reader remarked, and that all cells of a shape are
+/// left-handed.
+fn note_reading(path: &Path, file: &MeshFile, console: &Console) {
+    warn_of_remarks(path, file, console);
     if !file.left_handed.is_empty() {
         console.note(format_args!(
             "{}: all {} are left-handed (negative volume): idmesh turns them over; a file of the same format keeps them as \
@@ -174,7 +183,7 @@ fn note_left_handed(path: &Path, file: &MeshFile, console: &Console) {
 /// Reads a case and all files that it names.
 fn load(path: &Path, console: &Console) -> Result<LoadedCase, Failure> {
     let case = Case::load_telling(path, &|step| console.step(step))?;
-    note_left_handed(&case.case.mesh, &case.file, console);
+    note_reading(&case.case.mesh, &case.file, console);
     for (wing, old) in case.old_profiles() {
         let new = case.design.profiles.get(wing).map_or(0, Vec::len);
         console.detail(format_args!("{wing}: {new} new profiles, {} old ones", old.len()));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::note_left_handed;
+use super::note_reading;
 use crate::formats::{self, Fields, MeshFile};
 use crate::memory::check_memory;
 use crate::mesh;
@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_distinct(std::slice::from_ref(input), &[output])?;
     console.step(&format!("reading {}", input.display()));
     let coarse = formats::read(input)?;
-    note_left_handed(input, &coarse, console);
+    note_reading(input, &coarse, console);
     let coarse = coarse.mesh;
     console.step("refining");
     check_memory(BYTES * 8 * coarse.tets.len() as u64)

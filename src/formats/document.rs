@@ -33,6 +33,8 @@ pub(super) struct SourceFile {
     pub siblings: NamedFiles,
     /// Pairs of families that the file declares periodic.
     pub partners: Vec<[String; 2]>,
+    /// What the user should know of how the file was read, in words.
+    pub remarks: Vec<String>,
 }
 
 /// Names and contents of the files of a folder.
@@ -71,6 +73,7 @@ impl SourceFile {
             companion: None,
             siblings: Vec::new(),
             partners: Vec::new(),
+            remarks: Vec::new(),
         }
     }
 

@@ -33,6 +33,12 @@ impl MeshFile {
         Self { mesh, others: OtherCells::default(), left_handed: Vec::new(), document: None }
     }
 
+    /// What the user should know of how the file was read, in words: parts that were passed over,
+    /// and choices that were made.
+    pub fn remarks(&self) -> &[String] {
+        self.document.as_ref().map_or(&[], |document| &document.remarks)
+    }
+
     /// Pairs of families that the file declares periodic.
     pub fn partners(&self) -> &[[String; 2]] {
         self.document.as_ref().map_or(&[], |document| &document.partners)

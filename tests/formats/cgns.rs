@@ -56,7 +56,10 @@ fn other_files_are_refused() {
         broken[at..at + to.len()].copy_from_slice(to);
         message(&broken)
     };
-    assert!(replaced(b"Unstructured", b"Structured__").contains("a structured zone is not read"));
+    assert!(
+        replaced(b"Unstructured", b"Structured__")
+            .contains("a.cgns: /gmsh.cgns/mixed_Part0: a zone of type 'Structured__' is not read")
+    );
     let tet = [5i32, 7, 10, 12].map(i32::to_le_bytes).concat();
     let wrong = [5i32, 7, 10, 13].map(i32::to_le_bytes).concat();
     let error = replaced(&tet, &wrong);
@@ -195,7 +198,10 @@ fn mixed_sections_hold_elements_of_every_type() {
     let broken: [(Change, &str); 8] = [
         (|connectivity, _| connectivity[3] = 99, "all/ElementConnectivity: expected the type of element 2, found 99"),
         (|connectivity, _| connectivity[3] = 20, "expected the type of element 2, found 20"),
-        (|connectivity, _| connectivity[3] = 11, "a mesh with 1 elements of higher order is not read"),
+        (
+            |connectivity, _| connectivity[3] = 11,
+            "a.cgns: /Base/Zone/all: a mesh with 1 elements of higher order is not read",
+        ),
         (|connectivity, _| connectivity[4] = 13, "expected a vertex of element 2, 1 to 12, found 13"),
         (|connectivity, _| connectivity.truncate(connectivity.len() - 1), "expected a vertex of element "),
         (|connectivity, _| connectivity.extend([3, 1, 2]), "found more"),
@@ -221,7 +227,9 @@ fn several_zones_are_refused() {
     file.add_group(base.finish());
     let error = read_bytes("a.cgns", &file.finish().unwrap()).unwrap_err().to_string();
     assert!(
-        error.ends_with("a.cgns: CGNS with 2 zones is not read; merge them into one in which they share vertices"),
+        error.ends_with(
+            "a.cgns: /Base: CGNS with 2 zones is not read; merge them into one in which they share vertices"
+        ),
         "{error}"
     );
 }

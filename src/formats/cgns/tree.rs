@@ -80,8 +80,26 @@ impl<'a> Node<'a> {
         self.path.rsplit('/').next().unwrap_or_default()
     }
 
+    /// The names on the way to the node, such as `/Base/Zone`.
+    pub fn path(&self) -> &str {
+        if self.path.is_empty() { "/" } else { &self.path }
+    }
+
     pub fn place(&self) -> Location {
-        Location::Node(self.file.into(), if self.path.is_empty() { "/".into() } else { self.path.clone() })
+        Location::Node(self.file.into(), self.path().into())
+    }
+
+    /// The error of a node that idmesh does not read.
+    pub fn unsupported(&self, found: impl Display, hint: &'static str) -> ReadError {
+        ReadError::Unsupported { path: self.file.into(), found: format!("{}: {found}", self.path()), hint }
+    }
+
+    /// The error with the node's name, if the error is about something that is not read.
+    pub fn named(&self, error: ReadError) -> ReadError {
+        match error {
+            ReadError::Unsupported { found, hint, .. } => self.unsupported(found, hint),
+            error => error,
+        }
     }
 
     /// The error of a node that is not as `expected`.
@@ -138,7 +156,7 @@ impl<'a> Node<'a> {
         match (nodes.pop(), nodes.len()) {
             (Some(node), 0) => Ok(node),
             (None, _) => Err(ReadError::Missing { path, what, hint: "is it a complete CGNS file?" }),
-            (_, more) => Err(ReadError::Unsupported { path, found: format!("CGNS with {} {what}s", more + 1), hint }),
+            (_, more) => Err(self.unsupported(format_args!("CGNS with {} {what}s", more + 1), hint)),
         }
     }
 
