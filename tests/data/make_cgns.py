@@ -39,7 +39,12 @@ def node(parent, name, label, kind, data=None, **options):
     for key, value, length in [("name", name, 33), ("label", label, 33), ("type", kind, 3)]:
         group.attrs.create(key, np.bytes_(value), dtype=h5py.string_dtype("ascii", length))
     group.attrs["flags"] = np.array([1], "i4")
-    if data is not None:
+    if data is not None and options.get("compact"):
+        create = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        create.set_layout(h5py.h5d.COMPACT)
+        space, kind = h5py.h5s.create_simple(data.shape), h5py.h5t.py_create(data.dtype)
+        h5py.h5d.create(group.id, b" data", kind, space, create).write(space, space, data)
+    elif data is not None:
         group.create_dataset(" data", data=data, **options)
     return group
 
@@ -168,8 +173,9 @@ if __name__ == "__main__":
     write("slab.ambiguous.cgns", ambiguous)
     write("slab.beside.cgns", beside)
     write("slab.chunked.cgns", lambda file: plain(file, chunks=(5,)))
-    write("slab.gzip.cgns", lambda file: plain(file, **packed))
-    write("slab.latest.cgns", lambda file: plain(file, **packed), libver="latest")
+    write("slab.gzip.cgns", lambda file: plain(file, maxshape=(None,), **packed))
+    write("slab.latest.cgns", lambda file: plain(file, **packed), libver=("v110", "v110"))
+    write("slab.compact.cgns", lambda file: plain(file, compact=True), libver=("v110", "v110"))
     write("slab.zones.cgns", zones)
     write("slab.joined.cgns", lambda file: zones(file, connected=True))
     write("slab.bases.cgns", lambda file: zones(file, bases=True))

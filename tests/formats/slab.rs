@@ -2,6 +2,7 @@
 //! its face z = 0 the wing.
 
 use super::*;
+use crate::damage::with_checksums;
 
 fn slab(kind: &str) -> (Vec<u8>, MeshFile) {
     let name = format!("slab.{kind}.cgns");
@@ -125,5 +126,68 @@ fn vertices_of_conditions_exist() {
             "/Base/Slab/ZoneBC/outflow: expected vertices of a condition, 1 to 12 (is it on faces, without a GridLocation?), found {wrong}"
         );
         assert!(error.ends_with(&expected), "{error}");
+    }
+}
+
+/// Chunks that are not packed are written in their places.
+#[test]
+fn coordinates_in_chunks_are_written_in_their_places() {
+    let (before, file) = slab("chunked");
+    assert_is_slab("chunked", &file.mesh, &AREAS);
+    let after = assert_is_written_back("chunked", &before, &file);
+    let changed = differences(&before, &after);
+    assert!(changed.len() <= COORDINATES && changed.len() >= COORDINATES / 2, "{} bytes", changed.len());
+    assert!(file.losses(Path::new("a.cgns")).unwrap().is_empty());
+}
+
+/// Packed coordinates are written unpacked, behind everything else, and the file says so in a few
+/// bytes of its headers.
+#[test]
+fn packed_coordinates_are_written_unpacked() {
+    for kind in ["gzip", "latest"] {
+        let (before, file) = slab(kind);
+        assert_is_slab(kind, &file.mesh, &AREAS);
+        let after = assert_is_written_back(kind, &before, &file);
+        let length = before.len().next_multiple_of(8) + COORDINATES;
+        assert_eq!(after.len(), length, "{kind}");
+        let changed = differences(&before, &after[..before.len()]);
+        // An address and a size for each axis, a filter less, and the end of the file. In new files
+        // the messages of three headers move, and have checksums.
+        assert!(changed.len() < if kind == "gzip" { 100 } else { 500 }, "{kind}: {} bytes", changed.len());
+        let again = read_bytes("a.cgns", &after).unwrap();
+        assert!(again.losses(Path::new("b.cgns")).unwrap().is_empty(), "{kind}");
+        let told = ["coordinates: packed in the file that was read, and not where they move"];
+        assert_eq!(file.losses(Path::new("a.cgns")).unwrap(), told, "{kind}");
+        // Only what moves is unpacked.
+        let mut vertices = file.mesh.vertices.clone();
+        vertices[3].y = 0.7;
+        assert_eq!(written(&file, "b.cgns", &vertices).len(), length - COORDINATES / 3 * 2, "{kind}");
+    }
+}
+
+/// Coordinates in the headers of their arrays, which have checksums.
+#[test]
+fn coordinates_in_headers_are_written_there() {
+    let (before, file) = slab("compact");
+    assert_is_slab("compact", &file.mesh, &AREAS);
+    let after = assert_is_written_back("compact", &before, &file);
+    assert!(with_checksums(&after) == after, "the checksums are right");
+    let changed = differences(&before, &after);
+    let most = COORDINATES + 3 * 4;
+    assert!(changed.len() <= most && changed.len() >= COORDINATES / 2, "{} bytes", changed.len());
+}
+
+/// A chunk that is damaged, or unpacks to more than it holds, is no chunk.
+#[test]
+fn broken_chunks_are_refused() {
+    let bytes = bytes("slab.gzip.cgns");
+    // zlib's first bytes at level 4, as h5py packs.
+    let chunks: Vec<usize> = (0..bytes.len() - 1).filter(|&at| bytes[at..at + 2] == [0x78, 0x5e]).collect();
+    assert!(chunks.len() > 9, "{}", chunks.len());
+    for chunk in chunks {
+        let mut broken = bytes.clone();
+        broken[chunk + 5] ^= 0x10;
+        let error = read_bytes("a.cgns", &broken).unwrap_err().to_string();
+        assert!(error.contains("expected data in chunks, found a broken chunk at ["), "{error}");
     }
 }

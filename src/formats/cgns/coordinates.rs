@@ -4,33 +4,37 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::columns::Columns;
-use super::tree::Node;
+use super::columns::{Column, Columns, Place};
+use super::headers::can_append;
+use super::tree::{Data, Node, Store};
 use crate::formats::error::ReadError;
 use crate::formats::mesh_builder::{MOST_VERTICES, check_finite_at};
+use crate::formats::number::Number;
+use crate::formats::scanner::Width;
 
 /// The vertices, and the places of their coordinates in the file.
 pub(super) fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, Columns), ReadError> {
-    let mut values = Vec::new();
-    let mut starts = [0; 3];
-    let mut kinds = Vec::new();
-    let axes = ["CoordinateX", "CoordinateY", "CoordinateZ"];
-    for (axis, start) in axes.into_iter().zip(&mut starts) {
-        let node = grid.child(axis)?;
-        let data = node.data()?;
-        let Some((address, stored)) = node.stored(&data)? else {
-            let hint = "save it without compression (h5repack -l CONTI old.cgns new.cgns)";
-            return Err(node.unsupported("coordinates in pieces or compressed", hint));
+    let axis = |name| -> Result<_, ReadError> {
+        let node = grid.child(name)?;
+        let Data { bytes, number, endian, store } = node.data()?;
+        let width = match number {
+            Number::F32 => Width::Single,
+            Number::F64 => Width::Double,
+            _ => return Err(node.malformed("coordinates of 4 or 8 bytes", "other numbers")),
         };
-        *start = address;
-        let column = data.read_f64().map_err(|error| node.malformed("coordinates", error))?;
-        let kind = Columns::KINDS.into_iter().find(|&kind| Columns::holds(kind, stored, &column));
-        kinds.push(kind.ok_or_else(|| node.malformed("coordinates of 4 or 8 bytes", "other numbers"))?);
-        values.push(column);
-    }
-    let lengths: Vec<usize> = values.iter().map(Vec::len).collect();
+        let values = number.doubles(&bytes, endian);
+        let place = match store {
+            Store::Pieces(pieces) => Place::Pieces(pieces),
+            Store::Elsewhere => packed(&node, bytes.into_owned())?,
+        };
+        Ok((values, Column { width, endian, place }))
+    };
+    let [(x, of_x), (y, of_y), (z, of_z)] = [axis("CoordinateX")?, axis("CoordinateY")?, axis("CoordinateZ")?];
+    let axes = [of_x, of_y, of_z];
+    let lengths = [&x, &y, &z].map(Vec::len);
     let n_vertices = lengths[0];
-    if lengths.iter().any(|&length| length != n_vertices) || kinds.iter().any(|kind| *kind != kinds[0]) {
+    let kinds = axes.each_ref().map(|column| (column.width, column.endian));
+    if lengths != [n_vertices; 3] || kinds != [kinds[0]; 3] {
         let found = format!("{lengths:?} of {kinds:?}");
         return Err(grid.malformed("three coordinates of one kind for every vertex", found));
     }
@@ -39,9 +43,25 @@ pub(super) fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, 
         return Err(ReadError::TooMany { path, what: "vertices", count: n_vertices, limit: MOST_VERTICES });
     }
     let mut positions = Vec::with_capacity(n_vertices);
-    for (vertex, ((&x, &y), &z)) in (1..).zip(values[0].iter().zip(&values[1]).zip(&values[2])) {
+    for (vertex, ((&x, &y), &z)) in (1..).zip(x.iter().zip(&y).zip(&z)) {
         check_finite_at([x, y, z], vertex, || grid.place())?;
         positions.push([x, y, z].into());
     }
-    Ok((positions, Columns { starts, kind: kinds[0] }))
+    Ok((positions, Columns { axes }))
+}
+
+/// The place of coordinates that are packed or stand in an object header.
+///
+/// - `bytes`: the coordinates, unpacked
+fn packed(node: &Node, bytes: Vec<u8>) -> Result<Place, ReadError> {
+    let file = &node.tree.shared.bytes[..];
+    if let Some(header) = node.header() {
+        match header.compact(file) {
+            Some(range) if file[range.clone()] == bytes => return Ok(Place::Header { range, header }),
+            None if header.has_room() && can_append(file) => return Ok(Place::Packed { header, bytes }),
+            _ => {}
+        }
+    }
+    let hint = "save it without compression (h5repack -f NONE -l CONTI old.cgns new.cgns)";
+    Err(node.unsupported("coordinates that are packed so that other ones find no place", hint))
 }

@@ -10,11 +10,14 @@
 //! Source: the CGNS standard, SIDS and "SIDS file mapping, HDF5".
 
 mod apart;
+mod chunks;
 mod columns;
 mod conditions;
 mod coordinates;
 mod create;
 mod elements;
+mod hdf5;
+mod headers;
 mod tree;
 
 use std::path::Path;
@@ -28,12 +31,12 @@ use super::error::{Location, ReadError};
 use super::format::{Create, Format, Parsed};
 use super::mesh_builder::MeshBuilder;
 
-use columns::Columns;
+use columns::{Column, Columns};
 use conditions::types_of_conditions;
 use coordinates::read_coordinates;
 use create::{create, limits};
 use elements::{Reader, Vertices};
-use tree::{Node, Shared};
+use tree::{Node, Shared, Tree};
 
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "CGNS";
@@ -59,11 +62,15 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let zone = read_zone(path, &shared)?;
     apart::check(path, &shared, &zone)?;
     let Zone { mesh_builder, positions, columns, names, beside, remarks } = zone;
+    let changes = match columns.axes.iter().any(Column::is_packed) {
+        true => vec!["coordinates: packed in the file that was read, and not where they move".to_owned()],
+        false => Vec::new(),
+    };
     let (mesh, others) = mesh_builder.finish(path, positions, |tag| names[tag as usize].clone())?;
     // HDF5 has released the bytes.
     let bytes = Arc::unwrap_or_clone(shared.bytes);
     let coordinates = Box::new(columns);
-    let document = SourceFile { remarks, ..SourceFile::of_file(NAME, extension, bytes, coordinates, beside) };
+    let document = SourceFile { remarks, changes, ..SourceFile::of_file(NAME, extension, bytes, coordinates, beside) };
     Ok(Parsed { mesh, others, document })
 }
 
@@ -94,7 +101,8 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
         let expected = format!("the rest of its {length} bytes");
         return Err(ReadError::Truncated { place: Location::Byte(path.into(), bytes.len()), expected });
     }
-    let root = Node::root(path, shared, &file);
+    let tree = Tree::new(path, shared);
+    let root = Node::root(&tree, file.root());
     let base = root.only("CGNSBase_t", "base", "leave one base in it")?;
     let zone = base.only("Zone_t", "zone", "merge them into one in which they share vertices")?;
     for kind in zone.children("ZoneType_t")? {
