@@ -191,3 +191,132 @@ fn broken_chunks_are_refused() {
         assert!(error.contains("expected data in chunks, found a broken chunk at ["), "{error}");
     }
 }
+
+/// Files in ADF, of the CGNS library, and the same with the numbers of other machines.
+#[test]
+fn adf_is_read_and_written_in_place() {
+    let (before, file) = slab("adf");
+    assert_is_slab("adf", &file.mesh, &AREAS);
+    let plain = slab("plain").1.mesh;
+    assert_eq!((&file.mesh.vertices, &file.mesh.tets), (&plain.vertices, &plain.tets));
+    let after = assert_is_written_back("adf", &before, &file);
+    let changed = differences(&before, &after);
+    assert!(changed.len() <= COORDINATES && changed.len() >= COORDINATES / 2, "{} bytes", changed.len());
+
+    let big = with_big_numbers(&before);
+    let of_big = read_bytes("big.cgns", &big).unwrap();
+    assert!(of_big.mesh.vertices == plain.vertices && of_big.mesh.tets == plain.tets);
+    assert!(differences(&big, &assert_is_written_back("big", &big, &of_big)).len() >= COORDINATES / 2);
+    // Versions with other first letters.
+    let mut plain = before.clone();
+    plain[..4].copy_from_slice(b"@(#)");
+    assert_eq!(read_bytes("plain.cgns", &plain).unwrap().mesh.tets, file.mesh.tets);
+}
+
+/// The number of these hexadecimal letters.
+fn hexadecimal(letters: &[u8]) -> usize {
+    usize::from_str_radix(std::str::from_utf8(letters).unwrap(), 16).unwrap()
+}
+
+/// The place that stands in a file of ADF: a block and an offset.
+fn place(bytes: &[u8], at: usize) -> usize {
+    hexadecimal(&bytes[at..at + 8]) * 4096 + hexadecimal(&bytes[at + 8..at + 12])
+}
+
+/// Places of the nodes of ADF.
+fn nodes(bytes: &[u8]) -> Vec<usize> {
+    (0..bytes.len() - 246)
+        .filter(|&at| bytes[at..].starts_with(b"NoDe") && bytes[at + 242..].starts_with(b"TaiL"))
+        .collect()
+}
+
+/// The node of ADF with this name.
+fn named(bytes: &[u8], name: &str) -> usize {
+    let letters = format!("{name:32}");
+    nodes(bytes).into_iter().find(|at| bytes[at + 4..].starts_with(letters.as_bytes())).unwrap()
+}
+
+/// A file of ADF as a machine writes it that has the more significant byte first.
+fn with_big_numbers(bytes: &[u8]) -> Vec<u8> {
+    let mut big = bytes.to_vec();
+    big[100] = b'B';
+    for node in nodes(bytes) {
+        let size = match &bytes[node + 96..node + 98] {
+            b"I4" | b"R4" => 4,
+            b"R8" => 8,
+            _ => continue,
+        };
+        let chunk = place(bytes, node + 230);
+        let data = chunk + 16..place(bytes, chunk + 4);
+        big[data].chunks_exact_mut(size).for_each(<[u8]>::reverse);
+    }
+    big
+}
+
+/// The data of a node of ADF may be in several chunks, which a table lists.
+#[test]
+fn adf_may_have_data_in_several_chunks() {
+    let (before, file) = slab("adf");
+    let node = named(&before, "CoordinateY");
+    let chunk = place(&before, node + 230);
+    let (start, end) = (chunk + 16, place(&before, chunk + 4));
+    let mut split = before.clone();
+    split.resize(split.len().next_multiple_of(4096), 0);
+    let letters = |at: usize| format!("{:08X}{:04X}", at / 4096, at % 4096).into_bytes();
+    let mut chunks = Vec::new();
+    for part in [start..start + 40, start + 40..end] {
+        let at = split.len();
+        let data = &before[part];
+        let after = at + 16 + data.len();
+        split.extend([b"DaTa", &letters(after)[..], data, b"dEnD"].concat());
+        chunks.extend([letters(at), letters(after)].concat());
+    }
+    let table = split.len();
+    split.extend([b"DCtb", &letters(table + 16 + 48)[..], &chunks, b"dcTE"].concat());
+    split[node + 226..node + 230].copy_from_slice(b"0002");
+    split[node + 230..node + 242].copy_from_slice(&letters(table));
+    let again = read_bytes("split.cgns", &split).unwrap();
+    assert_eq!(again.mesh.vertices, file.mesh.vertices);
+    assert_is_written_back("split", &split, &again);
+}
+
+/// Nodes that are their own ancestors, or children of two, and places beyond the file.
+#[test]
+fn broken_adf_is_refused() {
+    let bytes = bytes("slab.adf.cgns");
+    let letters = |at: usize| format!("{:08X}{:04X}", at / 4096, at % 4096).into_bytes();
+    let refused = |at: usize, new: &[u8], expected: &str| {
+        let mut broken = bytes.clone();
+        broken[at..at + new.len()].copy_from_slice(new);
+        let error = read_bytes("a.cgns", &broken).unwrap_err().to_string();
+        assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
+    };
+    let [zone, grid, x, y] = ["Slab", "GridCoordinates", "CoordinateX", "CoordinateY"].map(|name| named(&bytes, name));
+    let first_child = |node: usize| place(&bytes, node + 84) + 16 + 32;
+    let children = "expected the children of a node of ADF, found";
+    let elsewhere = format!("/Base/Slab: {children} number 1 that is elsewhere in the tree too");
+    for ancestor in [place(&bytes, 134), named(&bytes, "Base"), zone, grid] {
+        refused(first_child(zone), &letters(ancestor), if ancestor == grid { children } else { &elsewhere });
+    }
+    refused(first_child(zone), &letters(1 << 40 - 9), &format!("/Base/Slab: {children} none at the place of number 1"));
+    refused(first_child(zone), b"x", &format!("{children} none at the place of number 1"));
+    refused(zone + 68, b"FFFFFFFF", &format!("{children} 4294967295 of them"));
+    refused(zone + 84, &letters(bytes.len()), &format!("{children} no table of them"));
+    refused(x + 230, &bytes[y + 230..y + 242], "coordinates with places of their own, found two that share bytes");
+    refused(x + 230, &letters(zone), "CoordinateX: expected data, found no chunk at its place");
+    refused(x + 130, b"0000000D", "CoordinateX: expected data, found 8 bytes too few");
+    refused(x + 130, b"0000000B", "expected three coordinates of one kind for every vertex, found [11, 12, 12]");
+    refused(x + 226, b"FFFF", "CoordinateX: expected data, found no table of chunks");
+    refused(x + 96, b"X4", "CoordinateX: expected data, found data of the type 'X4'");
+    refused(named(&bytes, "ZoneBC") + 96, b"LK", "/Base/Slab/ZoneBC: a link to another node is not read");
+    refused(
+        100,
+        b"C",
+        "a.cgns: ADF with numbers of kind 'C' is not read; turn it into HDF5 (adf2hdf old.cgns new.cgns)",
+    );
+    refused(25, b"B", "a.cgns: ADF of version B02011 is not read");
+    for length in [25, 100, 185, 5000, 8191] {
+        let error = read_bytes("a.cgns", &bytes[..length]).unwrap_err().to_string();
+        assert!(error.contains(": the file ends where the ") || length < 26, "{error}");
+    }
+}

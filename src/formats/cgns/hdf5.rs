@@ -17,15 +17,16 @@ use crate::formats::scanner::Endian;
 /// The dataset with a node's data. Its name begins with a space.
 const DATA: &str = " data";
 
-/// The label of a node.
-pub(super) fn label(group: &Group) -> Result<String, Error> {
+/// The label of a node, and whether the node stands for another one.
+pub(super) fn label(group: &Group) -> Result<(String, bool), Error> {
     let attributes = group.attrs()?;
-    let label = match attributes.get("label") {
+    let text = |key: &str| match attributes.get(key) {
         Some(AttrValue::String(text) | AttrValue::AsciiString(text)) => text,
-        Some(AttrValue::AsciiStringSized { value, .. } | AttrValue::StringSized { value, .. }) => value,
+        Some(AttrValue::AsciiStringSized { value, .. } | AttrValue::StringSized { value, .. }) => value.as_str(),
         _ => "",
     };
-    Ok(label.trim_end_matches('\0').to_owned())
+    let [label, kind] = ["label", "type"].map(|key| text(key).trim_end_matches('\0'));
+    Ok((label.to_owned(), kind == "LK"))
 }
 
 /// The data of a node.

@@ -1,4 +1,4 @@
-//! CGNS files in HDF5, with one unstructured zone.
+//! CGNS files in HDF5 or ADF, with one unstructured zone.
 //!
 //! A family is a boundary condition (`BC_t`). Its name is the name of the condition's family:
 //! `FamilyName_t` of the condition, or the full name in the `Family_t`. Without a family it is the
@@ -9,6 +9,7 @@
 //!
 //! Source: the CGNS standard, SIDS and "SIDS file mapping, HDF5".
 
+mod adf;
 mod apart;
 mod chunks;
 mod columns;
@@ -24,13 +25,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
-use hdf5_pure::File;
+use hdf5_pure::{File, Group};
 
 use super::document::SourceFile;
 use super::error::{Location, ReadError};
 use super::format::{Create, Format, Parsed};
 use super::mesh_builder::MeshBuilder;
 
+use adf::{Adf, is_adf};
 use columns::{Column, Columns};
 use conditions::types_of_conditions;
 use coordinates::read_coordinates;
@@ -45,7 +47,7 @@ const NAME: &str = "CGNS";
 pub(super) const FORMAT: Format = Format {
     name: NAME,
     extensions: &["cgns"],
-    description: "CGNS in HDF5, one unstructured zone; families are the boundary conditions",
+    description: "CGNS in HDF5 or ADF, one unstructured zone; families are the boundary conditions",
     read,
     create: Create::File(create),
     limits,
@@ -85,15 +87,12 @@ struct Zone {
     remarks: Vec<String>,
 }
 
-fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
+/// The root of a file in HDF5.
+fn open_hdf5(path: &Path, shared: &Shared) -> Result<Group, ReadError> {
     let bytes = &shared.bytes[..];
-    let unsupported = |found: &str, hint| ReadError::Unsupported { path: path.into(), found: found.into(), hint };
-    if bytes.windows(4).take(64).any(|window| window == b"@(#)") {
-        return Err(unsupported("CGNS in ADF", "turn it into HDF5: adf2hdf old.cgns new.cgns"));
-    }
     let file = File::from_source(shared.clone()).map_err(|error| ReadError::Malformed {
         place: Location::File(path.into()),
-        expected: "an HDF5 file".into(),
+        expected: "an HDF5 or ADF file".into(),
         found: error.to_string(),
     })?;
     let length = file.superblock().eof_address;
@@ -101,8 +100,13 @@ fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
         let expected = format!("the rest of its {length} bytes");
         return Err(ReadError::Truncated { place: Location::Byte(path.into(), bytes.len()), expected });
     }
-    let tree = Tree::new(path, shared);
-    let root = Node::root(&tree, file.root());
+    Ok(file.root())
+}
+
+fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
+    let adf = if is_adf(&shared.bytes) { Some(Adf::open(path, shared)?) } else { None };
+    let tree = Tree::new(path, shared, adf);
+    let root = Node::root(&tree, || open_hdf5(path, shared))?;
     let base = root.only("CGNSBase_t", "base", "leave one base in it")?;
     let zone = base.only("Zone_t", "zone", "merge them into one in which they share vertices")?;
     for kind in zone.children("ZoneType_t")? {

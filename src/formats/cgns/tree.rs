@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use hdf5_pure::{FormatError, Group, Source};
 
+use super::adf::{self, Adf};
 use super::hdf5;
 use super::headers::Header;
 use crate::formats::allowance::Allowance;
@@ -93,12 +94,21 @@ pub(super) struct Tree<'a> {
     pub shared: &'a Shared,
     /// Bytes to which all packed arrays together may unpack.
     pub allowance: Allowance<'a>,
+    /// The file if it is in ADF and not in HDF5.
+    adf: Option<Adf>,
 }
 
 impl<'a> Tree<'a> {
-    pub fn new(file: &'a Path, shared: &'a Shared) -> Self {
-        Self { file, shared, allowance: Allowance::new(file, shared.bytes.len()) }
+    pub fn new(file: &'a Path, shared: &'a Shared, adf: Option<Adf>) -> Self {
+        Self { file, shared, allowance: Allowance::new(file, shared.bytes.len()), adf }
     }
+}
+
+/// A node in its kind of file.
+enum Handle<'a> {
+    Hdf5(Group),
+    /// A node of ADF, with its place.
+    Adf(&'a Adf, usize),
 }
 
 /// A node of the tree.
@@ -106,13 +116,17 @@ pub(super) struct Node<'a> {
     pub tree: &'a Tree<'a>,
     /// The names on the way to the node, each after a slash.
     path: String,
-    group: Group,
+    handle: Handle<'a>,
 }
 
 impl<'a> Node<'a> {
-    /// The root of a file.
-    pub fn root(tree: &'a Tree<'a>, group: Group) -> Self {
-        Self { tree, path: String::new(), group }
+    /// The root of a file, which is in ADF or `hdf5`.
+    pub fn root(tree: &'a Tree<'a>, hdf5: impl FnOnce() -> Result<Group, ReadError>) -> Result<Self, ReadError> {
+        let handle = match &tree.adf {
+            Some(adf) => Handle::Adf(adf, adf.root),
+            None => Handle::Hdf5(hdf5()?),
+        };
+        Ok(Self { tree, path: String::new(), handle })
     }
 
     pub fn name(&self) -> &str {
@@ -148,8 +162,18 @@ impl<'a> Node<'a> {
 
     /// The child with this name, if there is one.
     pub fn find(&self, name: &str) -> Option<Self> {
-        let group = self.group.group(name).ok()?;
-        Some(Self { tree: self.tree, path: format!("{}/{name}", self.path), group })
+        let handle = match &self.handle {
+            Handle::Hdf5(group) => Handle::Hdf5(group.group(name).ok()?),
+            &Handle::Adf(adf, at) => {
+                let children = adf.children(self, at).ok()?;
+                Handle::Adf(adf, children.into_iter().find(|(found, _)| found == name)?.1)
+            }
+        };
+        Some(self.below(name, handle))
+    }
+
+    fn below(&self, name: &str, handle: Handle<'a>) -> Self {
+        Self { tree: self.tree, path: format!("{}/{name}", self.path), handle }
     }
 
     /// The child with this name.
@@ -168,15 +192,29 @@ impl<'a> Node<'a> {
 
     /// All children with their labels, in the order of their names.
     pub fn labelled(&self) -> Result<Vec<(String, Self)>, ReadError> {
-        let mut names = self.group.groups().map_err(|error| self.malformed("nodes of CGNS", error))?;
-        names.sort();
-        let mut children = Vec::new();
-        for name in names {
-            let node = self.child(&name)?;
-            let label = hdf5::label(&node.group).map_err(|error| node.malformed("a node of CGNS", error))?;
-            children.push((label, node));
+        let mut children: Vec<Self> = match &self.handle {
+            Handle::Hdf5(group) => {
+                let names = group.groups().map_err(|error| self.malformed("nodes of CGNS", error))?;
+                names.iter().map(|name| self.child(name)).collect::<Result<_, _>>()?
+            }
+            &Handle::Adf(adf, at) => {
+                let children = adf.children(self, at)?;
+                children.into_iter().map(|(name, child)| self.below(&name, Handle::Adf(adf, child))).collect()
+            }
+        };
+        children.sort_by(|a, b| a.path.cmp(&b.path));
+        let mut labelled = Vec::with_capacity(children.len());
+        for node in children {
+            let (label, is_link) = match &node.handle {
+                Handle::Hdf5(group) => hdf5::label(group).map_err(|error| node.malformed("a node of CGNS", error))?,
+                Handle::Adf(_, at) => adf::label(&self.tree.shared.bytes, *at),
+            };
+            if is_link {
+                return Err(node.unsupported("a link to another node", "save the mesh as one file without links"));
+            }
+            labelled.push((label, node));
         }
-        Ok(children)
+        Ok(labelled)
     }
 
     /// The only child with this label.
@@ -194,11 +232,15 @@ impl<'a> Node<'a> {
 
     /// The node's data.
     pub fn data(&self) -> Result<Data<'a>, ReadError> {
-        hdf5::data(self, &self.group)
+        match &self.handle {
+            Handle::Hdf5(group) => hdf5::data(self, group),
+            Handle::Adf(adf, at) => adf.data(self, *at),
+        }
     }
 
     /// The header that says where the data are. `None` if its format is not known.
     pub fn header(&self) -> Option<Header> {
+        let Handle::Hdf5(_) = self.handle else { return None };
         let names: Vec<&str> = self.path.split('/').skip(1).collect();
         hdf5::header(&self.tree.shared.unread(), &names)
     }
@@ -207,6 +249,8 @@ impl<'a> Node<'a> {
     pub fn integers(&self) -> Result<Integers<'a>, ReadError> {
         let Data { bytes, number, endian, store } = self.data()?;
         self.note(&store);
+        // In a broken file many nodes may have the same bytes.
+        self.tree.allowance.take(&format!("the node {}", self.path()), bytes.len())?;
         Integers::stored(bytes, number, endian).ok_or_else(|| self.malformed("whole numbers", "others"))
     }
 
