@@ -143,12 +143,22 @@ def halves():
         }
 
 
-def zones(file, connected=False, bases=False):
+def interface():
+    """The faces that the two halves share."""
+    return np.array([face for face in boundary(tets[:6]) if (points[face][:, 0] == 1).all()])
+
+
+def zones(file, connected=False, bases=False, apart=0.0):
+    """`apart`: how far the points of the second zone are off. Connected zones have the faces between them."""
     numbers, made = [], []
     base = add_base(file)
     for index, (half, faces) in enumerate(halves()):
         parent = add_base(file, "Rear") if bases and index else base
+        if connected:
+            faces["between"] = interface()
+        points[:, 1] += index * apart
         zone, number = add_zone(parent, ["Front", "Back"][index], half, faces, on_faces)
+        points[:, 1] -= index * apart
         made.append(zone)
         numbers.append(number)
     if connected:
@@ -160,6 +170,11 @@ def zones(file, connected=False, bases=False):
             text(joint, "GridLocation", "GridLocation_t", "Vertex")
             for name, of in [("PointList", index), ("PointListDonor", 1 - index)]:
                 whole(joint, name, "IndexArray_t", [[numbers[of][v]] for v in common])
+
+
+def twice(file):
+    for name in ("Base", "Copy"):
+        add_zone(add_base(file, name), "Slab", tets, sections, on_faces)
 
 
 def converted(tool, source, target):
@@ -177,8 +192,9 @@ if __name__ == "__main__":
     write("slab.latest.cgns", lambda file: plain(file, **packed), libver=("v110", "v110"))
     write("slab.compact.cgns", lambda file: plain(file, compact=True), libver=("v110", "v110"))
     write("slab.zones.cgns", zones)
-    write("slab.joined.cgns", lambda file: zones(file, connected=True))
+    write("slab.joined.cgns", lambda file: zones(file, connected=True, apart=1e-9))
     write("slab.bases.cgns", lambda file: zones(file, bases=True))
+    write("slab.twice.cgns", twice)
     converted("hdf2adf", os.path.join(here, "slab.plain.cgns"), "slab.adf.cgns")
     converted("hdf2adf", os.path.join(here, "slab.joined.cgns"), "slab.adf.joined.cgns")
     converted("adf2hdf", os.path.join(here, "slab.adf.cgns"), "slab.library.cgns")

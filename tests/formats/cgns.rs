@@ -214,23 +214,6 @@ fn mixed_sections_hold_elements_of_every_type() {
     }
 }
 
-#[test]
-fn several_zones_are_refused() {
-    let mut file = hdf5_pure::FileBuilder::new();
-    let mut base = node("Base", "CGNSBase_t");
-    for zone in ["wing", "tail"] {
-        base.add_group(node(zone, "Zone_t").finish());
-    }
-    file.add_group(base.finish());
-    let error = read_bytes("a.cgns", &file.finish().unwrap()).unwrap_err().to_string();
-    assert!(
-        error.ends_with(
-            "a.cgns: /Base: CGNS with 2 zones is not read; merge them into one in which they share vertices"
-        ),
-        "{error}"
-    );
-}
-
 /// Nodes and types of boundary conditions that a new file does not get are told, nodes with the
 /// name that the file has.
 #[test]

@@ -121,7 +121,7 @@ fn vertices_of_conditions_exist() {
     for wrong in [0, 13, i32::MIN] {
         let mut broken = bytes.clone();
         broken[at..at + 4].copy_from_slice(&wrong.to_le_bytes());
-        let error = read_bytes("a.cgns", &broken).unwrap_err().to_string();
+        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
         let expected = format!(
             "/Base/Slab/ZoneBC/outflow: expected vertices of a condition, 1 to 12 (is it on faces, without a GridLocation?), found {wrong}"
         );
@@ -187,7 +187,7 @@ fn broken_chunks_are_refused() {
     for chunk in chunks {
         let mut broken = bytes.clone();
         broken[chunk + 5] ^= 0x10;
-        let error = read_bytes("a.cgns", &broken).unwrap_err().to_string();
+        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
         assert!(error.contains("expected data in chunks, found a broken chunk at ["), "{error}");
     }
 }
@@ -288,7 +288,7 @@ fn broken_adf_is_refused() {
     let refused = |at: usize, new: &[u8], expected: &str| {
         let mut broken = bytes.clone();
         broken[at..at + new.len()].copy_from_slice(new);
-        let error = read_bytes("a.cgns", &broken).unwrap_err().to_string();
+        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
         assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
     };
     let [zone, grid, x, y] = ["Slab", "GridCoordinates", "CoordinateX", "CoordinateY"].map(|name| named(&bytes, name));
@@ -319,4 +319,104 @@ fn broken_adf_is_refused() {
         let error = read_bytes("a.cgns", &bytes[..length]).unwrap_err().to_string();
         assert!(error.contains(": the file ends where the ") || length < 26, "{error}");
     }
+}
+
+/// Two zones, with equal points or with points that a connectivity says are one, in one base or in
+/// two.
+#[test]
+fn zones_are_one_mesh() {
+    for kind in ["zones", "joined", "bases", "adf.joined"] {
+        let (before, file) = slab(kind);
+        assert_is_slab(kind, &file.mesh, &AREAS);
+        let after = assert_is_written_back(kind, &before, &file);
+        // Four vertices are points of both zones.
+        let changed = differences(&before, &after);
+        let coordinates = COORDINATES / 12 * 16;
+        assert!(changed.len() <= coordinates && changed.len() >= coordinates / 2, "{kind}: {} bytes", changed.len());
+        let between = "4 faces without a boundary condition lie between zones and are passed over";
+        let remarks = if kind.contains("joined") { vec![between] } else { vec![] };
+        assert_eq!(file.remarks(), remarks, "{kind}");
+    }
+}
+
+/// Points that are one by their connectivity, but not quite at one place, stay where they are, and
+/// move to one place.
+#[test]
+fn points_that_are_nearly_one_keep_their_bits() {
+    let (before, file) = slab("joined");
+    let mut vertices = file.mesh.vertices.clone();
+    let shared = vertices.iter().position(|at| at.x == 1.0).unwrap();
+    vertices[shared].y = 0.25;
+    let changed = differences(&before, &written(&file, "a.cgns", &vertices));
+    assert!((2..=16).contains(&changed.len()), "{changed:?}");
+    let again = read_bytes("a.cgns", &written(&file, "a.cgns", &vertices)).unwrap();
+    assert_eq!(again.mesh.vertices, vertices);
+}
+
+/// The data of this node in a file of ADF.
+fn data_of(bytes: &[u8], name: &str) -> std::ops::Range<usize> {
+    let chunk = place(bytes, named(bytes, name) + 230);
+    chunk + 16..place(bytes, chunk + 4)
+}
+
+#[test]
+fn zones_that_do_not_fit_are_refused() {
+    let bytes = bytes("slab.adf.joined.cgns");
+    let refused = |change: &dyn Fn(&mut Vec<u8>), expected: &str| {
+        let mut broken = bytes.clone();
+        change(&mut broken);
+        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
+        assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
+    };
+    let set = |name: &'static str, at: usize, new: &'static [u8]| {
+        move |bytes: &mut Vec<u8>| {
+            let start = data_of(bytes, name).start + at;
+            bytes[start..start + new.len()].copy_from_slice(new);
+        }
+    };
+    let joint = "/ZoneGridConnectivity/joint: ";
+    refused(
+        &set("GridConnectivityType", 0, b"Abutting\0\0\0\0"),
+        "a connectivity of type Abutting is not read; mesh the zones",
+    );
+    refused(&set("joint", 0, b"Bacj"), "expected the name of a zone, found Bac");
+    refused(&set("PointListDonor", 0, &[9, 0, 0, 0]), "PointListDonor: expected points, 1 to 8, found 9");
+    refused(&set("PointListDonor", 0, &[0, 0, 0, 0]), "PointListDonor: expected points, 1 to 8, found 0");
+    refused(&set("PointListDonor", 0, &[8, 0, 0, 0]), "expected points of two zones at the same place, found [");
+    refused(
+        &|bytes| {
+            let node = named(bytes, "PointListDonor");
+            bytes[node + 130 + 8..node + 130 + 16].copy_from_slice(b"00000003");
+        },
+        &format!("{joint}expected as many points in both zones, found"),
+    );
+}
+
+/// Where a zone has two points at a place, equal coordinates do not say which of them another zone
+/// meets.
+#[test]
+fn points_that_could_be_either_of_two_are_refused() {
+    let bytes = bytes("slab.zones.cgns");
+    let file = read_bytes("a.cgns", &bytes).unwrap();
+    // The zone Back comes first. One of its points that the other zone lacks goes to one of the
+    // points that the zones share.
+    let shared = file.mesh.vertices.iter().position(|at| at.x == 1.0).unwrap();
+    let own = file.mesh.vertices.iter().position(|at| at.x == 2.0).unwrap();
+    let mut vertices = file.mesh.vertices.clone();
+    vertices[own] = vertices[shared];
+    let slit = written(&file, "a.cgns", &vertices);
+    let error = read_bytes("a.cgns", &slit).err().expect("it is refused").to_string();
+    assert!(
+        error.contains(
+            "a.cgns: /Base/Front: expected at most one point of a zone where zones meet, found two of them at [1, "
+        ),
+        "{error}"
+    );
+}
+
+/// A base that is a copy of another one has all its cells.
+#[test]
+fn cells_of_two_zones_are_refused() {
+    let error = read(&data("slab.twice.cgns")).err().expect("it is refused").to_string();
+    assert!(error.contains("/Copy/Slab: expected cells of its own, found one that /Base/Slab has too"), "{error}");
 }

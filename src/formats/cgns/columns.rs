@@ -1,5 +1,6 @@
 //! The coordinates of a CGNS file: in each zone one array per axis.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::ops::Range;
 
@@ -90,19 +91,78 @@ impl Column {
 
 /// The coordinates of a zone.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub(super) struct ZoneColumns {
     /// The arrays of x, y and z.
     pub axes: [Column; 3],
+    /// Vertex of each point of the zone. `None`: they are the same.
+    pub vertex_of: Option<Vec<u32>>,
+    pub unlike: Vec<Unlike>,
+}
+
+/// A point whose coordinates in the file are not quite those of its vertex.
+#[derive(Debug)]
+pub(super) struct Unlike {
+    /// Index of the point in the zone.
+    index: usize,
+    point: DVec3,
+    /// Position of its vertex in the file.
+    of_vertex: DVec3,
+}
+
+impl ZoneColumns {
+    /// Says which vertices the points of the zone are.
+    ///
+    /// - `points`: positions of the points
+    /// - `vertex_of`: vertex of each point
+    /// - `positions`: positions of the vertices
+    pub fn set_vertices(&mut self, points: &[DVec3], vertex_of: Vec<u32>, positions: &[DVec3]) {
+        let bits = |at: DVec3| at.to_array().map(f64::to_bits);
+        let all = points.iter().zip(&vertex_of).map(|(&point, &vertex)| (point, positions[vertex as usize]));
+        let unlike = all.enumerate().filter(|(_, (point, of_vertex))| bits(*point) != bits(*of_vertex));
+        self.unlike = unlike.map(|(index, (point, of_vertex))| Unlike { index, point, of_vertex }).collect();
+        self.vertex_of = Some(vertex_of);
+    }
+
+    /// The points of the zone with the vertices elsewhere.
+    fn points<'a>(&self, vertices: &'a [DVec3]) -> Cow<'a, [DVec3]> {
+        let Some(vertex_of) = &self.vertex_of else { return Cow::Borrowed(vertices) };
+        let mut points: Vec<DVec3> = vertex_of.iter().map(|&vertex| vertices[vertex as usize]).collect();
+        for Unlike { index, point, of_vertex } in &self.unlike {
+            // A coordinate that does not move keeps its bits.
+            for axis in 0..3 {
+                if points[*index][axis].to_bits() == of_vertex[axis].to_bits() {
+                    points[*index][axis] = point[axis];
+                }
+            }
+        }
+        Cow::Owned(points)
+    }
+}
+
+/// The coordinates of all zones.
+#[derive(Debug)]
+pub(super) struct Columns {
+    pub zones: Vec<ZoneColumns>,
+}
+
+impl Columns {
+    /// The arrays of all zones.
+    pub fn all(&self) -> impl Iterator<Item = &Column> {
+        self.zones.iter().flat_map(|zone| &zone.axes)
+    }
 }
 
 impl Coordinates for Columns {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let mut bytes = bytes.to_vec();
-        if self.axes.iter().any(|column| column.width == Width::Single) {
+        if self.all().any(|column| column.width == Width::Single) {
             check_single(vertices)?;
         }
-        for (axis, column) in self.axes.iter().enumerate() {
-            column.write(&mut bytes, vertices.iter().map(|vertex| vertex[axis]))?;
+        for zone in &self.zones {
+            let points = zone.points(vertices);
+            for (axis, column) in zone.axes.iter().enumerate() {
+                column.write(&mut bytes, points.iter().map(|point| point[axis]))?;
+            }
         }
         out.write_all(&bytes)
     }

@@ -135,6 +135,7 @@ impl Reader<'_> {
             on_vertices
         };
         let first = self.names.len();
+        self.of_sections.push(first + conditions.len()..first + conditions.len() + self.sections.len());
         let of_section = |section: usize| first + conditions.len() + section;
         let tags = self.faces.each_ref().map(|of_shape| of_shape.iter().map(|&(_, section)| section));
         let mut n_without = vec![0; self.sections.len()];
@@ -220,11 +221,13 @@ impl Reader<'_> {
 
 /// The types of the boundary conditions, in words. Conditions without a type of their own do not
 /// count.
-pub(super) fn types_of_conditions(zone: &Node) -> Result<Option<String>, ReadError> {
+pub(super) fn types_of_conditions<'a>(zones: impl Iterator<Item = &'a Node<'a>>) -> Result<Option<String>, ReadError> {
     let mut types = Vec::new();
-    for zone_bc in zone.children("ZoneBC_t")? {
-        for bc in zone_bc.children("BC_t")? {
-            types.extend(bc.text());
+    for zone in zones {
+        for zone_bc in zone.children("ZoneBC_t")? {
+            for bc in zone_bc.children("BC_t")? {
+                types.extend(bc.text());
+            }
         }
     }
     types.retain(|kind| !matches!(&**kind, "FamilySpecified" | "Null" | "UserDefined"));

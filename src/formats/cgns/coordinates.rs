@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::columns::{Column, Columns, Place};
+use super::columns::{Column, Place, ZoneColumns};
 use super::headers::can_append;
 use super::tree::{Data, Node, Store};
 use crate::formats::error::ReadError;
@@ -13,7 +13,7 @@ use crate::formats::number::Number;
 use crate::formats::scanner::Width;
 
 /// The vertices, and the places of their coordinates in the file.
-pub(super) fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, Columns), ReadError> {
+pub(super) fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, ZoneColumns), ReadError> {
     let axis = |name| -> Result<_, ReadError> {
         let node = grid.child(name)?;
         let Data { bytes, number, endian, store } = node.data()?;
@@ -47,7 +47,7 @@ pub(super) fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, 
         check_finite_at([x, y, z], vertex, || grid.place())?;
         positions.push([x, y, z].into());
     }
-    Ok((positions, Columns { axes }))
+    Ok((positions, ZoneColumns { axes, vertex_of: None, unlike: Vec::new() }))
 }
 
 /// The place of coordinates that are packed or stand in an object header.

@@ -1,6 +1,6 @@
 //! The sections of elements of a zone.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use super::tree::Node;
@@ -66,6 +66,8 @@ pub(super) struct Reader<'a> {
     pub mesh_builder: MeshBuilder,
     /// Name of each tag of the faces.
     pub names: Vec<String>,
+    /// Tags of the faces without a condition, of each zone.
+    pub of_sections: Vec<Range<usize>>,
     /// What the user should know of the file.
     pub remarks: Vec<String>,
     pub vertices: Vertices,
@@ -74,6 +76,8 @@ pub(super) struct Reader<'a> {
     pub faces: [Vec<(i64, usize)>; 2],
     /// Number of triangles and of quadrilaterals of the zones before.
     pub n_before: [usize; 2],
+    /// Number of cells of each of [`CellKind::CELLS`] of the zones before.
+    pub n_cells_before: [usize; 4],
     /// Names of the zone's sections.
     pub sections: Vec<String>,
 }
@@ -85,10 +89,12 @@ impl<'a> Reader<'a> {
             path,
             mesh_builder: MeshBuilder::default(),
             names: Vec::new(),
+            of_sections: Vec::new(),
             remarks: Vec::new(),
             vertices: Vertices { count: 0, of_mesh: None },
             faces: [Vec::new(), Vec::new()],
             n_before: [0; 2],
+            n_cells_before: [0; 4],
             sections: Vec::new(),
         }
     }
@@ -100,6 +106,9 @@ impl<'a> Reader<'a> {
     pub fn zone(&mut self, zone: &Node, vertices: Vertices) -> Result<(), ReadError> {
         self.vertices = vertices;
         self.n_before = [self.mesh_builder.triangles.len(), self.mesh_builder.others.quadrilaterals.len()];
+        let others = &self.mesh_builder.others;
+        self.n_cells_before =
+            [self.mesh_builder.tets.len(), others.pyramids.len(), others.prisms.len(), others.hexahedra.len()];
         self.faces = [Vec::new(), Vec::new()];
         self.sections.clear();
         sorted_sections(zone)?.iter().try_for_each(|section| self.elements(section))

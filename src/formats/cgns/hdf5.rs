@@ -100,7 +100,7 @@ pub(super) fn header(shared: &Shared, names: &[&str]) -> Option<Header> {
 fn number_of(datatype: &Datatype) -> Option<(Number, Endian)> {
     let (number, byte_order) = match datatype {
         Datatype::FixedPoint { size, byte_order, layout } => {
-            let is_full = layout.bit_offset == 0 && u32::from(layout.bit_precision) == 8 * size;
+            let is_full = layout.bit_offset == 0 && Some(layout.bit_precision.into()) == size.checked_mul(8);
             let number = match (size, layout.signed) {
                 (1, true) => Number::I8,
                 (1, false) => Number::U8,

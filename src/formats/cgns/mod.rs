@@ -1,4 +1,4 @@
-//! CGNS files in HDF5 or ADF, with one unstructured zone.
+//! CGNS files in HDF5 or ADF, with unstructured zones, which are one mesh.
 //!
 //! A family is a boundary condition (`BC_t`). Its name is the name of the condition's family:
 //! `FamilyName_t` of the condition, or the full name in the `Family_t`. Without a family it is the
@@ -19,6 +19,8 @@ mod create;
 mod elements;
 mod hdf5;
 mod headers;
+mod interfaces;
+mod join;
 mod tree;
 
 use std::path::Path;
@@ -33,11 +35,13 @@ use super::format::{Create, Format, Parsed};
 use super::mesh_builder::MeshBuilder;
 
 use adf::{Adf, is_adf};
-use columns::{Column, Columns};
+use columns::{Column, Columns, ZoneColumns};
 use conditions::types_of_conditions;
 use coordinates::read_coordinates;
 use create::{create, limits};
 use elements::{Reader, Vertices};
+use interfaces::Interfaces;
+use join::{Joined, ZonePoints, join};
 use tree::{Node, Shared, Tree};
 
 /// The format's name in [`super::FORMATS`].
@@ -47,7 +51,7 @@ const NAME: &str = "CGNS";
 pub(super) const FORMAT: Format = Format {
     name: NAME,
     extensions: &["cgns"],
-    description: "CGNS in HDF5 or ADF, one unstructured zone; families are the boundary conditions",
+    description: "CGNS in HDF5 or ADF, unstructured zones; families are the boundary conditions",
     read,
     create: Create::File(create),
     limits,
@@ -61,10 +65,10 @@ const READ: [&str; 7] =
 /// Reads a CGNS file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let shared = Shared::new(bytes);
-    let zone = read_zone(path, &shared)?;
-    apart::check(path, &shared, &zone)?;
-    let Zone { mesh_builder, positions, columns, names, beside, remarks } = zone;
-    let changes = match columns.axes.iter().any(Column::is_packed) {
+    let contents = read_contents(path, &shared)?;
+    apart::check(path, &shared, &contents)?;
+    let Contents { mesh_builder, positions, columns, names, beside, remarks } = contents;
+    let changes = match columns.all().any(Column::is_packed) {
         true => vec!["coordinates: packed in the file that was read, and not where they move".to_owned()],
         false => Vec::new(),
     };
@@ -76,8 +80,8 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     Ok(Parsed { mesh, others, document })
 }
 
-/// The contents of a zone.
-struct Zone {
+/// The contents of a file.
+struct Contents {
     mesh_builder: MeshBuilder,
     positions: Vec<DVec3>,
     columns: Columns,
@@ -103,31 +107,94 @@ fn open_hdf5(path: &Path, shared: &Shared) -> Result<Group, ReadError> {
     Ok(file.root())
 }
 
-fn read_zone(path: &Path, shared: &Shared) -> Result<Zone, ReadError> {
+/// Reads all zones of all bases.
+fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
     let adf = if is_adf(&shared.bytes) { Some(Adf::open(path, shared)?) } else { None };
     let tree = Tree::new(path, shared, adf);
     let root = Node::root(&tree, || open_hdf5(path, shared))?;
-    let base = root.only("CGNSBase_t", "base", "leave one base in it")?;
-    let zone = base.only("Zone_t", "zone", "merge them into one in which they share vertices")?;
-    for kind in zone.children("ZoneType_t")? {
-        let kind = kind.text()?;
-        if kind != "Unstructured" {
-            return Err(zone.unsupported(format!("a zone of type '{kind}'"), "convert it to an unstructured mesh"));
+    let bases = root.children("CGNSBase_t")?;
+    let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete CGNS file?" };
+    if bases.is_empty() {
+        return Err(missing("base"));
+    }
+    let mut nodes = Vec::new();
+    for base in &bases {
+        for zone in base.children("Zone_t")? {
+            nodes.push((base, zone));
         }
     }
-    let grid = zone.children("GridCoordinates_t")?;
-    let grid = grid.first().ok_or_else(|| zone.malformed("grid coordinates in it", "none"))?;
-    let (positions, columns) = read_coordinates(path, grid)?;
+    if nodes.is_empty() {
+        return Err(missing("zone"));
+    }
     let mut reader = Reader::new(path);
-    reader.zone(&zone, Vertices { count: positions.len(), of_mesh: None })?;
-    reader.tag_faces(&base, &zone, &positions, "")?;
+    let (mut zones, mut columns) = (Vec::new(), Vec::new());
+    for (base, zone) in &nodes {
+        for kind in zone.children("ZoneType_t")? {
+            let kind = kind.text()?;
+            if kind != "Unstructured" {
+                return Err(zone.unsupported(format!("a zone of type '{kind}'"), "convert it to an unstructured mesh"));
+            }
+        }
+        let grids = zone.children("GridCoordinates_t")?;
+        let grid = grids.first().ok_or_else(|| zone.malformed("grid coordinates in it", "none"))?;
+        for other in &grids[1..] {
+            reader.remarks.push(format!("{}: coordinates of another time are passed over, and stay", other.path()));
+        }
+        let (positions, of_zone) = read_coordinates(path, grid)?;
+        columns.push(of_zone);
+        zones.push(ZonePoints { base, zone, positions });
+    }
+    let positions = match &mut zones[..] {
+        [zone] => {
+            let positions = std::mem::take(&mut zone.positions);
+            reader.zone(zone.zone, Vertices { count: positions.len(), of_mesh: None })?;
+            reader.tag_faces(zone.base, zone.zone, &positions, "")?;
+            positions
+        }
+        zones => read_joined(&mut reader, zones, &mut columns, bases.len() > 1)?,
+    };
     let Reader { mesh_builder, names, remarks, .. } = reader;
     let mut beside = mesh_builder.passed_over();
-    beside.extend(types_of_conditions(&zone)?);
-    for (label, node) in base.labelled()?.into_iter().chain(zone.labelled()?) {
+    beside.extend(types_of_conditions(nodes.iter().map(|(_, zone)| zone))?);
+    let mut others = Vec::new();
+    for base in &bases {
+        others.extend(base.labelled()?);
+    }
+    for (_, zone) in &nodes {
+        others.extend(zone.labelled()?);
+    }
+    for (label, node) in others {
         if !READ.contains(&&*label) {
             beside.push(format!("the node '{}'", node.name()));
         }
     }
-    Ok(Zone { mesh_builder, positions, columns, names, beside, remarks })
+    let columns = Columns { zones: columns };
+    Ok(Contents { mesh_builder, positions, columns, names, beside, remarks })
+}
+
+/// Reads several zones into one mesh, and returns the positions of its vertices.
+fn read_joined(
+    reader: &mut Reader,
+    zones: &[ZonePoints],
+    columns: &mut [ZoneColumns],
+    has_bases: bool,
+) -> Result<Vec<DVec3>, ReadError> {
+    let Joined { positions, vertex_of, is_shared } = join(zones)?;
+    let mut interfaces = Interfaces::new(&is_shared);
+    for ((zone, columns), vertex_of) in zones.iter().zip(columns).zip(vertex_of) {
+        if !vertex_of.iter().any(|&vertex| is_shared[vertex as usize]) {
+            reader.remarks.push(format!("{}: the zone shares no vertex with the others", zone.zone.path()));
+        }
+        columns.set_vertices(&zone.positions, vertex_of.clone(), &positions);
+        reader.zone(zone.zone, Vertices { count: vertex_of.len(), of_mesh: Some(vertex_of) })?;
+        let prefix = match has_bases {
+            true => format!("{}/{}/", zone.base.name(), zone.zone.name()),
+            false => format!("{}/", zone.zone.name()),
+        };
+        reader.tag_faces(zone.base, zone.zone, &positions, &prefix)?;
+        interfaces.add(zone.zone, reader)?;
+    }
+    let remark = interfaces.remove(reader);
+    reader.remarks.extend(remark);
+    Ok(positions)
 }

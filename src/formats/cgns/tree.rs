@@ -217,19 +217,6 @@ impl<'a> Node<'a> {
         Ok(labelled)
     }
 
-    /// The only child with this label.
-    ///
-    /// - `hint`: advice for a file with several such children
-    pub fn only(&self, label: &str, what: &'static str, hint: &'static str) -> Result<Self, ReadError> {
-        let mut nodes = self.children(label)?;
-        let path = self.tree.file.into();
-        match (nodes.pop(), nodes.len()) {
-            (Some(node), 0) => Ok(node),
-            (None, _) => Err(ReadError::Missing { path, what, hint: "is it a complete CGNS file?" }),
-            (_, more) => Err(self.unsupported(format_args!("CGNS with {} {what}s", more + 1), hint)),
-        }
-    }
-
     /// The node's data.
     pub fn data(&self) -> Result<Data<'a>, ReadError> {
         match &self.handle {
