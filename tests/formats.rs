@@ -28,6 +28,9 @@ mod openfoam;
 mod openfoam_cases;
 #[path = "formats/save_all.rs"]
 mod save_all;
+#[cfg(feature = "cgns")]
+#[path = "formats/slab.rs"]
+mod slab;
 #[path = "formats/su2.rs"]
 mod su2;
 #[path = "formats/vtu.rs"]

@@ -159,11 +159,16 @@ fn choose_backend(choice: BackendChoice, console: &Console) -> Result<Box<dyn Ba
     Ok(backend)
 }
 
-/// Prints the warnings of a mesh file, and notes that all cells of a shape are left-handed in it.
-fn tell_of_file(path: &Path, file: &MeshFile, console: &Console) {
+/// Prints the warnings of a mesh file.
+fn warn_of_file(path: &Path, file: &MeshFile, console: &Console) {
     for warning in file.warnings() {
         console.warn(format_args!("{}: {warning}", path.display()));
     }
+}
+
+/// Prints the warnings of a mesh file, and notes that all cells of a shape are left-handed in it.
+fn tell_of_file(path: &Path, file: &MeshFile, console: &Console) {
+    warn_of_file(path, file, console);
     if !file.left_handed.is_empty() {
         console.note(format_args!(
             "{}: all {} are left-handed (negative volume): idmesh turns them over; a file of the same format keeps them as \

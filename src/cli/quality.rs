@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::console::Console;
 use super::failure::Failure;
 use super::json::{check_json, write_json};
-use super::{JsonTarget, json_target};
+use super::{JsonTarget, json_target, warn_of_file};
 use crate::formats;
 use crate::mesh::{OtherCells, check_size};
 use crate::quality::{Statistics, betas};
@@ -63,6 +63,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
 
     console.step(&format!("reading {}", arguments.mesh.display()));
     let file = formats::read_mixed(&arguments.mesh)?;
+    warn_of_file(&arguments.mesh, &file, console);
     let (mesh, others) = (&file.mesh, &file.others);
     console.step("measuring");
     let of_others = others.tets();

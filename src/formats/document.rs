@@ -35,6 +35,8 @@ pub(super) struct SourceFile {
     pub partners: Vec<[String; 2]>,
     /// What a user must know before the mesh is moved, in words.
     pub warnings: Vec<String>,
+    /// What is otherwise in a file that is written back, besides moved coordinates, in words.
+    pub changes: Vec<String>,
 }
 
 /// Names and contents of the files of a folder.
@@ -74,6 +76,7 @@ impl SourceFile {
             siblings: Vec::new(),
             partners: Vec::new(),
             warnings: Vec::new(),
+            changes: Vec::new(),
         }
     }
 

@@ -166,15 +166,16 @@ impl MeshFile {
     }
 
     /// Everything that the file made by [`MeshFile::write`] at `path` does not hold, or holds in
-    /// another form, in words. Empty if the source file is written back.
+    /// another form, in words. If the source file is written back, this is what changes in it
+    /// besides its coordinates, if anything.
     ///
     /// # Errors
     ///
     /// [`WriteError::UnknownFormat`]: no format has this extension.
     pub fn losses(&self, path: &Path) -> Result<Vec<String>, WriteError> {
         let (format, extension) = output_format(path)?;
-        if self.source(format, extension).is_some() {
-            return Ok(Vec::new());
+        if let Some(document) = self.source(format, extension) {
+            return Ok(document.changes.clone());
         }
         let new_file = self.new_file(&self.mesh.vertices, Fields::default(), extension);
         let beside = self.document.iter().flat_map(|document| &document.beside);

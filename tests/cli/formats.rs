@@ -285,3 +285,18 @@ fn mixed_meshes_are_measured_but_not_moved() {
     fixture.case("mesh = \"box.msh\"", &format!("mesh = {mesh:?}"));
     fixture.refuses(3, &["only meshes of linear tets", "1 pyramids, 1 prisms, 1 hexahedra, 6 quadrilaterals"]);
 }
+
+/// A warning of a reader is shown by every command that reads.
+#[cfg(feature = "cgns")]
+#[test]
+fn warnings_of_a_reader_are_shown() {
+    let fixture = Fixture::new();
+    let mesh = data("slab.beside.cgns");
+    let mesh = mesh.to_str().unwrap();
+    for arguments in [&["convert", mesh, "a.vtu"][..], &["quality", mesh], &["refine", mesh, "b.vtu"]] {
+        let output = fixture.idmesh(arguments);
+        assert_good(&output);
+        let expected = format!("warning: {mesh}: /Base/Slab/ZoneBC/nodes: a boundary condition on vertices");
+        assert!(stderr(&output).contains(&expected), "{arguments:?}: {}", stderr(&output));
+    }
+}

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::tree::Shared;
-use super::{Zone, read_zone};
+use super::{Contents, read_contents};
 use crate::formats::document::Coordinates;
 use crate::formats::error::{Location, ReadError};
 use crate::formats::out::in_blocks;
@@ -16,16 +16,17 @@ use crate::formats::out::in_blocks;
 ///
 /// # Errors
 /// [`ReadError::Malformed`]
-pub(super) fn check(path: &Path, shared: &Shared, zone: &Zone) -> Result<(), ReadError> {
-    let length = zone.positions.len() * zone.columns.kind.0.bytes();
-    let columns = zone.columns.starts.map(|start| start..start + length);
-    let overlap = |a: &Range<usize>, b: &Range<usize>| a.start < b.end && b.start < a.end;
-    let [x, y, z] = &columns;
-    if overlap(x, y) || overlap(y, z) || overlap(x, z) {
+pub(super) fn check(path: &Path, shared: &Shared, read: &Contents) -> Result<(), ReadError> {
+    let mut ranges: Vec<&Range<usize>> = read.columns.all().flat_map(|column| column.ranges()).collect();
+    ranges.sort_by_key(|range| range.start);
+    if ranges.windows(2).any(|pair| pair[1].start < pair[0].end) {
         return Err(malformed(path, "coordinates with places of their own", "two that share bytes of the file"));
     }
     // HDF5 may read a little more than it needs, so only other coordinates can show what is used.
-    if columns.iter().any(|column| shared.is_used_otherwise(column)) && !is_same_with_others(path, shared, zone) {
+    // They also show that a header can say where unpacked coordinates are.
+    let is_one_piece = read.columns.all().all(|column| column.ranges().len() == 1 && !column.is_in_header());
+    let is_used = || ranges.iter().any(|range| shared.is_used_otherwise(range));
+    if (!is_one_piece || is_used()) && !is_same_with_others(path, shared, read) {
         return Err(malformed(path, "coordinates with places of their own", "some that share bytes with other data"));
     }
     Ok(())
@@ -35,12 +36,18 @@ fn malformed(path: &Path, expected: &str, found: &str) -> ReadError {
     ReadError::Malformed { place: Location::File(path.into()), expected: expected.into(), found: found.into() }
 }
 
-/// Whether the file with other coordinates has the same cells and families.
-fn is_same_with_others(path: &Path, shared: &Shared, zone: &Zone) -> bool {
+/// Whether the file with other coordinates has these coordinates and the same cells and families.
+fn is_same_with_others(path: &Path, shared: &Shared, read: &Contents) -> bool {
     let other = |value: f64| if value.abs() < 1e30 { -1.5 * value - 1.0 } else { 0.0 };
-    let vertices: Vec<_> = zone.positions.iter().map(|position| position.map(other)).collect();
+    let vertices: Vec<_> = read.positions.iter().map(|position| position.map(other)).collect();
     let mut bytes = Vec::with_capacity(shared.bytes.len());
-    let written = in_blocks(&mut bytes, |out| zone.columns.write(&shared.bytes, out, &vertices));
-    let again = written.ok().and_then(|()| read_zone(path, &Shared::new(bytes)).ok());
-    again.is_some_and(|again| again.mesh_builder == zone.mesh_builder && again.names == zone.names)
+    let written = in_blocks(&mut bytes, |out| read.columns.write(&shared.bytes, out, &vertices));
+    let again = written.ok().and_then(|()| read_contents(path, &Shared::new(bytes)).ok());
+    let close = |(a, b): (&glam::DVec3, &glam::DVec3)| (*a - *b).abs().max_element() <= 1e-6 * b.abs().max_element();
+    again.is_some_and(|again| {
+        again.mesh_builder == read.mesh_builder
+            && again.names == read.names
+            && again.positions.len() == vertices.len()
+            && again.positions.iter().zip(&vertices).all(close)
+    })
 }

@@ -8,7 +8,7 @@ use std::io;
 
 use hdf5_pure::{AttrValue, FileBuilder, FormatError, GroupBuilder, LibVer};
 
-use super::element_number;
+use super::elements::element_number;
 use crate::formats::mesh_builder::CellKind;
 use crate::formats::new_file::{NewFile, clean_names, renamed};
 use crate::formats::out::Out;

@@ -1,6 +1,4 @@
 //! The tree of a CGNS file: nodes with a name, a label, data and children.
-//!
-//! Source: the CGNS standard, "SIDS file mapping, HDF5".
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -8,8 +6,11 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use hdf5_pure::{AttrValue, Dataset, Datatype, DatatypeByteOrder, File, FormatError, Group, Layout, Source};
+use hdf5_pure::{FormatError, Group, Source};
 
+use super::adf::{self, Adf};
+use super::hdf5;
+use super::headers::Header;
 use crate::formats::allowance::Allowance;
 use crate::formats::error::{Location, ReadError};
 use crate::formats::number::{Integers, Number};
@@ -27,9 +28,19 @@ impl Shared {
         Self { bytes: Arc::new(bytes), reads: Arc::default() }
     }
 
+    /// The same bytes, of which none has been read.
+    pub fn unread(&self) -> Self {
+        Self { bytes: Arc::clone(&self.bytes), reads: Arc::default() }
+    }
+
     /// Notes that these bytes are read.
-    fn note(&self, range: Range<usize>) {
+    pub fn note(&self, range: Range<usize>) {
         self.reads.lock().unwrap_or_else(PoisonError::into_inner).push(range);
+    }
+
+    /// The ranges that have been read since this was asked last, in their order.
+    pub fn take_reads(&self) -> Vec<Range<usize>> {
+        std::mem::take(&mut self.reads.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Whether bytes of a range have been read together with bytes outside it, or only some of
@@ -59,29 +70,89 @@ impl Source for Shared {
     }
 }
 
+/// Where the bytes of an array are in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Store {
+    /// Ranges of the file, which hold the array one after another.
+    Pieces(Vec<Range<usize>>),
+    /// Packed, or in an object header.
+    Elsewhere,
+}
+
+/// The data of a node.
+pub(super) struct Data<'a> {
+    pub bytes: Cow<'a, [u8]>,
+    pub number: Number,
+    pub endian: Endian,
+    pub store: Store,
+}
+
+/// A file that is read.
+pub(super) struct Tree<'a> {
+    /// Path of the file, for messages.
+    pub file: &'a Path,
+    pub shared: &'a Shared,
+    /// Bytes to which all packed arrays together may unpack.
+    pub allowance: Allowance<'a>,
+    /// The file if it is in ADF and not in HDF5.
+    adf: Option<Adf>,
+}
+
+impl<'a> Tree<'a> {
+    pub fn new(file: &'a Path, shared: &'a Shared, adf: Option<Adf>) -> Self {
+        Self { file, shared, allowance: Allowance::new(file, shared.bytes.len()), adf }
+    }
+}
+
+/// A node in its kind of file.
+enum Handle<'a> {
+    Hdf5(Group),
+    /// A node of ADF, with its place.
+    Adf(&'a Adf, usize),
+}
+
 /// A node of the tree.
 pub(super) struct Node<'a> {
-    file: &'a Path,
-    shared: &'a Shared,
+    pub tree: &'a Tree<'a>,
     /// The names on the way to the node, each after a slash.
     path: String,
-    group: Group,
+    handle: Handle<'a>,
 }
 
 impl<'a> Node<'a> {
-    /// The root of a file.
-    ///
-    /// - `file`: path, for messages
-    pub fn root(file: &'a Path, shared: &'a Shared, hdf5: &File) -> Self {
-        Self { file, shared, path: String::new(), group: hdf5.root() }
+    /// The root of a file, which is in ADF or `hdf5`.
+    pub fn root(tree: &'a Tree<'a>, hdf5: impl FnOnce() -> Result<Group, ReadError>) -> Result<Self, ReadError> {
+        let handle = match &tree.adf {
+            Some(adf) => Handle::Adf(adf, adf.root),
+            None => Handle::Hdf5(hdf5()?),
+        };
+        Ok(Self { tree, path: String::new(), handle })
     }
 
     pub fn name(&self) -> &str {
         self.path.rsplit('/').next().unwrap_or_default()
     }
 
+    /// The names on the way to the node, such as `/Base/Zone`.
+    pub fn path(&self) -> &str {
+        if self.path.is_empty() { "/" } else { &self.path }
+    }
+
     pub fn place(&self) -> Location {
-        Location::Node(self.file.into(), if self.path.is_empty() { "/".into() } else { self.path.clone() })
+        Location::Node(self.tree.file.into(), self.path().into())
+    }
+
+    /// The error of a node that idmesh does not read.
+    pub fn unsupported(&self, found: impl Display, hint: &'static str) -> ReadError {
+        ReadError::Unsupported { path: self.tree.file.into(), found: format!("{}: {found}", self.path()), hint }
+    }
+
+    /// The error with the node's name, if the error is about something that is not read.
+    pub fn named(&self, error: ReadError) -> ReadError {
+        match error {
+            ReadError::Unsupported { found, hint, .. } => self.unsupported(found, hint),
+            error => error,
+        }
     }
 
     /// The error of a node that is not as `expected`.
@@ -91,8 +162,18 @@ impl<'a> Node<'a> {
 
     /// The child with this name, if there is one.
     pub fn find(&self, name: &str) -> Option<Self> {
-        let group = self.group.group(name).ok()?;
-        Some(Self { file: self.file, shared: self.shared, path: format!("{}/{name}", self.path), group })
+        let handle = match &self.handle {
+            Handle::Hdf5(group) => Handle::Hdf5(group.group(name).ok()?),
+            &Handle::Adf(adf, at) => {
+                let children = adf.children(self, at).ok()?;
+                Handle::Adf(adf, children.into_iter().find(|(found, _)| found == name)?.1)
+            }
+        };
+        Some(self.below(name, handle))
+    }
+
+    fn below(&self, name: &str, handle: Handle<'a>) -> Self {
+        Self { tree: self.tree, path: format!("{}/{name}", self.path), handle }
     }
 
     /// The child with this name.
@@ -111,109 +192,73 @@ impl<'a> Node<'a> {
 
     /// All children with their labels, in the order of their names.
     pub fn labelled(&self) -> Result<Vec<(String, Self)>, ReadError> {
-        let mut names = self.group.groups().map_err(|error| self.malformed("nodes of CGNS", error))?;
-        names.sort();
-        let mut children = Vec::new();
-        for name in names {
-            let node = self.child(&name)?;
-            let attributes = node.group.attrs().map_err(|error| node.malformed("a node of CGNS", error))?;
-            let label = match attributes.get("label") {
-                Some(AttrValue::String(text) | AttrValue::AsciiString(text)) => text.trim_end_matches('\0'),
-                Some(AttrValue::AsciiStringSized { value, .. } | AttrValue::StringSized { value, .. }) => {
-                    value.trim_end_matches('\0')
-                }
-                _ => "",
-            };
-            children.push((label.to_owned(), node));
-        }
-        Ok(children)
-    }
-
-    /// The only child with this label.
-    ///
-    /// - `hint`: advice for a file with several such children
-    pub fn only(&self, label: &str, what: &'static str, hint: &'static str) -> Result<Self, ReadError> {
-        let mut nodes = self.children(label)?;
-        let path = self.file.into();
-        match (nodes.pop(), nodes.len()) {
-            (Some(node), 0) => Ok(node),
-            (None, _) => Err(ReadError::Missing { path, what, hint: "is it a complete CGNS file?" }),
-            (_, more) => Err(ReadError::Unsupported { path, found: format!("CGNS with {} {what}s", more + 1), hint }),
-        }
-    }
-
-    /// The node's data. Data with more numbers than the file has bytes are refused.
-    pub fn data(&self) -> Result<Dataset, ReadError> {
-        // The name begins with a space.
-        let data = self.group.dataset(" data").map_err(|error| self.malformed("data", error))?;
-        let shape = data.shape().map_err(|error| self.malformed("data", error))?;
-        let n_values = shape.iter().try_fold(1u64, |product, &size| product.checked_mul(size)).unwrap_or(u64::MAX);
-        let length = self.shared.bytes.len();
-        if n_values > length as u64 {
-            let expected = format!("data within the {length} bytes of the file");
-            return Err(self.malformed(expected, format_args!("{n_values} values")));
-        }
-        // A chunk is unpacked whole, however few of its values belong to the data.
-        if let Ok(Layout::Chunked { chunk_shape, .. }) = data.layout() {
-            let in_chunk = chunk_shape.iter().try_fold(8u64, |product, &size| product.checked_mul(size));
-            Allowance::new(self.file, length)
-                .take(&format!("a chunk of {}", self.path), in_chunk.map_or(usize::MAX, |bytes| bytes as usize))?;
-        }
-        Ok(data)
-    }
-
-    /// Offset and bytes of the data in the file, if they are in one piece.
-    pub fn stored(&self, data: &Dataset) -> Result<Option<(usize, &'a [u8])>, ReadError> {
-        let Layout::Contiguous { address: Some(address), size } =
-            data.layout().map_err(|error| self.malformed("data", error))?
-        else {
-            return Ok(None);
+        let mut children: Vec<Self> = match &self.handle {
+            Handle::Hdf5(group) => {
+                let names = group.groups().map_err(|error| self.malformed("nodes of CGNS", error))?;
+                names.iter().map(|name| self.child(name)).collect::<Result<_, _>>()?
+            }
+            &Handle::Adf(adf, at) => {
+                let children = adf.children(self, at)?;
+                children.into_iter().map(|(name, child)| self.below(&name, Handle::Adf(adf, child))).collect()
+            }
         };
-        let range = |start: usize| Some(start..start.checked_add(usize::try_from(size).ok()?)?);
-        let found =
-            usize::try_from(address).ok().and_then(|start| Some((start, self.shared.bytes.get(range(start)?)?)));
-        found.map(Some).ok_or_else(|| self.malformed("data", "an end of the file before theirs"))
+        children.sort_by(|a, b| a.path.cmp(&b.path));
+        let mut labelled = Vec::with_capacity(children.len());
+        for node in children {
+            let (label, is_link) = match &node.handle {
+                Handle::Hdf5(group) => hdf5::label(group).map_err(|error| node.malformed("a node of CGNS", error))?,
+                Handle::Adf(_, at) => adf::label(&self.tree.shared.bytes, *at),
+            };
+            if is_link {
+                return Err(node.unsupported("a link to another node", "save the mesh as one file without links"));
+            }
+            labelled.push((label, node));
+        }
+        Ok(labelled)
+    }
+
+    /// The node's data.
+    pub fn data(&self) -> Result<Data<'a>, ReadError> {
+        match &self.handle {
+            Handle::Hdf5(group) => hdf5::data(self, group),
+            Handle::Adf(adf, at) => adf.data(self, *at),
+        }
+    }
+
+    /// The header that says where the data are. `None` if its format is not known.
+    pub fn header(&self) -> Option<Header> {
+        let Handle::Hdf5(_) = self.handle else { return None };
+        let names: Vec<&str> = self.path.split('/').skip(1).collect();
+        hdf5::header(&self.tree.shared.unread(), &names)
     }
 
     /// The data as whole numbers.
     pub fn integers(&self) -> Result<Integers<'a>, ReadError> {
-        let data = self.data()?;
-        let datatype = data.datatype().map_err(|error| self.malformed("whole numbers", error))?;
-        if let Some((number, endian)) = number_of(&datatype)
-            && let Some((start, bytes)) = self.stored(&data)?
-            && let Some(integers) = Integers::stored(Cow::Borrowed(bytes), number, endian)
-            && data.shape().is_ok_and(|shape| shape.iter().product::<u64>() == integers.len() as u64)
-        {
-            // Two notes, so that these bytes are not taken for coordinates that are read whole.
-            self.shared.note(start..start + bytes.len() / 2);
-            self.shared.note(start + bytes.len() / 2..start + bytes.len());
-            return Ok(integers);
-        }
-        let values = data.read_i64().map_err(|error| self.malformed("whole numbers", error))?;
-        Ok(values.into())
+        let Data { bytes, number, endian, store } = self.data()?;
+        self.note(&store);
+        // In a broken file many nodes may have the same bytes.
+        self.tree.allowance.take(&format!("the node {}", self.path()), bytes.len())?;
+        Integers::stored(bytes, number, endian).ok_or_else(|| self.malformed("whole numbers", "others"))
     }
 
     /// The data as text.
     pub fn text(&self) -> Result<String, ReadError> {
-        let bytes = self.data()?.read_i8().map_err(|error| self.malformed("text", error))?;
-        let bytes: Vec<u8> = bytes.into_iter().map(|byte| byte as u8).collect();
+        let Data { bytes, number, store, .. } = self.data()?;
+        self.note(&store);
+        if number.bytes() != 1 {
+            return Err(self.malformed("text", "numbers"));
+        }
         Ok(String::from_utf8_lossy(&bytes).trim_end_matches(['\0', ' ']).to_string())
     }
-}
 
-/// Number type and byte order of an HDF5 type, if CGNS uses it for whole numbers: signed, 32 or 64
-/// bits.
-fn number_of(datatype: &Datatype) -> Option<(Number, Endian)> {
-    let Datatype::FixedPoint { size, byte_order, layout } = datatype else { return None };
-    let full = layout.signed && layout.bit_offset == 0 && u32::from(layout.bit_precision) == 8 * size;
-    let number = match size {
-        4 if full => Number::I32,
-        8 if full => Number::I64,
-        _ => return None,
-    };
-    match byte_order {
-        DatatypeByteOrder::LittleEndian => Some((number, Endian::Little)),
-        DatatypeByteOrder::BigEndian => Some((number, Endian::Big)),
-        DatatypeByteOrder::Vax => None,
+    /// Notes that data are read that are no coordinates.
+    fn note(&self, store: &Store) {
+        let Store::Pieces(pieces) = store else { return };
+        for piece in pieces {
+            // Two notes, so that these bytes are not taken for coordinates that are read whole.
+            let middle = piece.start + piece.len() / 2;
+            self.tree.shared.note(piece.start..middle);
+            self.tree.shared.note(middle..piece.end);
+        }
     }
 }
