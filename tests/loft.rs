@@ -303,12 +303,13 @@ fn vertices_in_the_planes_are_judged_too() {
     let surface = BLUNT.surface();
     let old = surface.cut(&[1.0, 3.0]);
     let loft = surface.loft(&old);
-    let motion = loft.displacements(&mapped(&old, |at| at + 0.1 * DVec3::Z)).unwrap();
+    let new = mapped(&old, |at| at + 0.1 * DVec3::Z);
+    let motion = loft.displacements(&new).unwrap();
     let mut moved: Vec<DVec3> = surface.vertices.iter().zip(&motion.displacement).map(|(v, d)| *v + *d).collect();
-    assert!(loft.missed(&motion, &moved).iter().all(|missed| missed.share < 1e-9));
+    assert!(loft.missed(&new, &motion, &moved).unwrap().iter().all(|missed| missed.share < 1e-9));
     let vertex = surface.vertices.iter().position(|at| at.y == 1.0 && at.z > 0.05).unwrap();
     moved[vertex].z += 0.01 * CHORD;
-    let missed = loft.missed(&motion, &moved);
+    let missed = loft.missed(&new, &motion, &moved).unwrap();
     assert!(missed.len() == 2 && missed[0].vertex == vertex && missed[0].share > 5e-3, "{missed:?}");
 }
 

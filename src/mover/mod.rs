@@ -54,7 +54,7 @@ use crate::{
     memory::check_memory,
     mesh::Displacement,
     mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
-    profile::{Profile, ProfileError},
+    profile::{Profile, ProfileError, SECTIONS_AT_ONCE},
     quality::{self, Statistics, faults::EdgeAngles},
     stage::SetUp,
     stages::{STAGES, Stages, WingProfiles},
@@ -222,11 +222,15 @@ pub const MISSED: f64 = 2e-3;
 /// Measured with 6.5 million tets.
 const BYTES: u64 = 600;
 
-/// Bytes for each old profile of a wing, and for each of its points: the smooth curves through the
-/// profile and through the wing's own section in its plane. Measured with 2000 profiles, and with
-/// profiles of 100 000 points.
-const OF_PROFILE: u64 = 220_000;
-const OF_POINT: u64 = 1_000;
+/// Bytes for each old profile of a wing, and for each of its points. Measured with 20 000 profiles
+/// of 40 points.
+const OF_PROFILE: u64 = 4_000;
+const OF_POINT: u64 = 150;
+/// Bytes for the smooth curves through a profile and through the wing's own section in its plane,
+/// and for each point of the profile. At most [`SECTIONS_AT_ONCE`] sections have their curves at
+/// one time. Measured with profiles of 100 000 points.
+const OF_CURVES: u64 = 220_000;
+const OF_CURVES_AT_POINT: u64 = 1_000;
 
 impl Mover {
     /// Begins a mover of this mesh; see [`MoverBuilder`].
@@ -248,8 +252,12 @@ impl Mover {
         backend: Arc<dyn Backend>,
         observer: Progress,
     ) -> Result<Self, MoveError> {
-        let of_profile = |profile: &Profile| OF_PROFILE + OF_POINT * profile.points.len() as u64;
-        let of_profiles: u64 = wings.iter().flat_map(|wing| &wing.old).map(of_profile).sum();
+        let points = wings.iter().flat_map(|wing| &wing.old).map(|profile| profile.points.len() as u64);
+        let mut n_points: Vec<u64> = points.collect();
+        n_points.sort_unstable_by(|a, b| b.cmp(a));
+        let kept: u64 = n_points.iter().map(|points| OF_PROFILE + OF_POINT * points).sum();
+        let largest = n_points.iter().take(SECTIONS_AT_ONCE);
+        let of_profiles = kept + largest.map(|points| OF_CURVES + OF_CURVES_AT_POINT * points).sum::<u64>();
         check_memory(BYTES * mesh.tets.len() as u64 + of_profiles)
             .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
         observer("topology");
@@ -431,7 +439,11 @@ impl Mover {
         let held_back = self.held_back(&wanted, &displacement);
         let distances_off = self.distances_off(&vertices);
         let families = self.family_reports(&vertices, &distances_off, &folded, &self_intersecting, &held_back);
-        let missed = self.stages.wings.missed(&vertices);
+        let missed = self
+            .stages
+            .wings
+            .missed(&design.profiles, &vertices)
+            .map_err(|(family, error)| MoveError::Profiles { family, error })?;
         Ok(Outcome {
             off_surface: self.off_surface(&distances_off),
             parted: self.parted(&vertices),

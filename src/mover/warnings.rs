@@ -2,7 +2,10 @@
 //!
 //! The command line prints the warnings of each design.
 
-use std::{collections::BTreeMap, fmt};
+use std::{
+    collections::{BTreeMap, HashSet},
+    fmt,
+};
 
 use glam::DVec3;
 
@@ -151,9 +154,9 @@ impl Mover {
         let nothing_moves = original == vertices;
         let held_back = held_back.iter().cloned().map(Warning::HeldBack);
         let not_judged = missed.iter().filter_map(|(wing, missed)| {
-            let is_judged = |number: i64| missed.iter().any(|missed| missed.profile == number);
+            let judged: HashSet<i64> = missed.iter().map(|missed| missed.profile).collect();
             let numbers = design.profiles.get(wing)?.iter().map(|profile| profile.number);
-            let profiles: Vec<i64> = numbers.filter(|&number| !is_judged(number)).collect();
+            let profiles: Vec<i64> = numbers.filter(|number| !judged.contains(number)).collect();
             (!profiles.is_empty()).then(|| Warning::NotJudged { wing: wing.clone(), profiles })
         });
         folds

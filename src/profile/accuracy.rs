@@ -168,16 +168,18 @@ impl Watch {
     /// The vertex with the largest deviation in each section that has vertices. The deviation is
     /// infinite where there is no section to compare with.
     ///
+    /// - `sections` `[n_sections]`: of the moved wing's vertices
     /// - `positions`: positions before the motion, by vertex
     /// - `moved` `[n_positions]`: positions at the end
     pub fn missed(
         &self,
         motion: &ProfileDisplacement,
+        sections: &[&Profile],
         positions: impl Fn(usize) -> DVec3 + Sync,
         moved: &[DVec3],
     ) -> Vec<Missed> {
-        let sections = motion.sections.iter().zip(&motion.planes).zip(&self.sections).zip(&motion.carried);
-        type Section<'a> = (((&'a Profile, &'a Plane), &'a Watched), &'a Vec<DVec3>);
+        let sections = sections.iter().zip(&motion.planes).zip(&self.sections).zip(&motion.carried);
+        type Section<'a> = (((&'a &'a Profile, &'a Plane), &'a Watched), &'a Vec<DVec3>);
         let worst = |(((new, plane), watched), carried): Section| {
             let mut lines = new.points.clone();
             lines.dedup();

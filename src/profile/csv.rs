@@ -86,6 +86,7 @@ pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
                     let what = format!("profile {number} begins a second time");
                     return Err(fail(line, what, "the points of a profile in consecutive rows of one file"));
                 }
+                profiles.last_mut().into_iter().for_each(|done| done.points.shrink_to_fit());
                 profiles.push(Profile { number, points: Vec::new() });
                 current = Some(number);
             }

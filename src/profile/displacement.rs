@@ -13,10 +13,10 @@ pub struct ProfileDisplacement {
     /// Unit span-wise direction of the moved wing at each vertex `[n_positions]`: at constant
     /// parameter of the sections, towards growing span coordinate.
     pub span_direction: Vec<DVec3>,
-    /// The sections of the moved wing's vertices, in the order of the span. They are the new
-    /// profiles. If the new profiles are flat cuts through facets, they are the old sections from
-    /// vertices with the change of the cuts.
-    pub sections: Vec<Profile>,
+    /// If the new profiles are flat cuts through facets: the sections of the moved wing's vertices,
+    /// in the order of the span. They are the old sections from vertices with the change of the
+    /// cuts. Otherwise the new profiles are these sections.
+    pub displaced: Option<Vec<Profile>>,
     /// For each section, the new positions of the vertices beside its plane, carried into the
     /// plane.
     pub(super) carried: Vec<Vec<DVec3>>,

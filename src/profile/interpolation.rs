@@ -178,27 +178,26 @@ impl ProfileInterpolation {
         let map = trend.fit(&targets);
 
         let mut remainder = Vec::with_capacity(self.knots.len());
-        let left = |(k, (change, new)): (usize, (Change, &&Profile))| {
+        let left = |(k, change): (usize, Change)| {
             let left_at = |knots: &[DVec3]| -> Vec<DVec3> {
                 let pairs = knots.iter().zip(&change.knots);
                 pairs.map(|(&knot, &d)| d - trend.at(&map, knot, self.span.eta[k])).collect()
             };
             let own = self.arcs[k].knots();
             if !flat {
-                return (left_at(&self.knots[own]), (*new).clone());
+                return (left_at(&self.knots[own]), None);
             }
             let (form, smooth) = (form[k].section(), self.forms.smooth[k].section());
             let left = transferred(&smooth, &form, &left_at(&form.knots()));
             let pairs = left.iter().zip(&self.knots[own]);
             let whole: Vec<DVec3> = pairs.map(|(&left, &knot)| left + trend.at(&map, knot, self.span.eta[k])).collect();
-            let displaced = smooth.displaced(&whole);
-            (left, displaced)
+            (left, Some(smooth.displaced(&whole)))
         };
-        let of_sections: Vec<_> = of_section.into_par_iter().zip(&new).enumerate().map(left).collect();
-        let mut sections = Vec::with_capacity(of_sections.len());
+        let of_sections: Vec<_> = of_section.into_par_iter().enumerate().map(left).collect();
+        let mut displaced = Vec::new();
         for (left, section) in of_sections {
             remainder.extend(left);
-            sections.push(section);
+            displaced.extend(section);
         }
         let whole: Vec<DVec3> = self
             .arcs
@@ -223,7 +222,7 @@ impl ProfileInterpolation {
         Ok(ProfileDisplacement {
             displacement,
             span_direction,
-            sections,
+            displaced: flat.then_some(displaced),
             carried: carried.collect(),
             planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
             closeness,
@@ -279,10 +278,22 @@ impl ProfileInterpolation {
     /// Deviation of the vertices beside the planes of the profiles from their sections: see
     /// [`Missed`].
     ///
-    /// - `motion`: the result of [`Self::displacements`]
+    /// - `new`, `motion`: the new profiles and the result of [`Self::displacements`] for them
     /// - `moved` `[n_positions]`: positions of the wing's vertices at the end, in the mesh's unit
-    pub fn missed(&self, motion: &ProfileDisplacement, moved: &[DVec3]) -> Vec<Missed> {
-        self.watch.missed(motion, |vertex| self.places[vertex].position, moved)
+    ///
+    /// # Errors
+    /// The new profiles do not pair with the old ones.
+    pub fn missed(
+        &self,
+        new: &[Profile],
+        motion: &ProfileDisplacement,
+        moved: &[DVec3],
+    ) -> Result<Vec<Missed>, ProfileError> {
+        let sections = match &motion.displaced {
+            Some(displaced) => displaced.iter().collect(),
+            None => self.paired(new)?,
+        };
+        Ok(self.watch.missed(motion, &sections, |vertex| self.places[vertex].position, moved))
     }
 
     /// Indices of the vertices at the edges that cross the planes of the profiles.

@@ -64,6 +64,7 @@ pub use displacement::ProfileDisplacement;
 pub use error::ProfileError;
 pub use files::Placement;
 pub use interpolation::ProfileInterpolation;
+pub(crate) use places::SECTIONS_AT_ONCE;
 pub use plane::Plane;
 pub use wing_surface::WingSurface;
 

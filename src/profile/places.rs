@@ -12,9 +12,11 @@ use super::matching::OldSection;
 use super::span::{Span, SpanWeights};
 use super::wing_surface::WingSurface;
 
-/// Intervals between sections whose vertices are placed together. The sections beside them have
-/// their curves at one time, which take 80 kilobytes each.
-const BLOCK: usize = 64;
+/// The most sections that have their curves at one time. The curves of a section take 80 kilobytes.
+pub(crate) const SECTIONS_AT_ONCE: usize = 68;
+/// Intervals between sections whose vertices are placed together. Four sections count in an
+/// interval, so up to three more sections than intervals count in a block.
+const BLOCK: usize = SECTIONS_AT_ONCE - 4;
 
 /// A wing vertex between the profiles.
 #[derive(Clone, Debug, Default)]

@@ -35,7 +35,8 @@ pub(super) struct Trend {
     across: [DVec3; 2],
     /// Points of each section, around the line, at which its affine map is evaluated.
     probes: Vec<[DVec3; 4]>,
-    rows: Vec<[f64; 6]>,
+    /// Span coordinate of each section.
+    etas: Vec<f64>,
     squares: LeastSquares,
 }
 
@@ -59,18 +60,19 @@ impl Trend {
             scale,
             across: [u, v],
             probes: Vec::new(),
-            rows: Vec::new(),
+            etas: span.eta.clone(),
             squares: LeastSquares::new(Vec::new()),
         };
+        let mut rows = Vec::with_capacity(4 * sections.len());
         for (plane, &eta) in span.planes.iter().zip(&span.eta) {
             let on_line = trend.line(eta);
             let middle = on_line - plane.normal * plane.distance(on_line);
             let (u, v) = plane.normal.any_orthonormal_pair();
             let probes = [u, -u, v, -v].map(|direction| middle + direction * scale);
-            trend.rows.extend(probes.map(|probe| trend.basis(probe, eta)));
+            rows.extend(probes.map(|probe| trend.basis(probe, eta)));
             trend.probes.push(probes);
         }
-        let column = |i: usize| trend.rows.iter().map(|row| row[i]).collect();
+        let column = |i: usize| rows.iter().map(|row| row[i]).collect();
         trend.squares = LeastSquares::new((0..6).map(column).collect());
         trend
     }
@@ -98,7 +100,9 @@ impl Trend {
     pub fn fit(&self, targets: &[DVec3]) -> TrendMap {
         let mut map = self.squares.solve(targets);
         // A second fit of what is left removes the rounding of the first.
-        let left: Vec<DVec3> = targets.iter().zip(&self.rows).map(|(&d, row)| d - combine(&map, row)).collect();
+        let probes = self.probes.iter().zip(&self.etas).flat_map(|(probes, &eta)| probes.map(|probe| (probe, eta)));
+        let left: Vec<DVec3> =
+            targets.iter().zip(probes).map(|(&d, (probe, eta))| d - self.at(&map, probe, eta)).collect();
         for (coefficient, more) in map.iter_mut().zip(self.squares.solve(&left)) {
             *coefficient += more;
         }

@@ -267,12 +267,21 @@ impl Wings {
     /// For each wing, the vertex that misses each new profile the most. [`Missed::vertex`] is a
     /// vertex of the mesh here.
     ///
+    /// - `new_profiles`: of the last design
     /// - `vertices` `[n_vertices]`: moved positions, in the mesh's unit
-    pub fn missed(&self, vertices: &[DVec3]) -> BTreeMap<String, Vec<Missed>> {
+    ///
+    /// # Errors
+    /// As for [`Wings::interpolate`].
+    pub fn missed(
+        &self,
+        new_profiles: &BTreeMap<String, Vec<Profile>>,
+        vertices: &[DVec3],
+    ) -> Result<BTreeMap<String, Vec<Missed>>, (String, ProfileError)> {
         let of_wing = |(wing, displacement): (&Wing, &ProfileDisplacement)| {
+            let new = new_profiles.get(&wing.name).map_or(&[][..], Vec::as_slice);
             let at = wing.vertices.iter().map(|&vertex| vertices[vertex as usize]);
-            let mut missed = match &wing.mirror {
-                None => wing.interpolation.missed(displacement, &at.collect::<Vec<_>>()),
+            let missed = match &wing.mirror {
+                None => wing.interpolation.missed(new, displacement, &at.collect::<Vec<_>>()),
                 Some(mirror) => {
                     let mut displacement = displacement.clone();
                     let pairs = displacement.displacement.iter_mut().zip(&mut displacement.span_direction);
@@ -281,11 +290,12 @@ impl Wings {
                         *span_direction = mirror.reflect(place, *span_direction);
                     }
                     let folded = at.enumerate().map(|(place, at)| mirror.fold(place, at));
-                    wing.interpolation.missed(&displacement, &folded.collect::<Vec<_>>())
+                    wing.interpolation.missed(new, &displacement, &folded.collect::<Vec<_>>())
                 }
             };
+            let mut missed = missed.map_err(|error| (wing.name.clone(), error))?;
             missed.iter_mut().for_each(|missed| missed.vertex = wing.vertices[missed.vertex] as usize);
-            (wing.name.clone(), missed)
+            Ok((wing.name.clone(), missed))
         };
         self.wings.iter().zip(&self.moved).map(of_wing).collect()
     }
