@@ -121,7 +121,7 @@ fn vertices_of_conditions_exist() {
     for wrong in [0, 13, i32::MIN] {
         let mut broken = bytes.clone();
         broken[at..at + 4].copy_from_slice(&wrong.to_le_bytes());
-        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
+        let error = read_bytes("a.cgns", &broken).map(drop).unwrap_err().to_string();
         let expected = format!(
             "/Base/Slab/ZoneBC/outflow: expected vertices of a condition, 1 to 12 (is it on faces, without a GridLocation?), found {wrong}"
         );
@@ -187,7 +187,7 @@ fn broken_chunks_are_refused() {
     for chunk in chunks {
         let mut broken = bytes.clone();
         broken[chunk + 5] ^= 0x10;
-        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
+        let error = read_bytes("a.cgns", &broken).map(drop).unwrap_err().to_string();
         assert!(error.contains("expected data in chunks, found a broken chunk at ["), "{error}");
     }
 }
@@ -288,7 +288,7 @@ fn broken_adf_is_refused() {
     let refused = |at: usize, new: &[u8], expected: &str| {
         let mut broken = bytes.clone();
         broken[at..at + new.len()].copy_from_slice(new);
-        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
+        let error = read_bytes("a.cgns", &broken).map(drop).unwrap_err().to_string();
         assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
     };
     let [zone, grid, x, y] = ["Slab", "GridCoordinates", "CoordinateX", "CoordinateY"].map(|name| named(&bytes, name));
@@ -298,7 +298,7 @@ fn broken_adf_is_refused() {
     for ancestor in [place(&bytes, 134), named(&bytes, "Base"), zone, grid] {
         refused(first_child(zone), &letters(ancestor), if ancestor == grid { children } else { &elsewhere });
     }
-    refused(first_child(zone), &letters(1 << 40 - 9), &format!("/Base/Slab: {children} none at the place of number 1"));
+    refused(first_child(zone), &letters(1 << 31), &format!("/Base/Slab: {children} none at the place of number 1"));
     refused(first_child(zone), b"x", &format!("{children} none at the place of number 1"));
     refused(zone + 68, b"FFFFFFFF", &format!("{children} 4294967295 of them"));
     refused(zone + 84, &letters(bytes.len()), &format!("{children} no table of them"));
@@ -365,7 +365,7 @@ fn zones_that_do_not_fit_are_refused() {
     let refused = |change: &dyn Fn(&mut Vec<u8>), expected: &str| {
         let mut broken = bytes.clone();
         change(&mut broken);
-        let error = read_bytes("a.cgns", &broken).err().expect("it is refused").to_string();
+        let error = read_bytes("a.cgns", &broken).map(drop).unwrap_err().to_string();
         assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
     };
     let set = |name: &'static str, at: usize, new: &'static [u8]| {
@@ -405,7 +405,7 @@ fn points_that_could_be_either_of_two_are_refused() {
     let mut vertices = file.mesh.vertices.clone();
     vertices[own] = vertices[shared];
     let slit = written(&file, "a.cgns", &vertices);
-    let error = read_bytes("a.cgns", &slit).err().expect("it is refused").to_string();
+    let error = read_bytes("a.cgns", &slit).map(drop).unwrap_err().to_string();
     assert!(
         error.contains(
             "a.cgns: /Base/Front: expected at most one point of a zone where zones meet, found two of them at [1, "
@@ -417,6 +417,6 @@ fn points_that_could_be_either_of_two_are_refused() {
 /// A base that is a copy of another one has all its cells.
 #[test]
 fn cells_of_two_zones_are_refused() {
-    let error = read(&data("slab.twice.cgns")).err().expect("it is refused").to_string();
+    let error = read(&data("slab.twice.cgns")).map(drop).unwrap_err().to_string();
     assert!(error.contains("/Copy/Slab: expected cells of its own, found one that /Base/Slab has too"), "{error}");
 }

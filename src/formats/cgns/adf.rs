@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::Path;
 
-use super::tree::{Data, Node, Shared, Store};
+use super::data::{Data, Shared, Spot, Store};
 use crate::formats::error::{Location, ReadError};
 use crate::formats::number::Number;
 use crate::formats::scanner::Endian;
@@ -108,10 +108,10 @@ impl Adf {
     ///
     /// # Errors
     /// [`ReadError::Malformed`]
-    pub fn children(&self, node: &Node, at: usize) -> Result<Vec<(String, usize)>, ReadError> {
-        let shared = node.tree.shared;
+    pub fn children(&self, spot: &Spot, at: usize) -> Result<Vec<(String, usize)>, ReadError> {
+        let shared = spot.source.shared;
         let bytes = &shared.bytes[..];
-        let malformed = |found: &dyn Display| node.malformed("the children of a node of ADF", found);
+        let malformed = |found: &dyn Display| spot.malformed("the children of a node of ADF", found);
         let count = hexadecimal(bytes, at + of::N_CHILDREN, 8).ok_or_else(|| malformed(&"no number of them"))?;
         if count == 0 {
             return Ok(Vec::new());
@@ -142,10 +142,10 @@ impl Adf {
     /// # Errors
     /// - [`ReadError::Malformed`]
     /// - [`ReadError::Unpacked`], [`ReadError::Memory`]: data of many chunks are too large
-    pub fn data<'a>(&self, node: &Node<'a>, at: usize) -> Result<Data<'a>, ReadError> {
-        let shared = node.tree.shared;
+    pub fn data<'a>(&self, spot: &Spot<'a>, at: usize) -> Result<Data<'a>, ReadError> {
+        let shared = spot.source.shared;
         let bytes = &shared.bytes[..];
-        let malformed = |found: &dyn Display| node.malformed("data", found);
+        let malformed = |found: &dyn Display| spot.malformed("data", found);
         let kind = words(&bytes[at + of::TYPE..][..NAME]);
         let number = match &*kind {
             "C1" | "B1" => Number::I8,
@@ -199,7 +199,7 @@ impl Adf {
         let bytes = match &pieces[..] {
             [piece] => Cow::Borrowed(&bytes[piece.clone()]),
             _ => {
-                node.tree.allowance.take(node.path(), length)?;
+                spot.source.allowance.take(spot.path(), length)?;
                 Cow::Owned(pieces.iter().flat_map(|piece| &bytes[piece.clone()]).copied().collect())
             }
         };

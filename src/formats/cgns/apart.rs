@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use super::tree::Shared;
+use super::data::Shared;
 use super::{Contents, read_contents};
 use crate::formats::document::Coordinates;
 use crate::formats::error::{Location, ReadError};

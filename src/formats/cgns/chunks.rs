@@ -7,7 +7,7 @@ use std::io::Read;
 use flate2::read::ZlibDecoder;
 use hdf5_pure::{Chunk, Dataset, Filter};
 
-use super::tree::{Node, Store};
+use super::data::{Spot, Store};
 use crate::formats::error::ReadError;
 
 /// Numbers of the filters.
@@ -28,13 +28,13 @@ const CHECKSUM: usize = 4;
 /// - [`ReadError::Unsupported`]: another filter
 /// - [`ReadError::Unpacked`], [`ReadError::Memory`]: the chunks are too large
 pub(super) fn read(
-    node: &Node,
+    spot: &Spot,
     data: &Dataset,
     shape: &[u64],
     chunk_shape: &[u64],
     number: usize,
 ) -> Result<(Vec<u8>, Store), ReadError> {
-    let malformed = |found: &dyn std::fmt::Display| node.malformed("data in chunks", found);
+    let malformed = |found: &dyn std::fmt::Display| spot.malformed("data in chunks", found);
     if shape.is_empty() || shape.len() != chunk_shape.len() || chunk_shape.contains(&0) || shape.contains(&0) {
         return Err(malformed(&format_args!("chunks of {chunk_shape:?} for {shape:?}")));
     }
@@ -44,14 +44,14 @@ pub(super) fn read(
     let of_chunk = product(&mut chunk_shape.iter().copied());
     // A chunk is unpacked whole, however few of its values belong to the data.
     let all = usize::try_from(n_chunks.saturating_mul(of_chunk)).unwrap_or(usize::MAX);
-    node.tree.allowance.take(&format!("a chunk of {}", node.path()), all)?;
+    spot.source.allowance.take(&format!("a chunk of {}", spot.path()), all)?;
     let (of_chunk, length) = (of_chunk as usize, product(&mut shape.iter().copied()) as usize);
 
     let filters = data.filter_pipeline();
     if let Some(filter) = filters.iter().find(|filter| !matches!(filter.id, DEFLATE | SHUFFLE | FLETCHER32)) {
         let name = filter.name.as_deref().unwrap_or("no name");
         let found = format!("data packed by the filter {} ({name})", filter.id);
-        return Err(node.unsupported(found, "repack it (h5repack -f NONE old.cgns new.cgns)"));
+        return Err(spot.unsupported(found, "repack it (h5repack -f NONE old.cgns new.cgns)"));
     }
     let mut chunks = data.chunks().map_err(|error| malformed(&error))?;
     chunks.sort_by(|a, b| a.offset.cmp(&b.offset));
@@ -63,7 +63,7 @@ pub(super) fn read(
     if chunks.len() as u64 != n_chunks || !chunks.iter().all(is_grid) {
         return Err(malformed(&format_args!("{} of {n_chunks} chunks", chunks.len())));
     }
-    let bytes = &node.tree.shared.bytes[..];
+    let bytes = &spot.source.shared.bytes[..];
     let mut unpacked = vec![0; length];
     let mut pieces = Vec::new();
     for chunk in &chunks {

@@ -5,8 +5,9 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::columns::{Column, Place, ZoneColumns};
+use super::data::{Data, Store};
 use super::headers::can_append;
-use super::tree::{Data, Node, Store};
+use super::tree::Node;
 use crate::formats::error::ReadError;
 use crate::formats::mesh_builder::{MOST_VERTICES, check_finite_at};
 use crate::formats::number::Number;
@@ -54,7 +55,7 @@ pub(super) fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, 
 ///
 /// - `bytes`: the coordinates, unpacked
 fn packed(node: &Node, bytes: Vec<u8>) -> Result<Place, ReadError> {
-    let file = &node.tree.shared.bytes[..];
+    let file = &node.source.shared.bytes[..];
     if let Some(header) = node.header() {
         match header.compact(file) {
             Some(range) if file[range.clone()] == bytes => return Ok(Place::Header { range, header }),

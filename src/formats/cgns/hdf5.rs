@@ -8,8 +8,8 @@ use std::fmt::Display;
 use hdf5_pure::{AttrValue, Datatype, DatatypeByteOrder, Error, File, FloatingPointLayout, Group, Layout};
 
 use super::chunks;
+use super::data::{Data, Shared, Spot, Store};
 use super::headers::Header;
-use super::tree::{Data, Node, Shared, Store};
 use crate::formats::error::ReadError;
 use crate::formats::number::Number;
 use crate::formats::scanner::Endian;
@@ -35,9 +35,9 @@ pub(super) fn label(group: &Group) -> Result<(String, bool), Error> {
 /// - [`ReadError::Malformed`]: data reach beyond the file, or are not numbers
 /// - [`ReadError::Unsupported`]: packed in an unknown way
 /// - [`ReadError::Unpacked`], [`ReadError::Memory`]: packed data are too large
-pub(super) fn data<'a>(node: &Node<'a>, group: &Group) -> Result<Data<'a>, ReadError> {
-    let shared = node.tree.shared;
-    let malformed = |error: &dyn Display| node.malformed("data", error);
+pub(super) fn data<'a>(spot: &Spot<'a>, group: &Group) -> Result<Data<'a>, ReadError> {
+    let shared = spot.source.shared;
+    let malformed = |error: &dyn Display| spot.malformed("data", error);
     let data = group.dataset(DATA).map_err(|error| malformed(&error))?;
     let datatype = data.datatype().map_err(|error| malformed(&error))?;
     let (number, endian) = number_of(&datatype).ok_or_else(|| malformed(&"numbers of an unknown type"))?;
@@ -50,7 +50,7 @@ pub(super) fn data<'a>(node: &Node<'a>, group: &Group) -> Result<Data<'a>, ReadE
         let range = range.and_then(|(start, length)| Some(start..start.checked_add(length)?));
         let found = range.and_then(|range| Some((shared.bytes.get(range.clone())?, range)));
         let what = format!("data within the {} bytes of the file", shared.bytes.len());
-        found.ok_or_else(|| node.malformed(what, format_args!("{length} bytes from {start} on")))
+        found.ok_or_else(|| spot.malformed(what, format_args!("{length} bytes from {start} on")))
     };
     match layout {
         Layout::Contiguous { address: Some(address), size } => {
@@ -69,7 +69,7 @@ pub(super) fn data<'a>(node: &Node<'a>, group: &Group) -> Result<Data<'a>, ReadE
             Ok(Data { bytes: Cow::Owned(bytes), number, endian, store: Store::Elsewhere })
         }
         Layout::Chunked { chunk_shape, .. } => {
-            let (bytes, store) = chunks::read(node, &data, &shape, &chunk_shape, number.bytes())?;
+            let (bytes, store) = chunks::read(spot, &data, &shape, &chunk_shape, number.bytes())?;
             Ok(Data { bytes: Cow::Owned(bytes), number, endian, store })
         }
         _ => Err(malformed(&"none that were written")),

@@ -303,4 +303,16 @@ mod tests {
         assert_eq!(lookup3(b""), 0xdead_beef);
         assert_eq!(lookup3(b"Four score and seven years ago"), 0x1777_0551);
     }
+
+    /// Dataspace messages of versions 1 and 2, of twelve values that may become any number.
+    #[test]
+    fn an_array_in_one_piece_cannot_grow() {
+        for first in [&[1, 1, 1, 0, 0, 0, 0, 0][..], &[2, 1, 1, 1]] {
+            let space = |most: u64| [first, &12u64.to_le_bytes(), &most.to_le_bytes()].concat();
+            let mut fixed = space(u64::MAX);
+            assert!(fix_size(&mut fixed).is_some());
+            assert_eq!(fixed, space(12));
+            assert!(fix_size(&mut space(9)[..first.len() + 12]).is_none());
+        }
+    }
 }

@@ -16,6 +16,7 @@ mod columns;
 mod conditions;
 mod coordinates;
 mod create;
+mod data;
 mod elements;
 mod hdf5;
 mod headers;
@@ -39,10 +40,11 @@ use columns::{Column, Columns, ZoneColumns};
 use conditions::types_of_conditions;
 use coordinates::read_coordinates;
 use create::{create, limits};
+use data::{Shared, Source};
 use elements::{Reader, Vertices};
 use interfaces::Interfaces;
 use join::{Joined, ZonePoints, join};
-use tree::{Node, Shared, Tree};
+use tree::Node;
 
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "CGNS";
@@ -110,8 +112,8 @@ fn open_hdf5(path: &Path, shared: &Shared) -> Result<Group, ReadError> {
 /// Reads all zones of all bases.
 fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
     let adf = if is_adf(&shared.bytes) { Some(Adf::open(path, shared)?) } else { None };
-    let tree = Tree::new(path, shared, adf);
-    let root = Node::root(&tree, || open_hdf5(path, shared))?;
+    let source = Source::new(path, shared);
+    let root = Node::root(&source, adf.as_ref(), || open_hdf5(path, shared))?;
     let bases = root.children("CGNSBase_t")?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete CGNS file?" };
     if bases.is_empty() {

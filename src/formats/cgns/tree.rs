@@ -1,108 +1,15 @@
 //! The tree of a CGNS file: nodes with a name, a label, data and children.
 
-use std::borrow::Cow;
-use std::fmt::Display;
-use std::ops::Range;
-use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::ops::Deref;
 
-use hdf5_pure::{FormatError, Group, Source};
+use hdf5_pure::Group;
 
 use super::adf::{self, Adf};
+use super::data::{Data, Source, Spot, Store};
 use super::hdf5;
 use super::headers::Header;
-use crate::formats::allowance::Allowance;
-use crate::formats::error::{Location, ReadError};
-use crate::formats::number::{Integers, Number};
-use crate::formats::scanner::Endian;
-
-/// The bytes of a file, shared by HDF5 and idmesh, and which of them have been read.
-#[derive(Clone)]
-pub(super) struct Shared {
-    pub bytes: Arc<Vec<u8>>,
-    reads: Arc<Mutex<Vec<Range<usize>>>>,
-}
-
-impl Shared {
-    pub fn new(bytes: Vec<u8>) -> Self {
-        Self { bytes: Arc::new(bytes), reads: Arc::default() }
-    }
-
-    /// The same bytes, of which none has been read.
-    pub fn unread(&self) -> Self {
-        Self { bytes: Arc::clone(&self.bytes), reads: Arc::default() }
-    }
-
-    /// Notes that these bytes are read.
-    pub fn note(&self, range: Range<usize>) {
-        self.reads.lock().unwrap_or_else(PoisonError::into_inner).push(range);
-    }
-
-    /// The ranges that have been read since this was asked last, in their order.
-    pub fn take_reads(&self) -> Vec<Range<usize>> {
-        std::mem::take(&mut self.reads.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    /// Whether bytes of a range have been read together with bytes outside it, or only some of
-    /// them.
-    pub fn is_used_otherwise(&self, range: &Range<usize>) -> bool {
-        let reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
-        reads.iter().any(|read| read != range && read.start < range.end && range.start < read.end)
-    }
-}
-
-impl Source for Shared {
-    fn len(&self) -> u64 {
-        self.bytes.len() as u64
-    }
-
-    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
-        let end = FormatError::UnexpectedEof {
-            expected: usize::try_from(offset).unwrap_or(usize::MAX).saturating_add(buffer.len()),
-            available: self.bytes.len(),
-        };
-        let start =
-            usize::try_from(offset).ok().filter(|&start| start <= self.bytes.len()).ok_or_else(|| end.clone())?;
-        let found = self.bytes[start..].get(..buffer.len()).ok_or(end)?;
-        self.note(start..start + buffer.len());
-        buffer.copy_from_slice(found);
-        Ok(())
-    }
-}
-
-/// Where the bytes of an array are in a file.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Store {
-    /// Ranges of the file, which hold the array one after another.
-    Pieces(Vec<Range<usize>>),
-    /// Packed, or in an object header.
-    Elsewhere,
-}
-
-/// The data of a node.
-pub(super) struct Data<'a> {
-    pub bytes: Cow<'a, [u8]>,
-    pub number: Number,
-    pub endian: Endian,
-    pub store: Store,
-}
-
-/// A file that is read.
-pub(super) struct Tree<'a> {
-    /// Path of the file, for messages.
-    pub file: &'a Path,
-    pub shared: &'a Shared,
-    /// Bytes to which all packed arrays together may unpack.
-    pub allowance: Allowance<'a>,
-    /// The file if it is in ADF and not in HDF5.
-    adf: Option<Adf>,
-}
-
-impl<'a> Tree<'a> {
-    pub fn new(file: &'a Path, shared: &'a Shared, adf: Option<Adf>) -> Self {
-        Self { file, shared, allowance: Allowance::new(file, shared.bytes.len()), adf }
-    }
-}
+use crate::formats::error::ReadError;
+use crate::formats::number::Integers;
 
 /// A node in its kind of file.
 enum Handle<'a> {
@@ -113,51 +20,30 @@ enum Handle<'a> {
 
 /// A node of the tree.
 pub(super) struct Node<'a> {
-    pub tree: &'a Tree<'a>,
-    /// The names on the way to the node, each after a slash.
-    path: String,
+    spot: Spot<'a>,
     handle: Handle<'a>,
+}
+
+impl<'a> Deref for Node<'a> {
+    type Target = Spot<'a>;
+
+    fn deref(&self) -> &Spot<'a> {
+        &self.spot
+    }
 }
 
 impl<'a> Node<'a> {
     /// The root of a file, which is in ADF or `hdf5`.
-    pub fn root(tree: &'a Tree<'a>, hdf5: impl FnOnce() -> Result<Group, ReadError>) -> Result<Self, ReadError> {
-        let handle = match &tree.adf {
+    pub fn root(
+        source: &'a Source<'a>,
+        adf: Option<&'a Adf>,
+        hdf5: impl FnOnce() -> Result<Group, ReadError>,
+    ) -> Result<Self, ReadError> {
+        let handle = match adf {
             Some(adf) => Handle::Adf(adf, adf.root),
             None => Handle::Hdf5(hdf5()?),
         };
-        Ok(Self { tree, path: String::new(), handle })
-    }
-
-    pub fn name(&self) -> &str {
-        self.path.rsplit('/').next().unwrap_or_default()
-    }
-
-    /// The names on the way to the node, such as `/Base/Zone`.
-    pub fn path(&self) -> &str {
-        if self.path.is_empty() { "/" } else { &self.path }
-    }
-
-    pub fn place(&self) -> Location {
-        Location::Node(self.tree.file.into(), self.path().into())
-    }
-
-    /// The error of a node that idmesh does not read.
-    pub fn unsupported(&self, found: impl Display, hint: &'static str) -> ReadError {
-        ReadError::Unsupported { path: self.tree.file.into(), found: format!("{}: {found}", self.path()), hint }
-    }
-
-    /// The error with the node's name, if the error is about something that is not read.
-    pub fn named(&self, error: ReadError) -> ReadError {
-        match error {
-            ReadError::Unsupported { found, hint, .. } => self.unsupported(found, hint),
-            error => error,
-        }
-    }
-
-    /// The error of a node that is not as `expected`.
-    pub fn malformed(&self, expected: impl Into<String>, found: impl Display) -> ReadError {
-        ReadError::Malformed { place: self.place(), expected: expected.into(), found: found.to_string() }
+        Ok(Self { spot: Spot::root(source), handle })
     }
 
     /// The child with this name, if there is one.
@@ -173,7 +59,7 @@ impl<'a> Node<'a> {
     }
 
     fn below(&self, name: &str, handle: Handle<'a>) -> Self {
-        Self { tree: self.tree, path: format!("{}/{name}", self.path), handle }
+        Self { spot: self.spot.below(name), handle }
     }
 
     /// The child with this name.
@@ -202,12 +88,12 @@ impl<'a> Node<'a> {
                 children.into_iter().map(|(name, child)| self.below(&name, Handle::Adf(adf, child))).collect()
             }
         };
-        children.sort_by(|a, b| a.path.cmp(&b.path));
+        children.sort_by(|a, b| a.path().cmp(b.path()));
         let mut labelled = Vec::with_capacity(children.len());
         for node in children {
             let (label, is_link) = match &node.handle {
                 Handle::Hdf5(group) => hdf5::label(group).map_err(|error| node.malformed("a node of CGNS", error))?,
-                Handle::Adf(_, at) => adf::label(&self.tree.shared.bytes, *at),
+                Handle::Adf(_, at) => adf::label(&self.source.shared.bytes, *at),
             };
             if is_link {
                 return Err(node.unsupported("a link to another node", "save the mesh as one file without links"));
@@ -228,8 +114,8 @@ impl<'a> Node<'a> {
     /// The header that says where the data are. `None` if its format is not known.
     pub fn header(&self) -> Option<Header> {
         let Handle::Hdf5(_) = self.handle else { return None };
-        let names: Vec<&str> = self.path.split('/').skip(1).collect();
-        hdf5::header(&self.tree.shared.unread(), &names)
+        let names: Vec<&str> = self.path().split('/').skip(1).collect();
+        hdf5::header(&self.source.shared.unread(), &names)
     }
 
     /// The data as whole numbers.
@@ -237,7 +123,7 @@ impl<'a> Node<'a> {
         let Data { bytes, number, endian, store } = self.data()?;
         self.note(&store);
         // In a broken file many nodes may have the same bytes.
-        self.tree.allowance.take(&format!("the node {}", self.path()), bytes.len())?;
+        self.source.allowance.take(&format!("the node {}", self.path()), bytes.len())?;
         Integers::stored(bytes, number, endian).ok_or_else(|| self.malformed("whole numbers", "others"))
     }
 
@@ -257,8 +143,8 @@ impl<'a> Node<'a> {
         for piece in pieces {
             // Two notes, so that these bytes are not taken for coordinates that are read whole.
             let middle = piece.start + piece.len() / 2;
-            self.tree.shared.note(piece.start..middle);
-            self.tree.shared.note(middle..piece.end);
+            self.source.shared.note(piece.start..middle);
+            self.source.shared.note(middle..piece.end);
         }
     }
 }
