@@ -26,6 +26,8 @@ mod names;
 mod openfoam;
 #[path = "formats/openfoam_cases.rs"]
 mod openfoam_cases;
+#[path = "formats/own_points.rs"]
+mod own_points;
 #[path = "formats/save_all.rs"]
 mod save_all;
 #[cfg(feature = "cgns")]

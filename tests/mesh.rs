@@ -180,13 +180,13 @@ fn broken_meshes_are_refused_by_name() {
         MeshError::RepeatedVertex { what: "tet", index: 4, .. }
     ));
     assert!(matches!(refusal(|m| m.tets[9].swap(0, 1)), MeshError::Inverted { count: 1, first: 9, n_tets: 48, .. }));
-    assert!(matches!(refusal(|m| m.tets.push(m.tets[3])), MeshError::DuplicateTet { first: 3, second: 48 }));
+    assert!(matches!(refusal(|m| m.tets.push(m.tets[3])), MeshError::DuplicateTet { first: 3, second: 48, .. }));
     assert!(matches!(
         refusal(|m| {
             m.triangles.push(m.triangles[0]);
             m.triangle_family.push(FamilyId(0));
         }),
-        MeshError::DuplicateTriangle { triangle: 48, .. }
+        MeshError::DuplicateTriangle { triangles: [0, 48], .. }
     ));
     assert!(matches!(
         refusal(|m| {
@@ -203,6 +203,56 @@ fn broken_meshes_are_refused_by_name() {
         }),
         MeshError::TrianglesNotOnBoundary { count: 1, .. } | MeshError::DuplicateTriangle { .. }
     ));
+}
+
+/// Faults of tets and triangles are told with their families and their places.
+#[test]
+fn faults_are_named_by_family_and_place() {
+    // The tets share the face 1 2 3.
+    let mut mesh = two_tets();
+    mesh.families = vec!["wing".into(), "fan\u{1b}".into()];
+    let whole = mesh.clone();
+    mesh.triangles.extend([[3, 2, 1], [1, 2, 3]]);
+    mesh.triangle_family.extend([FamilyId(1), FamilyId(0)]);
+    let n = whole.triangles.len();
+    let at = |vertex: usize| format!("near {:.6}", whole.vertices[vertex]);
+    assert_eq!(
+        validate(&mesh).unwrap_err().to_string(),
+        format!(
+            "2 triangles are not faces on the boundary of the tets (1 of 'fan\\x1b', 1 of 'wing'); the first is triangle {n} of \
+             the family 'fan\\x1b' with the vertices [3, 2, 1], {}; a family holds faces of the boundary only, not faces inside \
+             the volume",
+            at(3)
+        )
+    );
+    let mut mesh = whole.clone();
+    let [a, b, c] = whole.triangles[1];
+    mesh.triangles.push([c, b, a]);
+    mesh.triangle_family.push(FamilyId(1));
+    let (first, family) = (1, &whole.families[whole.triangle_family[1].index()]);
+    assert_eq!(
+        validate(&mesh).unwrap_err().to_string(),
+        format!(
+            "the triangle with the vertices [{c}, {b}, {a}], {}, stands in the file twice, as triangle {first} of the family \
+             '{family}' and as triangle {n} of the family 'fan\\x1b'",
+            at(c as usize)
+        )
+    );
+    let mut mesh = whole.clone();
+    mesh.tets.push(mesh.tets[1]);
+    let place = at(whole.tets[1][0] as usize);
+    let expected = format!("tets 1 and 2 have the same four vertices, {place}");
+    assert_eq!(validate(&mesh).unwrap_err().to_string(), expected);
+    let mut mesh = whole.clone();
+    mesh.vertices.push(10.0 * (whole.vertices[1] + whole.vertices[2] + whole.vertices[3]));
+    let tet = [1, 2, 3, mesh.vertices.len() as u32 - 1];
+    let corners = tet.map(|vertex| mesh.vertices[vertex as usize]);
+    mesh.tets.push(if quality::volume(corners) > 0.0 { tet } else { [tet[1], tet[0], tet[2], tet[3]] });
+    let error = validate(&mesh).unwrap_err().to_string();
+    assert!(
+        error.starts_with(&format!("the face with the vertices [1, 2, 3], {}, belongs to 3 tets", at(1))),
+        "{error}"
+    );
 }
 
 /// Two tets that touch in an edge only: four boundary triangles meet there.

@@ -21,6 +21,7 @@ mod paths;
 pub mod design_list;
 #[doc(hidden)]
 pub mod displacement;
+mod displacement_error;
 mod new_positions;
 
 use std::collections::BTreeMap;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::displacement::{DisplacementError, DisplacementRow};
+use super::displacement_error::DisplacementError;
 use crate::text::{parse_number, shorten};
 
 /// Number of columns.
@@ -37,8 +37,7 @@ pub(super) fn row(line: usize, fields: &[&str]) -> Result<NewPosition, String> {
     Ok(NewPosition { line, vertex, position: DVec3::new(number(x)?, number(y)?, number(z)?) })
 }
 
-/// The row of each vertex of a family `[n family_vertices]`, with the displacement to the new
-/// position. Every row must belong to a vertex of the family: a table that counts vertices
+/// The row of each vertex of a family `[n family_vertices]`. Every row must belong to a vertex of the family: a table that counts vertices
 /// otherwise would move every vertex to the place of another one.
 ///
 /// - `path`: the file's path, for errors
@@ -53,18 +52,18 @@ pub(super) fn match_indices(
     table: &[NewPosition],
     vertices: &[DVec3],
     family_vertices: &[u32],
-) -> Result<Vec<DisplacementRow>, DisplacementError> {
+) -> Result<Vec<NewPosition>, DisplacementError> {
     let place_of: HashMap<u32, usize> = family_vertices.iter().copied().zip(0..).collect();
-    let mut row_of: Vec<Option<DisplacementRow>> = vec![None; family_vertices.len()];
-    for &NewPosition { line, vertex, position } in table {
+    let mut row_of: Vec<Option<NewPosition>> = vec![None; family_vertices.len()];
+    for &row in table {
+        let NewPosition { line, vertex, .. } = row;
         let path = path.to_path_buf();
         let Some(&place) = place_of.get(&vertex) else {
             return Err(DisplacementError::NotOfFamily { path, line, vertex, n_vertices: vertices.len() });
         };
-        let original = vertices[vertex as usize];
-        let row = DisplacementRow { line, position: original, displacement: position - original };
         if let Some(first) = row_of[place].replace(row) {
-            return Err(DisplacementError::Doubled { path, line, first_line: first.line, position: original });
+            let position = vertices[vertex as usize];
+            return Err(DisplacementError::Doubled { path, line, first_line: first.line, position });
         }
     }
     let missing = row_of.iter().filter(|row| row.is_none()).count();

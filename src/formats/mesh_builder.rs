@@ -125,6 +125,14 @@ impl MeshBuilder {
         Ok(())
     }
 
+    /// The vertices of all cells and faces.
+    pub fn vertices_mut(&mut self) -> impl Iterator<Item = &mut u32> {
+        let OtherCells { pyramids, prisms, hexahedra, quadrilaterals, .. } = &mut self.others;
+        let cells = self.tets.iter_mut().flatten().chain(pyramids.iter_mut().flatten());
+        let cells = cells.chain(prisms.iter_mut().flatten()).chain(hexahedra.iter_mut().flatten());
+        cells.chain(self.triangles.iter_mut().flatten()).chain(quadrilaterals.iter_mut().flatten())
+    }
+
     /// Counts refused elements.
     pub fn refuse(&mut self, name: &'static str, count: usize) {
         *self.refused.entry(name).or_default() += count;

@@ -196,17 +196,25 @@ fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Ve
         triangle.sort_unstable();
         triangle
     };
-    let mut outer: HashMap<[u32; 3], (u32, bool)> =
-        faces.boundary().map(|h| (sorted(half_face::face_vertices(mesh, h)), (h, false))).collect();
+    // The triangle that takes a face of the boundary.
+    let mut outer: HashMap<[u32; 3], (u32, Option<u32>)> =
+        faces.boundary().map(|h| (sorted(half_face::face_vertices(mesh, h)), (h, None))).collect();
+    let family = |triangle: u32| {
+        let family = mesh.triangle_family.get(triangle as usize);
+        family.and_then(|family| mesh.families.get(family.index())).cloned().unwrap_or_default()
+    };
+    let at = |vertex: u32| mesh.vertices[vertex as usize];
     let mut stray = Vec::new();
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
     for (index, &triangle) in mesh.triangles.iter().enumerate() {
         match outer.get_mut(&sorted(triangle)) {
-            Some((_, taken)) if *taken => {
-                return Err(MeshError::DuplicateTriangle { triangle: index as u32, vertices: triangle });
+            Some(&mut (_, Some(first))) => {
+                let triangles = [first, index as u32];
+                let (families, at) = (triangles.map(family), at(triangle[0]));
+                return Err(MeshError::DuplicateTriangle { triangles, families, vertices: triangle, at });
             }
             Some((half_face, taken)) => {
-                *taken = true;
+                *taken = Some(index as u32);
                 // The normal of a tet's face points out of the fluid, the surface's out of the
                 // body: two vertices swap.
                 let [a, b, c] = half_face::face_vertices(mesh, *half_face);
@@ -219,13 +227,24 @@ fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Ve
         }
     }
     if let Some(&first) = stray.first() {
+        let mut families: Vec<(String, usize)> = Vec::new();
+        for name in stray.iter().map(|&triangle| family(triangle)) {
+            match families.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, count)) => *count += 1,
+                None => families.push((name, 1)),
+            }
+        }
+        let vertices = mesh.triangles[first as usize];
         return Err(MeshError::TrianglesNotOnBoundary {
             count: stray.len(),
+            families,
             first,
-            vertices: mesh.triangles[first as usize],
+            family: family(first),
+            vertices,
+            at: at(vertices[0]),
         });
     }
-    let bare: Vec<u32> = outer.values().filter(|(_, taken)| !taken).map(|&(half_face, _)| half_face).collect();
+    let bare: Vec<u32> = outer.values().filter(|(_, taken)| taken.is_none()).map(|&(half_face, _)| half_face).collect();
     if let Some(&first) = bare.iter().min() {
         let vertices = half_face::face_vertices(mesh, first);
         return Err(MeshError::BoundaryWithoutFamily {

@@ -59,7 +59,7 @@ impl HalfFaces {
                         [a, b] => {
                             let (a, b) = (a as u32, b as u32);
                             if apex(mesh, a) == apex(mesh, b) {
-                                return Err(MeshError::DuplicateTet { first: a / 4, second: b / 4 });
+                                return Err(duplicate_tet(mesh, a / 4, b / 4));
                             }
                             pairs.push([a, b]);
                         }
@@ -113,9 +113,15 @@ fn apex(mesh: &TetMesh, half_face: u32) -> u32 {
 fn many_tets(mesh: &TetMesh, half_faces: &[u32]) -> MeshError {
     for (at, &a) in half_faces.iter().enumerate() {
         if let Some(&b) = half_faces[at + 1..].iter().find(|&&b| apex(mesh, a) == apex(mesh, b)) {
-            return MeshError::DuplicateTet { first: a / 4, second: b / 4 };
+            return duplicate_tet(mesh, a / 4, b / 4);
         }
     }
     let tets = half_faces.iter().map(|half_face| half_face / 4).collect();
-    MeshError::FaceOfManyTets { vertices: sorted_face(mesh, half_faces[0]), tets }
+    let vertices = sorted_face(mesh, half_faces[0]);
+    MeshError::FaceOfManyTets { vertices, tets, at: mesh.vertices[vertices[0] as usize] }
+}
+
+fn duplicate_tet(mesh: &TetMesh, first: u32, second: u32) -> MeshError {
+    let at = mesh.vertices[mesh.tets[first as usize][0] as usize];
+    MeshError::DuplicateTet { first, second, at }
 }

@@ -13,6 +13,7 @@ use glam::DVec3;
 use super::cells::{self, Corners, Table};
 use super::create::families_of_cells;
 use super::names::{list_names, listed_names, parse_names};
+use super::own_points::{Shared, share};
 use super::types::{FAMILY_ARRAYS, vtk_number};
 use crate::formats::document::{Slots, SourceFile};
 use crate::formats::error::ReadError;
@@ -70,6 +71,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let family = FAMILY_ARRAYS.iter().find_map(of_name).map(|place| families.swap_remove(place).1);
     let (table, n_vertices, mut mesh_builder) = (Table { types, corners }, positions.len(), MeshBuilder::default());
     cells::assemble(path, table, family, n_vertices, |vertex| vertex as u32, malformed, &mut mesh_builder)?;
+    let Shared { positions, coordinates, warning } = share(positions, Box::new(slots), &mut mesh_builder);
     mesh_builder.orient_prisms(&positions);
     beside.extend(mesh_builder.passed_over());
     let name = |tag: i32| {
@@ -77,8 +79,8 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
     let (mesh, others) = mesh_builder.finish(path, positions, name)?;
-    let coordinates = Box::new(slots);
-    let document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
+    let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
+    document.warnings.extend(warning);
     Ok(Parsed { mesh, others, document })
 }
 

@@ -8,6 +8,7 @@ mod create;
 mod header;
 pub(super) mod legacy;
 mod names;
+mod own_points;
 mod payload;
 mod points;
 mod polylines;

@@ -99,7 +99,8 @@ pub(super) fn together(stored: Vec<Stored>, mut offsets: Vec<Offset>) -> Option<
     (slots.is_empty() && apart).then(|| Box::new(Points { arrays, offsets }) as Box<dyn Coordinates>)
 }
 
-fn bits(point: &DVec3) -> [u64; 3] {
+/// The bits of a point's coordinates; 0 and -0 have the same.
+pub(super) fn bits(point: &DVec3) -> [u64; 3] {
     // The sum of -0 and 0 is 0.
     point.to_array().map(|value| (value + 0.0).to_bits())
 }
@@ -114,13 +115,28 @@ struct Unlike {
     of_vertex: DVec3,
 }
 
-/// Points that occur in several pieces.
+/// Points that occur several times in the file.
 #[derive(Debug)]
-struct Copies {
+pub(super) struct Copies {
     /// Vertex of each point of the file.
     vertex_of: Vec<u32>,
     unlike: Vec<Unlike>,
     coordinates: Box<dyn Coordinates>,
+}
+
+impl Copies {
+    /// Copies of `vertices` `[n_vertices]`, of which `points` `[n_points]` differ at most in the sign of
+    /// a zero.
+    ///
+    /// - `vertex_of` `[n_points]`: vertex of each point
+    /// - `coordinates`: the writer of the points
+    pub fn new(points: &[DVec3], vertices: &[DVec3], vertex_of: Vec<u32>, coordinates: Box<dyn Coordinates>) -> Self {
+        let differ = |a: DVec3, b: DVec3| a.to_array().map(f64::to_bits) != b.to_array().map(f64::to_bits);
+        let pairs = points.iter().zip(&vertex_of).map(|(&point, &vertex)| (point, vertices[vertex as usize]));
+        let unlike = pairs.enumerate().filter(|&(_, (point, of_vertex))| differ(point, of_vertex));
+        let unlike = unlike.map(|(index, (point, of_vertex))| Unlike { index, point, of_vertex }).collect();
+        Self { vertex_of, unlike, coordinates }
+    }
 }
 
 impl Coordinates for Copies {

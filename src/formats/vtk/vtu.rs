@@ -6,7 +6,8 @@
 //!
 //! Ranges of coordinates in the file (`RangeMin`, `L2_NORM_RANGE`) do not change when the mesh is
 //! written back. Several pieces are one mesh: points of different pieces with equal coordinates are
-//! one vertex, and each point is written back in its place.
+//! one vertex, and each point is written back in its place. So are points of a file in which every
+//! cell has points of its own, see [`super::own_points`].
 //!
 //! Source: K. Martin and others, *VTK File Formats*, "XML File Formats".
 
@@ -19,6 +20,7 @@ use super::cells::{self, Corners, Table};
 use super::create::create;
 use super::header::{Array, Header, Piece, Values, read_header};
 use super::names::listed_names;
+use super::own_points::{Shared, share};
 use super::payload::{Payload, Undecoded};
 use super::points::{self, Pieces, Stored};
 use super::types::FAMILY_ARRAYS;
@@ -77,6 +79,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         hint: "merge the pieces (in ParaView: Merge Blocks)",
     })?;
     check_apart(path, &bytes, &header)?;
+    let Shared { positions, coordinates, warning } = share(positions, coordinates, &mut mesh_builder);
     mesh_builder.orient_prisms(&positions);
     let mut beside = mesh_builder.passed_over();
     for array in header.pieces.iter().flat_map(|piece| &piece.arrays) {
@@ -90,7 +93,9 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
     let (mesh, others) = mesh_builder.finish(path, positions, name)?;
-    Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
+    let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
+    document.warnings.extend(warning);
+    Ok(Parsed { mesh, others, document })
 }
 
 /// Losses of a new file: letters of names.
