@@ -37,8 +37,9 @@ pub(super) fn row(line: usize, fields: &[&str]) -> Result<NewPosition, String> {
     Ok(NewPosition { line, vertex, position: DVec3::new(number(x)?, number(y)?, number(z)?) })
 }
 
-/// The row of each vertex of a family `[n family_vertices]`. Every row must belong to a vertex of the family: a table that counts vertices
-/// otherwise would move every vertex to the place of another one.
+/// The row of each vertex of a family `[n family_vertices]`. Every row must belong to a vertex of
+/// the family: a table that counts vertices otherwise would move every vertex to the place of
+/// another one.
 ///
 /// - `path`: the file's path, for errors
 /// - `vertices` `[n_vertices]`: original positions of the whole mesh, in the mesh's unit

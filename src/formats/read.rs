@@ -33,8 +33,8 @@ impl MeshFile {
         Self { mesh, others: OtherCells::default(), left_handed: Vec::new(), document: None }
     }
 
-    /// What a user must know before the mesh is moved, in words: parts that were passed over, choices
-    /// that were made, or that the file is a part of a divided mesh.
+    /// What a user must know before the mesh is moved, in words: parts that were passed over,
+    /// choices that were made, or that the file is a part of a divided mesh.
     pub fn warnings(&self) -> &[String] {
         self.document.as_ref().map_or(&[], |document| &document.warnings)
     }

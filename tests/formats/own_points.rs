@@ -68,7 +68,8 @@ fn a_slit_stays_open() {
         let bytes = written(&MeshFile::from_mesh(mesh.clone()), name, &mesh.vertices);
         let file = read_bytes(name, &bytes).unwrap();
         assert!(file.mesh == mesh && file.warnings().is_empty(), "{name}");
-        // Torn apart, the sides of the slit cannot be told from neighbours, and the mesh is refused.
+        // Torn apart, the sides of the slit cannot be told from neighbours, and the mesh is
+        // refused.
         let (torn, _) = torn(&mesh);
         let bytes = written(&MeshFile::from_mesh(torn.clone()), name, &torn.vertices);
         let file = read_bytes(name, &bytes).unwrap();

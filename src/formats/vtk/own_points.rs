@@ -1,10 +1,11 @@
-//! Files in which every cell has points of its own, as after ParaView's filters that tear cells apart.
+//! Files in which every cell has points of its own, as after ParaView's filters that tear cells
+//! apart.
 //!
 //! Such cells touch only where their points are equal, so points that are equal to the last bit are
-//! one vertex. In a file with a point of two cells no points are merged: there equal points can be the
-//! two sides of a slit. In a file without such a point the sides of a slit cannot be told from
-//! neighbours. They become one, and the faces of the slit are then faces inside the volume, which the
-//! check of the mesh refuses.
+//! one vertex. In a file with a point of two cells no points are merged: there equal points can be
+//! the two sides of a slit. In a file without such a point the sides of a slit cannot be told from
+//! neighbours. They become one, and the faces of the slit are then faces inside the volume, which
+//! the check of the mesh refuses.
 
 use std::collections::HashMap;
 

@@ -125,8 +125,8 @@ pub(super) struct Copies {
 }
 
 impl Copies {
-    /// Copies of `vertices` `[n_vertices]`, of which `points` `[n_points]` differ at most in the sign of
-    /// a zero.
+    /// Copies of `vertices` `[n_vertices]`, of which `points` `[n_points]` differ at most in the
+    /// sign of a zero.
     ///
     /// - `vertex_of` `[n_points]`: vertex of each point
     /// - `coordinates`: the writer of the points
