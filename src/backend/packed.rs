@@ -1,8 +1,8 @@
 //! Networks and edges in a device's number type, scaled so that f32 neither overflows nor
 //! underflows.
 //!
-//! Both backends scale alike: by a length or a load of the mesh itself, so that the numbers do not
-//! depend on the unit of the mesh.
+//! Both backends scale alike. Apart from the totals of rows, every scale is a power of two, so
+//! scaling does not round.
 
 use std::sync::Arc;
 
@@ -62,7 +62,7 @@ impl<T: Real> Packed<T> {
             stiffness.extend(network.stiffness[network.graph.range(row)].iter().map(|&k| T::from_f64(k * scale)));
         }
         let anchor = network.anchor.iter().enumerate().map(|(row, &of_row)| T::from_f64(of_row * scale(row))).collect();
-        let inverse_length_unit = unit(network.inverse_length.iter().copied().fold(0.0, f64::max));
+        let inverse_length_unit = power_of_two(network.inverse_length.iter().copied().fold(0.0, f64::max));
         let mut packed = Self {
             graph: Arc::clone(network.graph),
             stiffness,
@@ -96,7 +96,8 @@ impl<T: Real> Packed<T> {
     pub(super) fn start(&mut self, load: &[DVec3]) {
         assert_eq!(load.len(), self.n_vertices(), "one load per vertex");
         let greatest = |greatest: f64, v: &DVec3| greatest.max(v.abs().max_element());
-        self.load_unit = unit(load.par_iter().with_min_len(ROWS).fold(|| 0.0, greatest).reduce(|| 0.0, f64::max));
+        self.load_unit =
+            power_of_two(load.par_iter().with_min_len(ROWS).fold(|| 0.0, greatest).reduce(|| 0.0, f64::max));
         let scale = self.load_unit.recip();
         let rows = self.load.par_iter_mut().zip(load).zip(&self.anchor).with_min_len(ROWS);
         rows.for_each(|((packed, v), &anchor)| {
@@ -166,7 +167,7 @@ impl<T: Real> PackedEdges<T> {
         assert!(input.edge_tets.entries.iter().all(|&entry| (entry as usize) < 6 * n_tets), "every entry is in a tet");
         assert!(input.tet_edges.iter().flatten().all(|&edge| (edge as usize) < 2 * n_edges), "every tet has its edges");
         let mean = input.edge_vector.iter().map(|v| v.length()).sum::<f64>() / n_edges.max(1) as f64;
-        let unit = unit(mean);
+        let unit = power_of_two(mean);
         let pack = |v: &DVec3| {
             let [x, y, z] = (*v / unit).to_array().map(T::from_f64);
             [x, y, z, T::ZERO]
@@ -186,11 +187,21 @@ pub(super) fn pack_constraint<T: Real>(constraint: &Constraint) -> [T; 4] {
     [v.x, v.y, v.z, kind].map(T::from_f64)
 }
 
-/// A positive number as a unit; 1 for other numbers.
-///
-/// Values in this unit are the same in every unit of the mesh, up to the rounding of f64. So they
-/// round to the same f32, and the results do not depend on the mesh's unit. A power of two would
-/// not round, but would leave other digits in each unit.
-pub(super) fn unit(value: f64) -> f64 {
-    if value.is_normal() && value > 0.0 { value } else { 1.0 }
+/// The power of two at or below a positive number; otherwise 1.
+pub(super) fn power_of_two(value: f64) -> f64 {
+    if value.is_normal() && value > 0.0 { f64::from_bits(value.to_bits() & 0x7ff0_0000_0000_0000) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::power_of_two;
+
+    #[test]
+    fn power_of_two_is_at_or_below() {
+        for (value, expected) in
+            [(1.0, 1.0), (3.9, 2.0), (0.3, 0.25), (0.0, 1.0), (f64::NAN, 1.0), (f64::INFINITY, 1.0)]
+        {
+            assert_eq!(power_of_two(value), expected, "{value}");
+        }
+    }
 }

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::BackendError;
-use super::packed::{pack_constraint, unit};
+use super::packed::{pack_constraint, power_of_two};
 use crate::constraint::Constraint;
 use crate::kernels::star::{FAR, Star};
 use crate::kernels::{Real, raise_worst_beta, smooth_vertices};
@@ -91,7 +91,7 @@ pub(super) struct PackedPatch<T> {
     base: Vec<[T; 9]>,
     /// Empty if the objective is beta.
     inverse_target: Vec<[T; 9]>,
-    /// Unit of the correction, in the mesh's unit: the shortest edge.
+    /// Unit of the correction, in the mesh's unit: a power of two near the shortest edge.
     unit: f64,
 }
 
@@ -126,7 +126,7 @@ impl<T: Real> PackedPatch<T> {
             SmoothingObjective::Shape { inverse_target, .. } => {
                 assert_eq!(inverse_target.len(), n_tets, "one target per tet");
                 let greatest = inverse_target.iter().flat_map(DMat3::to_cols_array).map(f64::abs).fold(0.0, f64::max);
-                let unit = unit(greatest).recip();
+                let unit = power_of_two(greatest).recip();
                 let of_tets = patch.tets.par_iter().zip(inverse_target);
                 // The product is computed in f64: where a tet is near its target, S is near 1, and
                 // small edges must not lose their digits.
@@ -144,7 +144,7 @@ impl<T: Real> PackedPatch<T> {
                         .fold(f64::INFINITY, f64::min)
                 };
                 let shortest = patch.tets.par_iter().map(shortest).reduce(|| f64::INFINITY, f64::min);
-                let unit = unit(shortest.sqrt());
+                let unit = power_of_two(shortest.sqrt());
                 let base = patch.tets.par_iter().map(|tet| pack(edges(tet) * unit.recip())).collect();
                 Self { constraint, reach: reach(unit), base, inverse_target: Vec::new(), unit }
             }
