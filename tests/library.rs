@@ -161,6 +161,40 @@ fn a_bad_result_cannot_be_made_good() {
     assert!(!outcome.is_valid() && outcome.valid().is_err());
 }
 
+/// Another run puts its mesh under the good name while this run computes an invalid one: the good
+/// name is free in the end.
+///
+/// Fails if `Session::finish` removes earlier results before the update alone.
+#[test]
+fn a_mesh_of_another_run_does_not_stand_for_an_invalid_one() {
+    let (folder, case) = example();
+    let good = folder.path().join("moved.vtu");
+    let of_another = good.clone();
+    let progress = move |step: &str| {
+        if step == "writing" {
+            std::fs::write(&of_another, "of another run").unwrap();
+        }
+    };
+    let mut session = Session::new(&case, cpu(), progress).unwrap();
+    let mut design = case.design.clone();
+    for profile in design.profiles.values_mut().flatten() {
+        profile.points.iter_mut().for_each(|point| point.z *= -6.0);
+    }
+    let outputs = Outputs::of(&case.case, None);
+    let job = Job {
+        design: &design,
+        name: None,
+        started: std::time::Instant::now(),
+        read_seconds: 0.0,
+        outputs: &outputs,
+        report: None,
+        checksums: None,
+    };
+    let finished = session.finish(job).unwrap();
+    assert_eq!(finished.verdict.unwrap_err().why, Why::Invalid);
+    assert!(!good.exists() && folder.path().join("moved.invalid.vtu").is_file());
+}
+
 /// A front end that forgets to check its outputs loses no input.
 #[test]
 fn no_input_is_overwritten() {

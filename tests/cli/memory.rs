@@ -164,3 +164,18 @@ fn many_profiles_take_little_memory() {
     assert_good(&run_within(&fixture, 130));
     assert!(fixture.files().contains(&"moved.msh".to_owned()));
 }
+
+/// More threads than can be useful are refused: a run with thousands seems to hang.
+///
+/// Fails if `MOST` of the threads is 1 000 000.
+#[test]
+fn too_many_threads_are_refused() {
+    let fixture = Fixture::new();
+    for n_threads in [100_000, 10_000_000] {
+        let mut command = command(fixture.folder.path(), &["quality", "box.msh"]);
+        let output = command.env("RAYON_NUM_THREADS", n_threads.to_string()).output().unwrap();
+        assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+        let words = format!("error: {n_threads} threads cannot be started: at most ");
+        assert!(stderr(&output).starts_with(&words), "{}", stderr(&output));
+    }
+}
