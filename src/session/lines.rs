@@ -10,7 +10,7 @@
 //! A lock holds for one file, and a replaced file is another one. So a job opens the file for every
 //! line, and looks after it has the lock whether the file still has its name.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -31,17 +31,19 @@ pub struct ReportFile {
     place: PathBuf,
     /// An open pipe or device: to close it may end its reader.
     special: Option<File>,
-    /// The end of the lines that this job has seen.
+    /// The lines that this job has seen.
     seen: Option<Seen>,
 }
 
-/// A part of a file.
+/// The first part of a file.
 #[derive(Debug)]
 struct Seen {
     /// The file. It stays open, so that no later file gets its identity.
     file: File,
     /// End of the part, in bytes.
     end: u64,
+    /// The designs that have lines in the part.
+    designs: HashSet<String>,
 }
 
 /// The sign of a job that appends to a file of reports. Dropping it ends the work.
@@ -146,20 +148,19 @@ impl ReportFile {
         if self.is_special() {
             return self.append_to_special(line).map_err(|error| cannot_write(&self.path, error));
         }
-        let file = self.locked().and_then(|mut file| {
-            let end = whole_lines(&mut file)?;
-            let seen = self.seen.as_ref().filter(|seen| identity(&seen.file) == identity(&file));
-            let start = seen.map_or(0, |seen| seen.end.min(end));
-            let unseen = part(&mut file, start, end)?;
-            Ok((file, end, unseen))
-        });
-        let (mut file, end, unseen) = file.map_err(|error| cannot_write(&self.path, error))?;
-        if self.parse(&unseen, false)?.iter().any(|(line, _)| line.design == design) {
-            let bytes = part(&mut file, 0, end).map_err(|error| cannot_write(&self.path, error))?;
+        let unwritable = |error| cannot_write(&self.path, error);
+        let mut file = self.locked().map_err(unwritable)?;
+        let end = whole_lines(&mut file).map_err(unwritable)?;
+        // What is seen of another file, which a job has put in the place of the last one, is past.
+        let seen = self.seen.take().filter(|seen| seen.end <= end && identity(&seen.file) == identity(&file));
+        let (start, mut designs) = seen.map_or_else(Default::default, |seen| (seen.end, seen.designs));
+        let unseen = part(&mut file, start, end).map_err(unwritable)?;
+        designs.extend(self.parse(&unseen, false)?.into_iter().map(|(line, _)| line.design));
+        if !designs.insert(design.to_owned()) {
+            let bytes = part(&mut file, 0, end).map_err(unwritable)?;
             let lines = self.parse(&bytes, false)?;
             let others = lines.iter().filter(|(line, _)| line.design != design);
             let kept: String = others.map(|(_, text)| format!("{text}\n")).collect();
-            self.seen = None;
             return write_text(&self.place, &(kept + line));
         }
         let append = |file: &mut File| {
@@ -167,10 +168,10 @@ impl ReportFile {
             file.seek(SeekFrom::Start(end))?;
             file.write_all(line.as_bytes()).inspect_err(|_| drop(file.set_len(end)))
         };
-        append(&mut file).map_err(|error| cannot_write(&self.path, error))?;
+        append(&mut file).map_err(unwritable)?;
         // Where the file system has no locks, there is none to give back.
         let _ = file.unlock();
-        self.seen = Some(Seen { file, end: end + line.len() as u64 });
+        self.seen = Some(Seen { file, end: end + line.len() as u64, designs });
         Ok(())
     }
 
@@ -268,4 +269,45 @@ fn identity(file: &File) -> (u64, u64) {
 #[cfg(not(unix))]
 fn identity(_: &File) -> (u64, u64) {
     (0, 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn append(file: &mut ReportFile, design: &str, of: &str) {
+        file.append(design, &format!("{{\"design\":\"{design}\",\"of\":\"{of}\"}}\n")).unwrap();
+    }
+
+    /// Two jobs append in turns. A line of another job is replaced also if this job has seen it
+    /// when it appended the line of another design.
+    ///
+    /// Fails if only lines behind the own last one are looked at.
+    #[test]
+    fn a_design_of_two_jobs_has_the_last_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("all.jsonl");
+        let [mut one, mut other] = [ReportFile::new(&path), ReportFile::new(&path)];
+        for (design, first) in
+            [("a", true), ("b", false), ("c", true), ("b", true), ("a", false), ("d", false), ("c", false)]
+        {
+            append(if first { &mut one } else { &mut other }, design, if first { "one" } else { "other" });
+        }
+        let expected = [("b", "one"), ("a", "other"), ("d", "other"), ("c", "other")];
+        let line = |(design, of)| format!("{{\"design\":\"{design}\",\"of\":\"{of}\"}}\n");
+        assert_eq!(fs::read_to_string(&path).unwrap(), expected.map(line).concat());
+    }
+
+    /// A line torn by a full disk or a killed job gives its place to the next line.
+    #[test]
+    fn a_torn_line_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("all.jsonl");
+        let mut file = ReportFile::new(&path);
+        append(&mut file, "a", "one");
+        let whole = fs::read_to_string(&path).unwrap();
+        fs::write(&path, format!("{whole}{{\"design\":\"b\",\"o")).unwrap();
+        append(&mut file, "c", "one");
+        assert_eq!(fs::read_to_string(&path).unwrap(), whole + "{\"design\":\"c\",\"of\":\"one\"}\n");
+    }
 }
