@@ -85,7 +85,7 @@ fn once(backend: &Arc<dyn Backend>) -> Result<Vec<(String, f64)>, Failure> {
 
     let folder = tempfile::tempdir()?;
     let moved = outcome.valid()?;
-    let fields = Fields { displacement: Some(moved.displacement()), beta: Some(&outcome.beta) };
+    let fields = Fields { displacement: Some(moved.displacement()), beta: Some(&outcome.beta), ..Fields::default() };
     for name in ["moved.msh", "moved.msh.gz", "moved.vtu"] {
         let start = Instant::now();
         case.file.write(&folder.path().join(name), moved.vertices(), &fields)?;

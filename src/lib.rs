@@ -1,6 +1,7 @@
-//! idmesh moves an aircraft's tetrahedral CFD mesh when its wing profiles change.
+//! idmesh moves an aircraft's CFD mesh of tets, or a hybrid mesh with pyramids, prisms and
+//! hexahedra, when its wing profiles change.
 //!
-//! Every vertex and every tet is kept, and only coordinates change. A [`mover::Mover`] is set up
+//! Every vertex and every cell is kept, and only coordinates change. A [`mover::Mover`] is set up
 //! once per mesh and moves the mesh to many designs. `ARCHITECTURE.md` is the map of the code.
 //!
 //! # A guided tour
@@ -9,6 +10,7 @@
 //! |---|---|
 //! | read a case file, its mesh and its profiles | [`case::Case::load`] |
 //! | or read a mesh alone, as a [`mesh::TetMesh`] with families | [`formats::read`] |
+//! | or with its other cells, for [`mover::MoverBuilder::other_cells`] | [`formats::read_mixed`] |
 //! | give each family a role, and each wing its old profiles | [`families::Role`], [`profile::Profile`] |
 //! | set up a mover, which makes everything that depends on the mesh alone | [`case::LoadedCase::mover`], [`mover::Mover::builder`] |
 //! | move the undeformed mesh to one design after another | [`mover::Mover::update`] |

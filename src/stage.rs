@@ -2,6 +2,8 @@
 //!
 //! [`crate::stages`] and [`crate::volume`] hold the stages.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use thiserror::Error;
 
@@ -9,7 +11,7 @@ use crate::{
     backend::{Backend, BackendError},
     families::Families,
     memory::MemoryError,
-    mesh::{Displacement, FamilyId, TetMesh, half_edge::Surface},
+    mesh::{CornerCells, Displacement, FamilyId, TetMesh, half_edge::Surface},
     relaxation::{Convergence, Method, Stopping},
 };
 
@@ -71,8 +73,10 @@ pub struct Wanted {
 /// The arguments of every stage, at its set-up and at each run.
 #[derive(Clone, Copy)]
 pub struct SetUp<'a> {
-    /// The undeformed mesh.
+    /// The undeformed mesh. Its tets are those of the mesh and the corner tets of other cells.
     pub mesh: &'a TetMesh,
+    /// The cells behind the tets of `mesh`.
+    pub cells: &'a Arc<CornerCells>,
     /// The mesh's oriented boundary.
     pub surface: &'a Surface,
     /// The roles of the mesh's families.

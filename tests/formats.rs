@@ -358,7 +358,7 @@ fn wrong_lengths_and_bad_vertices_are_refused() {
     let broken = MeshFile::from_mesh(broken);
     let error = broken.write(&folder.path().join("a.vtu"), &vertices, &Fields::default()).unwrap_err();
     assert!(matches!(error, WriteError::VertexOutOfRange { entity: "triangle", index: 5, .. }));
-    let fields = Fields { beta: Some(&[1.0]), displacement: None };
+    let fields = Fields { beta: Some(&[1.0]), ..Fields::default() };
     let error = file.write(&folder.path().join("a.vtu"), &vertices, &fields).unwrap_err();
     assert!(matches!(error, WriteError::Length { what: "beta", found: 1, .. }));
 }

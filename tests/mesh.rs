@@ -4,7 +4,7 @@
 mod meshes;
 
 use glam::DVec3;
-use idmesh::mesh::{FamilyId, MeshError, Order, TetMesh, edges, half_face, validate};
+use idmesh::mesh::{FamilyId, MeshError, Order, TetMesh, edges, validate};
 use idmesh::quality;
 use meshes::{brick, two_tets};
 
@@ -186,7 +186,7 @@ fn broken_meshes_are_refused_by_name() {
             m.triangles.push(m.triangles[0]);
             m.triangle_family.push(FamilyId(0));
         }),
-        MeshError::DuplicateTriangle { triangles: [0, 48], .. }
+        MeshError::DuplicateFace { .. }
     ));
     assert!(matches!(
         refusal(|m| {
@@ -197,11 +197,13 @@ fn broken_meshes_are_refused_by_name() {
     ));
     assert!(matches!(
         refusal(|m| {
-            let inside = half_face::face_vertices(m, 0);
-            m.triangles.push(inside);
+            let [a, b, c, _] = m.tets[0];
+            let far = (0..27).find(|&vertex| m.vertices[vertex as usize].distance(m.vertices[a as usize]) > 1.5);
+            assert!(![a, b, c].contains(&far.unwrap()));
+            m.triangles.push([a, b, far.unwrap()]);
             m.triangle_family.push(FamilyId(0));
         }),
-        MeshError::TrianglesNotOnBoundary { count: 1, .. } | MeshError::DuplicateTriangle { .. }
+        MeshError::FacesOfNoCell { count: 1, .. }
     ));
 }
 
@@ -212,16 +214,30 @@ fn faults_are_named_by_family_and_place() {
     let mut mesh = two_tets();
     mesh.families = vec!["wing".into(), "fan\u{1b}".into()];
     let whole = mesh.clone();
-    mesh.triangles.extend([[3, 2, 1], [1, 2, 3]]);
-    mesh.triangle_family.extend([FamilyId(1), FamilyId(0)]);
+    mesh.triangles.extend([[3, 2, 0], [1, 4, 0], [0, 4, 2]]);
+    mesh.triangle_family.extend([FamilyId(0), FamilyId(1), FamilyId(0)]);
+    // The first of the three stands in the mesh already.
+    mesh.triangles.remove(whole.triangles.len());
+    mesh.triangle_family.remove(whole.triangles.len());
     let n = whole.triangles.len();
     let at = |vertex: usize| format!("near {:.6}", whole.vertices[vertex]);
     assert_eq!(
         validate(&mesh).unwrap_err().to_string(),
         format!(
-            "2 triangles are not faces on the boundary of the tets (1 of 'fan\\x1b', 1 of 'wing'); the first is triangle {n} of \
-             the family 'fan\\x1b' with the vertices [3, 2, 1], {}; a family holds faces of the boundary only, not faces inside \
-             the volume",
+            "2 faces with a family are not faces of cells (1 of 'fan\\x1b', 1 of 'wing'); the first is triangle {n} of the \
+             family 'fan\\x1b' with the vertices [1, 4, 0], {}; a family holds faces of the boundary, or faces between two cells",
+            at(1)
+        )
+    );
+    let mut mesh = whole.clone();
+    mesh.triangles.push([3, 2, 1]);
+    mesh.triangle_family.push(FamilyId(0));
+    let all = mesh.triangle_family.iter().filter(|family| family.index() == 0).count();
+    assert_eq!(
+        validate(&mesh).unwrap_err().to_string(),
+        format!(
+            "1 of the {all} faces of the family 'wing' lie inside the volume, between two cells, the first of them {}, and the \
+             others on its boundary; give the faces inside a family of their own",
             at(3)
         )
     );
@@ -233,7 +249,7 @@ fn faults_are_named_by_family_and_place() {
     assert_eq!(
         validate(&mesh).unwrap_err().to_string(),
         format!(
-            "the triangle with the vertices [{c}, {b}, {a}], {}, stands in the file twice, as triangle {first} of the family \
+            "the face with the vertices [{c}, {b}, {a}], {}, stands in the file twice, as triangle {first} of the family \
              '{family}' and as triangle {n} of the family 'fan\\x1b'",
             at(c as usize)
         )
@@ -253,6 +269,25 @@ fn faults_are_named_by_family_and_place() {
         error.starts_with(&format!("the face with the vertices [1, 2, 3], {}, belongs to 3 tets", at(1))),
         "{error}"
     );
+}
+
+/// A face between two tets may have a family. This family has no part in the surface.
+#[test]
+fn faces_inside_the_volume_may_have_a_family() {
+    let mut mesh = two_tets();
+    let surface = validate(&mesh).unwrap().surface;
+    let disk = FamilyId(mesh.families.len() as u16);
+    mesh.families.push("disk".into());
+    mesh.triangles.insert(0, [3, 2, 1]);
+    mesh.triangle_family.insert(0, disk);
+    let inside = idmesh::mesh::families_inside(&mesh);
+    assert_eq!(inside.iter().filter(|&&inside| inside).count(), 1);
+    assert!(inside[disk.index()]);
+    let with_disk = validate(&mesh).unwrap().surface;
+    assert_eq!(with_disk.triangles, surface.triangles);
+    assert!(with_disk.triangles_of(disk).is_empty() && with_disk.vertices_of(disk).is_empty());
+    let all: Vec<u32> = (0..surface.triangles.len() as u32).collect();
+    assert_eq!(with_disk.in_mesh(&all), surface.in_mesh(&all).iter().map(|face| face + 1).collect::<Vec<_>>());
 }
 
 /// Two tets that touch in an edge only: four boundary triangles meet there.

@@ -10,7 +10,7 @@ use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{FamilyReport, ProfileReport, Solver, StageName, StageQuality};
 use idmesh::quality::Statistics;
 use idmesh::report::{
-    Backend, Checks, Checksums, FamilySize, Mesh, Repaired, ReportError, RunReport, Seconds, Series, Smoothing,
+    Backend, Checks, Checksums, FamilySize, Kind, Mesh, Repaired, ReportError, RunReport, Seconds, Series, Smoothing,
     histogram_svg, stage_table,
 };
 use idmesh::volume::Path;
@@ -48,7 +48,8 @@ fn report() -> RunReport {
         mesh: Mesh {
             vertices: 22402,
             tets: 96693,
-            families: BTreeMap::from([("wing".into(), FamilySize { vertices: 10, triangles: 16 })]),
+            families: BTreeMap::from([("wing".into(), FamilySize { vertices: 10, triangles: 16, quadrilaterals: 0 })]),
+            ..Mesh::default()
         },
         valid: false,
         converged: Some(true),
@@ -71,6 +72,10 @@ fn report() -> RunReport {
         }),
         repaired: Some(Repaired { inverted_tets: 18439, optimised_vertices: 345 }),
         stages: Some(stages()),
+        cells: Some(BTreeMap::from([(
+            "prisms",
+            Kind { count: 7, inverted: 2, jacobian_min: -0.5, jacobian_mean: 0.75, shape_min: Some(-0.25) },
+        )])),
         families: Some(families),
         profiles: Some(BTreeMap::from([(
             "wing".into(),
@@ -105,6 +110,7 @@ fn json_has_the_promised_names() {
             { "name": "corrected", "beta_min": -0.073921, "beta_max": 0.107143, "beta_mean": 0.022317, "inverted": 18441, "seconds": 1.5 },
             { "name": "final", "beta_min": 0.004392, "beta_max": 0.107143, "beta_mean": 0.0361874, "inverted": 0, "seconds": 12.0 }
         ],
+        "cells": { "prisms": { "count": 7, "inverted": 2, "jacobian_min": -0.5, "jacobian_mean": 0.75, "shape_min": -0.25 } },
         "families": { "carenage": { "max_distance_to_original_surface": 1e-9 }, "symmetry": { "max_distance_to_plane": 0.0 },
                       "wing": { "folded_triangles": 2, "pierced_triangles": 1 } },
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why" } },
@@ -213,8 +219,8 @@ fn mesh_counts_vertices_once_a_family() {
     };
     let counted = Mesh::of(&mesh);
     assert_eq!((counted.vertices, counted.tets), (4, 1));
-    assert_eq!(counted.families["wing"], FamilySize { vertices: 4, triangles: 2 });
-    assert_eq!(counted.families["farfield"], FamilySize { vertices: 4, triangles: 2 });
+    assert_eq!(counted.families["wing"], FamilySize { vertices: 4, triangles: 2, quadrilaterals: 0 });
+    assert_eq!(counted.families["farfield"], FamilySize { vertices: 4, triangles: 2, quadrilaterals: 0 });
     assert_eq!(counted.families["empty"], FamilySize::default());
 }
 

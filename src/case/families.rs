@@ -39,7 +39,17 @@ impl Case {
     /// - [`CaseError::Invalid`]: two patterns fit one family, or a wing has no profiles or two
     ///   tables of profiles
     pub fn for_families(&self, mesh_families: &[String]) -> Result<Self, CaseError> {
-        let families = self.named_families(mesh_families)?;
+        self.for_families_beside(mesh_families, &[])
+    }
+
+    /// [`Case::for_families`] for a mesh with families inside the volume, which need no table.
+    ///
+    /// - `inside`: these families
+    ///
+    /// # Errors
+    /// As [`Case::for_families`].
+    pub(super) fn for_families_beside(&self, mesh_families: &[String], inside: &[&String]) -> Result<Self, CaseError> {
+        let families = self.named_families(mesh_families, inside)?;
         let profiles = self.named_profiles(&families)?;
         Ok(Self { families, profiles, ..self.clone() })
     }
@@ -48,7 +58,19 @@ impl Case {
         CaseError::Invalid { path: self.path.clone(), position, message }
     }
 
-    fn named_families(&self, mesh_families: &[String]) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
+    /// Whether each family of the mesh is one that a table names, itself or by a pattern.
+    pub(super) fn names_all(&self, mesh_families: &[String]) -> bool {
+        let names = Names::new(mesh_families.iter().map(String::as_str));
+        let mut named = vec![false; mesh_families.len()];
+        self.families.keys().flat_map(|name| names.fitting(name)).for_each(|index| named[index] = true);
+        !named.contains(&false)
+    }
+
+    fn named_families(
+        &self,
+        mesh_families: &[String],
+        inside: &[&String],
+    ) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
         let mut families = BTreeMap::new();
         let names = Names::new(mesh_families.iter().map(String::as_str));
         let mut without_family = Vec::new();
@@ -69,8 +91,13 @@ impl Case {
                 }
             }
         }
-        let families: BTreeMap<_, _> =
+        let mut families: BTreeMap<_, _> =
             families.into_iter().map(|(family, (_, settings))| (family, settings.clone())).collect();
+        for &family in inside {
+            let position = Position { line: 1, column: 1 };
+            let settings = FamilySettings { role: Role::Interior, displacement: None, position };
+            families.entry(family.clone()).or_insert(settings);
+        }
         self.check_families(mesh_families, &families, &without_family)?;
         Ok(families)
     }

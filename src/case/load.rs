@@ -13,7 +13,7 @@ use super::{Case, CaseError};
 use crate::backend::Backend;
 use crate::families::Role;
 use crate::formats::{self, MeshFile, ReadError};
-use crate::mesh::{self, FamilyId, TetMesh};
+use crate::mesh::{self, FamilyId, HybridMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder};
 use crate::profile::{self, Plane, Profile, ProfileError, files, files::Placement};
 
@@ -139,13 +139,21 @@ impl Case {
         progress("reading the case");
         let case = Case::read(path)?;
         progress(&format!("reading {}", case.mesh.display()));
-        let file = formats::read(&case.mesh)?;
+        let file = formats::read_mixed(&case.mesh)?;
         let mesh = &file.mesh;
+        let hybrid = file.cells();
         // Profiles are compared with the mesh before a mover checks it.
-        let vertices = mesh.tets.iter().flatten().filter_map(|&vertex| mesh.vertices.get(vertex as usize));
+        let vertices = hybrid.cells().flatten().filter_map(|&vertex| mesh.vertices.get(vertex as usize));
         mesh::check_size(vertices.copied())
             .map_err(|error| LoadError::InFile { path: case.mesh.clone(), error: Box::new(error.into()) })?;
-        let case = case.for_families(&mesh.families)?;
+        let inside: Vec<&String> = match case.names_all(&mesh.families) {
+            true => Vec::new(),
+            false => {
+                let of_families = mesh.families.iter().zip(mesh::families_inside(hybrid));
+                of_families.filter(|&(_, inside)| inside).map(|(family, _)| family).collect()
+            }
+        };
+        let case = case.for_families_beside(&mesh.families, &inside)?;
 
         let mut inputs = vec![path.to_path_buf(), case.mesh.clone()];
         let mut design = Design::default();
@@ -155,7 +163,7 @@ impl Case {
             let settings = case.families.get(name);
             roles.push(settings.map_or(Role::Fixed, |settings| settings.role.clone()));
             if let Some(displacement) = settings.and_then(|settings| settings.displacement.as_ref()) {
-                let matched = prescribed(mesh, name, displacement)?;
+                let matched = prescribed(hybrid, name, displacement)?;
                 design.prescribed.insert(name.clone(), matched.rows.iter().map(|row| row.displacement).collect());
                 displacements.push(matched);
                 inputs.push(displacement.clone());
@@ -178,7 +186,7 @@ impl Case {
                     progress(&format!("cutting the old profiles of {name}"));
                     let named = source.families.iter().filter_map(|family| by_name.get(family.as_str()).copied());
                     let families: Vec<FamilyId> = named.collect();
-                    cut_like(mesh, &families, &new).map_err(about)?
+                    cut_like(hybrid, &families, &new).map_err(about)?
                 }
             };
             profile::compare_sizes(&old, &new).map_err(about)?;
@@ -197,7 +205,8 @@ impl LoadedCase {
 
     /// A builder with the mesh, the roles, the old profiles and the settings of this case.
     pub fn builder(&self) -> MoverBuilder {
-        let mut builder = Mover::builder(self.file.mesh.clone()).settings(self.case.settings);
+        let mut builder =
+            Mover::builder(self.file.mesh.clone()).other_cells(self.file.others.clone()).settings(self.case.settings);
         for (family, role) in self.file.mesh.families.iter().zip(&self.roles) {
             builder = builder.role(family, role.clone());
         }
@@ -251,12 +260,13 @@ fn join_cyclic(file: &MeshFile, roles: &mut [Role]) -> Result<(), LoadError> {
 /// # Errors
 /// The table cannot be read, or its rows do not match the family's vertices.
 pub(crate) fn prescribed(
-    mesh: &TetMesh,
+    hybrid: HybridMesh,
     family: &str,
     path: &Path,
 ) -> Result<displacement::Matched, DisplacementError> {
+    let mesh = hybrid.mesh;
     let families: Vec<FamilyId> = mesh.family(family).into_iter().collect();
-    let triangles = mesh.triangles_of(&families);
+    let triangles = mesh::triangles_of_families(hybrid, &families);
     let vertices: Vec<u32> = triangles.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
     let lengths = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| {
         let (a, b) = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
@@ -303,8 +313,8 @@ pub(crate) fn profiles_of(
 }
 
 /// The old profiles, cut from the mesh at the new ones' planes.
-fn cut_like(mesh: &TetMesh, families: &[FamilyId], new: &[Profile]) -> Result<Vec<Profile>, ProfileError> {
+fn cut_like(mesh: HybridMesh, families: &[FamilyId], new: &[Profile]) -> Result<Vec<Profile>, ProfileError> {
     let planes = new.iter().map(|profile| Ok((profile.number, Plane::of_profile(profile)?)));
     let planes = planes.collect::<Result<Vec<_>, ProfileError>>()?;
-    profile::cut::cut_at_planes(&mesh.vertices, &mesh.triangles_of(families), &planes)
+    profile::cut::cut_at_planes(mesh.vertices(), &mesh::triangles_of_families(mesh, families), &planes)
 }

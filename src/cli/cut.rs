@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::console::Console;
 use super::failure::Failure;
 use crate::formats::{self, write_atomically};
-use crate::mesh::check_size;
+use crate::mesh::{check_size, triangles_of_families};
 use crate::profile::{Plane, csv, cut, stations};
 use crate::session::{check_distinct, check_writable};
 use crate::text::nearest::did_you_mean;
@@ -39,8 +39,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_writable(&arguments.out)?;
     check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
     console.step(&format!("reading {}", arguments.mesh.display()));
-    let mesh = formats::read(&arguments.mesh)?.mesh;
-    let corners = mesh.triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize]);
+    let file = formats::read_mixed(&arguments.mesh)?;
+    let (mesh, others) = (&file.mesh, &file.others);
+    let faces = mesh.triangles.iter().flatten().chain(others.quadrilaterals.iter().flatten());
+    let corners = faces.map(|&vertex| mesh.vertices[vertex as usize]);
     check_size(corners).map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     let families = arguments.family.iter().map(|name| {
         mesh.family(name).ok_or_else(|| {
@@ -54,7 +56,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     });
     let families = families.collect::<Result<Vec<_>, _>>()?;
     console.step("cutting");
-    let triangles = mesh.triangles_of(&families);
+    let triangles = triangles_of_families(file.cells(), &families);
     let planes = match arguments.planes {
         Some(count) => stations::evenly(&mesh.vertices, &triangles, count.into()),
         None => Ok(arguments.at.clone()),

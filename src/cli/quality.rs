@@ -11,9 +11,9 @@ use super::failure::Failure;
 use super::json::{check_json, write_json};
 use super::{JsonTarget, json_target, warn_of_file};
 use crate::formats;
-use crate::mesh::{OtherCells, check_size};
+use crate::mesh::{OtherCells, by_kind, check_size, measures};
 use crate::quality::{Statistics, betas};
-use crate::report::{self, Series, aligned, beta_text, histogram_svg};
+use crate::report::{self, Series, aligned, beta_text, histogram_svg, kind_table};
 use crate::session::{check_distinct, check_writable, write_text};
 
 /// Arguments of `idmesh quality`.
@@ -35,8 +35,8 @@ struct Figures {
     idmesh: String,
     file: String,
     mesh: report::Mesh,
-    /// Number of cells of each other shape. The measures of beta count the tets into which these
-    /// cells split.
+    /// Number of cells of each other shape, and of quadrilaterals. The measures of beta are those
+    /// of the tets.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     others: BTreeMap<&'static str, usize>,
     /// Shapes of cells that are all left-handed in the file. They are measured turned over.
@@ -45,7 +45,11 @@ struct Figures {
     beta_min: f64,
     beta_max: f64,
     beta_mean: f64,
+    /// Number of inverted cells.
     inverted: usize,
+    /// Quality of each kind of cell. Left out of a mesh of tets.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    cells: BTreeMap<&'static str, report::Kind>,
 }
 
 /// Runs the command.
@@ -66,22 +70,24 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     warn_of_file(&arguments.mesh, &file, console);
     let (mesh, others) = (&file.mesh, &file.others);
     console.step("measuring");
-    let of_others = others.tets();
-    let corners = mesh.tets.iter().chain(&of_others).flatten().map(|&vertex| mesh.vertices[vertex as usize]);
+    let hybrid = file.cells();
+    let corners = hybrid.cells().flatten().map(|&vertex| mesh.vertices[vertex as usize]);
     check_size(corners).map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
-    let mut beta = betas(&mesh.vertices, &mesh.tets);
-    beta.extend(betas(&mesh.vertices, &of_others));
+    let beta = betas(&mesh.vertices, &mesh.tets);
     let Statistics { min, max, mean, inverted } = Statistics::new(&beta);
+    let kinds = (others.n_cells() > 0).then(|| by_kind(hybrid, &measures(hybrid, &mesh.vertices, None), false));
+    let inverted = kinds.as_ref().map_or(inverted, |kinds| kinds.iter().map(|kind| kind.inverted).sum());
     let figures = Figures {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
         file: arguments.mesh.display().to_string(),
-        mesh: report::Mesh::of(mesh),
+        mesh: report::Mesh::of(hybrid),
         others: others.counts().collect(),
         left_handed: file.left_handed.clone(),
         beta_min: min,
         beta_max: max,
         beta_mean: mean,
         inverted,
+        cells: kinds.as_deref().map(report::by_kind).unwrap_or_default(),
     };
     if let Some(path) = &arguments.histogram {
         let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy();
@@ -102,9 +108,6 @@ fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let mut rows = vec![row("vertices", figures.mesh.vertices.to_string()), row("tets", figures.mesh.tets.to_string())];
     rows.extend(others.counts().map(|(name, count)| row(name, count.to_string())));
-    if others.n_cells() > 0 {
-        rows.push(row("tets they split into", others.tets().len().to_string()));
-    }
     if !figures.left_handed.is_empty() {
         rows.push(row("left-handed in the file", figures.left_handed.join(", ")));
     }
@@ -115,6 +118,10 @@ fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
         row("beta mean", beta_text(figures.beta_mean, 7)),
     ]);
     let mut text = aligned(&rows);
+    if !figures.cells.is_empty() {
+        text.push('\n');
+        text += &kind_table(&figures.cells);
+    }
     let mut rows = vec![["family", "vertices", "triangles"].map(str::to_owned).to_vec()];
     if !others.quadrilaterals.is_empty() {
         rows[0].push("quadrilaterals".to_owned());

@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::json::{check_json, print_json, write_json};
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
 use crate::case::{Case, LoadedCase};
-use crate::report::stage_table;
+use crate::report::{kind_table, stage_table};
 use crate::session::{Folder, Job, Outputs, Session, SessionError, check_distinct, remove_file, sums_of_case};
 
 /// Arguments of `idmesh run`.
@@ -72,7 +72,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     }
     let told = match &arguments.json {
         Some(JsonTarget::StandardOutput) => print_json(report, console),
-        _ => console.data(&stage_table(report.stages.as_deref().unwrap_or_default())),
+        _ => {
+            let kinds = report.cells.as_ref().map_or(String::new(), |kinds| format!("\n{}", kind_table(kinds)));
+            console.data(&(stage_table(report.stages.as_deref().unwrap_or_default()) + &kinds))
+        }
     };
     if let Err(failure) = told {
         finished.withdraw();

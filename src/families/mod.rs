@@ -115,6 +115,24 @@ pub enum SetupError {
         /// The families.
         families: Vec<String>,
     },
+    /// A family inside the volume has the role of a surface.
+    #[error(
+        "the faces of family `{family}` lie inside the volume, between two cells, but it has the role {role}, expected interior"
+    )]
+    Inside {
+        /// Name of the family.
+        family: String,
+        /// Its role.
+        role: &'static str,
+    },
+    /// A family on the boundary has the role interior.
+    #[error(
+        "family `{family}` has the role interior, but its faces lie on the boundary, expected the role of a surface"
+    )]
+    NotInside {
+        /// Name of the family.
+        family: String,
+    },
     /// A wing of no family.
     #[error("the wing `{wing}` has no families, expected at least one")]
     NoFamilies {

@@ -48,6 +48,8 @@ pub enum Role {
     Fixed,
     /// The family takes the displacement that its user gives.
     Prescribed,
+    /// The family lies inside the volume, such as the disk of a fan or a wake, and moves with it.
+    Interior,
 }
 
 /// The stage that places a vertex. If a vertex lies on several families, the first stage in this
@@ -68,7 +70,8 @@ pub enum PlacedBy {
 impl PlacedBy {
     /// The name of the role whose vertices this stage places.
     pub fn name(self) -> &'static str {
-        ROLES.iter().find(|row| row.placed_by == self).map_or("volume", |row| row.name)
+        let row = ROLES.iter().find(|row| row.placed_by == self && self != Self::Volume);
+        row.map_or("volume", |row| row.name)
     }
 
     /// Whether local optimisation may slide the vertices on their surface.
@@ -150,6 +153,7 @@ pub const ROLES: &[RoleRow] = &[
         placed_by: PlacedBy::Prescribed,
         make: |_| Role::Prescribed,
     },
+    RoleRow { name: "interior", aliases: &[], keys: &[], placed_by: PlacedBy::Volume, make: |_| Role::Interior },
 ];
 
 impl Role {
@@ -204,6 +208,7 @@ mod tests {
             Role::PLANE,
             Role::Fixed,
             Role::Prescribed,
+            Role::Interior,
         ];
         assert_eq!(all.len(), ROLES.len());
         for (role, row) in all.iter().zip(ROLES) {

@@ -38,6 +38,12 @@ pub struct Fields<'a> {
     pub displacement: Option<&'a [DVec3]>,
     /// Quality `V / l_max^3` of each tet `[n_tets]`, without unit.
     pub beta: Option<&'a [f64]>,
+    /// Scaled Jacobian of the worst corner of each cell `[n_cells]`, tets first, then pyramids,
+    /// prisms and hexahedra; without unit.
+    pub jacobian: Option<&'a [f64]>,
+    /// Shape of the worst corner of each cell against the undeformed mesh `[n_cells]`, in the same
+    /// order; without unit.
+    pub shape: Option<&'a [f64]>,
 }
 
 /// The contents of a new mesh file.
@@ -130,10 +136,15 @@ impl<'a> NewFile<'a> {
         if let Some(displacement) = fields.displacement {
             check_length("displacement", displacement.len(), vertices.len())?;
         }
-        match fields.beta {
-            Some(beta) => check_length("beta", beta.len(), cells.tets.len()),
-            None => Ok(()),
+        if let Some(beta) = fields.beta {
+            check_length("beta", beta.len(), cells.tets.len())?;
         }
+        let n_cells = cells.tets.len() + others.n_cells();
+        let of_cells = [("scaled Jacobian", fields.jacobian), ("shape", fields.shape)];
+        of_cells.into_iter().try_for_each(|(what, values)| match values {
+            Some(values) => check_length(what, values.len(), n_cells),
+            None => Ok(()),
+        })
     }
 }
 

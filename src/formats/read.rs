@@ -11,7 +11,7 @@ use super::gzip::unzipped;
 use super::openfoam;
 use super::table::{format_of, known};
 use crate::memory::check_memory;
-use crate::mesh::{OtherCells, TetMesh};
+use crate::mesh::{HybridMesh, OtherCells, TetMesh};
 
 /// A mesh together with its source file.
 #[derive(Clone, Debug)]
@@ -31,6 +31,16 @@ impl MeshFile {
     /// A mesh without a source file.
     pub fn from_mesh(mesh: TetMesh) -> Self {
         Self { mesh, others: OtherCells::default(), left_handed: Vec::new(), document: None }
+    }
+
+    /// A mesh with other cells than tets, without a source file.
+    pub fn from_cells(mesh: TetMesh, others: OtherCells) -> Self {
+        Self { others, ..Self::from_mesh(mesh) }
+    }
+
+    /// All cells and faces of the mesh.
+    pub fn cells(&self) -> HybridMesh<'_> {
+        HybridMesh { mesh: &self.mesh, others: &self.others }
     }
 
     /// What a user must know before the mesh is moved, in words: parts that were passed over,

@@ -90,7 +90,14 @@ pub struct VertexGraph {
 impl VertexGraph {
     /// The graph with these edges `[n_edges]`.
     pub fn new(n_vertices: usize, edges: &[[u32; 2]]) -> Self {
-        let both = edges.iter().enumerate().flat_map(|(edge, &[a, b])| [(a, edge as u32), (b, edge as u32)]);
+        Self::of_some(n_vertices, edges, |_| true)
+    }
+
+    /// The graph with those of the edges `[n_edges]` that count. `entry_edge` holds indices among
+    /// all edges.
+    pub fn of_some(n_vertices: usize, edges: &[[u32; 2]], counts: impl Fn(usize) -> bool + Clone) -> Self {
+        let some = edges.iter().enumerate().filter(move |&(edge, _)| counts(edge));
+        let both = some.flat_map(|(edge, &[a, b])| [(a, edge as u32), (b, edge as u32)]);
         let Csr { row_start, entries: entry_edge } = Csr::from_pairs(n_vertices, both);
         let other = |(row, edge): (usize, &u32)| {
             let [a, b] = edges[*edge as usize];

@@ -4,6 +4,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use super::size::SIZES;
+use super::{CellKind, CellName};
 use crate::text::figures::near;
 use crate::text::shown;
 
@@ -12,7 +13,7 @@ use crate::text::shown;
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages name the fields")]
 pub enum MeshError {
-    #[error("the mesh has no tets")]
+    #[error("the mesh has no cells")]
     NoTets,
     #[error("vertex {vertex} has the coordinates {at:?}; they must be finite numbers")]
     NotFinite { vertex: usize, at: [f64; 3] },
@@ -32,11 +33,33 @@ pub enum MeshError {
     )]
     Inverted { count: usize, n_tets: usize, first: usize, volume: f64, at: DVec3 },
     #[error(
-        "{count} of {n_tets} tets are left-handed (negative volume), the first is tet {first}, near {at:.6}{}; write the mesh \
-         again with the vertices of all tets in one order, or swap two vertices of each left-handed tet",
-        right_handed.map_or(String::new(), |tet| format!(", but tet {tet} is not"))
+        "{count} of {n_cells} {} are left-handed (negative volume), the first is {} {first}, near {at:.6}{}; write the mesh \
+         again with the vertices of all {} in one order, or {}",
+        kind.plural(), kind.name(), right_handed.map_or(String::new(), |cell| format!(", but {} {cell} is not", kind.name())), kind.plural(),
+        if *kind == CellKind::Tet { "swap two vertices of each left-handed tet" } else { "turn each left-handed one over" }
     )]
-    LeftHanded { count: usize, n_tets: usize, first: usize, right_handed: Option<usize>, at: DVec3 },
+    LeftHanded { kind: CellKind, count: usize, n_cells: usize, first: usize, right_handed: Option<usize>, at: DVec3 },
+    #[error(
+        "{count} of {n_cells} {} are inverted or flat; the first is {} {first}, whose volume at {} is {volume:e}, near {}; a mesh \
+         must be valid before it is moved",
+        kind.plural(), kind.name(), corner.map_or("its middle".to_owned(), |corner| format!("the corner at vertex {corner}")), near(*at)
+    )]
+    InvertedCell {
+        kind: CellKind,
+        count: usize,
+        n_cells: usize,
+        first: usize,
+        /// The vertex of the corner. `None` if all corners are good, and the volume of the whole
+        /// cell is not.
+        corner: Option<u32>,
+        /// Volume of the corner tet, or of the cell, in the cube of the mesh's unit.
+        volume: f64,
+        at: DVec3,
+    },
+    #[error("{cell}, near {}, names a vertex twice; only meshes without such cells can be refined", near(*at))]
+    Degenerate { cell: CellName, at: DVec3 },
+    #[error("{what} {index} names so few different vertices that nothing of it is left; the first is vertex {at}")]
+    Shrunk { what: &'static str, index: usize, at: u32 },
     #[error("tets {first} and {second} have the same four vertices, near {}", near(*at))]
     DuplicateTet { first: u32, second: u32, at: DVec3 },
     #[error(
@@ -44,38 +67,51 @@ pub enum MeshError {
         near(*at), tets.len()
     )]
     FaceOfManyTets { vertices: [u32; 3], tets: Vec<u32>, at: DVec3 },
+    #[error("{} and {} have the same vertices, near {}", cells[0], cells[1], near(*at))]
+    DuplicateCell { cells: [CellName; 2], at: DVec3 },
     #[error(
-        "the triangle with the vertices {vertices:?}, near {}, stands in the file twice, as triangle {} of the family '{}' and as \
-         triangle {} of the family '{}'",
-        near(*at), triangles[0], shown(&families[0]), triangles[1], shown(&families[1])
+        "the face with the vertices {vertices:?}, near {}, belongs to {} cells ({}); at most two can share a face",
+        near(*at), cells.len(), cells.iter().map(CellName::to_string).collect::<Vec<_>>().join(", ")
     )]
-    DuplicateTriangle { triangles: [u32; 2], families: [String; 2], vertices: [u32; 3], at: DVec3 },
+    FaceOfManyCells { vertices: Vec<u32>, cells: Vec<CellName>, at: DVec3 },
     #[error(
-        "{count} triangles are not faces on the boundary of the tets ({}); the first is triangle {first} of the family '{}' with \
-         the vertices {vertices:?}, near {}; a family holds faces of the boundary only, not faces inside the volume",
+        "the face with the vertices {vertices:?}, near {}, stands in the file twice, as {} of the family '{}' and as {} of the \
+         family '{}'",
+        near(*at), faces[0], shown(&families[0]), faces[1], shown(&families[1])
+    )]
+    DuplicateFace { faces: [String; 2], families: [String; 2], vertices: Vec<u32>, at: DVec3 },
+    #[error(
+        "{count} faces with a family are not faces of cells ({}); the first is {first} of the family '{}' with the vertices \
+         {vertices:?}, near {}; a family holds faces of the boundary, or faces between two cells",
         listed(families), shown(family), near(*at)
     )]
-    TrianglesNotOnBoundary {
+    FacesOfNoCell {
         count: usize,
-        /// The families of these triangles, each with the number of them.
+        /// The families of these faces, each with the number of them.
         families: Vec<(String, usize)>,
-        first: u32,
+        first: String,
         /// The family of the first one.
         family: String,
-        vertices: [u32; 3],
+        vertices: Vec<u32>,
         at: DVec3,
     },
     #[error(
-        "{count} faces on the boundary of the tets belong to no family; the first has the vertices {vertices:?}, near \
+        "{inside} of the {all} faces of the family '{}' lie inside the volume, between two cells, the first of them near {}, \
+         and the others on its boundary; give the faces inside a family of their own",
+        shown(family), near(*at)
+    )]
+    PartlyInside { family: String, inside: usize, all: usize, at: DVec3 },
+    #[error(
+        "{count} faces on the boundary of the cells belong to no family; the first has the vertices {vertices:?}, near \
          {}; every boundary face needs a named surface group",
         near(*at)
     )]
-    BoundaryWithoutFamily { count: usize, vertices: [u32; 3], at: DVec3 },
+    BoundaryWithoutFamily { count: usize, vertices: Vec<u32>, at: DVec3 },
     #[error("{triangles} boundary triangles meet in the edge {vertices:?} near {}; exactly two can", near(*at))]
     NonManifoldEdge { vertices: [u32; 2], triangles: usize, at: DVec3 },
 }
 
-/// Families with their numbers of triangles, in words.
+/// Families with their numbers of faces, in words.
 fn listed(families: &[(String, usize)]) -> String {
     let words: Vec<String> = families.iter().map(|(family, count)| format!("{count} of '{}'", shown(family))).collect();
     words.join(", ")

@@ -1,6 +1,9 @@
 //! Surface half-edge structure (SHE): the oriented boundary triangles, their neighbours and their
 //! families.
 //!
+//! A quadrilateral is two triangles, divided along its shorter diagonal. Triangles serve geometry:
+//! closest points, normals, folds. A diagonal is no edge of the mesh, and no spring runs along it.
+//!
 //! The structure is made of arrays: half-edge `3 * triangle + k` runs from the triangle's vertex
 //! `k` to its next vertex.
 //!
@@ -10,11 +13,11 @@
 //!
 //! The paper (section 4) uses SHE to traverse a family's triangles, vertices and boundary curves.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::{FamilyId, MeshError, TetMesh, csr::Csr, half_face, lowest_of};
+use super::{FamilyId, HybridMesh, MeshError, corners::Face, csr::Csr, half_face, lowest_of};
 use crate::geometry::{self, triangle_normal};
 
 /// A curve along the boundary between one family and another: a run of edges with the same family
@@ -38,26 +41,31 @@ pub struct Surface {
     pub family: Vec<FamilyId>,
     /// The twin of each half-edge in the neighbouring triangle `[3 * n_triangles]`.
     pub opposite: Vec<u32>,
-    /// Index of each triangle in [`TetMesh::triangles`] `[n_triangles]`.
+    /// The face of the mesh in which each triangle lies `[n_triangles]`, see
+    /// [`HybridMesh::face`].
     of_mesh: Vec<u32>,
     of_family: Csr,
     vertices_of_family: Csr,
 }
 
 impl Surface {
-    /// Orients the mesh's triangles by its tets and joins them along their edges.
+    /// Orients the mesh's boundary faces by its cells and joins their triangles along their edges.
+    ///
+    /// Families whose faces all lie inside the volume have no part in the surface.
     ///
     /// # Errors
-    /// A triangle stands in the mesh twice, the triangles are not exactly the boundary of the tets,
-    /// or the number of triangles at an edge is not two.
-    pub fn new(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Self, MeshError> {
-        let mut sorted: Vec<_> = oriented_triangles(mesh, faces)?.into_iter().zip(0..).collect();
+    /// A face stands in the mesh twice, the faces are not exactly the boundary of the cells, or the
+    /// number of triangles at an edge is not two.
+    pub fn new<'a>(mesh: impl Into<HybridMesh<'a>>, faces: &half_face::HalfFaces) -> Result<Self, MeshError> {
+        let mesh = mesh.into();
+        let mut sorted = oriented_triangles(mesh, faces)?;
         sorted.sort_unstable();
         let (triangles, of_mesh): (Vec<_>, Vec<u32>) = sorted.into_iter().unzip();
-        let family: Vec<FamilyId> = of_mesh.iter().map(|&index| mesh.triangle_family[index as usize]).collect();
+        let family: Vec<FamilyId> = of_mesh.iter().filter_map(|&face| mesh.family_of(face)).collect();
         let opposite = join_edges(mesh, &triangles)?;
+        let n_families = mesh.mesh.families.len();
         let pairs = family.iter().enumerate().map(|(triangle, family)| (family.0 as u32, triangle as u32));
-        let of_family = Csr::from_pairs(mesh.families.len(), pairs);
+        let of_family = Csr::from_pairs(n_families, pairs);
         let mut corners: Vec<(u32, u32)> = family
             .iter()
             .zip(&triangles)
@@ -65,15 +73,44 @@ impl Surface {
             .collect();
         corners.sort_unstable();
         corners.dedup();
-        let vertices_of_family = Csr::from_pairs(mesh.families.len(), corners.into_iter());
+        let vertices_of_family = Csr::from_pairs(n_families, corners.into_iter());
         Ok(Self { triangles, family, opposite, of_mesh, of_family, vertices_of_family })
     }
 
-    /// Indices of these triangles in [`TetMesh::triangles`], ascending.
+    /// The faces of the mesh in which these triangles lie, ascending, each once. In a mesh of tets
+    /// these are indices in [`TetMesh::triangles`](super::TetMesh::triangles).
     pub fn in_mesh(&self, triangles: &[u32]) -> Vec<u32> {
         let mut indices: Vec<u32> = triangles.iter().map(|&triangle| self.of_mesh[triangle as usize]).collect();
         indices.sort_unstable();
+        indices.dedup();
         indices
+    }
+
+    /// One of these triangles for each face of the mesh in which some lie.
+    pub fn one_of_each_face(&self, mut triangles: Vec<u32>) -> Vec<u32> {
+        triangles.sort_unstable_by_key(|&triangle| (self.of_mesh[triangle as usize], triangle));
+        triangles.dedup_by_key(|triangle| self.of_mesh[*triangle as usize]);
+        triangles
+    }
+
+    /// Whether a half-edge is the diagonal of a quadrilateral.
+    pub fn is_diagonal(&self, half_edge: u32) -> bool {
+        let face = |half_edge: u32| self.of_mesh[half_edge as usize / 3];
+        face(half_edge) == face(self.opposite[half_edge as usize])
+    }
+
+    /// The edges of the mesh around these triangles, each once, the lower vertex first, in
+    /// lexicographic order. Diagonals are no edges.
+    pub fn edges_of<'a>(&self, triangles: impl IntoIterator<Item = &'a u32>) -> Vec<[u32; 2]> {
+        let half_edges = triangles.into_iter().flat_map(|&triangle| 3 * triangle..3 * triangle + 3);
+        let ends = |half_edge: u32| {
+            let (a, b) = (self.origin(half_edge), self.origin(next(half_edge)));
+            [a.min(b), a.max(b)]
+        };
+        let mut edges: Vec<[u32; 2]> = half_edges.filter(|&half_edge| !self.is_diagonal(half_edge)).map(ends).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
     }
 
     /// The triangles of a family, ascending.
@@ -189,84 +226,165 @@ pub fn next(half_edge: u32) -> u32 {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
-/// The mesh's triangles in their order. Each begins with its lowest vertex, and its normal points
-/// out of the body.
-fn oriented_triangles(mesh: &TetMesh, faces: &half_face::HalfFaces) -> Result<Vec<[u32; 3]>, MeshError> {
-    let sorted = |mut triangle: [u32; 3]| {
-        triangle.sort_unstable();
-        triangle
-    };
-    // The triangle that takes a face of the boundary.
-    let mut outer: HashMap<[u32; 3], (u32, Option<u32>)> =
-        faces.boundary().map(|h| (sorted(half_face::face_vertices(mesh, h)), (h, None))).collect();
-    let family = |triangle: u32| {
-        let family = mesh.triangle_family.get(triangle as usize);
-        family.and_then(|family| mesh.families.get(family.index())).cloned().unwrap_or_default()
-    };
-    let at = |vertex: u32| mesh.vertices[vertex as usize];
+/// The triangles of the mesh's boundary faces, each with its face. Each triangle begins with its
+/// lowest vertex, and its normal points out of the body.
+fn oriented_triangles(mesh: HybridMesh, faces: &half_face::HalfFaces) -> Result<Vec<([u32; 3], u32)>, MeshError> {
+    // The face of the mesh that takes each half-face of the boundary.
+    let mut outer: HashMap<[u32; 4], (Face, Option<u32>)> = faces
+        .boundary()
+        .map(|half_face| half_face::face_vertices(mesh, half_face))
+        .map(|face| (face.key(), (face, None)))
+        .collect();
     let mut stray = Vec::new();
-    let mut triangles = Vec::with_capacity(mesh.triangles.len());
-    for (index, &triangle) in mesh.triangles.iter().enumerate() {
-        match outer.get_mut(&sorted(triangle)) {
-            Some(&mut (_, Some(first))) => {
-                let triangles = [first, index as u32];
-                let (families, at) = (triangles.map(family), at(triangle[0]));
-                return Err(MeshError::DuplicateTriangle { triangles, families, vertices: triangle, at });
+    let mut triangles = Vec::with_capacity(mesh.n_faces() + mesh.others.quadrilaterals.len());
+    for index in 0..mesh.n_faces() as u32 {
+        match mesh.face(index).and_then(|face| outer.get_mut(&face.key())) {
+            Some(&mut (_, Some(first))) => return Err(duplicate_face(mesh, first, index)),
+            Some((face, taken)) => {
+                *taken = Some(index);
+                // The normal of a cell's face points out of the fluid, the surface's out of the
+                // body.
+                let outward = face.turned_over();
+                triangles.extend(triangles_of_face(outward.vertices(), mesh.vertices()).map(|half| (half, index)));
             }
-            Some((half_face, taken)) => {
-                *taken = Some(index as u32);
-                // The normal of a tet's face points out of the fluid, the surface's out of the
-                // body: two vertices swap.
-                let [a, b, c] = half_face::face_vertices(mesh, *half_face);
-                let mut outward = [a, c, b];
-                let lowest = lowest_of(&outward);
-                outward.rotate_left(lowest);
-                triangles.push(outward);
-            }
-            None => stray.push(index as u32),
+            None => stray.push(index),
         }
     }
-    if let Some(&first) = stray.first() {
+    check_inside(mesh, faces, &stray)?;
+    let bare = faces.boundary().filter(|&half_face| {
+        let key = half_face::face_vertices(mesh, half_face).key();
+        outer.get(&key).is_some_and(|(_, taken)| taken.is_none())
+    });
+    let bare: Vec<u32> = bare.collect();
+    if let Some(&first) = bare.first() {
+        let vertices = half_face::face_vertices(mesh, first).vertices().to_vec();
+        let at = mesh.vertices()[vertices[0] as usize];
+        return Err(MeshError::BoundaryWithoutFamily { count: bare.len(), vertices, at });
+    }
+    Ok(triangles)
+}
+
+/// The triangles of a face, each with its lowest vertex first. A quadrilateral is divided along its
+/// shorter diagonal. Of two diagonals of one length the one from the lowest vertex is taken.
+fn triangles_of_face(face: &[u32], vertices: &[DVec3]) -> impl Iterator<Item = [u32; 3]> + use<> {
+    let halves = match *face {
+        [a, b, c, d] => {
+            let length = |from: u32, to: u32| vertices[from as usize].distance_squared(vertices[to as usize]);
+            let (one, other) = (length(a, c), length(b, d));
+            if one < other || (one == other && a.min(c) < b.min(d)) {
+                [Some([a, b, c]), Some([a, c, d])]
+            } else {
+                [Some([b, c, d]), Some([b, d, a])]
+            }
+        }
+        [a, b, c] => [Some([a, b, c]), None],
+        _ => [None, None],
+    };
+    halves.into_iter().flatten().map(|mut triangle| {
+        let lowest = lowest_of(&triangle);
+        triangle.rotate_left(lowest);
+        triangle
+    })
+}
+
+/// The two triangles of a quadrilateral. If it is degenerate, the second repeats the first.
+///
+/// - `vertices` `[n_vertices]`: of the undeformed mesh
+pub fn halves(face: [u32; 4], vertices: &[DVec3]) -> [[u32; 3]; 2] {
+    let face = Face::new(&face);
+    let mut triangles = face.iter().flat_map(|face| triangles_of_face(face.vertices(), vertices));
+    let first = triangles.next().unwrap_or_default();
+    [first, triangles.next().unwrap_or(first)]
+}
+
+/// The triangles of some families: triangles as in the mesh, then quadrilaterals as two triangles
+/// each, in the order of the mesh.
+pub fn triangles_of_families(mesh: HybridMesh, families: &[FamilyId]) -> Vec<[u32; 3]> {
+    let mut triangles = mesh.mesh.triangles_of(families);
+    for (face, family) in mesh.others.quadrilaterals.iter().zip(&mesh.others.quadrilateral_family) {
+        if families.contains(family)
+            && let Some(face) = Face::new(face)
+        {
+            triangles.extend(triangles_of_face(face.vertices(), mesh.vertices()));
+        }
+    }
+    triangles
+}
+
+/// Checks that faces that are not on the boundary lie inside the volume, and that no other faces of
+/// their families are on the boundary.
+fn check_inside(mesh: HybridMesh, faces: &half_face::HalfFaces, stray: &[u32]) -> Result<(), MeshError> {
+    if stray.is_empty() {
+        return Ok(());
+    }
+    let inner: HashSet<[u32; 4]> =
+        faces.inner().map(|half_face| half_face::face_vertices(mesh, half_face).key()).collect();
+    let is_inner = |face: u32| mesh.face(face).is_some_and(|face| inner.contains(&face.key()));
+    let nowhere: Vec<u32> = stray.iter().copied().filter(|&face| !is_inner(face)).collect();
+    if let Some(&first) = nowhere.first() {
         let mut families: Vec<(String, usize)> = Vec::new();
-        for name in stray.iter().map(|&triangle| family(triangle)) {
+        for name in nowhere.iter().map(|&face| family_name(mesh, face)) {
             match families.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, count)) => *count += 1,
                 None => families.push((name, 1)),
             }
         }
-        let vertices = mesh.triangles[first as usize];
-        return Err(MeshError::TrianglesNotOnBoundary {
-            count: stray.len(),
+        let vertices = mesh.face_vertices(first).to_vec();
+        let at = mesh.vertices()[vertices[0] as usize];
+        let family = family_name(mesh, first);
+        return Err(MeshError::FacesOfNoCell {
+            count: nowhere.len(),
             families,
-            first,
-            family: family(first),
+            first: mesh.face_name(first),
+            family,
             vertices,
-            at: at(vertices[0]),
+            at,
         });
     }
-    let bare: Vec<u32> = outer.values().filter(|(_, taken)| taken.is_none()).map(|&(half_face, _)| half_face).collect();
-    if let Some(&first) = bare.iter().min() {
-        let vertices = half_face::face_vertices(mesh, first);
-        return Err(MeshError::BoundaryWithoutFamily {
-            count: bare.len(),
-            vertices,
-            at: mesh.vertices[vertices[0] as usize],
-        });
+    let count = |faces: &mut dyn Iterator<Item = u32>| {
+        let mut counts = vec![0; mesh.mesh.families.len()];
+        for family in faces.filter_map(|face| mesh.family_of(face)) {
+            counts[family.index()] += 1;
+        }
+        counts
+    };
+    let (inside, all) = (count(&mut stray.iter().copied()), count(&mut (0..mesh.n_faces() as u32)));
+    let is_partly_inside =
+        |face: &&u32| mesh.family_of(**face).is_some_and(|family| inside[family.index()] < all[family.index()]);
+    match stray.iter().find(is_partly_inside) {
+        Some(&face) => {
+            let family = mesh.family_of(face).map_or(0, FamilyId::index);
+            let at = mesh.vertices()[mesh.face_vertices(face)[0] as usize];
+            let (inside, all) = (inside[family], all[family]);
+            Err(MeshError::PartlyInside { family: family_name(mesh, face), inside, all, at })
+        }
+        None => Ok(()),
     }
-    Ok(triangles)
 }
 
-fn join_edges(mesh: &TetMesh, triangles: &[[u32; 3]]) -> Result<Vec<u32>, MeshError> {
+fn family_name(mesh: HybridMesh, face: u32) -> String {
+    mesh.family_of(face).and_then(|family| mesh.mesh.families.get(family.index())).cloned().unwrap_or_default()
+}
+
+fn duplicate_face(mesh: HybridMesh, first: u32, second: u32) -> MeshError {
+    let vertices = mesh.face_vertices(second).to_vec();
+    let at = mesh.vertices()[vertices[0] as usize];
+    let faces = [first, second];
+    let families = faces.map(|face| family_name(mesh, face));
+    MeshError::DuplicateFace { faces: faces.map(|face| mesh.face_name(face)), families, vertices, at }
+}
+
+fn join_edges(mesh: HybridMesh, triangles: &[[u32; 3]]) -> Result<Vec<u32>, MeshError> {
     let origin = |h: u32| triangles[h as usize / 3][h as usize % 3];
     let ends = |h: u32| {
         let (a, b) = (origin(h), origin(next(h)));
         (a.min(b), a.max(b))
     };
     let n = triangles.len() as u32 * 3;
-    let by_lowest = Csr::from_pairs(mesh.vertices.len(), (0..n).map(|h| (ends(h).0, h)));
+    let by_lowest = Csr::from_pairs(mesh.vertices().len(), (0..n).map(|h| (ends(h).0, h)));
     let mut opposite = vec![0; n as usize];
     let mut row: Vec<(u32, u32)> = Vec::new();
-    for vertex in 0..mesh.vertices.len() {
+    for vertex in 0..mesh.vertices().len() {
         row.clear();
         row.extend(by_lowest.row(vertex).iter().map(|&h| (ends(h).1, h)));
         row.sort_unstable();
@@ -276,7 +394,7 @@ fn join_edges(mesh: &TetMesh, triangles: &[[u32; 3]]) -> Result<Vec<u32>, MeshEr
                 return Err(MeshError::NonManifoldEdge {
                     vertices: [low, high],
                     triangles: same.len(),
-                    at: mesh.vertices[low as usize],
+                    at: mesh.vertices()[low as usize],
                 });
             };
             opposite[a as usize] = b;

@@ -1,43 +1,70 @@
-//! Half-face structure (HF) of the tets: the neighbour of each tet behind each of its faces.
+//! Half-face structure (HF) of the cells: the neighbour of each cell behind each of its faces.
 //!
-//! The structure is made of arrays: half-face `4 * tet + face` is the face opposite the tet's local
-//! vertex `face`, and `opposite` holds the half-face on the other side. The paper (section 4) uses
-//! HF for its volume mesh and gives no layout.
+//! The structure is made of arrays. The half-faces of the tets come first: half-face
+//! `4 * tet + face` is the face opposite the tet's local vertex `face`. The half-faces of pyramids,
+//! prisms and hexahedra follow: 5, 5 and 6 for each cell, in the order of [`cell_faces`].
+//! `opposite` holds the half-face on the other side. The paper (section 4) uses HF for its volume
+//! mesh of tets and gives no layout.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{MeshError, TetMesh, csr::Csr, in_pieces};
+use super::{
+    CellKind, CellName, HybridMesh, MeshError, cell_faces,
+    corners::{Face, faces_of},
+    csr::Csr,
+    in_pieces,
+};
 
-/// Marks a half-face on the boundary: there is no tet behind it.
+/// Marks a half-face on the boundary: there is no cell behind it.
 pub const BOUNDARY: u32 = u32::MAX;
 
-/// Local vertices of the face opposite each local vertex. Seen from outside a tet of positive
-/// volume they turn counter-clockwise.
+/// Marks a face of a degenerate cell that has shrunk to an edge or a vertex.
+const SHRUNK: u32 = u32::MAX - 1;
+
+/// Local vertices of the face opposite each local vertex of a tet. Seen from outside a tet of
+/// positive volume they turn counter-clockwise.
 pub const FACE: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// The faces of a tet mesh and the tets behind them.
+/// The faces of a mesh and the cells behind them.
 #[derive(Clone, Debug)]
 pub struct HalfFaces {
-    /// The half-face on the other side of each half-face `[4 * n_tets]`, or [`BOUNDARY`].
+    /// The half-face on the other side of each half-face `[n_half_faces]`, or [`BOUNDARY`].
     pub opposite: Vec<u32>,
 }
 
 impl HalfFaces {
-    /// Pairs the faces of all tets.
+    /// Pairs the faces of all cells.
     ///
     /// # Errors
-    /// - [`MeshError::FaceOfManyTets`]: more than two tets share a face
-    /// - [`MeshError::DuplicateTet`]: two tets have the same four vertices
-    pub fn new(mesh: &TetMesh) -> Result<Self, MeshError> {
-        let n = mesh.tets.len() * 4;
+    /// - [`MeshError::FaceOfManyTets`], [`MeshError::FaceOfManyCells`]: more than two cells share a
+    ///   face
+    /// - [`MeshError::DuplicateTet`], [`MeshError::DuplicateCell`]: two cells have the same
+    ///   vertices
+    pub fn new<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<Self, MeshError> {
+        let mesh = mesh.into();
         let lowest_of_faces = |&[a, b, c, d]: &[u32; 4]| {
             let (ab, cd) = (a.min(b), c.min(d));
             [b.min(cd), a.min(cd), ab.min(d), ab.min(c)]
         };
-        let lowest: Vec<[u32; 4]> = mesh.tets.par_iter().map(lowest_of_faces).collect();
-        let by_lowest = Csr::of_rows(mesh.vertices.len(), lowest.as_flattened());
+        let of_tets: Vec<[u32; 4]> = mesh.mesh.tets.par_iter().map(lowest_of_faces).collect();
+        let mut lowest = of_tets.into_flattened();
+        for kind in &CellKind::ALL[1..] {
+            for cell in mesh.cells_of(*kind) {
+                let lowest_of = |face: &&[usize]| face_of(cell, face).map_or(SHRUNK, |face| face.key()[0]);
+                lowest.extend(cell_faces(cell.len()).iter().map(lowest_of));
+            }
+        }
+        let n = lowest.len();
+        let mut opposite = vec![BOUNDARY; n];
+        let by_lowest = if lowest.contains(&SHRUNK) {
+            let faces = lowest.iter().copied().zip(0..);
+            (0..n).filter(|&face| lowest[face] == SHRUNK).for_each(|face| opposite[face] = SHRUNK);
+            Csr::from_pairs(mesh.vertices().len(), faces.filter(|&(vertex, _)| vertex != SHRUNK))
+        } else {
+            Csr::of_rows(mesh.vertices().len(), &lowest)
+        };
         drop(lowest);
         let pairs_of = |vertices: Range<usize>| {
             let n_faces = by_lowest.row_start[vertices.end] - by_lowest.row_start[vertices.start];
@@ -45,8 +72,8 @@ impl HalfFaces {
             // The face's other vertices in the upper bits, the half-face in the lower bits: numbers
             // are sorted faster than tuples.
             let key = |&half_face: &u32| {
-                let [_, middle, highest] = sorted_face(mesh, half_face).map(u128::from);
-                middle << 64 | highest << 32 | u128::from(half_face)
+                let [_, second, third, fourth] = face_vertices(mesh, half_face).key().map(u128::from);
+                second << 96 | third << 64 | fourth << 32 | u128::from(half_face)
             };
             let mut row: Vec<u128> = Vec::new();
             for vertex in vertices {
@@ -58,22 +85,21 @@ impl HalfFaces {
                         [_] => {}
                         [a, b] => {
                             let (a, b) = (a as u32, b as u32);
-                            if apex(mesh, a) == apex(mesh, b) {
-                                return Err(duplicate_tet(mesh, a / 4, b / 4));
+                            if are_twins(mesh, a, b) {
+                                return Err(duplicate(mesh, a, b));
                             }
                             pairs.push([a, b]);
                         }
                         _ => {
                             let half_faces: Vec<u32> = same.iter().map(|&key| key as u32).collect();
-                            return Err(many_tets(mesh, &half_faces));
+                            return Err(many_cells(mesh, &half_faces));
                         }
                     }
                 }
             }
             Ok(pairs)
         };
-        let mut opposite = vec![BOUNDARY; n];
-        for pairs in in_pieces(mesh.vertices.len(), pairs_of) {
+        for pairs in in_pieces(mesh.vertices().len(), pairs_of) {
             for [a, b] in pairs? {
                 opposite[a as usize] = b;
                 opposite[b as usize] = a;
@@ -82,7 +108,7 @@ impl HalfFaces {
         Ok(Self { opposite })
     }
 
-    /// The tet behind a face of a tet. `None` on the boundary.
+    /// The tet behind a face of a tet, in a mesh of tets. `None` on the boundary.
     pub fn neighbour(&self, tet: u32, face: usize) -> Option<u32> {
         let opposite = self.opposite[4 * tet as usize + face];
         (opposite != BOUNDARY).then_some(opposite / 4)
@@ -92,36 +118,113 @@ impl HalfFaces {
     pub fn boundary(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.opposite.len() as u32).filter(|&half_face| self.opposite[half_face as usize] == BOUNDARY)
     }
+
+    /// Of each two half-faces that face each other the lower one, ascending.
+    pub fn inner(&self) -> impl Iterator<Item = u32> + '_ {
+        let is_lower = |half_face: &u32| {
+            let opposite = self.opposite[*half_face as usize];
+            opposite < SHRUNK && *half_face < opposite
+        };
+        (0..self.opposite.len() as u32).filter(is_lower)
+    }
 }
 
-/// Vertices of a half-face. Seen from outside its tet they turn counter-clockwise.
-pub fn face_vertices(mesh: &TetMesh, half_face: u32) -> [u32; 3] {
-    let tet = mesh.tets[half_face as usize / 4];
-    FACE[half_face as usize % 4].map(|local| tet[local])
+/// The cell of a half-face, and the face's number in the cell.
+fn place(mesh: HybridMesh, half_face: u32) -> (CellName, usize) {
+    let mut rest = half_face as usize;
+    for (kind, n_faces) in CellKind::ALL.into_iter().zip([4, 5, 5, 6]) {
+        let of_kind = n_faces * mesh.count(kind);
+        if rest < of_kind {
+            return (CellName { kind, index: rest / n_faces }, rest % n_faces);
+        }
+        rest -= of_kind;
+    }
+    unreachable!("a half-face belongs to a cell")
 }
 
-fn sorted_face(mesh: &TetMesh, half_face: u32) -> [u32; 3] {
-    let [a, b, c] = face_vertices(mesh, half_face);
-    let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
-    [lowest, a ^ b ^ c ^ lowest ^ highest, highest]
+/// The face of a cell with these local vertices. `None` if it has shrunk.
+fn face_of(cell: &[u32], face: &[usize]) -> Option<Face> {
+    let mut corners = [0; 4];
+    let corners = &mut corners[..face.len()];
+    corners.iter_mut().zip(face).for_each(|(corner, &local)| *corner = cell[local]);
+    Face::new(corners)
 }
 
-fn apex(mesh: &TetMesh, half_face: u32) -> u32 {
-    mesh.tets[half_face as usize / 4][half_face as usize % 4]
+/// Vertices of a half-face that has not shrunk. Seen from outside its cell they turn
+/// counter-clockwise.
+pub fn face_vertices(mesh: HybridMesh, half_face: u32) -> Face {
+    if let Some(tet) = mesh.mesh.tets.get(half_face as usize / 4) {
+        return Face::of_triangle(FACE[half_face as usize % 4].map(|local| tet[local]));
+    }
+    let (name, face) = place(mesh, half_face);
+    let cell = mesh.cell(name);
+    face_of(cell, cell_faces(cell.len())[face]).expect("faces that have shrunk are left out")
 }
 
-fn many_tets(mesh: &TetMesh, half_faces: &[u32]) -> MeshError {
+/// Whether two half-faces at one place belong to cells with the same vertices.
+fn are_twins(mesh: HybridMesh, a: u32, b: u32) -> bool {
+    let tet = |half_face: u32| mesh.mesh.tets.get(half_face as usize / 4);
+    if let (Some(of_a), Some(of_b)) = (tet(a), tet(b)) {
+        return of_a[a as usize % 4] == of_b[b as usize % 4];
+    }
+    let vertices = |half_face: u32| {
+        let mut vertices = mesh.cell(place(mesh, half_face).0).to_vec();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    };
+    vertices(a) == vertices(b)
+}
+
+fn many_cells(mesh: HybridMesh, half_faces: &[u32]) -> MeshError {
     for (at, &a) in half_faces.iter().enumerate() {
-        if let Some(&b) = half_faces[at + 1..].iter().find(|&&b| apex(mesh, a) == apex(mesh, b)) {
-            return duplicate_tet(mesh, a / 4, b / 4);
+        if let Some(&b) = half_faces[at + 1..].iter().find(|&&b| are_twins(mesh, a, b)) {
+            return duplicate(mesh, a, b);
         }
     }
-    let tets = half_faces.iter().map(|half_face| half_face / 4).collect();
-    let vertices = sorted_face(mesh, half_faces[0]);
-    MeshError::FaceOfManyTets { vertices, tets, at: mesh.vertices[vertices[0] as usize] }
+    let cells: Vec<CellName> = half_faces.iter().map(|&half_face| place(mesh, half_face).0).collect();
+    let mut vertices = face_vertices(mesh, half_faces[0]).vertices().to_vec();
+    vertices.sort_unstable();
+    let at = mesh.vertices()[vertices[0] as usize];
+    match vertices[..] {
+        [a, b, c] if cells.iter().all(|cell| cell.kind == CellKind::Tet) => {
+            let tets = cells.iter().map(|cell| cell.index as u32).collect();
+            MeshError::FaceOfManyTets { vertices: [a, b, c], tets, at }
+        }
+        _ => MeshError::FaceOfManyCells { vertices, cells, at },
+    }
 }
 
-fn duplicate_tet(mesh: &TetMesh, first: u32, second: u32) -> MeshError {
-    let at = mesh.vertices[mesh.tets[first as usize][0] as usize];
-    MeshError::DuplicateTet { first, second, at }
+fn duplicate(mesh: HybridMesh, first: u32, second: u32) -> MeshError {
+    let cells = [first, second].map(|half_face| place(mesh, half_face).0);
+    let at = mesh.vertices()[mesh.cell(cells[0])[0] as usize];
+    match cells.map(|cell| (cell.kind, cell.index as u32)) {
+        [(CellKind::Tet, first), (CellKind::Tet, second)] => MeshError::DuplicateTet { first, second, at },
+        _ => MeshError::DuplicateCell { cells, at },
+    }
+}
+
+/// The families all of whose faces lie inside the volume: between two cells `[n_families]`. A
+/// family without faces does not.
+///
+/// Faces are counted, without the whole topology.
+pub fn families_inside<'a>(mesh: impl Into<HybridMesh<'a>>) -> Vec<bool> {
+    let mesh = mesh.into();
+    let faces = 0..mesh.n_faces() as u32;
+    let mut cells_at: std::collections::HashMap<[u32; 4], u32> =
+        faces.clone().filter_map(|face| Some((mesh.face(face)?.key(), 0))).collect();
+    for cell in mesh.cells() {
+        for face in faces_of(cell) {
+            if let Some(count) = cells_at.get_mut(&face.key()) {
+                *count += 1;
+            }
+        }
+    }
+    let mut inside = vec![None; mesh.mesh.families.len()];
+    for face in faces {
+        let Some(family) = mesh.family_of(face).and_then(|family| inside.get_mut(family.index())) else { continue };
+        let is_inside = mesh.face(face).is_some_and(|face| cells_at[&face.key()] == 2);
+        *family = Some(family.unwrap_or(true) && is_inside);
+    }
+    inside.into_iter().map(|inside| inside == Some(true)).collect()
 }

@@ -3,6 +3,10 @@
 //! Coordinates are f64. Vertices stand in the order of the file, or in an [`Order`] made for speed.
 //! The other modules refer to vertices, tets and triangles by their indices here.
 
+mod cell_quality;
+mod corner_cells;
+#[doc(hidden)]
+pub mod corners;
 #[doc(hidden)]
 pub mod csr;
 #[doc(hidden)]
@@ -12,9 +16,11 @@ mod error;
 pub mod half_edge;
 #[doc(hidden)]
 pub mod half_face;
+mod hybrid;
 mod order;
 mod other_cells;
 mod refine;
+mod refine_others;
 mod size;
 mod validate;
 
@@ -24,10 +30,16 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use cell_quality::{CellMeasures, KindQuality, by_kind, cell_volume, measures, worst_corner};
+pub use corner_cells::CornerCells;
 pub use error::MeshError;
+pub use half_edge::triangles_of_families;
+pub use half_face::families_inside;
+pub use hybrid::{CellKind, CellName, HybridMesh};
 pub use order::Order;
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
+pub use refine_others::refine_hybrid;
 pub use size::SIZES;
 pub use validate::{Topology, check, check_size, validate};
 

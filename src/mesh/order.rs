@@ -6,7 +6,7 @@
 //! depends on the tets alone, not on coordinates. So a rotated mesh, or the same mesh in another
 //! unit, has the same order.
 
-use super::{TetMesh, csr::Csr};
+use super::{HybridMesh, OtherCells, TetMesh, csr::Csr};
 
 /// Vertices per block. Within a block the vertices are sorted by their number of neighbours.
 ///
@@ -23,22 +23,27 @@ pub struct Order {
     places: Vec<u32>,
     /// Index in the mesh of each tet of the ordered mesh `[n_tets]`.
     tets: Vec<u32>,
+    /// Index in the mesh of each pyramid, prism and hexahedron of the ordered mesh, kind by kind.
+    others: [Vec<u32>; 3],
 }
 
 impl Order {
-    /// Orders a mesh breadth first: the tets around a vertex, then the other vertices of these
-    /// tets.
+    /// Orders a mesh breadth first: the cells around a vertex, then the other vertices of these
+    /// cells.
     ///
-    /// Each connected part begins with its first vertex. A vertex that no tet uses is a part of its
-    /// own. In the end the vertices of each block of 1024 are sorted by the number of tets around
-    /// them.
-    pub fn breadth_first(mesh: &TetMesh) -> Self {
-        let n_vertices = mesh.vertices.len();
-        let around = Csr::of_rows(n_vertices, mesh.tets.as_flattened());
+    /// Each connected part begins with its first vertex. A vertex that no cell uses is a part of
+    /// its own. In the end the vertices of each block of 1024 are sorted by the number of cells
+    /// around them.
+    pub fn breadth_first<'a>(mesh: impl Into<HybridMesh<'a>>) -> Self {
+        let mesh = mesh.into();
+        let n_vertices = mesh.vertices().len();
+        let around = cells_around(mesh);
         let mut vertices = Vec::with_capacity(n_vertices);
         let mut places = vec![u32::MAX; n_vertices];
-        let mut tets = Vec::with_capacity(mesh.tets.len());
-        let mut seen = vec![false; mesh.tets.len()];
+        let n_tets = mesh.mesh.tets.len();
+        let mut tets = Vec::with_capacity(n_tets);
+        let mut others: [Vec<u32>; 3] = Default::default();
+        let mut seen = vec![false; mesh.n_cells()];
         for first in 0..n_vertices as u32 {
             let mut next = vertices.len();
             let mut visit = |vertex: u32, vertices: &mut Vec<u32>| {
@@ -50,20 +55,27 @@ impl Order {
             };
             visit(first, &mut vertices);
             while let Some(&vertex) = vertices.get(next) {
-                for corner in around.row(vertex as usize) {
-                    let tet = corner / 4;
-                    if !std::mem::replace(&mut seen[tet as usize], true) {
-                        tets.push(tet);
-                        mesh.tets[tet as usize].iter().for_each(|&corner| visit(corner, &mut vertices));
+                for &cell in around.row(vertex as usize) {
+                    if std::mem::replace(&mut seen[cell as usize], true) {
+                        continue;
+                    }
+                    if let Some(tet) = mesh.mesh.tets.get(cell as usize) {
+                        tets.push(cell);
+                        tet.iter().for_each(|&corner| visit(corner, &mut vertices));
+                    } else {
+                        let name = mesh.name(cell as usize);
+                        others[name.kind as usize - 1].push(name.index as u32);
+                        mesh.cell(name).iter().for_each(|&corner| visit(corner, &mut vertices));
                     }
                 }
                 next += 1;
             }
         }
-        // An inner vertex with n tets around it has n / 2 + 2 neighbours (Euler).
+        // In a mesh of tets, an inner vertex with n tets around it has n / 2 + 2 neighbours
+        // (Euler).
         vertices.chunks_mut(ALIKE).for_each(|block| block.sort_by_key(|&vertex| around.row(vertex as usize).len()));
         vertices.iter().zip(0..).for_each(|(&vertex, place)| places[vertex as usize] = place);
-        Self { vertices, places, tets }
+        Self { vertices, places, tets, others }
     }
 
     /// The mesh in this order. Families and triangles keep their order.
@@ -74,6 +86,22 @@ impl Order {
             triangles: mesh.triangles.iter().map(|triangle| triangle.map(|vertex| self.place(vertex))).collect(),
             triangle_family: mesh.triangle_family.clone(),
             families: mesh.families.clone(),
+        }
+    }
+
+    /// The other cells in this order. Quadrilaterals keep their order.
+    pub fn of_others(&self, others: &OtherCells) -> OtherCells {
+        fn ordered<const N: usize>(cells: &[[u32; N]], order: &[u32], place: impl Fn(u32) -> u32) -> Vec<[u32; N]> {
+            order.iter().map(|&cell| cells[cell as usize].map(&place)).collect()
+        }
+        let place = |vertex: u32| self.place(vertex);
+        let [pyramids, prisms, hexahedra] = &self.others;
+        OtherCells {
+            pyramids: ordered(&others.pyramids, pyramids, place),
+            prisms: ordered(&others.prisms, prisms, place),
+            hexahedra: ordered(&others.hexahedra, hexahedra, place),
+            quadrilaterals: others.quadrilaterals.iter().map(|face| face.map(place)).collect(),
+            quadrilateral_family: others.quadrilateral_family.clone(),
         }
     }
 
@@ -103,4 +131,21 @@ impl Order {
         self.tets.iter().zip(ordered).for_each(|(&tet, &value)| values[tet as usize] = value);
         values
     }
+}
+
+/// The cells around each vertex, ascending: `n_vertices` rows.
+fn cells_around(mesh: HybridMesh) -> Csr {
+    let n_vertices = mesh.vertices().len();
+    if mesh.others.n_cells() == 0 {
+        let mut around = Csr::of_rows(n_vertices, mesh.mesh.tets.as_flattened());
+        around.entries.iter_mut().for_each(|corner| *corner /= 4);
+        return around;
+    }
+    // A degenerate cell names a vertex twice.
+    let corners = mesh.cells().zip(0..).flat_map(|(cell, number)| {
+        let is_first = |&(place, vertex): &(usize, &u32)| !cell[..place].contains(vertex);
+        cell.iter().enumerate().filter(is_first).map(move |(_, &vertex)| (vertex, number)).collect::<Vec<_>>()
+    });
+    let pairs: Vec<(u32, u32)> = corners.collect();
+    Csr::from_pairs(n_vertices, pairs.into_iter())
 }

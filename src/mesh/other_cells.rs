@@ -34,6 +34,18 @@ const PRISM: Faces = &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2
 const HEXAHEDRON: Faces = &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
 
 impl OtherCells {
+    /// No cells.
+    pub const fn none() -> Self {
+        let quadrilateral_family = Vec::new();
+        Self {
+            pyramids: Vec::new(),
+            prisms: Vec::new(),
+            hexahedra: Vec::new(),
+            quadrilaterals: Vec::new(),
+            quadrilateral_family,
+        }
+    }
+
     /// Whether the mesh has only tets and triangles.
     pub fn is_empty(&self) -> bool {
         self.n_cells() == 0 && self.quadrilaterals.is_empty()
@@ -42,6 +54,11 @@ impl OtherCells {
     /// Number of pyramids, prisms and hexahedra. Quadrilaterals do not count.
     pub fn n_cells(&self) -> usize {
         self.pyramids.len() + self.prisms.len() + self.hexahedra.len()
+    }
+
+    /// Number of the cells' corner tets, if no cell is degenerate.
+    pub fn n_corner_tets(&self) -> usize {
+        4 * self.pyramids.len() + 6 * self.prisms.len() + 8 * self.hexahedra.len()
     }
 
     /// The shapes that occur and the number of each, for example `("pyramids", 12)`.

@@ -39,7 +39,7 @@ pub fn refine(mesh: &TetMesh) -> Result<TetMesh, MeshError> {
 }
 
 /// The eight pieces of a tet, given the middles of its edges in the order of [`EDGE`].
-fn pieces_of_tet(corners: [u32; 4], middles: [u32; 6], vertices: &[DVec3]) -> [[u32; 4]; 8] {
+pub(super) fn pieces_of_tet(corners: [u32; 4], middles: [u32; 6], vertices: &[DVec3]) -> [[u32; 4]; 8] {
     let between = |a: usize, b: usize| {
         let edge = EDGE.iter().position(|edge| *edge == [a.min(b), a.max(b)]);
         middles[edge.expect("two different corners span an edge")]

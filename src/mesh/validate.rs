@@ -2,17 +2,24 @@
 
 use glam::DVec3;
 
-use super::{MeshError, TetMesh, half_edge::Surface, half_face::HalfFaces, size::SIZES};
-use crate::{geometry, quality};
+use super::{
+    CellKind, CellName, HybridMesh, MeshError, OtherCells,
+    cell_quality::{WorstCorner, cell_volume, worst_corner},
+    corners::{Face, is_degenerate, n_corner_tets},
+    half_edge::Surface,
+    half_face::HalfFaces,
+    size::SIZES,
+};
+use crate::geometry;
 
 /// The topology of a checked mesh.
 #[derive(Clone, Debug)]
 pub struct Topology {
-    /// The faces of the tets.
+    /// The faces of the cells.
     pub faces: HalfFaces,
     /// The oriented boundary surface.
     pub surface: Surface,
-    /// Vertices that no tet uses, ascending. They are not moved.
+    /// Vertices that no cell uses, ascending. They are not moved.
     pub unused_vertices: Vec<u32>,
 }
 
@@ -20,49 +27,73 @@ pub struct Topology {
 ///
 /// # Errors
 /// The first fault found, in the order of [`MeshError`].
-pub fn validate(mesh: &TetMesh) -> Result<Topology, MeshError> {
+pub fn validate<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<Topology, MeshError> {
+    let mesh = mesh.into();
     check(mesh)?;
     Topology::new(mesh)
 }
 
-/// Checks each vertex, tet and triangle alone: coordinates are finite, all named vertices exist,
-/// none is named twice in a tet or triangle, the size is in [`SIZES`], and no tet is inverted or
+/// Checks each vertex, cell and boundary face alone: coordinates are finite, all named vertices
+/// exist, no tet or triangle names one twice, the size is in [`SIZES`], and no cell is inverted or
 /// left-handed.
 ///
 /// # Errors
 /// The first fault found, in the order of [`MeshError`].
-pub fn check(mesh: &TetMesh) -> Result<(), MeshError> {
-    if mesh.tets.is_empty() {
+pub fn check<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<(), MeshError> {
+    let mesh = mesh.into();
+    let vertices = mesh.vertices();
+    if mesh.n_cells() == 0 {
         return Err(MeshError::NoTets);
     }
-    if let Some(vertex) = mesh.vertices.iter().position(|at| !at.is_finite()) {
-        return Err(MeshError::NotFinite { vertex, at: mesh.vertices[vertex].to_array() });
+    if let Some(vertex) = vertices.iter().position(|at| !at.is_finite()) {
+        return Err(MeshError::NotFinite { vertex, at: vertices[vertex].to_array() });
     }
-    check_indices("tet", &mesh.tets, mesh.vertices.len())?;
-    check_indices("triangle", &mesh.triangles, mesh.vertices.len())?;
-    check_size(mesh.tets.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize]))?;
-    let corners = |tet: usize| geometry::corners(&mesh.vertices, mesh.tets[tet]);
-    let volume = |tet: usize| quality::volume(corners(tet));
-    let inverted: Vec<usize> = (0..mesh.tets.len()).filter(|&tet| volume(tet) <= 0.0).collect();
-    if let Some(&first) = inverted.iter().find(|&&tet| volume(tet) < 0.0) {
-        let count = inverted.iter().filter(|&&tet| volume(tet) < 0.0).count();
-        // A few inverted tets are a fault of their places. Most tets cannot be.
-        if 2 * count > mesh.tets.len() {
-            let right_handed = (0..mesh.tets.len()).find(|&tet| volume(tet).is_nan() || volume(tet) >= 0.0);
-            let (n_tets, at) = (mesh.tets.len(), corners(first)[0]);
-            return Err(MeshError::LeftHanded { count, n_tets, first, right_handed, at });
-        }
-    }
-    if let Some(&first) = inverted.first() {
-        return Err(MeshError::Inverted {
-            count: inverted.len(),
-            n_tets: mesh.tets.len(),
-            first,
-            volume: volume(first),
-            at: corners(first)[0],
-        });
+    check_indices("tet", &mesh.mesh.tets, vertices.len())?;
+    check_indices("triangle", &mesh.mesh.triangles, vertices.len())?;
+    let OtherCells { pyramids, prisms, hexahedra, quadrilaterals, .. } = mesh.others;
+    check_degenerate("pyramid", pyramids, vertices.len())?;
+    check_degenerate("prism", prisms, vertices.len())?;
+    check_degenerate("hexahedron", hexahedra, vertices.len())?;
+    check_degenerate("quadrilateral", quadrilaterals, vertices.len())?;
+    check_size(mesh.cells().flatten().map(|&vertex| vertices[vertex as usize]))?;
+    for kind in CellKind::ALL {
+        check_corners(mesh, kind)?;
     }
     Ok(())
+}
+
+/// Checks that the corners of all cells of a kind have positive volumes.
+fn check_corners(mesh: HybridMesh, kind: CellKind) -> Result<(), MeshError> {
+    let n_cells = mesh.count(kind);
+    let of_cell = |index: usize| worst_corner(mesh.cell(CellName { kind, index }), mesh.vertices());
+    let volume = |index: usize| of_cell(index).volume;
+    let is_inverted = |&index: &usize| !(volume(index) > 0.0);
+    let inverted: Vec<usize> = (0..n_cells).filter(is_inverted).collect();
+    let at = |cell: usize| mesh.vertices()[mesh.cell(CellName { kind, index: cell })[0] as usize];
+    // A cell with a bad corner may have a positive volume. It is not left-handed.
+    let whole = |index: usize| match kind {
+        CellKind::Tet => volume(index),
+        _ => cell_volume(mesh.cell(CellName { kind, index }), mesh.vertices()),
+    };
+    let left_handed: Vec<usize> = inverted.iter().copied().filter(|&cell| whole(cell) < 0.0).collect();
+    // A few inverted cells are a fault of their places. Most cells cannot be.
+    if let Some(&first) = left_handed.first()
+        && 2 * left_handed.len() > n_cells
+    {
+        let count = left_handed.len();
+        let right_handed = (0..n_cells).find(|&cell| volume(cell).is_nan() || whole(cell) >= 0.0);
+        return Err(MeshError::LeftHanded { kind, count, n_cells, first, right_handed, at: at(first) });
+    }
+    let Some(&first) = inverted.first() else { return Ok(()) };
+    let (count, worst) = (inverted.len(), of_cell(first));
+    Err(match kind {
+        CellKind::Tet => MeshError::Inverted { count, n_tets: n_cells, first, volume: worst.volume, at: at(first) },
+        _ => {
+            let at = worst.corner.map_or(at(first), |corner| mesh.vertices()[corner as usize]);
+            let WorstCorner { corner, volume } = worst;
+            MeshError::InvertedCell { kind, count, n_cells, first, corner, volume, at }
+        }
+    })
 }
 
 /// Checks the size of a mesh: the largest extent of its vertices along an axis. Beyond [`SIZES`]
@@ -85,15 +116,36 @@ impl Topology {
     /// Builds the topology of a mesh that has passed [`check`].
     ///
     /// # Errors
-    /// The first mismatch of tets and triangles, in the order of [`MeshError`].
-    pub fn new(mesh: &TetMesh) -> Result<Self, MeshError> {
+    /// The first mismatch of cells and faces, in the order of [`MeshError`].
+    pub fn new<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<Self, MeshError> {
+        let mesh = mesh.into();
         let faces = HalfFaces::new(mesh)?;
         let surface = Surface::new(mesh, &faces)?;
-        let mut used = vec![false; mesh.vertices.len()];
-        mesh.tets.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
-        let unused_vertices = (0..mesh.vertices.len() as u32).filter(|&vertex| !used[vertex as usize]).collect();
+        let n_vertices = mesh.vertices().len();
+        let mut used = vec![false; n_vertices];
+        mesh.cells().flatten().for_each(|&vertex| used[vertex as usize] = true);
+        let unused_vertices = (0..n_vertices as u32).filter(|&vertex| !used[vertex as usize]).collect();
         Ok(Self { faces, surface, unused_vertices })
     }
+}
+
+/// Checks that all vertices exist, and that three different ones are left. Cells may name a vertex
+/// twice.
+fn check_degenerate<const N: usize>(
+    what: &'static str,
+    cells: &[[u32; N]],
+    n_vertices: usize,
+) -> Result<(), MeshError> {
+    for (index, cell) in cells.iter().enumerate() {
+        if let Some(&vertex) = cell.iter().find(|&&vertex| vertex as usize >= n_vertices) {
+            return Err(MeshError::VertexOutOfRange { what, index, vertex, n_vertices });
+        }
+        let is_face = N == 4;
+        if is_degenerate(cell) && if is_face { Face::new(cell).is_none() } else { n_corner_tets(cell) == 0 } {
+            return Err(MeshError::Shrunk { what, index, at: cell[0] });
+        }
+    }
+    Ok(())
 }
 
 fn check_indices<const N: usize>(

@@ -10,7 +10,7 @@ use super::{MoveError, Mover, Settings};
 use crate::{
     backend::Backend,
     families::{MOST_FLAT, Role, SetupError},
-    mesh::{FamilyId, TetMesh},
+    mesh::{FamilyId, HybridMesh, OtherCells, TetMesh, families_inside},
     profile::{Plane, Profile},
     relaxation::{Method, Stopping},
     smoothing::QualityTarget,
@@ -23,11 +23,12 @@ pub(super) type Progress = Box<dyn Fn(&str) + Send>;
 
 /// The parts of a [`Mover`], collected before [`MoverBuilder::build`].
 ///
-/// Every family of the mesh needs a role, and every wing needs old profiles. All settings have
+/// Every family on the boundary needs a role, and every wing needs old profiles. All settings have
 /// defaults.
 #[must_use = "a builder does nothing before `build`"]
 pub struct MoverBuilder {
     mesh: TetMesh,
+    others: OtherCells,
     roles: BTreeMap<String, Role>,
     wings: Vec<NamedWing>,
     settings: Settings,
@@ -45,10 +46,19 @@ struct NamedWing {
 impl MoverBuilder {
     pub(super) fn new(mesh: TetMesh) -> Self {
         let (roles, wings) = (BTreeMap::new(), Vec::new());
-        Self { mesh, roles, wings, settings: Settings::default(), progress: Box::new(|_| {}) }
+        let others = OtherCells::none();
+        Self { mesh, others, roles, wings, settings: Settings::default(), progress: Box::new(|_| {}) }
     }
 
-    /// Sets the role of a family. A second call for the same family replaces the first role.
+    /// Adds the pyramids, prisms, hexahedra and boundary quadrilaterals of a mesh that has some.
+    /// They use the vertices and families of the mesh.
+    pub fn other_cells(mut self, others: OtherCells) -> Self {
+        self.others = others;
+        self
+    }
+
+    /// Sets the role of a family. A family inside the volume needs none. A second call for the same
+    /// family replaces the first role.
     pub fn role(mut self, family: &str, role: Role) -> Self {
         self.roles.insert(family.to_owned(), role);
         self
@@ -132,7 +142,7 @@ impl MoverBuilder {
     /// - [`MoveError::Memory`]: the mesh is too large for the memory
     /// - [`MoveError::Backend`]: the backend failed
     pub fn build(self, backend: impl Into<Arc<dyn Backend>>) -> Result<Mover, MoveError> {
-        let Self { mesh, mut roles, wings, settings, progress } = self;
+        let Self { mesh, others, mut roles, wings, settings, progress } = self;
         let unknown = |name: &str| SetupError::UnknownFamily { name: name.to_owned(), known: mesh.families.clone() };
         let by_name = mesh.families_by_name();
         let find = |name: &String| by_name.get(name.as_str()).copied().ok_or_else(|| unknown(name));
@@ -148,15 +158,23 @@ impl MoverBuilder {
         if let Some(name) = roles.keys().find(|name| !by_name.contains_key(name.as_str())) {
             return Err(unknown(name).into());
         }
-        let without: Vec<String> =
+        let mut without: Vec<String> =
             mesh.families.iter().filter(|family| !roles.contains_key(*family)).cloned().collect();
+        if !without.is_empty() {
+            let inside = families_inside(HybridMesh { mesh: &mesh, others: &others });
+            without.retain(|family| !by_name.get(family.as_str()).is_some_and(|family| inside[family.index()]));
+            let of_families = mesh.families.iter().zip(inside).filter(|&(_, inside)| inside);
+            of_families.for_each(|(family, _)| {
+                roles.entry(family.clone()).or_insert(Role::Interior);
+            });
+        }
         if !without.is_empty() {
             return Err(SetupError::NoRole { families: without }.into());
         }
         roles.iter().try_for_each(|(family, role)| check_role(family, role))?;
         check_settings(&settings)?;
         let in_order = mesh.families.iter().filter_map(|family| roles.remove(family)).collect();
-        Mover::set_up(mesh, in_order, &found, settings, backend.into(), progress)
+        Mover::set_up(mesh, others, in_order, &found, settings, backend.into(), progress)
     }
 }
 

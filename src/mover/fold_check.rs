@@ -57,7 +57,9 @@ impl<'a> FoldCheck<'a> {
         }
         if moves {
             self.folded.clear();
-            for triangle in self.edge_angles.folded(&self.mesh.vertices, here, &surface.triangles, &surface.opposite) {
+            let folded = self.edge_angles.folded(&self.mesh.vertices, here, &surface.triangles, &surface.opposite);
+            // A quadrilateral is folded if one of its triangles is.
+            for triangle in surface.one_of_each_face(folded) {
                 *self.folded.entry(surface.family[triangle as usize]).or_default() += 1;
             }
         }

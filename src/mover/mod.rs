@@ -21,6 +21,7 @@ pub mod prescribed;
 mod refused;
 mod reports;
 mod settings;
+mod simplex_view;
 mod warnings;
 
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
@@ -53,7 +54,9 @@ use crate::{
     families::{Families, PlacedBy, Role, SetupError},
     memory::check_memory,
     mesh::Displacement,
-    mesh::{self, FamilyId, MeshError, Order, TetMesh, Topology, half_edge::Surface},
+    mesh::{
+        self, CornerCells, FamilyId, HybridMesh, MeshError, Order, OtherCells, TetMesh, Topology, half_edge::Surface,
+    },
     profile::{Profile, ProfileError, SECTIONS_AT_ONCE},
     quality::{self, Statistics, faults::EdgeAngles},
     stage::SetUp,
@@ -195,13 +198,16 @@ impl From<StageError> for MoveError {
 /// Moves one mesh to one design after another.
 pub struct Mover {
     mesh: Arc<TetMesh>,
+    others: Arc<OtherCells>,
     progress: Progress,
     optimises: bool,
     /// The vertices of each family `[n_families]`, ascending, in the order of `mesh`.
     family_vertices: Vec<Vec<u32>>,
     order: Order,
-    /// The mesh in `order`. All fields below are in `order` too.
+    /// The mesh in `order`, in which the corner tets of other cells follow the tets. All fields
+    /// below are in `order` too.
     ordered: TetMesh,
+    cells: Arc<CornerCells>,
     surface: Surface,
     edge_angles: EdgeAngles,
     families: Families,
@@ -221,6 +227,10 @@ pub const MISSED: f64 = 2e-3;
 /// Bytes that a mover takes at most for each tet, updates included and the given mesh excluded.
 /// Measured with 6.5 million tets.
 const BYTES: u64 = 600;
+
+/// Bytes for each corner tet of a cell that is no tet: its share of edges, rows and local
+/// optimisation, counted from the sizes of these arrays.
+const BYTES_OF_CORNER: u64 = 400;
 
 /// Bytes for each old profile of a wing, and for each of its points. Measured with 20 000 profiles
 /// of 40 points.
@@ -246,6 +256,7 @@ impl Mover {
     /// See [`MoverBuilder::build`].
     fn set_up(
         mut mesh: TetMesh,
+        others: OtherCells,
         roles: Vec<Role>,
         wings: &[WingProfiles],
         settings: Settings,
@@ -258,21 +269,34 @@ impl Mover {
         let kept: u64 = n_points.iter().map(|points| OF_PROFILE + OF_POINT * points).sum();
         let largest = n_points.iter().take(SECTIONS_AT_ONCE);
         let of_profiles = kept + largest.map(|points| OF_CURVES + OF_CURVES_AT_POINT * points).sum::<u64>();
-        check_memory(BYTES * mesh.tets.len() as u64 + of_profiles)
+        let n_corners: u64 = others.n_corner_tets() as u64;
+        check_memory(BYTES * mesh.tets.len() as u64 + BYTES_OF_CORNER * n_corners + of_profiles)
             .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
         observer("topology");
         mesh.turn_tets();
-        mesh::check(&mesh)?;
-        let order = Order::breadth_first(&mesh);
-        let ordered = order.of(&mesh);
-        let (topology, edge_graph) = rayon::join(|| Topology::new(&ordered), || EdgeGraph::new(&ordered));
-        // Errors name vertices and tets by their numbers in the mesh that was given.
-        let Topology { surface, .. } = topology.or_else(|error| Topology::new(&mesh).and(Err(error)))?;
+        let given = HybridMesh { mesh: &mesh, others: &others };
+        mesh::check(given)?;
+        let order = Order::breadth_first(given);
+        let (of_tets, of_others) = (order.of(&mesh), order.of_others(&others));
+        let hybrid = HybridMesh { mesh: &of_tets, others: &of_others };
+        // A mesh of tets is not copied.
+        let corners = (!others.is_empty()).then(|| CornerCells::new(hybrid));
+        let cells = match &corners {
+            Some((_, cells)) => Arc::new(cells.clone()),
+            None => Arc::new(CornerCells::of_tets(mesh.tets.len())),
+        };
+        let simplices = corners.as_ref().map_or(&of_tets, |(simplices, _)| simplices);
+        let (topology, edge_graph) = rayon::join(|| Topology::new(hybrid), || EdgeGraph::new(simplices, &cells));
+        // Errors name vertices and cells by their numbers in the mesh that was given.
+        let Topology { surface, .. } = topology.or_else(|error| Topology::new(given).and(Err(error)))?;
+        check_inside(given, &surface, &roles)?;
+        let ordered = corners.map_or(of_tets, |(simplices, _)| simplices);
         let Settings { springs, method, stopping, quality, max_steps } = settings;
         observer("families");
         let families = Families::new(&ordered, &surface, roles)?;
         let set_up = SetUp {
             mesh: &ordered,
+            cells: &cells,
             surface: &surface,
             families: &families,
             backend: backend.as_ref(),
@@ -284,7 +308,8 @@ impl Mover {
             || quality::betas(&ordered.vertices, &ordered.tets),
             || EdgeAngles::new(&ordered.vertices, &surface.triangles, &surface.opposite),
         );
-        let lowest = Statistics::new(&original_beta).min;
+        // Without tets beta has no meaning, and any scale does.
+        let lowest = if cells.n_tets > 0 { Statistics::new(&original_beta[..cells.n_tets]).min } else { 1.0 };
         let volume = VolumeSettings { springs, quality, max_steps };
         let stages = Stages::new(&set_up, wings, edge_graph, volume, lowest, &*observer)?;
         let family_vertices = |family| {
@@ -296,10 +321,12 @@ impl Mover {
         Ok(Self {
             family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
             mesh: Arc::new(mesh),
+            others: Arc::new(others),
             progress: observer,
             optimises: quality.is_some(),
             order,
             ordered,
+            cells,
             surface,
             edge_angles,
             families,
@@ -376,10 +403,10 @@ impl Mover {
 
     fn run(&mut self, design: &Design, mut amend: Option<&mut Amend>) -> Result<Outcome, MoveError> {
         self.check_names(design)?;
-        let Self { ordered: mesh, order, surface, edge_angles, families, stages, progress: observer, .. } = self;
+        let Self { ordered: mesh, cells, order, surface, edge_angles, families, stages, progress: observer, .. } = self;
         let (backend, method, stopping) = (self.backend.as_ref(), self.method, self.stopping);
-        let set_up = SetUp { mesh, surface, families, backend, method, stopping };
-        let mut watch = StageWatch { last: Instant::now(), stages: Vec::new() };
+        let set_up = SetUp { mesh, cells, surface, families, backend, method, stopping };
+        let mut watch = StageWatch { cells: cells.clone(), last: Instant::now(), stages: Vec::new() };
         let mut fold_check = FoldCheck::new(mesh, surface, edge_angles, families);
         let mut end = |stage: &'static str, last: PlacedBy, displacement: &mut Displacement| {
             if last < PlacedBy::Volume {
@@ -427,7 +454,14 @@ impl Mover {
             stages.volume.take_result().expect("the volume is the last stage");
         let beta = quality::betas_after(beta, &vertices, &here, &mesh.tets);
         let vertices = here;
-        let inverted = watch.record(StageName::Final, &beta).inverted;
+        let mut inverted = watch.record(StageName::Final, &beta).inverted;
+        let given = HybridMesh { mesh: &self.mesh, others: &self.others };
+        let measures = (!self.cells.are_tets())
+            .then(|| mesh::measures(given, &self.order.of_vertices(&vertices), Some(&self.mesh.vertices)));
+        let kinds = measures.as_ref().map(|measures| mesh::by_kind(given, measures, true));
+        if let Some(kinds) = &kinds {
+            inverted = kinds.iter().map(|kind| kind.inverted).sum();
+        }
 
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
@@ -455,8 +489,11 @@ impl Mover {
             nearest_to_refusal: self.stages.wings.nearest_to_refusal(),
             solver: self.solver_report(&volume),
             stages: watch.stages,
-            original_beta: self.order.of_tets(&self.original_beta),
-            beta: self.order.of_tets(&beta),
+            original_beta: self.order.of_tets(&self.original_beta[..self.cells.n_tets]),
+            beta: self.order.of_tets(&beta[..self.cells.n_tets]),
+            jacobian: measures.as_ref().map(|of| of.iter().map(|cell| cell.jacobian).collect()),
+            shape: measures.as_ref().map(|of| of.iter().map(|cell| cell.shape).collect()),
+            kinds,
             converged: unconverged.is_empty(),
             unconverged,
             inverted,
@@ -470,6 +507,7 @@ impl Mover {
                 vertices: self.order.of_vertices(&vertices),
             },
             mesh: self.mesh.clone(),
+            others: self.others.clone(),
             optimises: self.optimises,
             found: Found::default(),
         }
@@ -493,10 +531,28 @@ impl Mover {
     }
 }
 
+/// Checks that families inside the volume have the role interior, and no others.
+fn check_inside(mesh: HybridMesh, surface: &Surface, roles: &[Role]) -> Result<(), SetupError> {
+    let mut has_faces = vec![false; roles.len()];
+    (0..mesh.n_faces() as u32).filter_map(|face| mesh.family_of(face)).for_each(|id| has_faces[id.index()] = true);
+    for (index, role) in roles.iter().enumerate() {
+        let on_boundary = !surface.triangles_of(FamilyId(index as u16)).is_empty();
+        let family = || mesh.mesh.families[index].clone();
+        if *role == Role::Interior && on_boundary {
+            return Err(SetupError::NotInside { family: family() });
+        }
+        if *role != Role::Interior && has_faces[index] && !on_boundary {
+            return Err(SetupError::Inside { family: family(), role: role.name() });
+        }
+    }
+    Ok(())
+}
+
 /// A function that gets a stage's name and may change the displacements after the stage.
 type Amend<'a> = dyn FnMut(&str, &mut Displacement) + 'a;
 
 struct StageWatch {
+    cells: Arc<CornerCells>,
     last: Instant,
     stages: Vec<StageQuality>,
 }
@@ -504,8 +560,13 @@ struct StageWatch {
 impl StageWatch {
     /// Records the quality at a stage, and the time since the stage before in s. The time includes
     /// the measurement of quality.
+    ///
+    /// - `betas` `[n_simplices]`: of the tets and the corner tets
     fn record(&mut self, name: StageName, betas: &[f64]) -> Statistics {
-        let statistics = Statistics::new(betas);
+        let mut statistics = Statistics::new(&betas[..self.cells.n_tets]);
+        if !self.cells.are_tets() {
+            statistics.inverted = self.cells.n_inverted(betas);
+        }
         let seconds = if self.stages.is_empty() { 0.0 } else { self.last.elapsed().as_secs_f64() };
         self.stages.push(StageQuality::new(name, &statistics, seconds));
         self.last = Instant::now();

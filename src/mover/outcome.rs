@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{HeldBack, Warning};
 use crate::{
-    mesh::{Displacement, TetMesh},
+    mesh::{self, CellMeasures, Displacement, HybridMesh, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed},
     quality::Statistics,
     smoothing::Smoothed,
@@ -47,6 +47,8 @@ pub struct Outcome {
     pub(super) moved: Moved,
     /// The undeformed mesh.
     pub(super) mesh: Arc<TetMesh>,
+    /// Its cells that are no tets.
+    pub(super) others: Arc<OtherCells>,
     /// Whether the settings allow local optimisation.
     pub(super) optimises: bool,
     /// Whether the result is good, as the update found. The public fields can be changed, this
@@ -58,6 +60,14 @@ pub struct Outcome {
     pub original_beta: Vec<f64>,
     /// Beta of each tet of the final mesh `[n_tets]`.
     pub beta: Vec<f64>,
+    /// Scaled Jacobian of the worst corner of each cell of the final mesh `[n_cells]`: tets, then
+    /// pyramids, prisms and hexahedra. `None` for a mesh of tets.
+    pub jacobian: Option<Vec<f64>>,
+    /// Shape of the worst corner of each cell of the final mesh against the undeformed mesh
+    /// `[n_cells]`, in the same order. `None` for a mesh of tets.
+    pub shape: Option<Vec<f64>>,
+    /// Quality of each kind of cell of the final mesh. `None` for a mesh of tets.
+    pub kinds: Option<Vec<KindQuality>>,
     /// Deviations of families from their shapes, by family name. Families with nothing to report
     /// are left out.
     pub families: BTreeMap<String, FamilyReport>,
@@ -75,7 +85,8 @@ pub struct Outcome {
     /// Stages with a relaxation that did not reach its tolerance, and the estimated error of each,
     /// as a fraction of a vertex's shortest edge.
     pub unconverged: Vec<(&'static str, f64)>,
-    /// Number of tets without positive volume.
+    /// Number of inverted cells. A tet is inverted if its volume is not positive, another cell if
+    /// the volume of a corner or of the cell is not.
     pub inverted: usize,
     /// Stages that left folded triangles in families placed so far, with the number of these
     /// triangles.
@@ -96,8 +107,9 @@ pub struct Outcome {
     /// Wings that miss their new profiles by more than [`super::MISSED`], by name, with the worst
     /// vertex in the mesh's order.
     pub missed: BTreeMap<String, Missed>,
-    /// Triangles of the mesh that self-intersect after the motion and did not before, ascending.
-    /// With such a triangle the mesh overlaps itself, even if no tet is inverted.
+    /// Boundary faces of the mesh that self-intersect after the motion and did not before,
+    /// ascending: indices of triangles, and after these of quadrilaterals. With such a face the
+    /// mesh overlaps itself, even if no tet is inverted.
     pub self_intersecting: Vec<u32>,
     /// Remarks on the result that do not make it invalid.
     pub warnings: Vec<Warning>,
@@ -160,6 +172,19 @@ impl Outcome {
     /// [`TetMesh::turn_tets`].
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
+    }
+
+    /// Scaled Jacobian and shape of each cell of the moved mesh `[n_cells]`, in the order of
+    /// [`HybridMesh`]. `None` for a mesh of tets, whose measure is [`Outcome::beta`].
+    pub fn cell_measures(&self) -> Option<Vec<CellMeasures>> {
+        let mesh = HybridMesh { mesh: &self.mesh, others: &self.others };
+        let measures = || mesh::measures(mesh, &self.moved.vertices, Some(&self.mesh.vertices));
+        (self.others.n_cells() > 0).then(measures)
+    }
+
+    /// The cells of [`Outcome::mesh`] that are no tets, and its quadrilaterals.
+    pub fn other_cells(&self) -> &OtherCells {
+        &self.others
     }
 }
 

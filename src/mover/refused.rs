@@ -3,17 +3,21 @@
 //! [`Outcome::check`] finds the faults. Its message names each fault, the stage in which it began,
 //! its place, and a remedy.
 
-use std::{collections::BTreeMap, fmt};
+use std::{borrow::Cow, collections::BTreeMap, fmt};
 
 use glam::DVec3;
 use thiserror::Error;
 
 use super::fault::{Fault, FaultKind, Place};
+use super::simplex_view::SimplexView;
 use super::{Beyond, Deviation, MISSED, Moved, Outcome, StageName, warnings::counts};
 use crate::geometry::triangle_normal;
-use crate::mesh::TetMesh;
+use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh};
 use crate::projection::crossing::crosses;
-use crate::quality::faults::{self, Cluster};
+use crate::quality::{
+    self,
+    faults::{self, Cluster, is_inverted},
+};
 use crate::text::figures::{Shortest, place};
 
 /// The condition that a refused result does not meet.
@@ -88,8 +92,13 @@ impl Outcome {
     /// The faults of a mesh that is not valid: the stage in which they began, the place of the
     /// worst tet, and a remedy to try.
     fn invalid(&self) -> Refused {
-        let mesh = self.mesh();
-        let clusters = faults::clusters(&self.moved.vertices, &mesh.tets, &self.beta);
+        let view = SimplexView::new(&self.mesh, &self.others);
+        let mesh = &*view.mesh;
+        let beta = match view.cells.are_tets() {
+            true => Cow::Borrowed(&self.beta),
+            false => Cow::Owned(quality::betas(&self.moved.vertices, &mesh.tets)),
+        };
+        let clusters = faults::clusters(&self.moved.vertices, &mesh.tets, &beta);
         let family = |cluster: &Cluster| {
             let triangle = faults::nearest_triangle(&self.moved.vertices, &mesh.tets, &mesh.triangles, cluster)?;
             Some(mesh.families[mesh.triangle_family[triangle as usize].index()].as_str())
@@ -99,16 +108,21 @@ impl Outcome {
         let mut add = |kind, count, place, message| faults.push(Fault { kind, count, place, message });
         if self.inverted > 0 {
             let place = clusters.first().map(|worst| Place::new(worst.at, family(worst)));
-            let message = format!("{} of {} tets are inverted", self.inverted, self.beta.len());
+            let message = match &self.kinds {
+                None => format!("{} of {} tets are inverted", self.inverted, self.beta.len()),
+                Some(kinds) => self.inverted_cells(kinds),
+            };
             add(FaultKind::Inverted, self.inverted, place, message);
         }
         if let Some(&first) = self.self_intersecting.first() {
             let mut by_family: BTreeMap<String, usize> = BTreeMap::new();
-            for &triangle in &self.self_intersecting {
+            for &face in &self.self_intersecting {
+                let triangle = view.triangle_of(face);
                 *by_family
                     .entry(mesh.families[mesh.triangle_family[triangle as usize].index()].clone())
                     .or_default() += 1;
             }
+            let first = view.triangle_of(first);
             let message = format!(
                 "the moved surface passes through itself ({}), first {}",
                 counts(&by_family),
@@ -177,6 +191,32 @@ impl Outcome {
     }
 
     /// The stages that did not converge, with the error that each left.
+    /// The inverted cells of each kind, and the first of them with its corner and its place.
+    fn inverted_cells(&self, kinds: &[KindQuality]) -> String {
+        let mesh = HybridMesh { mesh: &self.mesh, others: &self.others };
+        let n_cells: usize = kinds.iter().map(|kind| kind.count).sum();
+        let bad: Vec<&KindQuality> = kinds.iter().filter(|kind| kind.inverted > 0).collect();
+        let each: Vec<String> =
+            bad.iter().map(|kind| format!("{} of {} {}", kind.inverted, kind.count, kind.kind.plural())).collect();
+        let moved = &self.moved.vertices;
+        let first = bad.first().and_then(|bad| {
+            let names = (0..bad.count).map(|index| CellName { kind: bad.kind, index });
+            let worst = |name: CellName| mesh::worst_corner(mesh.cell(name), moved);
+            names.map(|name| (name, worst(name))).find(|(_, worst)| is_inverted(worst.volume))
+        });
+        let first = first.map_or(String::new(), |(name, worst)| match worst.corner {
+            Some(corner) => {
+                let at = short_place(moved[corner as usize]);
+                format!(
+                    "; the first is {name}, whose corner at vertex {corner} has the volume {:.3e}, at {at}",
+                    worst.volume
+                )
+            }
+            None => format!("; the first is {name}, whose volume is {:.3e}", worst.volume),
+        });
+        format!("{} of {n_cells} cells are inverted ({}){first}", self.inverted, each.join(", "))
+    }
+
     fn not_converged(&self) -> Fault {
         let stages = self.unconverged.iter();
         let stages: Vec<_> =

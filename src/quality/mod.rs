@@ -1,10 +1,10 @@
-//! Quality of the tets: signed volume and the paper's beta. [`faults`] finds inverted tets and
-//! folded triangles.
+//! Quality of tets: signed volume, the paper's beta, scaled Jacobian and shape. [`faults`] finds
+//! inverted tets and folded triangles.
 
 #[doc(hidden)]
 pub mod faults;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::geometry::{corners, triangle_normal};
@@ -25,6 +25,23 @@ pub fn beta(tet: [DVec3; 4]) -> f64 {
     let [a, b, c, d] = tet;
     let longest = [b - a, c - a, d - a, c - b, d - b, d - c].into_iter().map(DVec3::length_squared).fold(0.0, f64::max);
     volume(tet) / (longest * longest.sqrt())
+}
+
+/// Scaled Jacobian of a corner tet, without unit: 1 if the three edges at its first vertex are
+/// perpendicular. NaN if an edge has no length.
+pub fn scaled_jacobian([a, b, c, d]: [DVec3; 4]) -> f64 {
+    let edges = [b - a, c - a, d - a].map(|edge| edge / edge.length());
+    edges[0].cross(edges[1]).dot(edges[2])
+}
+
+/// Shape of a corner tet against its undeformed shape, without unit: 1 if it was only moved, turned
+/// or scaled, 0 or less if its volume is not positive.
+pub fn shape(now: [DVec3; 4], undeformed: [DVec3; 4]) -> f64 {
+    let edges = |[a, b, c, d]: [DVec3; 4]| DMat3::from_cols(b - a, c - a, d - a);
+    let s = edges(now) * edges(undeformed).inverse();
+    let determinant = s.determinant();
+    let squares: f64 = s.to_cols_array().iter().map(|entry| entry * entry).sum();
+    3.0 * determinant.signum() * determinant.abs().powf(2.0 / 3.0) / squares
 }
 
 /// Statistics of beta over a mesh, as in the paper's Table 1. Beta has no unit.

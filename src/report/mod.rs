@@ -16,13 +16,14 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::mesh::TetMesh;
+use crate::mesh::{CellKind, FamilyId, HybridMesh, KindQuality};
 
 pub use checksums::{Checksums, Sums};
 pub use histogram::{Series, histogram_svg};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
-pub use table::stage_table;
+
 pub(crate) use table::{aligned, beta_text};
+pub use table::{kind_table, stage_table};
 
 /// The JSON Schema (draft 2020-12) of [`RunReport`], which is a report of `idmesh run --json` and a
 /// line of `idmesh batch --json`.
@@ -40,44 +41,93 @@ pub struct Backend {
 }
 
 /// Size of a mesh.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Mesh {
     /// Number of vertices.
     pub vertices: usize,
     /// Number of tets.
     pub tets: usize,
+    /// Number of pyramids. Left out if there are none, as prisms and hexahedra are.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub pyramids: usize,
+    /// Number of prisms.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub prisms: usize,
+    /// Number of hexahedra.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub hexahedra: usize,
     /// Size of each family, by name.
     pub families: BTreeMap<String, FamilySize>,
+}
+
+/// Quality of the cells of one kind. The measures have no unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Kind {
+    /// Number of cells.
+    pub count: usize,
+    /// Number of inverted cells: the volume of a corner or of the cell is not positive.
+    pub inverted: usize,
+    /// Smallest scaled Jacobian of a corner.
+    pub jacobian_min: f64,
+    /// Mean over the cells of the smallest scaled Jacobian.
+    pub jacobian_mean: f64,
+    /// Smallest shape q of a corner against the undeformed mesh: 1 at rest. Left out of a mesh that
+    /// was not moved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape_min: Option<f64>,
+}
+
+/// The quality of each kind of cell that a mesh has, by the plural of its name.
+pub fn by_kind(kinds: &[KindQuality]) -> BTreeMap<&'static str, Kind> {
+    let of_kind = |quality: &KindQuality| {
+        let &KindQuality { kind, count, inverted, jacobian_min, jacobian_mean, shape_min } = quality;
+        (kind.plural(), Kind { count, inverted, jacobian_min, jacobian_mean, shape_min })
+    };
+    kinds.iter().map(of_kind).collect()
 }
 
 /// Size of a family.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct FamilySize {
-    /// Number of vertices of the family's triangles.
+    /// Number of vertices of the family's faces.
     pub vertices: usize,
     /// Number of triangles.
     pub triangles: usize,
+    /// Number of quadrilaterals. Left out if there are none.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub quadrilaterals: usize,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl Mesh {
     /// Counts the entities of a mesh.
-    pub fn of(mesh: &TetMesh) -> Self {
+    pub fn of<'a>(mesh: impl Into<HybridMesh<'a>>) -> Self {
+        let hybrid = mesh.into();
+        let mesh = hybrid.mesh;
         // A vertex counts once per family. Families come one after another, and each vertex keeps
         // the last family that counted it.
         let mut sizes = vec![FamilySize::default(); mesh.families.len()];
         let mut counted_for = vec![usize::MAX; mesh.vertices.len()];
-        let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
-        order.sort_by_key(|&triangle| mesh.triangle_family[triangle]);
-        for triangle in order {
-            let family = mesh.triangle_family[triangle].index();
-            sizes[family].triangles += 1;
-            for vertex in mesh.triangles[triangle] {
+        let mut order: Vec<u32> = (0..hybrid.n_faces() as u32).collect();
+        order.sort_by_key(|&face| hybrid.family_of(face));
+        for face in order {
+            let Some(family) = hybrid.family_of(face).map(FamilyId::index) else { continue };
+            let vertices = hybrid.face_vertices(face);
+            match vertices.len() {
+                3 => sizes[family].triangles += 1,
+                _ => sizes[family].quadrilaterals += 1,
+            }
+            for &vertex in vertices {
                 if std::mem::replace(&mut counted_for[vertex as usize], family) != family {
                     sizes[family].vertices += 1;
                 }
             }
         }
         let families = mesh.families.iter().cloned().zip(sizes).collect();
-        Self { vertices: mesh.vertices.len(), tets: mesh.tets.len(), families }
+        let [tets, pyramids, prisms, hexahedra] = CellKind::ALL.map(|kind| hybrid.count(kind));
+        Self { vertices: mesh.vertices.len(), tets, pyramids, prisms, hexahedra, families }
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Backend, Checksums, Mesh};
+use super::{Backend, Checksums, Kind, Mesh, by_kind};
 use crate::mover::{FamilyReport, Fault, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality};
 use crate::volume::Path;
 
@@ -38,6 +38,9 @@ pub struct RunReport {
     pub repaired: Option<Repaired>,
     /// Quality and time of each stage, in order.
     pub stages: Option<Vec<StageQuality>>,
+    /// Quality of each kind of cell of the moved mesh, by the plural of its name. `None` for a mesh
+    /// of tets.
+    pub cells: Option<BTreeMap<&'static str, Kind>>,
     /// Deviations of each family from its shape, by name. Families with nothing to report are left
     /// out.
     pub families: Option<BTreeMap<String, FamilyReport>>,
@@ -82,7 +85,7 @@ pub struct ReportError {
 /// The measures that decide whether a moved mesh is valid. Distances are in the mesh's unit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Checks {
-    /// Number of tets without positive volume.
+    /// Number of inverted cells, of all kinds.
     pub inverted_tets: usize,
     /// Number of surface triangles that self-intersect and did not before.
     pub self_intersecting_triangles: usize,
@@ -130,7 +133,7 @@ impl Checks {
 /// What the volume's motion repaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Repaired {
-    /// Number of tets that the moved surface inverted and that are valid in the end.
+    /// Number of cells that the moved surface inverted and that are valid in the end.
     pub inverted_tets: usize,
     /// Number of vertices that local optimisation moved.
     pub optimised_vertices: usize,
@@ -190,6 +193,7 @@ impl RunReport {
             checks: None,
             repaired: None,
             stages: None,
+            cells: None,
             families: None,
             profiles: None,
             solver: None,
@@ -212,6 +216,7 @@ impl RunReport {
         self.checks = Some(Checks::of(outcome));
         self.repaired = Some(Repaired::of(outcome));
         self.stages = Some(outcome.stages.clone());
+        self.cells = outcome.kinds.as_deref().map(by_kind);
         self.families = Some(outcome.families.clone());
         self.profiles = Some(outcome.profiles.clone());
         self.solver = Some(outcome.solver.clone());

@@ -1,7 +1,9 @@
 //! The table of the stages, as in the paper's Table 1.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use super::Kind;
 use crate::mover::{StageName, StageQuality};
 use crate::text::cell;
 
@@ -28,9 +30,32 @@ pub fn stage_table(stages: &[StageQuality]) -> String {
     aligned(&rows)
 }
 
+/// The kinds of cells as aligned columns: a header line, then one line per kind.
+pub fn kind_table(kinds: &BTreeMap<&'static str, Kind>) -> String {
+    let has_shape = kinds.values().any(|kind| kind.shape_min.is_some());
+    let mut header = ["cells", "count", "inverted", "jacobian min", "jacobian mean"].map(str::to_owned).to_vec();
+    header.extend(has_shape.then(|| "shape min".to_owned()));
+    let mut rows = vec![header];
+    for (name, kind) in kinds {
+        let mut row = vec![
+            (*name).to_owned(),
+            kind.count.to_string(),
+            kind.inverted.to_string(),
+            format!("{:.4}", kind.jacobian_min),
+            format!("{:.4}", kind.jacobian_mean),
+        ];
+        row.extend(kind.shape_min.map(|shape| format!("{shape:.4}")));
+        rows.push(row);
+    }
+    aligned(&rows)
+}
+
 /// Beta with the paper's number of decimals, or in powers of ten where the decimals would leave few
 /// digits (boundary layers).
 pub(crate) fn beta_text(beta: f64, decimals: usize) -> String {
+    if beta.is_nan() {
+        return "-".to_owned();
+    }
     if beta != 0.0 && beta.abs() < 1e-3 { format!("{beta:.3e}") } else { format!("{beta:.decimals$}") }
 }
 

@@ -116,7 +116,7 @@ impl<'a> Session<'a> {
         let setup_seconds = setup.elapsed().as_secs_f64();
         let info = backend.info();
         let backend = report::Backend { kind: info.kind.to_owned(), adapter: info.adapter, driver: info.driver };
-        Ok(Self { case, mover, backend, mesh: report::Mesh::of(&case.file.mesh), setup_seconds })
+        Ok(Self { case, mover, backend, mesh: report::Mesh::of(case.file.cells()), setup_seconds })
     }
 
     /// Moves the mesh to a design. Returns the outcome and the time of the update, in s.

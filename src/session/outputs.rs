@@ -194,7 +194,7 @@ impl Outputs {
     }
 
     /// Adds the files of a result to a set, by the rule of this module: the moved mesh, the faulty
-    /// tets if tets are inverted or the surface self-intersects, and the histogram.
+    /// cells if cells are inverted or the surface self-intersects, and the histogram.
     ///
     /// - `design`: the design's name, for the histogram's title
     ///
@@ -215,7 +215,12 @@ impl Outputs {
         }
         self.check_names(&case.inputs)?;
         let moved = outcome.even_if_invalid();
-        let fields = Fields { displacement: Some(moved.displacement()), beta: Some(&outcome.beta) };
+        let fields = Fields {
+            displacement: Some(moved.displacement()),
+            beta: Some(&outcome.beta),
+            jacobian: outcome.jacobian.as_deref(),
+            shape: outcome.shape.as_deref(),
+        };
         for path in &self.meshes {
             let path = if outcome.is_valid() { path.clone() } else { invalid_name(path) };
             case.file.add_to(files, &path, moved.vertices(), &fields)?;

@@ -78,7 +78,7 @@ impl ReplacedInputs {
         let mut design = case.design.clone();
         match self {
             Self::Displacement(family) => {
-                let rows = prescribed(&case.file.mesh, family, design_files.only()?)?.rows;
+                let rows = prescribed(case.file.cells(), family, design_files.only()?)?.rows;
                 design.prescribed.insert(family.clone(), rows.into_iter().map(|row| row.displacement).collect());
             }
             Self::Profiles(wings) if wings.len() == 1 && design_files.is_single() => {

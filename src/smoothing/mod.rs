@@ -24,22 +24,24 @@
 //! et al. 2006 (Eng. Comput. 22, 61-74) for the sum of powers of the mean ratio.
 
 mod colouring;
+mod merit;
 mod neighbourhood;
 mod state;
 mod surface_motion;
 mod target;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 pub use colouring::{NONE, colour};
+pub use merit::Merit;
 pub use surface_motion::SurfaceMotion;
 pub use target::{QualityTarget, inverse_targets};
 
 use crate::backend::{Backend, BackendError, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 use crate::constraint::Constraint;
 use crate::geometry::corners;
-use crate::quality;
+use crate::quality::{self, faults::is_inverted};
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
 
@@ -152,6 +154,11 @@ pub struct Smoother {
     /// Largest goal of the second method. If the original tets are the target, the worst beta of
     /// the undeformed mesh, so an unmoved mesh keeps its bits. Otherwise infinite.
     highest_goal: f64,
+    merit: Merit,
+    /// Whether a vertex belongs to a cell that is no tet `[n_vertices]`. Empty if all cells are
+    /// tets. The second method holds such vertices, and their tets keep their original shapes as
+    /// target.
+    of_other_cells: Vec<bool>,
     device: Box<dyn DeviceSmoother>,
 }
 
@@ -188,8 +195,32 @@ impl Smoother {
             constraint: constraints.to_vec(),
             slides: slide,
             highest_goal,
+            merit: Merit::of_tets(),
+            of_other_cells: Vec::new(),
             device: backend.smoother(),
         }
+    }
+
+    /// Sets the merit of a mesh with other cells than tets. The default is beta.
+    #[must_use]
+    pub fn with_merit(mut self, merit: Merit) -> Self {
+        if !merit.is_of_tets() {
+            self.of_other_cells = vec![false; self.original.len()];
+            let corners = self.topology.tets.iter().enumerate().filter(|&(simplex, _)| merit.is_corner(simplex));
+            for &vertex in corners.flat_map(|(_, tet)| tet) {
+                self.of_other_cells[vertex as usize] = true;
+            }
+            if self.target == QualityTarget::Original {
+                self.highest_goal = Worst::of(&merit.of_all(&self.topology.tets, &self.original)).beta;
+            }
+        }
+        self.merit = merit;
+        self
+    }
+
+    /// Whether a vertex belongs to a cell that is no tet.
+    fn is_of_other_cells(&self, vertex: u32) -> bool {
+        self.of_other_cells.get(vertex as usize) == Some(&true)
     }
 
     /// Moves vertices until no tet is below the goal, the smallest beta stops rising, or the sweeps
@@ -198,7 +229,7 @@ impl Smoother {
     /// - `positions` `[n_vertices]`: replaced by the best positions of the run: the fewest inverted
     ///   tets, then the greatest smallest beta. A run never makes a mesh worse. If no tet is below
     ///   the goal, all positions keep their bits
-    /// - `betas` `[n_tets]`: betas of the positions, updated
+    /// - `betas` `[n_tets]`: betas of the positions, or their merit (see [`Merit`]), updated
     /// - `slide`: surfaces for the vertices that may slide. They slide only if the goal is not
     ///   reached with surfaces held, and the result is kept only if it folds no further triangle.
     ///   With `None` they stay held
@@ -273,7 +304,7 @@ impl Smoother {
                 let of_these = self.smallest_volume(&around, &at);
                 smallest = smallest.min(of_these);
                 self.sweep(&around, &round, of_these, count, &mut at)?;
-                state.measure(&at, &self.topology.tets, &around.tets);
+                state.measure(&self.merit, &at, &self.topology.tets, &around.tets);
             }
             state.worst = Worst::of(&state.beta);
             sweeps += count;
@@ -326,7 +357,7 @@ impl Smoother {
             Method::MeanRatio => {
                 let original = around.positions(&self.original);
                 let objective = SmoothingObjective::Shape {
-                    inverse_target: &inverse_targets(self.target, &around.corners, &original),
+                    inverse_target: &self.inverse_targets(around, &original),
                     power: if smallest > 0.0 { POWER } else { POWER_TANGLED },
                     size: if self.target == QualityTarget::Original { SIZE } else { 0 },
                     delta_squared: regularisation(smallest),
@@ -349,6 +380,21 @@ impl Smoother {
         Ok(())
     }
 
+    /// The inverse targets of a neighbourhood's tets; see [`inverse_targets`]. Tets at vertices of
+    /// other cells keep their original shapes, whatever the target.
+    fn inverse_targets(&self, around: &Neighbourhood, original: &[DVec3]) -> Vec<DMat3> {
+        let mut targets = inverse_targets(self.target, &around.corners, original);
+        if self.target == QualityTarget::Improve && !self.merit.is_of_tets() {
+            let kept = inverse_targets(QualityTarget::Original, &around.corners, original);
+            for ((target, kept), &tet) in targets.iter_mut().zip(kept).zip(&around.tets) {
+                if self.topology.tets[tet as usize].iter().any(|&vertex| self.is_of_other_cells(vertex)) {
+                    *target = kept;
+                }
+            }
+        }
+        targets
+    }
+
     /// The smallest quotient of volume and original volume of some tets; NaN if one is NaN.
     fn smallest_volume(&self, around: &Neighbourhood, at: &[DVec3]) -> f64 {
         let volume = |tet: &u32, at: &[DVec3]| quality::volume(corners(at, self.topology.tets[*tet as usize]));
@@ -357,25 +403,42 @@ impl Smoother {
         around.tets.iter().map(ratio).fold(f64::INFINITY, lesser)
     }
 
+    /// Whether each vertex belongs to a bad tet, or for the first method to a tet beside one
+    /// `[n_vertices]`.
+    ///
+    /// - `is_bad`: of a tet's number and merit
+    fn vertices_around(&self, state: &State, method: Method, is_bad: impl Fn(usize, f64) -> bool) -> Vec<bool> {
+        let Topology { tets, vertex_tets, .. } = &self.topology;
+        let mut found = vec![false; self.constraint.len()];
+        let bad = tets.iter().zip(&state.beta).enumerate().filter(|&(tet, (_, &beta))| is_bad(tet, beta));
+        bad.for_each(|(_, (tet, _))| tet.iter().for_each(|&vertex| found[vertex as usize] = true));
+        if method == Method::MeanRatio {
+            let inner: Vec<usize> = (0..found.len()).filter(|&vertex| found[vertex]).collect();
+            for &entry in inner.iter().flat_map(|&vertex| vertex_tets.row(vertex)) {
+                tets[entry as usize / 4].iter().for_each(|&vertex| found[vertex as usize] = true);
+            }
+        }
+        found
+    }
+
     /// The vertices that a round moves: vertices of tets below the goal that may move. The first
     /// method takes the vertices of one more ring of tets.
+    ///
+    /// Vertices of other cells move only if one of their own corners is below the goal, or if a tet
+    /// beside them is inverted. A tet that is merely bad must not deform a layer.
     fn active(&self, state: &State, round: &Round) -> Vec<u32> {
-        let Topology { tets, vertex_tets, .. } = &self.topology;
-        let mut active = vec![false; self.constraint.len()];
-        let bad = tets
-            .iter()
-            .zip(&state.beta)
-            .filter(|(_, beta)| quality::faults::is_inverted(**beta) || **beta < round.goal);
-        bad.for_each(|(tet, _)| tet.iter().for_each(|&vertex| active[vertex as usize] = true));
-        if round.method == Method::MeanRatio {
-            let inner: Vec<usize> = (0..active.len()).filter(|&vertex| active[vertex]).collect();
-            for &entry in inner.iter().flat_map(|&vertex| vertex_tets.row(vertex)) {
-                tets[entry as usize / 4].iter().for_each(|&vertex| active[vertex as usize] = true);
-            }
+        let is_bad = |beta: f64| is_inverted(beta) || beta < round.goal;
+        let active = self.vertices_around(state, round.method, |_, beta| is_bad(beta));
+        let mut others = Vec::new();
+        if !self.merit.is_of_tets() && round.method == Method::MeanRatio {
+            let is_grave =
+                |simplex: usize, beta: f64| is_inverted(beta) || self.merit.is_corner(simplex) && is_bad(beta);
+            others = self.vertices_around(state, round.method, is_grave);
         }
         let moves = |&vertex: &u32| {
             let vertex = vertex as usize;
             active[vertex]
+                && (!self.is_of_other_cells(vertex as u32) || others.get(vertex) == Some(&true))
                 && (self.constraint[vertex] != Constraint::Held || (self.slides[vertex] && round.slide.is_some()))
         };
         (0..active.len() as u32).filter(moves).collect()

@@ -4,13 +4,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::geometry::corners;
-use crate::quality::{self, faults::is_inverted};
+use super::Merit;
+use crate::quality::faults::is_inverted;
 
 /// Quality of a mesh, in f64.
 #[derive(Clone, Debug)]
 pub(super) struct State {
-    /// Beta of each tet `[n_tets]`.
+    /// Merit of each tet `[n_tets]`; see [`Merit`].
     pub(super) beta: Vec<f64>,
     pub(super) worst: Worst,
 }
@@ -31,9 +31,9 @@ impl State {
     }
 
     /// Measures the tets in `moved` again. [`State::worst`] does not change.
-    pub(super) fn measure(&mut self, at: &[DVec3], tets: &[[u32; 4]], moved: &[u32]) {
+    pub(super) fn measure(&mut self, merit: &Merit, at: &[DVec3], tets: &[[u32; 4]], moved: &[u32]) {
         for &tet in moved {
-            self.beta[tet as usize] = quality::beta(corners(at, tets[tet as usize]));
+            self.beta[tet as usize] = merit.of(tet as usize, tets[tet as usize], at);
         }
     }
 

@@ -22,7 +22,7 @@ use crate::stage::{SetUp, Stage, StageError};
 use crate::{
     backend::BackendError,
     constraint::Constraint,
-    mesh::{FamilyId, TetMesh, edges::triangle_edges},
+    mesh::{FamilyId, TetMesh},
     projection::TargetSurface,
     relaxation::Convergence,
 };
@@ -49,7 +49,7 @@ impl Carenages {
                     && families.shapes_at(vertex).count() == 1;
                 if free { Constraint::Free } else { Constraint::Held }
             };
-            let edges = triangle_edges(surface.corners_of(family));
+            let edges = surface.edges_of(surface.triangles_of(family));
             Ok((family, SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method)?))
         });
         Ok(Self { carenages: carenages.collect::<Result<_, BackendError>>()? })

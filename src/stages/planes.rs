@@ -9,7 +9,7 @@ use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;
 use crate::mesh::Displacement;
 use crate::stage::{SetUp, Stage, StageError};
-use crate::{backend::BackendError, constraint::Constraint, mesh::edges::triangle_edges, relaxation::Convergence};
+use crate::{backend::BackendError, constraint::Constraint, relaxation::Convergence};
 
 /// The network of all plane families together.
 pub struct Planes {
@@ -23,8 +23,8 @@ impl Planes {
     /// The backend failed.
     pub fn new(set_up: &SetUp) -> Result<Self, BackendError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
-        let triangles = families.families_of(PlacedBy::Plane).flat_map(|family| surface.corners_of(family));
-        let edges = triangle_edges(triangles);
+        let triangles = families.families_of(PlacedBy::Plane).flat_map(|family| surface.triangles_of(family));
+        let edges = surface.edges_of(triangles);
         if edges.is_empty() {
             return Ok(Self { network: None });
         }

@@ -11,7 +11,7 @@ use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;
 use crate::mesh::Displacement;
 use crate::stage::{SetUp, Stage, StageError};
-use crate::{backend::BackendError, constraint::Constraint, mesh::edges::triangle_edges, relaxation::Convergence};
+use crate::{backend::BackendError, constraint::Constraint, relaxation::Convergence};
 
 /// All trailing edges of a mesh.
 pub struct TrailingEdges {
@@ -45,7 +45,7 @@ impl TrailingEdges {
             let limit =
                 |vertex: u32, free: bool| if free { families.plane_constraint(vertex) } else { Constraint::Held };
             let curve = SurfaceNetwork::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), backend, method)?;
-            let inner = triangle_edges(surface.corners_of(family));
+            let inner = surface.edges_of(surface.triangles_of(family));
             let inside = |v: u32| limit(v, own(v) && !on_curve.contains(&v));
             let surface = SurfaceNetwork::new(&mesh.vertices, &inner, inside, backend, method)?;
             Ok(TrailingEdge { curve, surface })

@@ -32,7 +32,7 @@ use crate::{
     backend::BackendError,
     constraint::Constraint,
     geometry::vertex_normals,
-    mesh::{FamilyId, edges::triangle_edges},
+    mesh::FamilyId,
     profile::{
         Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, WingSurface,
     },
@@ -402,7 +402,7 @@ fn strip(
     if junction.is_empty() {
         return Ok(None);
     }
-    let edges = triangle_edges(wing.iter().flat_map(|&family| surface.corners_of(family)));
+    let edges = surface.edges_of(wing.iter().flat_map(|&family| surface.triangles_of(family)));
     let mut free = vec![false; vertices.len()];
     for loop_ in connected(junction, vertices, &edges) {
         let points: Vec<DVec3> = loop_.iter().map(|&place| mesh.vertices[vertices[place] as usize]).collect();

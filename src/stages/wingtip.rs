@@ -46,7 +46,6 @@ use crate::{
     geometry::triangle_normal,
     mesh::{
         FamilyId, TetMesh,
-        edges::triangle_edges,
         half_edge::{Surface, next},
     },
     relaxation::Convergence,
@@ -162,7 +161,7 @@ impl Wingtip {
             let free = is_inside(vertex) && reach[&vertex] > 0.0;
             if free { families.plane_constraint(vertex) } else { Constraint::Held }
         };
-        let edges = triangle_edges(tip.iter().flat_map(|&family| surface.corners_of(family)));
+        let edges = surface.edges_of(tip.iter().flat_map(|&family| surface.triangles_of(family)));
         let network =
             SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
         let weights = boundary_lengths(mesh, surface, tip);

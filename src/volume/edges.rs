@@ -1,5 +1,9 @@
-//! The edges of the tets as springs: the graph of the springs, and their stiffness at one shape of
+//! The edges of the cells as springs: the graph of the springs, and their stiffness at one shape of
 //! the mesh.
+//!
+//! The stiffness of an edge is a sum over the tets and corner tets at the edge. Corner tets also
+//! have edges that join two neighbours of a corner, such as the diagonals of a hexahedron's faces.
+//! No spring runs along these.
 
 use std::cell::LazyCell;
 
@@ -10,7 +14,7 @@ use crate::stage::SetUp;
 use crate::{
     backend::{Backend, BackendError, CpuBackend, EdgeStiffness, Precision},
     mesh::{
-        TetMesh,
+        CornerCells, TetMesh,
         edges::{TetEdges, VertexGraph},
     },
     springs::{Springs, Stiffness, wall_proximity},
@@ -31,10 +35,18 @@ pub struct EdgeGraph {
 }
 
 impl EdgeGraph {
-    /// Collects the edges of the tets `[n_tets]`.
-    pub fn new(mesh: &TetMesh) -> Self {
-        let tets = TetEdges::new(mesh.vertices.len(), &mesh.tets);
-        let graph = VertexGraph::new(mesh.vertices.len(), &tets.edges);
+    /// Collects the edges of the tets and corner tets. Springs run along the edges of cells only.
+    ///
+    /// - `mesh`, `cells`: of [`CornerCells::new`]
+    pub fn new(mesh: &TetMesh, cells: &CornerCells) -> Self {
+        let n_vertices = mesh.vertices.len();
+        let tets = TetEdges::new(n_vertices, &mesh.tets);
+        let graph = if cells.are_tets() {
+            VertexGraph::new(n_vertices, &tets.edges)
+        } else {
+            let is_real = cells.real_edges(&tets);
+            VertexGraph::of_some(n_vertices, &tets.edges, |edge| is_real[edge])
+        };
         Self { tets, graph }
     }
 }

@@ -47,9 +47,9 @@ use crate::{
     constraint::Constraint,
     mesh::{Displacement, TetMesh},
     projection::crossing::Crossings,
-    quality::faults,
+    quality::{Statistics, faults},
     relaxation::{Convergence, Method},
-    smoothing::{QualityTarget, Smoothed, Smoother, moved},
+    smoothing::{Merit, QualityTarget, Smoothed, Smoother, moved},
     springs::Springs,
     stage::{SetUp, Stage, StageError},
 };
@@ -104,7 +104,7 @@ pub struct Path {
 pub struct VolumeResult {
     /// Positions of all vertices after the motion `[n_vertices]`, in the mesh's unit.
     pub vertices: Vec<DVec3>,
-    /// Beta of each tet `[n_tets]`.
+    /// Beta of each tet, and of each corner tet a number of the sign of its beta `[n_simplices]`.
     pub beta: Vec<f64>,
     /// Convergence of the springs, all steps together.
     pub convergence: Convergence,
@@ -117,8 +117,8 @@ pub struct VolumeResult {
 impl VolumeStage {
     /// Sets up springs and local optimisation.
     ///
-    /// - `edge_graph`: the edges of the mesh's tets
-    /// - `lowest`: the undeformed mesh's smallest beta
+    /// - `edge_graph`: the edges of the mesh's cells
+    /// - `lowest`: the undeformed mesh's smallest beta; any positive number if no cell is a tet
     /// - `shaped`: vertices that give wings their profiles: they do not slide
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl VolumeStage {
         lowest: f64,
         shaped: &[u32],
     ) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, .. } = *set_up;
+        let SetUp { mesh, cells, surface, families, backend, .. } = *set_up;
         let VolumeSettings { springs, quality, max_steps } = settings;
         let (volume, crossings) = rayon::join(
             || VolumeNetwork::last(set_up, edge_graph, springs),
@@ -138,6 +138,11 @@ impl VolumeStage {
         );
         let volume = volume?;
         let constraint = volume.constraint().to_vec();
+        let (enough, goal) = match quality {
+            Some(QualityTarget::Improve) => (IMPROVED * lowest, IMPROVED * lowest),
+            Some(QualityTarget::Original) | None => (ENOUGH * lowest, lowest),
+        };
+        let merit = Merit::new(cells.clone(), &mesh.tets, &mesh.vertices, enough);
         let smoothing = match quality {
             None => None,
             Some(target) => {
@@ -147,16 +152,13 @@ impl VolumeStage {
                     if families.partners.is_tied(vertex) { Constraint::Held } else { *may }
                 };
                 let may: Vec<Constraint> = (0..).zip(&constraint).map(may).collect();
+                let slides = freedom_of_surfaces.vertices();
                 let smoother =
-                    Smoother::new(backend, &mesh.tets, &mesh.vertices, &may, &freedom_of_surfaces.vertices(), target);
-                let (enough, goal) = match target {
-                    QualityTarget::Original => (ENOUGH * lowest, lowest),
-                    QualityTarget::Improve => (IMPROVED * lowest, IMPROVED * lowest),
-                };
+                    Smoother::new(backend, &mesh.tets, &mesh.vertices, &may, &slides, target).with_merit(merit.clone());
                 Some(Smoothing { smoother, freedom_of_surfaces, goal, enough })
             }
         };
-        let stepping = Stepping { springs, lowest, max_steps };
+        let stepping = Stepping { springs, lowest, max_steps, merit };
         let (method, start) = (volume.method(), Start::default());
         Ok(Self {
             volume: Some(volume),
@@ -217,13 +219,14 @@ impl Stage for VolumeStage {
         let volume = match &mut self.volume {
             Some(volume) => volume,
             none => {
-                let mut volume = VolumeNetwork::last(set_up, EdgeGraph::new(mesh), self.stepping.springs)?;
+                let mut volume =
+                    VolumeNetwork::last(set_up, EdgeGraph::new(mesh, set_up.cells), self.stepping.springs)?;
                 volume.start_from(self.start);
                 none.insert(volume)
             }
         };
         let mut convergence = volume.run(&mesh.vertices, displacement, stopping)?;
-        let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets);
+        let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets, &self.stepping.merit);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
         // No valid volume exists between surfaces that intersect.
         let mut stuck = state.inverted > 0 && !self.newly_self_intersecting(mesh, &state.vertices).is_empty();
@@ -240,7 +243,7 @@ impl Stage for VolumeStage {
             let mut repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
             if !repaired.as_ref().is_some_and(|(state, _)| self.stepping.is_good(state)) {
                 let route = self.bodies.route(mesh, set_up.families, &surfaces);
-                let (stepping, volume) = (self.stepping, self.volume.take());
+                let (stepping, volume) = (self.stepping.clone(), self.volume.take());
                 let followed = stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, stopping, observer)?;
                 convergence = convergence.and(followed.convergence);
                 path = followed.path;
@@ -270,6 +273,13 @@ impl Stage for VolumeStage {
         }
         if state.inverted == 0 {
             path.reached = 1.0;
+        }
+        // Of other cells the merit is no beta.
+        if let Some(smoothed) = &mut smoothed
+            && !set_up.cells.are_tets()
+        {
+            smoothed.inverted = set_up.cells.n_inverted(&state.beta);
+            smoothed.beta_min = Statistics::new(&state.beta[..set_up.cells.n_tets]).min;
         }
         self.result = Some(VolumeResult { vertices: state.vertices, beta: state.beta, convergence, path, smoothed });
         Ok(convergence)

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::sliding::SurfaceFreedom;
 use crate::{
     backend::BackendError,
-    quality::{self, Statistics},
-    smoothing::{Goal, Smoothed, Smoother},
+    quality::Statistics,
+    smoothing::{Goal, Merit, Smoothed, Smoother},
     stage::SetUp,
 };
 
@@ -35,14 +35,16 @@ const REPAIR_SWEEPS: usize = 100;
 /// A mesh during an update.
 pub(super) struct MovedMesh {
     pub(super) vertices: Vec<DVec3>,
+    /// Merit of each tet and corner tet `[n_simplices]`, which is beta for a tet; see [`Merit`].
     pub(super) beta: Vec<f64>,
     pub(super) worst: f64,
+    /// Number of inverted tets and corner tets.
     pub(super) inverted: usize,
 }
 
 impl MovedMesh {
-    pub(super) fn new(vertices: Vec<DVec3>, tets: &[[u32; 4]]) -> Self {
-        let beta = quality::betas(&vertices, tets);
+    pub(super) fn new(vertices: Vec<DVec3>, tets: &[[u32; 4]], merit: &Merit) -> Self {
+        let beta = merit.of_all(tets, &vertices);
         Self::of(vertices, beta)
     }
 

@@ -27,7 +27,7 @@ use crate::{
     backend::BackendError,
     constraint::Constraint,
     geometry::vertex_normals,
-    mesh::{csr::Csr, edges::VertexGraph, edges::triangle_edges},
+    mesh::{csr::Csr, edges::VertexGraph},
     relaxation::{Convergence, Network, Relaxer, Stopping},
 };
 
@@ -89,8 +89,7 @@ impl Rotation {
         // Length 1 for each edge, so errors are in radians.
         let lengths = vec![1.0; edge_stiffness.len()];
         let network = Network::new(graph, edge_stiffness, &lengths, constraint, vec![0.0; n]);
-        let edges = triangle_edges(surface.triangles.iter().copied());
-        let ring = VertexGraph::new(n, &edges).neighbours;
+        let ring = VertexGraph::new(n, &ring_edges(set_up)).neighbours;
         let mut taken = vec![false; n];
         let bodies = families
             .moved()
@@ -171,6 +170,20 @@ impl Rotation {
     fn normals(&self, points: &[DVec3]) -> Vec<DVec3> {
         vertex_normals(points, &self.triangles)
     }
+}
+
+/// The edges along which the rotations of surface vertices are fitted.
+///
+/// In a mesh of tets these are all edges of the surface. In a mesh with layers, plane families have
+/// edges in the layers. The stage of the planes has only spread the displacements there roughly, so
+/// these edges would turn the rotations of a wing that ends in the plane. Then the edges of the
+/// families that move are taken.
+fn ring_edges(set_up: &SetUp) -> Vec<[u32; 2]> {
+    let SetUp { cells, surface, families, .. } = set_up;
+    if cells.are_tets() {
+        return surface.edges_of(&(0..surface.triangles.len() as u32).collect::<Vec<_>>());
+    }
+    surface.edges_of(families.moved().flat_map(|family| surface.triangles_of(family)))
 }
 
 /// Forces of springs whose rest edges turn with their ends `[n_vertices]`, in the unit of stiffness

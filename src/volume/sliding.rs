@@ -82,6 +82,9 @@ impl SurfaceFreedom {
         let normals: Vec<DVec3> = surface.triangles.iter().map(|triangle| normal(mesh, *triangle)).collect();
         let splits = |half_edge: u32| {
             let other = surface.opposite[half_edge as usize];
+            if surface.is_diagonal(half_edge) {
+                return false;
+            }
             surface.family_behind(half_edge) != surface.family[half_edge as usize / 3]
                 || normals[half_edge as usize / 3].dot(normals[other as usize / 3]) < SHARP
         };

@@ -14,7 +14,7 @@ use crate::{
     memory::check_memory,
     mesh::Displacement,
     relaxation::{Convergence, Stopping},
-    smoothing::{Smoothed, moved},
+    smoothing::{Merit, Smoothed, moved},
     springs::Springs,
     stage::{SetUp, StageError},
 };
@@ -39,12 +39,13 @@ const SHORTEST: f64 = 1.0 / 256.0;
 const PATH_BYTES: u64 = 380;
 
 /// Settings of a path of steps.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Stepping {
     pub(super) springs: &'static Springs,
     /// Smallest beta of the undeformed mesh.
     pub(super) lowest: f64,
     pub(super) max_steps: usize,
+    pub(super) merit: Merit,
 }
 
 impl Stepping {
@@ -84,7 +85,7 @@ impl Stepping {
     ) -> Result<Followed, StageError> {
         let mut networks = NetworksAtShape::new(volume);
         let mut mesh = set_up.mesh.clone();
-        let mut state = MovedMesh::new(mesh.vertices.clone(), &mesh.tets);
+        let mut state = MovedMesh::new(mesh.vertices.clone(), &mesh.tets, &self.merit);
         let mut surfaces = route.at(0.0);
         let mut path = Path { steps: 0, given_up: 1, reached: 0.0 };
         let mut convergence = Convergence::nothing_to_do();
@@ -107,7 +108,7 @@ impl Stepping {
                     vertices[vertex] = moved(set_up.mesh.vertices[vertex], next[vertex]);
                 }
             }
-            let mut tried = MovedMesh::new(vertices, &mesh.tets);
+            let mut tried = MovedMesh::new(vertices, &mesh.tets, &self.merit);
             if progress == 1.0 {
                 let repaired = self.repair_last(&tried, smoothing.as_deref_mut(), set_up, observer)?;
                 if let Some((good, by)) = repaired.filter(|(state, _)| self.is_good(state)) {
@@ -161,7 +162,7 @@ impl NetworksAtShape {
                         let n_tets = set_up.mesh.tets.len();
                         check_memory(PATH_BYTES * n_tets as u64)
                             .map_err(|error| StageError::Memory { n_tets, error })?;
-                        EdgeGraph::new(set_up.mesh)
+                        EdgeGraph::new(set_up.mesh, set_up.cells)
                     }
                 };
                 VolumeNetwork::new(set_up, self.edge_graph.insert(edge_graph), springs)?

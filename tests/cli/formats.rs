@@ -1,5 +1,6 @@
 //! Meshes in other formats: converted, measured, moved.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -115,7 +116,7 @@ fn one_motion_comes_out_of_every_program_s_files() {
 #[test]
 fn one_motion_comes_out_of_every_format() {
     let fixture = Fixture::new();
-    std::fs::create_dir(fixture.path("moved")).unwrap();
+    fs::create_dir(fixture.path("moved")).unwrap();
     let reference = moved(&fixture, &data("small.vtu"), "moved.vtu", numbered);
     for &(name, family) in CONVERTED {
         assert_good(&fixture.idmesh(&["convert", data("small.vtu").to_str().unwrap(), name]));
@@ -128,7 +129,7 @@ fn one_motion_comes_out_of_every_format() {
 fn the_example_moves_alike_from_every_kind_of_file() {
     let fixture = Fixture::new();
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/wing-body");
-    std::fs::create_dir(fixture.path("moved")).unwrap();
+    fs::create_dir(fixture.path("moved")).unwrap();
     let profiles = ["new", "old"].map(|key| (key, example.join(format!("{key}.csv"))));
     let mesh = example.join("wing-body.msh.gz");
     let reference = moved_to(&fixture, &profiles, &mesh, "moved/a.msh", named);
@@ -220,7 +221,7 @@ fn another_meshs_names_are_found_first() {
     for beside in ["moved.mapbc", "moved.invalid.mapbc"] {
         fixture.write(beside, "1\n1 4000 other\n");
         fixture.refuses(3, &[beside, "is there already and is not this mesh's", "it calls family 1 'other'"]);
-        std::fs::remove_file(fixture.path(beside)).unwrap();
+        fs::remove_file(fixture.path(beside)).unwrap();
     }
     assert_good(&fixture.run());
     assert_good(&fixture.run());
@@ -247,7 +248,7 @@ fn run_warns_of_losses() {
 fn openfoam_folders_are_moved() {
     let fixture = Fixture::new();
     assert_good(&fixture.idmesh(&["convert", data("small.msh.gz").to_str().unwrap(), "polyMesh"]));
-    std::fs::create_dir(fixture.path("moved")).unwrap();
+    fs::create_dir(fixture.path("moved")).unwrap();
     let mesh = fixture.path("polyMesh");
     fixture.write("case.toml", &case(&small_profiles(), &mesh, "moved/polyMesh", named));
     assert_good(&fixture.run());
@@ -260,9 +261,9 @@ fn openfoam_folders_are_moved() {
     assert_eq!(formats::read(&mesh).unwrap().mesh.vertices, before.vertices);
 }
 
-/// Volumes of `mixed`: a unit cube of six equal tets and others.
+/// `mixed` holds a cell of each kind, a unit cube among them.
 #[test]
-fn mixed_meshes_are_measured_but_not_moved() {
+fn mixed_meshes_are_measured() {
     let fixture = Fixture::new();
     let mesh = data("mixed/gmsh.v41.ascii.msh");
     let mesh = mesh.to_str().unwrap();
@@ -273,17 +274,61 @@ fn mixed_meshes_are_measured_but_not_moved() {
     assert_eq!(figures["others"]["quadrilaterals"], 6);
     assert_eq!(figures["mesh"]["tets"], 1);
     assert_eq!(figures["inverted"], 0);
-    // Six tets of the cube, volume 1/6 with its diagonal as the longest edge, are the best or near
-    // it.
-    let cube = 1.0 / 6.0 / 27f64.sqrt();
-    let (min, max) = (figures["beta_min"].as_f64().unwrap(), figures["beta_max"].as_f64().unwrap());
-    assert!(min <= cube + 1e-15 && cube <= max + 1e-15, "{min} {cube} {max}");
+    // The cube has scaled Jacobians of 1.
+    assert_eq!(figures["cells"]["hexahedra"]["jacobian_min"], 1.0);
+    assert_eq!(figures["cells"]["hexahedra"]["inverted"], 0);
     let text = stdout(&fixture.idmesh(&["quality", mesh]));
     assert!(text.contains("hexahedra"), "{text}");
-    assert!(text.lines().any(|line| line.split_whitespace().eq(["wing", "skin", "0", "0", "1"])), "{text}");
+    assert!(text.lines().any(|line| line.split_whitespace().eq(["wing", "skin", "4", "0", "1"])), "{text}");
 
     fixture.case("mesh = \"box.msh\"", &format!("mesh = {mesh:?}"));
-    fixture.refuses(3, &["only meshes of linear tets", "1 pyramids, 1 prisms, 1 hexahedra, 6 quadrilaterals"]);
+    // Its cells do not touch, and most of their faces have no family.
+    fixture.refuses(3, &["no [family] table for `wing skin`"]);
+}
+
+/// A wing-body with layers, in every format that has such cells: the moved mesh reads back with the
+/// same cells, and a new VTU file has the measures of each cell.
+#[test]
+fn hybrid_meshes_move_in_every_format() {
+    let fixture = Fixture::new();
+    let source = data("hybrid/small.msh.gz");
+    let read = |path: &Path| formats::read_mixed(path).unwrap();
+    let (before, old, new) = (read(&source), data("hybrid/old_2.csv"), data("hybrid/big_2.csv"));
+    let mut formats = vec!["msh", "su2", "vtu", "meshb", "b8.ugrid", "foam"];
+    formats.extend(cfg!(feature = "cgns").then_some("cgns"));
+    for extension in formats {
+        let (mesh, moved) = match extension {
+            "foam" => ("polyMesh".to_owned(), "moved/polyMesh".to_owned()),
+            _ => (format!("mesh.{extension}"), format!("moved.{extension}")),
+        };
+        assert_good(&fixture.idmesh(&["convert", source.to_str().unwrap(), &mesh]));
+        let families = ["wing", "trailing-edge", "wingtip", "carenage", "plane", "fixed"];
+        let names = ["wing", "trailing_edge", "wingtip", "carenage", "symmetry", "farfield"];
+        let tables = names.iter().zip(families).map(|(name, role)| format!("[family.{name}]\nrole = \"{role}\"\n"));
+        let case = format!(
+            "mesh = {mesh:?}\n[profiles.wing]\nnew = {new:?}\nold = {old:?}\n{}[output]\nmesh = [{moved:?}, \"shown.vtu\"]\n",
+            tables.collect::<String>()
+        );
+        fixture.write("case.toml", &case);
+        let output = fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "report.json"]);
+        assert_good(&output);
+        assert!(stdout(&output).contains("hexahedra"), "{extension}");
+        let report: serde_json::Value = serde_json::from_str(&fixture.read("report.json")).unwrap();
+        assert_eq!(report["cells"]["prisms"]["count"], 800, "{extension}");
+        assert_eq!(report["mesh"]["hexahedra"], 816, "{extension}");
+        let (given, after) = (read(&fixture.path(&mesh)), read(&fixture.path(&moved)));
+        assert_eq!((&after.mesh.tets, &after.others), (&given.mesh.tets, &given.others), "{extension}");
+        assert_eq!(given.others.n_cells(), before.others.n_cells());
+        let changed = after.mesh.vertices.iter().zip(&given.mesh.vertices).filter(|(a, b)| a != b).count();
+        assert!(changed > 1000, "{extension}: {changed}");
+        // A VTU file that is written back keeps its own arrays.
+        if extension == "vtu" {
+            continue;
+        }
+        let shown = fs::read(fixture.path("shown.vtu")).unwrap();
+        let has = |name: &[u8]| shown.windows(name.len()).any(|found| found == name);
+        assert!(has(b"Name=\"scaled_jacobian\"") && has(b"Name=\"shape\"") && has(b"Name=\"beta\""), "{extension}");
+    }
 }
 
 /// A warning of a reader is shown by every command that reads.

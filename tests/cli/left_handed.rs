@@ -203,7 +203,7 @@ fn one_left_handed_shape_is_inverted() {
     // of a pyramid is 2, 1, 4, 5.
     let n = lines.len();
     for (name, line, corner, other, inverted) in
-        [("a", n - 1, 0, 0, 0), ("tet", n - 4, 0, 1, 1), ("pyramid", n - 3, 0, 4, 2)]
+        [("a", n - 1, 0, 0, 0), ("tet", n - 4, 0, 1, 1), ("pyramid", n - 3, 0, 4, 1)]
     {
         let mut turned = lines.clone();
         let mut corners: Vec<&str> = lines[line].split_whitespace().collect();

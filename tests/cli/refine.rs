@@ -23,5 +23,10 @@ fn refine_writes_a_finer_mesh() {
     fixture.refuses_command(&["refine", "fine.su2", "./fine.su2"], 3, &["would overwrite the input"]);
     fixture.refuses_command(&["refine", "fine.su2", "fine.stl"], 3, &["unknown mesh format"]);
     let mixed = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join("mixed/gmsh.v41.ascii.msh");
-    fixture.refuses_command(&["refine", mixed.to_str().unwrap(), "x.msh"], 3, &["mixed/gmsh.v41.ascii.msh"]);
+    let output = fixture.idmesh(&["refine", mixed.to_str().unwrap(), "x.msh"]);
+    assert_good(&output);
+    assert!(stderr(&output).contains("wrote x.msh: 12 tets, 6 pyramids, 8 prisms, 8 hexahedra"));
+    let fine = formats::read_mixed(&fixture.path("x.msh")).unwrap();
+    let coarse = formats::read_mixed(&mixed).unwrap();
+    assert_eq!(fine.others.quadrilaterals.len(), 4 * coarse.others.quadrilaterals.len());
 }

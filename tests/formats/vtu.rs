@@ -60,7 +60,7 @@ fn arrays_hold_the_mesh_and_the_fields() {
     let displacement: Vec<DVec3> = (0..6).map(|vertex| DVec3::new(vertex as f64, 0.5, -1.0 / 3.0)).collect();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("two.vtu");
-    let fields = Fields { displacement: Some(&displacement), beta: Some(&[0.1, -0.2]) };
+    let fields = Fields { displacement: Some(&displacement), beta: Some(&[0.1, -0.2]), ..Fields::default() };
     MeshFile::from_mesh(mesh.clone()).write(&path, &mesh.vertices, &fields).unwrap();
     let file = fs::read(&path).unwrap();
     let arrays = arrays(&file);
@@ -103,7 +103,7 @@ fn some_cells_can_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("one.vtu");
     let cells = Cells { tets: &mesh.tets[1..], triangles: &[], triangle_family: &[], families: &[] };
-    write_vtu(&path, &mesh.vertices, &cells, &Fields { beta: Some(&[0.3]), displacement: None }).unwrap();
+    write_vtu(&path, &mesh.vertices, &cells, &Fields { beta: Some(&[0.3]), ..Fields::default() }).unwrap();
     let arrays = arrays(&fs::read(&path).unwrap());
     assert_eq!(longs(&arrays[1].1), [1, 2, 3, 4]);
     assert_eq!(doubles(&arrays[6].1), [0.3]);

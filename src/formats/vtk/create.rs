@@ -23,10 +23,12 @@ use crate::mesh::{FamilyId, OtherCells};
 /// |---|---|---|
 /// | point | `displacement`, if given | displacement of the vertex |
 /// | point | `family` | 1 + the lowest family of the vertex, 0 without family |
-/// | cell | `family` | 0 for tets, 1 + the family for triangles |
-/// | cell | `beta`, if given | beta for tets, 0 for triangles |
+/// | cell | `family` | 0 for cells, 1 + the family for faces |
+/// | cell | `beta`, if given | beta for tets, 0 for others |
+/// | cell | `scaled_jacobian`, if given | of the worst corner of a cell, 0 for faces |
+/// | cell | `shape`, if given | of the worst corner of a cell against the undeformed mesh, 0 for faces |
 ///
-/// Tets come before triangles, each in their order. A comment at the head of the file lists the
+/// Cells come before faces, each in their order. A comment at the head of the file lists the
 /// families' numbers.
 ///
 /// # Errors
@@ -37,18 +39,22 @@ use crate::mesh::{FamilyId, OtherCells};
 /// - [`WriteError::Io`]: the file could not be written.
 pub fn write_vtu(path: &Path, vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<(), WriteError> {
     let io = |source| WriteError::Io { path: path.into(), source };
-    let bytes = vtu_bytes(vertices, cells, fields)?;
+    let bytes = vtu_bytes(vertices, cells, &OtherCells::none(), fields)?;
     write_atomically(path, |out| out.write_all(&bytes)).map_err(io)
 }
 
-/// The bytes of the file of [`write_vtu`].
+/// The bytes of the file of [`write_vtu`], with other cells than tets.
 ///
 /// # Errors
 ///
 /// As [`write_vtu`], but for the file.
-pub fn vtu_bytes(vertices: &[DVec3], cells: &Cells, fields: &Fields) -> Result<Vec<u8>, WriteError> {
-    let others = OtherCells::default();
-    let new_file = NewFile { vertices, cells: *cells, others: &others, fields: *fields, extension: "vtu" };
+pub fn vtu_bytes(
+    vertices: &[DVec3],
+    cells: &Cells,
+    others: &OtherCells,
+    fields: &Fields,
+) -> Result<Vec<u8>, WriteError> {
+    let new_file = NewFile { vertices, cells: *cells, others, fields: *fields, extension: "vtu" };
     new_file.check()?;
     let mut bytes = Vec::new();
     let written = in_blocks(&mut bytes, |out| create(out, &new_file));
@@ -120,10 +126,12 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     point_data.extend(fields.displacement.map(|displacement| vectors("displacement", displacement)));
     let mut cell_data =
         vec![array(("family", "Int32", 1), n_cells, || families_of_cells(new_file).map(i32::to_le_bytes))];
-    cell_data.extend(fields.beta.map(|beta| {
-        array(("beta", "Float64", 1), n_cells, move || {
-            beta.iter().copied().chain(std::iter::repeat_n(0.0, n_cells - beta.len())).map(f64::to_le_bytes)
-        })
+    let measures = [("beta", fields.beta), ("scaled_jacobian", fields.jacobian), ("shape", fields.shape)];
+    cell_data.extend(measures.into_iter().filter_map(|(name, values)| {
+        let values = values?;
+        Some(array((name, "Float64", 1), n_cells, move || {
+            values.iter().copied().chain(std::iter::repeat_n(0.0, n_cells - values.len())).map(f64::to_le_bytes)
+        }))
     }));
     let n_corners = new_file.elements().map(|(_, corners)| corners.len()).sum();
     let topology = vec![
