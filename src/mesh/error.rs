@@ -79,7 +79,7 @@ pub enum MeshError {
          family '{}'",
         near(*at), faces[0], shown(&families[0]), faces[1], shown(&families[1])
     )]
-    DuplicateFace { faces: [String; 2], families: [String; 2], vertices: Vec<u32>, at: DVec3 },
+    DuplicateFace { faces: Box<[String; 2]>, families: Box<[String; 2]>, vertices: Vec<u32>, at: DVec3 },
     #[error(
         "{count} faces with a family are not faces of cells ({}); the first is {first} of the family '{}' with the vertices \
          {vertices:?}, near {}; a family holds faces of the boundary, or faces between two cells",
@@ -92,7 +92,7 @@ pub enum MeshError {
         first: String,
         /// The family of the first one.
         family: String,
-        vertices: Vec<u32>,
+        vertices: Box<[u32]>,
         at: DVec3,
     },
     #[error(

@@ -329,7 +329,7 @@ fn check_inside(mesh: HybridMesh, faces: &half_face::HalfFaces, stray: &[u32]) -
                 None => families.push((name, 1)),
             }
         }
-        let vertices = mesh.face_vertices(first).to_vec();
+        let vertices: Box<[u32]> = mesh.face_vertices(first).into();
         let at = mesh.vertices()[vertices[0] as usize];
         let family = family_name(mesh, first);
         return Err(MeshError::FacesOfNoCell {
@@ -370,8 +370,8 @@ fn duplicate_face(mesh: HybridMesh, first: u32, second: u32) -> MeshError {
     let vertices = mesh.face_vertices(second).to_vec();
     let at = mesh.vertices()[vertices[0] as usize];
     let faces = [first, second];
-    let families = faces.map(|face| family_name(mesh, face));
-    MeshError::DuplicateFace { faces: faces.map(|face| mesh.face_name(face)), families, vertices, at }
+    let families = Box::new(faces.map(|face| family_name(mesh, face)));
+    MeshError::DuplicateFace { faces: Box::new(faces.map(|face| mesh.face_name(face))), families, vertices, at }
 }
 
 fn join_edges(mesh: HybridMesh, triangles: &[[u32; 3]]) -> Result<Vec<u32>, MeshError> {

@@ -11,6 +11,7 @@ use super::{
     size::SIZES,
 };
 use crate::geometry;
+use crate::quality::faults::is_inverted;
 
 /// The topology of a checked mesh.
 #[derive(Clone, Debug)]
@@ -67,8 +68,7 @@ fn check_corners(mesh: HybridMesh, kind: CellKind) -> Result<(), MeshError> {
     let n_cells = mesh.count(kind);
     let of_cell = |index: usize| worst_corner(mesh.cell(CellName { kind, index }), mesh.vertices());
     let volume = |index: usize| of_cell(index).volume;
-    let is_inverted = |&index: &usize| !(volume(index) > 0.0);
-    let inverted: Vec<usize> = (0..n_cells).filter(is_inverted).collect();
+    let inverted: Vec<usize> = (0..n_cells).filter(|&index| is_inverted(volume(index))).collect();
     let at = |cell: usize| mesh.vertices()[mesh.cell(CellName { kind, index: cell })[0] as usize];
     // A cell with a bad corner may have a positive volume. It is not left-handed.
     let whole = |index: usize| match kind {
