@@ -10,10 +10,9 @@ mod common;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::thread;
 use std::time::Instant;
 
-use common::{Failure, example, median, print_machine, print_table, row};
+use common::{Failure, example, median, on_core, print_machine, print_table, row};
 use glam::DVec3;
 use idmesh::formats::{self, FORMATS, Fields, MeshFile};
 
@@ -105,13 +104,4 @@ fn speed<T, U>(
         drop(result);
     }
     Ok(format!("{:.0}", megabytes / median(times)))
-}
-
-/// How long this thread has had a core, s; nothing where the system does not tell.
-fn on_core() -> Option<f64> {
-    // The system reckons the time up when another thread may have the core, otherwise ten
-    // milliseconds late.
-    thread::yield_now();
-    let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split_whitespace().next()?.parse::<u64>().ok()? as f64 * 1e-9)
 }

@@ -8,7 +8,7 @@ mod common;
 
 use std::sync::Arc;
 
-use common::aircraft::{Anyway, ROUND, SMALL, cpu, file, role, triangles_of, vertices_of};
+use common::aircraft::{Anyway, ROUND, SMALL, WING_BODY, cpu, file, role, triangles_of, vertices_of};
 use common::block::{block, sections};
 use common::faults::size;
 use common::{assert_close, compare};
@@ -270,8 +270,7 @@ fn a_power_of_two_changes_no_bit_on_the_gpu() {
     }
 }
 
-/// Sweeps in f64, and f32 cycles of multigrid on a small mesh. On larger meshes single precision
-/// amplifies the rounding of the input.
+/// Sweeps in f64, and f32 cycles of multigrid.
 #[test]
 fn other_factors_change_a_result_by_rounding() {
     for (name, setting) in [
@@ -281,22 +280,40 @@ fn other_factors_change_a_result_by_rounding() {
         ("mirrored", mirrored()),
         ("prescribed", prescribed()),
     ] {
-        let expected = setting.outcome(1.0, &cpu());
-        for factor in [1e-30, 1e-9, 25.4, 9.4607e15, 1e30] {
-            let found = setting.outcome(factor, &cpu());
-            let back: Vec<DVec3> = found.vertices().iter().map(|&at| at / factor).collect();
-            if let Err(mismatch) = compare(expected.vertices(), &back, 1e-12 * size(&setting.mesh)) {
-                panic!("{name}, {factor:e}: {mismatch:?}");
-            }
-            for (found, expected) in found.stages.iter().zip(&expected.stages) {
-                assert_eq!(found.inverted, expected.inverted, "{name}, {factor:e}");
-                assert_close(found.beta_min, expected.beta_min, 1e-11);
-                assert_close(found.beta_mean, expected.beta_mean, 1e-12);
-            }
-            let judged =
-                |outcome: &Outcome| (outcome.is_valid(), outcome.converged, outcome.path, outcome.warnings.len());
-            assert_eq!(judged(&found), judged(&expected), "{name}, {factor:e}");
+        assert_same_in_other_units(name, &setting);
+    }
+}
+
+/// Meshes that multigrid relaxes by default. On all levels of the hierarchy no decision depends on
+/// rounding.
+///
+/// Fails if `ROUNDING` in the aggregation is 0.
+#[test]
+fn other_factors_change_a_large_aircraft_by_rounding() {
+    let role = |name: &str| role(name).unwrap();
+    let wing_body = Setting::new(WING_BODY.mesh(), role, Settings::default())
+        .with_wing(WING_BODY.profiles("old_5"), WING_BODY.profiles("big_5"));
+    assert_eq!(wing_body.outcome(1.0, &cpu()).solver.method, "multigrid");
+    assert_same_in_other_units("wing-body", &wing_body);
+    assert_same_in_other_units("rounded", &rounded());
+}
+
+#[track_caller]
+fn assert_same_in_other_units(name: &str, setting: &Setting) {
+    let expected = setting.outcome(1.0, &cpu());
+    for factor in [1e-30, 1e-9, 25.4, 9.4607e15, 1e30] {
+        let found = setting.outcome(factor, &cpu());
+        let back: Vec<DVec3> = found.vertices().iter().map(|&at| at / factor).collect();
+        if let Err(mismatch) = compare(expected.vertices(), &back, 1e-12 * size(&setting.mesh)) {
+            panic!("{name}, {factor:e}: {mismatch:?}");
         }
+        for (found, expected) in found.stages.iter().zip(&expected.stages) {
+            assert_eq!(found.inverted, expected.inverted, "{name}, {factor:e}");
+            assert_close(found.beta_min, expected.beta_min, 1e-11);
+            assert_close(found.beta_mean, expected.beta_mean, 1e-12);
+        }
+        let judged = |outcome: &Outcome| (outcome.is_valid(), outcome.converged, outcome.path, outcome.warnings.len());
+        assert_eq!(judged(&found), judged(&expected), "{name}, {factor:e}");
     }
 }
 

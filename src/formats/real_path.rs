@@ -37,12 +37,16 @@ fn resolved(path: &Path) -> PathBuf {
     place
 }
 
+/// The folder of files in memory, where jobs of a cluster keep their meshes.
+const FILES_IN_MEMORY: &str = "/dev/shm";
+
 /// Whether a path is a pipe or a device, or names an open file of the process, such as
 /// `/dev/stdout`. Such a file cannot be replaced, and may not be read twice.
 pub(crate) fn is_special(path: &Path) -> bool {
     let mut place = path.to_path_buf();
     for _ in 0..LINKS {
-        if place.starts_with("/dev") || place.starts_with("/proc") {
+        let is_device = place.starts_with("/dev") && !place.starts_with(FILES_IN_MEMORY);
+        if is_device || place.starts_with("/proc") {
             return true;
         }
         match fs::read_link(&place) {
@@ -86,5 +90,13 @@ mod tests {
         }
         assert!(is_special(&folder.path().join("out")) && !is_special(&folder.path().join("file")));
         assert!(!is_special(&folder.path().join("missing")));
+        // Files in memory are files, but a link among them may lead to a device.
+        let in_memory = Path::new(FILES_IN_MEMORY);
+        assert!(!is_special(&in_memory.join("idmesh-no-such-folder/moved.msh")));
+        if let Ok(folder) = tempfile::tempdir_in(in_memory) {
+            symlink("/dev/stdout", folder.path().join("out")).unwrap();
+            fs::write(folder.path().join("file"), "").unwrap();
+            assert!(is_special(&folder.path().join("out")) && !is_special(&folder.path().join("file")));
+        }
     }
 }

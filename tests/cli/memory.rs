@@ -111,6 +111,72 @@ fn the_user_sets_the_limit() {
     }
 }
 
+/// The number before a word of a message.
+fn gigabytes(text: &str, after: &str) -> f64 {
+    let (_, rest) = text.split_once(after).unwrap_or_else(|| panic!("no `{after}` in {text}"));
+    rest.split_whitespace().next().unwrap().parse().unwrap()
+}
+
+/// Every unit of `--max-memory`: the process may take so much, less what it has. 500 threads need
+/// more, at least 2 MiB each.
+///
+/// Fails if a unit is another number, if the memory in use does not count, and if the stacks of
+/// threads do not.
+#[test]
+fn the_limit_has_units() {
+    let fixture = Fixture::new();
+    for (limit, bytes) in [
+        ("900000000", 0.9),
+        ("900000000B", 0.9),
+        ("900000K", 0.9),
+        ("900000kib", 0.921_6),
+        ("900M", 0.9),
+        ("900MiB", 0.943_718_4),
+        ("1G", 1.0),
+        ("0.9gb", 0.9),
+        ("1GiB", 1.073_741_824),
+        ("0.001T", 1.0),
+        ("0.0009TiB", 0.989_560_464),
+    ] {
+        let mut command = command(fixture.folder.path(), &["--max-memory", limit, "quality", "box.msh"]);
+        let output = command.env("RAYON_NUM_THREADS", "500").output().unwrap();
+        let errors = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{limit}: {errors}");
+        let [needed, available] = ["takes about ", " but "].map(|before| gigabytes(&errors, before));
+        assert!((1.06..1.5).contains(&needed), "{limit}: {errors}");
+        assert!(available < bytes - 1e-3 && available > bytes - 0.05, "{limit}: {errors}");
+    }
+}
+
+/// A plain file of 80 MB takes as much to be read. The gzipped one may unpack to so much, but what
+/// is unpacked already counts.
+///
+/// Fails if the check of `formats::read`, of `formats::gzip` or of `cli::refine` is left out.
+#[test]
+fn files_are_refused_that_the_limit_does_not_hold() {
+    let fixture = Fixture::new();
+    padded(&fixture, 80 << 20);
+    fs::write(fixture.path("padded.su2"), "% nothing here\n".repeat((80 << 20) / 15) + &fixture.read("box.su2"))
+        .unwrap();
+    for (limit, file) in [("60M", "padded.su2"), ("84M", "padded.su2.gz")] {
+        let mut command = command(fixture.folder.path(), &["--max-memory", limit, "quality", file]);
+        let output = command.env("RAYON_NUM_THREADS", "1").output().unwrap();
+        let words = format!("error: {file}: this takes about ");
+        assert!(stderr(&output).contains(&words) && output.status.code() == Some(3), "{}", stderr(&output));
+        // The gzipped one is refused before it is whole.
+        let needed = gigabytes(&stderr(&output), "takes about ");
+        assert!((0.06..if file.ends_with(".gz") { 0.08 } else { 0.09 }).contains(&needed), "{}", stderr(&output));
+    }
+    for limit in ["1G", "300M"] {
+        assert_good(&fixture.idmesh(&["--max-memory", limit, "quality", "padded.su2.gz"]));
+        assert_good(&fixture.idmesh(&["--max-memory", limit, "refine", MESH, "fine.b8.ugrid"]));
+    }
+    // 818 728 tets.
+    let refused = fixture.idmesh(&["--max-memory", "60M", "refine", MESH, "fine.b8.ugrid"]);
+    let needed = gigabytes(&stderr(&refused), "takes about ");
+    assert!((0.03..0.07).contains(&needed), "{}", stderr(&refused));
+}
+
 /// The bomb is refused with a tenth of the memory to which it unpacks.
 #[test]
 fn a_bomb_is_refused_at_small_memory() {
@@ -127,10 +193,14 @@ fn a_bomb_is_refused_at_small_memory() {
 
 /// Between too little for the set-up and enough for all there is a limit that only the steps do not
 /// fit into.
+///
+/// Fails if the bytes for each tet are half as many or twice as many.
 #[test]
 fn lack_of_memory_is_told() {
     let fixture = turned_wing();
     let mut before = fixture.files();
+    // Measured were up to 600 bytes for each tet, and 345 to 363 for the steps.
+    let expected = [("102341 tets: this takes", 0.05..0.08), ("102341 tets, moved in steps", 0.035..0.045)];
     let mut told = [false; 2];
     for megabytes in (70..).step_by(10) {
         let output = run_within(&fixture, megabytes);
@@ -138,8 +208,9 @@ fn lack_of_memory_is_told() {
         if output.status.success() {
             break;
         }
-        for (told, message) in told.iter_mut().zip(["102341 tets: this takes", "102341 tets, moved in steps"]) {
+        for (told, (message, gigabytes_needed)) in told.iter_mut().zip(&expected) {
             if errors.contains(message) {
+                assert!(gigabytes_needed.contains(&gigabytes(&errors, "takes about ")), "{errors}");
                 assert_eq!(output.status.code(), Some(3), "{errors}");
                 assert!(errors.contains("GB of memory, but ") && errors.contains(" GB are available"), "{errors}");
                 assert_eq!(fixture.files(), before, "files were left behind");

@@ -4,13 +4,19 @@
 use super::*;
 
 /// Names with control characters, white space at their ends, letters that mean something to a
-/// format, and names that are equal without them.
-const ODD: [&[&str]; 6] = [
+/// format, and names that are equal without them. Of two long names one has a blank wherever a
+/// format cuts them.
+const ODD: [&[&str]; 7] = [
     &["wing\u{1}skin", "wing\u{2}skin", "wing\nskin"],
     &["wing", "wing ", " wing"],
     &["", "far field", "_"],
     &["a, 2=b", "c", "d, 4=e"],
     &["a&#45;b", "a--b", "a\"b%c#d!e"],
+    &[
+        "a b c d e f g h i j k l m n o p q r s t u v w x y z a b c d e f g h i j k l m n o p",
+        "aa b c d e f g h i j k l m n o p q r s t u v w x y z a b c d e f g h i j k l m n o p",
+        "a",
+    ],
     &["\u{feff}wing", "wing\u{2003}", "wing\0"],
 ];
 

@@ -140,9 +140,11 @@ fn integers(long: bool, values: impl Iterator<Item = i64>) -> Data {
 /// Names for the nodes of the families.
 fn node_names(families: &[String]) -> Vec<String> {
     let short = |name: &String| {
-        // Leaves space for the suffix that makes equal names different.
+        // Leaves space for the suffix that makes equal names different. A blank at the end would be
+        // lost where a boundary condition names its family.
         let name: String = name.trim().chars().take(LONGEST - 5).collect();
-        if name.is_empty() { "family".to_owned() } else { name }
+        let name = name.trim_end();
+        if name.is_empty() { "family".to_owned() } else { name.to_owned() }
     };
     // The nodes of the families and of the zone have one parent, so no family may have the zone's
     // name.
