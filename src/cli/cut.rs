@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
+use super::warn_of_file;
 use crate::formats::{self, write_atomically};
 use crate::mesh::check_size;
 use crate::profile::{Plane, csv, cut, stations};
@@ -39,7 +40,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_writable(&arguments.out)?;
     check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
     console.step(&format!("reading {}", arguments.mesh.display()));
-    let mesh = formats::read(&arguments.mesh)?.mesh;
+    let file = formats::read(&arguments.mesh)?;
+    warn_of_file(&arguments.mesh, &file, console);
+    let mesh = file.mesh;
     let corners = mesh.triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize]);
     check_size(corners).map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     let families = arguments.family.iter().map(|name| {
