@@ -28,6 +28,8 @@ mod names;
 mod openfoam;
 #[path = "formats/openfoam_cases.rs"]
 mod openfoam_cases;
+#[path = "formats/openfoam_golden.rs"]
+mod openfoam_golden;
 #[path = "formats/own_points.rs"]
 mod own_points;
 #[path = "formats/save_all.rs"]
