@@ -226,6 +226,26 @@ fn another_meshs_names_are_found_first() {
     assert_good(&fixture.run());
 }
 
+/// The conditions of an earlier mesh beside an output are found before anything is computed.
+#[test]
+fn another_meshs_conditions_are_found_first() {
+    let fixture = Fixture::new();
+    assert_good(&fixture.idmesh(&["convert", "box.msh", "box.ugrid"]));
+    let conditions = |number: &str| fixture.read("box.mapbc").replacen("1 0 wing", &format!("1 {number} wing"), 1);
+    let (slip, wall) = (conditions("3000"), conditions("4000"));
+    fixture.write("box.mapbc", &slip);
+    let case = "mesh = \"box.ugrid\"\n";
+    fixture.write("case.toml", &CASE.replace("mesh = \"box.msh\"\n", case).replace("moved.msh", "moved.ugrid"));
+    assert_good(&fixture.run());
+    assert_eq!(fixture.read("moved.mapbc"), slip);
+    assert_good(&fixture.run());
+    fixture.write("box.mapbc", &wall);
+    fixture.refuses(3, &["moved.mapbc is there already", "gives family 1 the boundary condition 3000, the mesh 4000"]);
+    std::fs::remove_file(fixture.path("moved.mapbc")).unwrap();
+    assert_good(&fixture.run());
+    assert_eq!(fixture.read("moved.mapbc"), wall);
+}
+
 /// An output in another format tells of what it cannot hold.
 #[test]
 fn run_warns_of_losses() {
