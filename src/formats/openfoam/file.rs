@@ -54,6 +54,7 @@ impl<'a> File<'a> {
     }
 
     /// Skips white space and comments.
+    #[inline]
     pub fn skip(&mut self) {
         while let Some(byte) = self.scanner.byte(0) {
             if byte.is_ascii_whitespace() {
@@ -67,12 +68,14 @@ impl<'a> File<'a> {
         }
     }
 
+    #[inline]
     pub fn peek(&mut self) -> Option<u8> {
         self.skip();
         self.scanner.byte(0)
     }
 
     /// Reads a punctuation mark.
+    #[inline]
     pub fn expect(&mut self, mark: u8) -> Result<(), ReadError> {
         let expected = || format!("'{}'", mark as char);
         match self.peek() {
@@ -180,6 +183,7 @@ impl<'a> File<'a> {
     /// Whether a list has another entry after `n_read`.
     ///
     /// - `count`: count of the list, if it has one
+    #[inline]
     pub fn goes_on(&mut self, count: Option<usize>, n_read: usize) -> bool {
         match count {
             Some(count) => n_read < count,
