@@ -1,9 +1,10 @@
 //! Airfoil files as panel codes and databases write them: titles, counts, labels, percent of the
 //! chord, and curves that start anywhere.
 
+use std::fs;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use idmesh::profile::files::{Placement, Source, SpanAxis, parse};
 
 /// A blunt airfoil from its upper to its lower trailing edge, with 4 points on each side.
@@ -69,6 +70,35 @@ fn titles_are_no_points() {
     }
     // A separator after the last element of MSES.
     is(&format!("title\n{curve}999.0 999.0\n"), &BLUNT);
+}
+
+/// Remarks after the points, as collections of airfoils have them.
+#[test]
+fn remarks_may_follow_the_points() {
+    let curve = rows(&BLUNT);
+    for remark in [
+        "Drawn in 1937\n",
+        "\n20 nov 2005\nwith a camber of 4 %\n",
+        "Thickness: 12.3\n1938\n1 2 3 4\n",
+        "cm0:\t-0.091\n",
+        "http://example.org/a.dat",
+        "p= 14 alfa= -1.2 Cm= -0.05\nlower surface redrawn\n",
+    ] {
+        is(&format!("title\n{curve}{remark}"), &BLUNT);
+    }
+    // Points after a remark are another element's, and a garbled point is no remark.
+    for (after, words) in [
+        (format!("Drawn in 1937\n{curve}"), "a.dat:11: 'Drawn in 1937' after the points"),
+        ("\n20 nov 2005\n1.0 -0.004\n".to_owned(), "a.dat:12: '20 nov 2005' after the points"),
+        ("0,5 0,1\n".to_owned(), "a.dat:11: 3 words; expected two numbers: x y"),
+        ("l.0 -0.004\n".to_owned(), "a.dat:11: found 'l.0'; expected a finite number"),
+        ("1.0 -O.004\n".to_owned(), "a.dat:11: found '-O.004'; expected a finite number"),
+    ] {
+        let error = read(&format!("title\n{curve}{after}")).unwrap_err();
+        assert!(error.contains(words), "expected: {words}\nfound:    {error}");
+    }
+    // A title that begins like a header of Tecplot.
+    is(&format!("Zone 21 for thick wings\n{curve}"), &BLUNT);
 }
 
 /// Two sides, with counts or labels before each, in any order and direction.
@@ -177,4 +207,60 @@ fn doubtful_rows_are_refused() {
         let error = read(&text).unwrap_err();
         assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");
     }
+}
+
+fn golden(name: &str) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/airfoils").join(name)).unwrap()
+}
+
+/// Points of NACA 4415, evenly in angle, from the upper to the lower trailing edge: camber line and
+/// thickness of NACA report 460, with the thickness along y, as XFOIL adds it.
+fn naca_4415() -> Vec<[f64; 2]> {
+    let (camber, at, thickness) = (0.04, 0.4, 0.15);
+    let side = |x: f64, side: f64| {
+        let half = 5.0
+            * thickness
+            * (0.2969 * x.sqrt() - 0.126 * x - 0.3516 * x.powi(2) + 0.2843 * x.powi(3) - 0.1015 * x.powi(4));
+        let (scale, before) =
+            if x < at { (camber / (at * at), 0.0) } else { (camber / (1.0 - at).powi(2), 1.0 - 2.0 * at) };
+        let line = scale * (before + 2.0 * at * x - x * x);
+        [x, line + side * half]
+    };
+    let n = 4000;
+    let x = |step: i32| (f64::from(step) / f64::from(n) * std::f64::consts::FRAC_PI_2).sin().powi(2);
+    let steps = (-n..=n).map(|step| if step < 0 { side(x(-step), 1.0) } else { side(x(step), -1.0) });
+    steps.collect()
+}
+
+/// Files of XFOIL 6.99 through `data/make_airfoils.sh`, and one in Lednicer's format after its
+/// description: all points are those of the airfoil in closed form, in the order of the file.
+#[test]
+fn files_of_xfoil_are_the_airfoil() {
+    let exact = naca_4415();
+    for (name, n_points, digits) in [
+        ("xfoil.labeled.dat", 62, 7),
+        ("xfoil.plain.dat", 62, 7),
+        ("xfoil.ises.dat", 62, 7),
+        ("xfoil.comma.dat", 62, 6),
+        ("xfoil.tab.dat", 62, 6),
+        ("xfoil.clockwise.dat", 62, 7),
+        ("lednicer.dat", 63, 7),
+    ] {
+        let points = read(&golden(name)).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(points.len(), n_points, "{name}");
+        for point in &points {
+            let at = DVec2::new(point.x, point.z);
+            let off = |pair: &[[f64; 2]]| {
+                let [a, b] = [DVec2::from(pair[0]), DVec2::from(pair[1])];
+                let along = ((at - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+                at.distance(a.lerp(b, along))
+            };
+            let off = exact.windows(2).map(off).fold(f64::INFINITY, f64::min);
+            assert!(off < 2.0 * 10f64.powi(-digits), "{name}: {point} is off by {off:e}");
+        }
+        let [first, last] = [points[0], points[points.len() - 1]];
+        assert!(first.x == 1.0 && last.x == 1.0 && (first.z > last.z) == (name != "xfoil.clockwise.dat"), "{name}");
+    }
+    let error = read(&golden("xfoil.mses.dat")).unwrap_err();
+    assert!(error.contains("a.dat:65: 999 999, after which another element begins"), "{error}");
 }

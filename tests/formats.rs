@@ -16,6 +16,8 @@ mod damage;
 mod exponents;
 #[path = "formats/gmsh_names.rs"]
 mod gmsh_names;
+#[path = "formats/handedness.rs"]
+mod handedness;
 #[path = "formats/medit.rs"]
 mod medit;
 #[path = "formats/mixed.rs"]
@@ -26,6 +28,8 @@ mod names;
 mod openfoam;
 #[path = "formats/openfoam_cases.rs"]
 mod openfoam_cases;
+#[path = "formats/openfoam_golden.rs"]
+mod openfoam_golden;
 #[path = "formats/own_points.rs"]
 mod own_points;
 #[path = "formats/save_all.rs"]

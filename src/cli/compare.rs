@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::console::Console;
 use super::failure::{Exit, Failure};
 use super::json::{check_json, write_json};
-use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load, warn_of_file};
 use crate::backend::Backend;
 use crate::case::LoadedCase;
 use crate::formats;
@@ -146,7 +146,9 @@ fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Compa
     let mut read = Vec::new();
     for path in [a, b] {
         console.step(&format!("reading {}", path.display()));
-        let vertices = formats::read_mixed(path)?.mesh.vertices;
+        let file = formats::read_mixed(path)?;
+        warn_of_file(path, &file, console);
+        let vertices = file.mesh.vertices;
         mesh::check_size(vertices.iter().copied())
             .map_err(|error| Failure::bad_input(error.to_string()).in_file(path))?;
         read.push(vertices);

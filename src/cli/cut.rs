@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
+use super::warn_of_file;
 use crate::formats::{self, write_atomically};
 use crate::mesh::{check_size, triangles_of_families};
 use crate::profile::{Plane, csv, cut, stations};
@@ -40,6 +41,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
     console.step(&format!("reading {}", arguments.mesh.display()));
     let file = formats::read_mixed(&arguments.mesh)?;
+    warn_of_file(&arguments.mesh, &file, console);
     let (mesh, others) = (&file.mesh, &file.others);
     let faces = mesh.triangles.iter().flatten().chain(others.quadrilaterals.iter().flatten());
     let corners = faces.map(|&vertex| mesh.vertices[vertex as usize]);

@@ -16,7 +16,7 @@ use std::io::{self, Write};
 use std::iter;
 use std::path::{Path, PathBuf};
 
-use super::document::{Companion, Slots, SourceFile, check_single, narrow, write_shortest};
+use super::document::{Companion, Conditions, Slots, SourceFile, check_single, narrow, write_shortest};
 use super::error::ReadError;
 use super::format::{Create, Format, Parsed};
 use super::mapbc;
@@ -207,14 +207,14 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         beside.push("what follows the cells".to_string());
     }
     let mapbc = mapbc::read(&mapbc_path(path))?;
-    if mapbc.has_conditions {
+    if mapbc.has_conditions() {
         beside.push("boundary conditions of the .mapbc file".to_string());
     }
     let names = mesh_builder.used_tags().into_iter().map(|tag| (tag, mapbc.name(tag)));
     let names = names.chain(mapbc.names.clone()).collect();
     let (mesh, others) = mesh_builder.finish(path, positions, |tag| mapbc.name(tag))?;
     let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
-    let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names });
+    let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names, conditions: mapbc.conditions });
     Ok(Parsed {
         mesh,
         others,
@@ -314,7 +314,8 @@ fn write_index(out: &mut Out, value: u64, endian: Endian, long: bool) -> io::Res
 /// The `.mapbc` file of a new mesh: the names of the families, without boundary conditions.
 fn companion(new_file: &NewFile) -> Companion {
     let names = mapbc::names(new_file);
-    Companion { path: mapbc_path, bytes: Some(mapbc::without_conditions(&names)), names }
+    let bytes = Some(mapbc::without_conditions(&names));
+    Companion { path: mapbc_path, bytes, names, conditions: Conditions::new() }
 }
 
 /// Losses of a new file: boundary conditions, spaces in names, perhaps double precision.

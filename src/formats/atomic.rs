@@ -155,10 +155,31 @@ impl<'a> FileSet<'a> {
 }
 
 /// Brings a file or a folder to the disk, given its path.
-type Sync<'a> = dyn FnMut(&Path, &fs::File) -> io::Result<()> + 'a;
+pub(crate) type Sync<'a> = dyn FnMut(&Path, &fs::File) -> io::Result<()> + 'a;
+
+/// Brings the name of a file to the disk: the entries of its folder.
+///
+/// # Errors
+/// The error of `sync`.
+pub(crate) fn folder_to_disk(path: &Path, sync: &mut Sync) -> io::Result<()> {
+    path.parent().map_or(Ok(()), |folder| entries_to_disk(folder, sync))
+}
+
+/// Brings the entries of a folder to the disk, where the system can.
+fn entries_to_disk(folder: &Path, sync: &mut Sync) -> io::Result<()> {
+    // A folder that takes files need not be readable. Windows opens no folders.
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match fs::File::open(here) {
+        Ok(file) => to_disk(folder, &file, sync),
+        Err(_) => Ok(()),
+    }
+}
 
 /// Brings a file to the disk, where the file system can.
-fn to_disk(path: &Path, file: &fs::File, sync: &mut Sync) -> io::Result<()> {
+///
+/// # Errors
+/// The error of `sync`, if the file system knows the request.
+pub(crate) fn to_disk(path: &Path, file: &fs::File, sync: &mut Sync) -> io::Result<()> {
     match sync(path, file) {
         // Some network file systems know no such request.
         Err(error) if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput) => Ok(()),
@@ -178,13 +199,10 @@ impl Placed {
     fn names_to_disk(&self, sync: &mut Sync) -> Result<(), PlaceError> {
         let made = self.folders.0.iter();
         let folders: BTreeSet<&Path> = self.files.iter().chain(made).filter_map(|path| path.parent()).collect();
-        for folder in folders {
-            // A folder that takes files need not be readable. Windows opens no folders.
-            let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-            let Ok(file) = fs::File::open(here) else { continue };
-            to_disk(folder, &file, sync).map_err(|source| PlaceError { path: folder.to_path_buf(), source })?;
-        }
-        Ok(())
+        let mut folders = folders.into_iter();
+        folders.try_for_each(|folder| {
+            entries_to_disk(folder, sync).map_err(|source| PlaceError { path: folder.to_path_buf(), source })
+        })
     }
 
     /// Removes the files again, because something else of the same result failed.

@@ -45,8 +45,11 @@ pub(super) type NamedFiles = Vec<(String, Vec<u8>)>;
 /// What the references of a mesh's faces are called.
 pub(super) type Names = BTreeMap<i32, String>;
 
+/// The numbers of the boundary conditions of the references of a mesh's faces.
+pub(super) type Conditions = BTreeMap<i32, i32>;
+
 /// A small file beside a mesh file, with names that the mesh file cannot hold.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Companion {
     /// Computes the path from the path of the mesh file.
     pub path: fn(&Path) -> PathBuf,
@@ -55,6 +58,8 @@ pub(super) struct Companion {
     pub bytes: Option<Vec<u8>>,
     /// Names of the references of the mesh's faces.
     pub names: Names,
+    /// Boundary conditions of the references. Empty if the mesh has none.
+    pub conditions: Conditions,
 }
 
 impl SourceFile {

@@ -302,10 +302,11 @@ pub enum WriteError {
         /// The difference.
         what: String,
     },
-    /// Two meshes to write need the same file beside them, with different names for the families.
+    /// Two meshes to write need the same file beside them, with different names or boundary
+    /// conditions for the families.
     #[error(
-        "{} and {} number the families of the mesh otherwise, but would both find their names in {}; give one of them \
-         another name", first.display(), second.display(), path.display()
+        "{} and {} have other numbers or boundary conditions of the families, but would both find their names in {}; give one \
+         of them another name", first.display(), second.display(), path.display()
     )]
     Shared {
         /// Path of the file beside.

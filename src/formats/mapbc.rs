@@ -12,7 +12,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::str::from_utf8;
 
-use super::document::{Companion, Names};
+use super::document::{Companion, Conditions, Names};
 use super::error::{ReadError, WriteError};
 use super::lines::{Line, Lines};
 use super::linked::{is_linked, unquoted};
@@ -25,8 +25,8 @@ use crate::text::decode;
 #[derive(Debug, Default)]
 pub(super) struct Mapbc {
     pub names: Names,
-    /// Whether there are boundary conditions other than 0.
-    pub has_conditions: bool,
+    /// The number of the boundary condition of each reference.
+    pub conditions: Conditions,
     /// The bytes of the file, if there is one.
     pub bytes: Option<Vec<u8>>,
 }
@@ -109,12 +109,12 @@ impl Mapbc {
         let (at, word) = line.word();
         let condition =
             number(word).ok_or_else(|| lines.malformed(at, "the number of a boundary condition", shown(word)))?;
-        self.has_conditions |= condition != 0;
         if patch {
             line = after_surfaces(line);
         }
         let name = line.rest();
         let name = if name.is_empty() { surface(reference) } else { decode(name).into_owned() };
+        self.conditions.insert(reference, condition);
         match self.names.insert(reference, name) {
             None => Ok(()),
             Some(first) => {
@@ -122,6 +122,11 @@ impl Mapbc {
                 Err(lines.malformed(start, "one line for each reference", found))
             }
         }
+    }
+
+    /// Whether there are boundary conditions other than 0.
+    pub fn has_conditions(&self) -> bool {
+        has_conditions(&self.conditions)
     }
 
     /// The name of a reference.
@@ -164,7 +169,8 @@ fn fits(letter: char) -> bool {
     !letter.is_whitespace() && !letter.is_control() && !matches!(letter, '#' | '!' | '\u{feff}')
 }
 
-/// Checks that a file at `path` has the same names as `companion`, which belongs to the mesh.
+/// Checks that a file at `path` has the same names as `companion`, which belongs to the mesh, and
+/// the same boundary conditions, if the mesh has conditions.
 ///
 /// # Errors
 /// [`WriteError::Stale`], also if the file cannot be read.
@@ -177,19 +183,43 @@ pub(super) fn check(path: &Path, companion: &Companion) -> Result<(), WriteError
     if there.bytes.is_none() || there.bytes == companion.bytes {
         return Ok(());
     }
-    match difference(&there.names, &companion.names) {
+    let quoted = |found: String| if is_linked(path) { "otherwise".to_owned() } else { found };
+    if let Some(reference) = difference(&there.names, &companion.names) {
+        let [found, own] = [&there.names, &companion.names].map(|names| name(names, reference));
+        let found = quoted(format!("'{found}'"));
+        return Err(stale(format!("it calls family {reference} {found}, the mesh '{own}'")));
+    }
+    // Without conditions of the mesh those that are there are its owner's work.
+    if !has_conditions(&companion.conditions) {
+        return Ok(());
+    }
+    match other_condition(&there.conditions, &companion.conditions) {
         None => Ok(()),
         Some(reference) => {
-            let [found, own] = [&there.names, &companion.names].map(|names| name(names, reference));
-            let found = if is_linked(path) { "otherwise".to_owned() } else { format!("'{found}'") };
-            Err(stale(format!("it calls family {reference} {found}, the mesh '{own}'")))
+            let [found, own] = [&there.conditions, &companion.conditions].map(|of| condition(of, reference));
+            let found = quoted(found.to_string());
+            Err(stale(format!("it gives family {reference} the boundary condition {found}, the mesh {own}")))
         }
     }
 }
 
-/// Whether every reference has the same name in both.
-pub(super) fn agree(a: &Names, b: &Names) -> bool {
-    difference(a, b).is_none()
+/// The condition of a reference: 0 where the file has none.
+fn condition(conditions: &Conditions, reference: i32) -> i32 {
+    conditions.get(&reference).copied().unwrap_or(0)
+}
+
+/// A reference with different conditions, if there is one.
+fn other_condition(a: &Conditions, b: &Conditions) -> Option<i32> {
+    a.keys().chain(b.keys()).copied().find(|&reference| condition(a, reference) != condition(b, reference))
+}
+
+fn has_conditions(conditions: &Conditions) -> bool {
+    conditions.values().any(|&condition| condition != 0)
+}
+
+/// Whether every reference has the same name and the same condition for both.
+pub(super) fn agree(a: &Companion, b: &Companion) -> bool {
+    difference(&a.names, &b.names).is_none() && other_condition(&a.conditions, &b.conditions).is_none()
 }
 
 /// A reference with different names, if there is one. Letters that not every program's file can

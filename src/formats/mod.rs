@@ -19,6 +19,7 @@ mod error;
 mod format;
 mod gmsh;
 mod gzip;
+mod handedness;
 mod lines;
 mod linked;
 mod mapbc;
@@ -37,8 +38,8 @@ mod temporary;
 mod vtk;
 mod write;
 
-pub(crate) use atomic::check as check_writable;
 pub use atomic::{FileSet, PlaceError, Placed, sha256_of, write_atomically};
+pub(crate) use atomic::{Sync, check as check_writable, folder_to_disk, to_disk};
 pub use error::{Location, ReadError, WriteError};
 pub use format::Format;
 pub use new_file::{Cells, Fields};

@@ -8,6 +8,7 @@ use super::document::SourceFile;
 use super::error::ReadError;
 use super::format::{Format, Parsed};
 use super::gzip::unzipped;
+use super::handedness;
 use super::openfoam;
 use super::table::{format_of, known};
 use crate::memory::check_memory;
@@ -20,9 +21,10 @@ pub struct MeshFile {
     pub mesh: TetMesh,
     /// Cells and boundary faces of other shapes. Empty if [`read()`] read the file.
     pub others: OtherCells,
-    /// The shapes of cells, such as `tets`, that are all left-handed in the file: their volumes are
-    /// negative. In `mesh` and `others` such cells are turned over. A file that is written back in
-    /// its own format keeps them as they are, and a new file has them turned over.
+    /// The shapes of cells, such as `tets`, that are all left-handed in the file: the volumes of
+    /// all cells of the shape are negative. In `mesh` and `others` such cells are turned over. A
+    /// file that is written back in its own format keeps them as they are, and a new file has them
+    /// turned over.
     pub left_handed: Vec<&'static str>,
     pub(super) document: Option<Arc<SourceFile>>,
 }
@@ -111,33 +113,8 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<MeshFile, ReadError> {
     // A mesh takes about as much memory as its plain file, which is kept.
     check(path, bytes.len() as u64)?;
     let Parsed { mut mesh, mut others, document } = (format.read)(path, extension, bytes)?;
-    let left_handed = left_handed(&mesh, &others);
-    if left_handed.contains(&TETS) {
-        mesh.turn_over();
-    }
-    others.turn_over(&left_handed);
+    let left_handed = handedness::turn_over(&mut mesh, &mut others);
     Ok(MeshFile { mesh, others, left_handed, document: Some(Arc::new(document)) })
-}
-
-/// Name of the tets among the shapes of cells.
-const TETS: &str = "tets";
-
-/// The shapes of cells that are all left-handed, if the whole mesh is. Where the cells of one shape
-/// are left-handed and those of another are not, cells are inverted. Prisms do not count there,
-/// because the readers of some formats have turned them over already.
-fn left_handed(mesh: &TetMesh, others: &OtherCells) -> Vec<&'static str> {
-    let mut shapes = Vec::new();
-    if !mesh.tets.is_empty() {
-        shapes.push((TETS, mesh.is_left_handed()));
-    }
-    if shapes.iter().all(|&(_, is_left_handed)| is_left_handed) {
-        shapes.extend(others.handedness(&mesh.vertices));
-    }
-    let disagrees = |&(shape, is_left_handed): &(&str, bool)| !is_left_handed && shape != "prisms";
-    if shapes.iter().any(disagrees) {
-        return Vec::new();
-    }
-    shapes.into_iter().filter(|&(_, is_left_handed)| is_left_handed).map(|(shape, _)| shape).collect()
 }
 
 /// Checks that so many bytes of memory are available for a file.

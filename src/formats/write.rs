@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::atomic::{self, FileSet};
-use super::document::{Companion, Names, SourceFile};
+use super::document::{Companion, SourceFile};
 use super::error::WriteError;
 use super::format::{Create, Format, needs_folder};
 use super::mapbc;
@@ -102,7 +102,8 @@ impl MeshFile {
     /// # Errors
     ///
     /// - [`WriteError::UnknownFormat`]: no format has this extension.
-    /// - [`WriteError::Stale`]: a `.mapbc` file beside `path` has other names for the families.
+    /// - [`WriteError::Stale`]: a `.mapbc` file beside `path` has other names for the families, or
+    ///   other boundary conditions than the mesh.
     /// - [`WriteError::Io`]: `path` is a folder, or its folder is missing or accepts no new files.
     pub fn check_output(&self, path: &Path) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
@@ -119,18 +120,19 @@ impl MeshFile {
         checked.map_err(|source| WriteError::Io { path: path.into(), source })
     }
 
-    /// Checks that no file beside `paths` gives other names to the families of the meshes there:
-    /// neither an existing file nor the file of another of these meshes. The paths may differ from
-    /// the path of [`MeshFile::check_output`].
+    /// Checks that no file beside `paths` gives other names or conditions to the families of the
+    /// meshes there: neither an existing file nor the file of another of these meshes. The paths
+    /// may differ from the path of [`MeshFile::check_output`].
     ///
     /// # Errors
     ///
     /// - [`WriteError::UnknownFormat`]: no format has this extension.
-    /// - [`WriteError::Stale`]: a `.mapbc` file beside a path has other names for the families.
+    /// - [`WriteError::Stale`]: a `.mapbc` file beside a path has other names for the families, or
+    ///   other boundary conditions than the mesh.
     /// - [`WriteError::Shared`]: two of these meshes need the same `.mapbc` file with different
-    ///   names.
+    ///   names or conditions.
     pub fn check_beside(&self, paths: &[&Path]) -> Result<(), WriteError> {
-        let mut named: Vec<(PathBuf, Names, &Path)> = Vec::new();
+        let mut named: Vec<(PathBuf, Companion, &Path)> = Vec::new();
         for &path in paths {
             let (format, extension) = output_format(path)?;
             if format.is_folder() {
@@ -148,12 +150,12 @@ impl MeshFile {
             }
             let beside = (companion.path)(path);
             if let Some((beside, _, first)) =
-                named.iter().find(|(other, names, _)| *other == beside && !mapbc::agree(names, &companion.names))
+                named.iter().find(|(other, of_other, _)| *other == beside && !mapbc::agree(of_other, companion))
             {
                 let [beside, first, second] = [beside, *first, path].map(Path::to_path_buf);
                 return Err(WriteError::Shared { path: beside, first, second });
             }
-            named.push((beside, companion.names.clone(), path));
+            named.push((beside, companion.clone(), path));
         }
         Ok(())
     }

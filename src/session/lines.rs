@@ -6,6 +6,7 @@
 //! | a job begins and leaves lines of earlier runs out | the file is replaced, under the same lock |
 //! | two jobs do the same design | the later line takes the place of the earlier one |
 //! | a line was torn by a full disk or a killed job | the next line takes its place |
+//! | the power goes | a line that was appended is on the disk, and so are the outputs it tells of |
 //!
 //! A lock holds for one file, and a replaced file is another one. So a job opens the file for every
 //! line, and looks after it has the lock whether the file still has its name.
@@ -19,7 +20,7 @@ use serde::Deserialize;
 
 use super::SessionError;
 use super::files::{cannot_write, write_text};
-use crate::formats::{Claim, is_special, real_path};
+use crate::formats::{Claim, Sync, folder_to_disk, is_special, real_path, to_disk};
 use crate::report::Checksums;
 
 /// A file with one report a line.
@@ -137,14 +138,20 @@ impl ReportFile {
         if kept.as_bytes() == bytes { Ok(()) } else { write_text(&self.place, &kept) }
     }
 
-    /// Appends the line of a design. If another job has appended a line of the same design
-    /// meanwhile, that line goes.
+    /// Appends the line of a design, and brings it to the disk. If another job has appended a line
+    /// of the same design meanwhile, that line goes.
     ///
     /// - `line`: with its line end
     ///
     /// # Errors
-    /// The line cannot be written. The file is then as it was.
+    /// The line cannot be written, or cannot be brought to the disk. The file is then as it was.
     pub fn append(&mut self, design: &str, line: &str) -> Result<(), SessionError> {
+        self.append_with(design, line, &mut |_, file| file.sync_data())
+    }
+
+    /// [`ReportFile::append`] with the function that brings the file, or the folder of a new file,
+    /// to the disk, given its path.
+    fn append_with(&mut self, design: &str, line: &str, sync: &mut Sync) -> Result<(), SessionError> {
         if self.is_special() {
             return self.append_to_special(line).map_err(|error| cannot_write(&self.path, error));
         }
@@ -163,12 +170,15 @@ impl ReportFile {
             let kept: String = others.map(|(_, text)| format!("{text}\n")).collect();
             return write_text(&self.place, &(kept + line));
         }
-        let append = |file: &mut File| {
+        let mut append = |file: &mut File| {
             file.set_len(end)?;
             file.seek(SeekFrom::Start(end))?;
-            file.write_all(line.as_bytes()).inspect_err(|_| drop(file.set_len(end)))
+            file.write_all(line.as_bytes())?;
+            to_disk(&self.place, file, sync)?;
+            // A file with its first line may be new, and then its name is not on the disk either.
+            if end == 0 { folder_to_disk(&self.place, sync) } else { Ok(()) }
         };
-        append(&mut file).map_err(unwritable)?;
+        append(&mut file).inspect_err(|_| drop(file.set_len(end))).map_err(unwritable)?;
         // Where the file system has no locks, there is none to give back.
         let _ = file.unlock();
         self.seen = Some(Seen { file, end: end + line.len() as u64, designs });
@@ -296,6 +306,33 @@ mod tests {
         let expected = [("b", "one"), ("a", "other"), ("d", "other"), ("c", "other")];
         let line = |(design, of)| format!("{{\"design\":\"{design}\",\"of\":\"{of}\"}}\n");
         assert_eq!(fs::read_to_string(&path).unwrap(), expected.map(line).concat());
+    }
+
+    /// A line is on the disk when it is appended, and with the first line the file's name is. A
+    /// line that the disk does not take is taken back.
+    #[test]
+    fn a_line_is_on_the_disk() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().canonicalize().unwrap().join("all.jsonl");
+        let mut file = ReportFile::new(&path);
+        for (line, expected) in [("{\"design\":\"a\"}\n", 2), ("{\"design\":\"b\"}\n", 1)] {
+            let mut synced = Vec::new();
+            let mut sync = |path: &Path, _: &File| {
+                assert!(fs::read_to_string(folder.path().join("all.jsonl"))?.ends_with(line));
+                synced.push(path.to_path_buf());
+                Ok(())
+            };
+            file.append_with(&line[11..12], line, &mut sync).unwrap();
+            assert_eq!(synced, [path.as_path(), path.parent().unwrap()][..expected]);
+        }
+        let before = fs::read_to_string(&path).unwrap();
+        let fails = file.append_with("c", "{\"design\":\"c\"}\n", &mut |_, _| Err(io::Error::other("a bad disk")));
+        assert!(fails.unwrap_err().to_string().contains("a bad disk"));
+        assert_eq!(fs::read_to_string(&path).unwrap(), before);
+        append(&mut file, "c", "one");
+        assert_eq!(fs::read_to_string(&path).unwrap(), before + "{\"design\":\"c\",\"of\":\"one\"}\n");
+        // A file system that knows no such request is no failure.
+        file.append_with("d", "{}\n", &mut |_, _| Err(io::ErrorKind::Unsupported.into())).unwrap();
     }
 
     /// A line torn by a full disk or a killed job gives its place to the next line.

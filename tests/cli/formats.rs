@@ -227,6 +227,26 @@ fn another_meshs_names_are_found_first() {
     assert_good(&fixture.run());
 }
 
+/// The conditions of an earlier mesh beside an output are found before anything is computed.
+#[test]
+fn another_meshs_conditions_are_found_first() {
+    let fixture = Fixture::new();
+    assert_good(&fixture.idmesh(&["convert", "box.msh", "box.ugrid"]));
+    let conditions = |number: &str| fixture.read("box.mapbc").replacen("1 0 wing", &format!("1 {number} wing"), 1);
+    let (slip, wall) = (conditions("3000"), conditions("4000"));
+    fixture.write("box.mapbc", &slip);
+    let case = "mesh = \"box.ugrid\"\n";
+    fixture.write("case.toml", &CASE.replace("mesh = \"box.msh\"\n", case).replace("moved.msh", "moved.ugrid"));
+    assert_good(&fixture.run());
+    assert_eq!(fixture.read("moved.mapbc"), slip);
+    assert_good(&fixture.run());
+    fixture.write("box.mapbc", &wall);
+    fixture.refuses(3, &["moved.mapbc is there already", "gives family 1 the boundary condition 3000, the mesh 4000"]);
+    std::fs::remove_file(fixture.path("moved.mapbc")).unwrap();
+    assert_good(&fixture.run());
+    assert_eq!(fixture.read("moved.mapbc"), wall);
+}
+
 /// An output in another format tells of what it cannot hold.
 #[test]
 fn run_warns_of_losses() {
@@ -332,16 +352,32 @@ fn hybrid_meshes_move_in_every_format() {
 }
 
 /// A warning of a reader is shown by every command that reads.
-#[cfg(feature = "cgns")]
 #[test]
 fn warnings_of_a_reader_are_shown() {
     let fixture = Fixture::new();
-    let mesh = data("slab.beside.cgns");
-    let mesh = mesh.to_str().unwrap();
-    for arguments in [&["convert", mesh, "a.vtu"][..], &["quality", mesh], &["refine", mesh, "b.vtu"]] {
+    assert_good(&fixture.idmesh(&["convert", "box.msh", "box.su2"]));
+    let markers = |text: &str| text.lines().filter(|line| line.starts_with("MARKER_TAG")).count();
+    let text = fixture.read("box.su2");
+    let (before, count) = (format!("NMARK= {}\n", markers(&text)), format!("NMARK= {}\n", markers(&text) + 1));
+    assert!(text.contains(&before));
+    let shared = "MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= 2\n1 5\n";
+    fixture.write("part.su2", &(text.replace(&before, &count) + shared));
+    fixture.case("mesh = \"box.msh\"", "mesh = \"part.su2\"");
+    std::fs::create_dir(fixture.path("designs")).unwrap();
+    std::fs::copy(fixture.path("new.csv"), fixture.path("designs/a.csv")).unwrap();
+    for (arguments, n_told) in [
+        (&["convert", "part.su2", "a.vtu"][..], 1),
+        (&["quality", "part.su2"], 1),
+        (&["refine", "part.su2", "b.vtu"], 1),
+        (&["cut", "part.su2", "--family", "wing", "--at", "y=1", "--out", "o.csv"], 1),
+        (&["compare", "part.su2", "part.su2"], 2),
+        (&["compare", "box.su2", "part.su2"], 1),
+        (&["run", "case.toml", "--backend", "cpu"], 1),
+        (&["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "--out", "out"], 1),
+    ] {
         let output = fixture.idmesh(arguments);
         assert_good(&output);
-        let expected = format!("warning: {mesh}: /Base/Slab/ZoneBC/nodes: a boundary condition on vertices");
-        assert!(stderr(&output).contains(&expected), "{arguments:?}: {}", stderr(&output));
+        let expected = "warning: part.su2: 1 markers SEND_RECEIVE with 1 vertices are shared with other parts";
+        assert_eq!(stderr(&output).matches(expected).count(), n_told, "{arguments:?}: {}", stderr(&output));
     }
 }

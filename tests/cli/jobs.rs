@@ -49,18 +49,27 @@ fn temporary_files(folder: &Path) -> Vec<String> {
 
 const BATCH: [&str; 9] = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "--out", "new/moved", "-q"];
 
+/// Starts a batch with each of these further arguments, all at once, and waits for their success.
+#[track_caller]
+fn batches_at_once(fixture: &Fixture, further: &[&[&str]]) {
+    let jobs = further.iter().map(|further| start(fixture, &[&BATCH[..], &["--json", "all.jsonl"], further].concat()));
+    assert_eq!(failures(jobs.collect()), [] as [&str; 0]);
+}
+
+/// The names of the designs of [`designs`].
+fn numbered(number: usize) -> Vec<String> {
+    (0..number).map(|index| index.to_string()).collect()
+}
+
 /// Jobs of an array that start together make one new folder, and append to one file.
 #[test]
 fn jobs_of_an_array_share_a_folder_and_a_file_of_reports() {
     let fixture = designs(8);
-    let all: Vec<_> = (0..8).map(|index| index.to_string()).collect();
+    let all = numbered(8);
     for round in 0..8 {
         fs::remove_dir_all(fixture.path("new")).ok();
-        let shards: Vec<_> = (1..=4).map(|job| format!("{job}/4")).collect();
-        let jobs = shards
-            .iter()
-            .map(|shard| start(&fixture, &[&BATCH[..], &["--json", "all.jsonl", "--shard", shard]].concat()));
-        assert_eq!(failures(jobs.collect()), [] as [&str; 0]);
+        let shards = [&["--shard", "1/4"][..], &["--shard", "2/4"], &["--shard", "3/4"], &["--shard", "4/4"]];
+        batches_at_once(&fixture, &shards);
         assert_eq!(names(&fixture, "all.jsonl"), all, "round {round}");
         assert_eq!(temporary_files(&fixture.path("new/moved")), [] as [&str; 0]);
         assert_eq!(temporary_files(fixture.folder.path()), [] as [&str; 0]);
@@ -106,12 +115,10 @@ fn lines_of_a_running_job_are_not_replaced() {
 #[test]
 fn a_design_that_two_jobs_do_has_one_line() {
     let fixture = designs(8);
-    let all: Vec<_> = (0..8).map(|index| index.to_string()).collect();
     for _ in 0..4 {
         fs::remove_file(fixture.path("all.jsonl")).ok();
-        let jobs = (0..3).map(|_| start(&fixture, &[&BATCH[..], &["--json", "all.jsonl", "--resume"]].concat()));
-        assert_eq!(failures(jobs.collect()), [] as [&str; 0]);
-        assert_eq!(names(&fixture, "all.jsonl"), all);
+        batches_at_once(&fixture, &[&["--resume"][..]; 3]);
+        assert_eq!(names(&fixture, "all.jsonl"), numbered(8));
     }
 }
 

@@ -99,27 +99,44 @@ fn a_mirrored_mesh_moves_like_the_original() {
 fn files_keep_the_order_of_left_handed_tets() {
     let fixture = Fixture::new();
     let small = data("small.msh.gz");
-    let names = ["a.msh", "a.su2", "a.vtu", "a.vtk", "a.ugrid", "b.lb8.ugrid", "a.mesh", "b.meshb"];
-    for name in names {
-        assert_good(&fixture.idmesh(&["convert", small.to_str().unwrap(), name]));
-        let right = formats::read(&fixture.path(name)).unwrap();
+    for folder in ["right", "left", "back"] {
+        fs::create_dir(fixture.path(folder)).unwrap();
+    }
+    for name in NAMES {
+        let [right_path, left_path, back_path] =
+            ["right", "left", "back"].map(|folder| fixture.path(&format!("{folder}/{name}")));
+        assert_good(&fixture.idmesh(&["convert", small.to_str().unwrap(), right_path.to_str().unwrap()]));
+        let right = formats::read(&right_path).unwrap();
         assert!(right.left_handed.is_empty(), "{name}");
         let mirror: Vec<DVec3> = right.mesh.vertices.iter().map(|&at| mirrored(at)).collect();
-        let left_name = name.replace('.', "left.");
-        right.write(&fixture.path(&left_name), &mirror, &Fields::default()).unwrap();
-        let left = formats::read(&fixture.path(&left_name)).unwrap();
+        right.write(&left_path, &mirror, &Fields::default()).unwrap();
+        let left = formats::read(&left_path).unwrap();
         assert_eq!(left.left_handed, ["tets"], "{name}");
         let turned = right.mesh.tets.iter().map(|&[a, b, c, d]| [a, c, b, d]);
         assert!(left.mesh.tets.iter().copied().eq(turned), "{name}");
         assert_eq!(left.mesh.triangles, right.mesh.triangles, "{name}");
         let again: Vec<DVec3> = left.mesh.vertices.iter().map(|&at| mirrored(at)).collect();
-        let back = name.replace('.', "back.");
-        left.write(&fixture.path(&back), &again, &Fields::default()).unwrap();
+        left.write(&back_path, &again, &Fields::default()).unwrap();
         // Binary files hold -0 where y was 0, and the value is the same.
-        let twice = formats::read(&fixture.path(&back)).unwrap();
+        let twice = formats::read(&back_path).unwrap();
         assert!(twice.left_handed.is_empty() && twice.mesh == right.mesh, "{name}");
     }
 }
+
+/// Files of every format, with different stems where a format has its names in a file beside.
+const NAMES: &[&str] = &[
+    "a.msh",
+    "a.su2",
+    "a.vtu",
+    "a.vtk",
+    "a.ugrid",
+    "b.lb8.ugrid",
+    "a.mesh",
+    "b.meshb",
+    "polyMesh",
+    #[cfg(feature = "cgns")]
+    "a.cgns",
+];
 
 /// The same order of vertices in every tet, but the other one: the box moves as ever.
 #[test]
@@ -191,29 +208,52 @@ fn mirrored_cells_of_all_shapes_are_measured() {
     assert!(quality::betas(&new.mesh.vertices, &new.others.tets()).iter().all(|&beta| beta > 0.0));
 }
 
-/// A shape whose cells are left-handed among right-handed others is inverted, and is told as ever.
+/// A shape in another order than the others is turned over, and told. A shape that its vertices
+/// turn inside out is inverted.
 #[test]
-fn one_left_handed_shape_is_inverted() {
+fn one_shape_in_another_order_is_told() {
     let fixture = Fixture::new();
     let mixed = data("mixed/gmsh.v41.ascii.msh");
     assert_good(&fixture.idmesh(&["convert", mixed.to_str().unwrap(), "mixed.ugrid"]));
     let text = fixture.read("mixed.ugrid");
     let lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let quality = |mesh: &str| {
+        let figures = stdout(&fixture.idmesh(&["quality", mesh, "--json", "-"]));
+        serde_json::from_str::<Value>(&figures).unwrap()
+    };
+    let measured = quality("mixed.ugrid");
     // The last four lines are a tet, a pyramid, a prism and a hexahedron. In this format the base
     // of a pyramid is 2, 1, 4, 5.
     let n = lines.len();
-    for (name, line, corner, other, inverted) in
-        [("a", n - 1, 0, 0, 0), ("tet", n - 4, 0, 1, 1), ("pyramid", n - 3, 0, 4, 1)]
-    {
+    for (line, turns, shape) in [
+        (n - 4, &[[0, 1]][..], "tets"),
+        (n - 3, &[[0, 4]], "pyramids"),
+        (n - 2, &[[0, 1], [3, 4]], "prisms"),
+        (n - 1, &[[1, 3], [5, 7]], "hexahedra"),
+    ] {
         let mut turned = lines.clone();
         let mut corners: Vec<&str> = lines[line].split_whitespace().collect();
-        corners.swap(corner, other);
+        turns.iter().for_each(|&[a, b]| corners.swap(a, b));
         turned[line] = corners.join(" ");
-        let mesh = format!("{name}.ugrid");
+        let mesh = format!("{shape}.ugrid");
         fixture.write(&mesh, &(turned.join("\n") + "\n"));
-        fs::copy(fixture.path("mixed.mapbc"), fixture.path(&format!("{name}.mapbc"))).unwrap();
-        let figures = stdout(&fixture.idmesh(&["quality", &mesh, "--json", "-"]));
-        let figures: Value = serde_json::from_str(&figures).unwrap();
-        assert_eq!((&figures["inverted"], figures.get("left_handed")), (&Value::from(inverted), None), "{mesh}");
+        fs::copy(fixture.path("mixed.mapbc"), fixture.path(&format!("{shape}.mapbc"))).unwrap();
+        let figures = quality(&mesh);
+        assert_eq!(figures["left_handed"], serde_json::json!([shape]), "{figures}");
+        for key in ["inverted", "beta_min", "beta_max", "beta_mean"] {
+            assert_eq!(figures[key], measured[key], "{shape}: {key}");
+        }
+        let output = fixture.idmesh(&["convert", &mesh, &format!("{shape}.b8.ugrid")]);
+        assert_good(&output);
+        assert!(stderr(&output).contains(&format!("{mesh}: all {shape} are left-handed")), "{}", stderr(&output));
     }
+    // Vertex 9, the apex of the pyramid, far below its base, so that the tet on it is inverted too.
+    // In the text the vertices follow a line with the counts.
+    let mut inverted = lines.clone();
+    assert_eq!(inverted[9].split_whitespace().last(), Some("1.6"), "{}", inverted[9]);
+    inverted[9] = inverted[9].replace("1.6", "0.6");
+    fixture.write("inverted.ugrid", &(inverted.join("\n") + "\n"));
+    fs::copy(fixture.path("mixed.mapbc"), fixture.path("inverted.mapbc")).unwrap();
+    let figures = quality("inverted.ugrid");
+    assert_eq!((&figures["inverted"], figures.get("left_handed")), (&Value::from(3), None), "{figures}");
 }

@@ -1,9 +1,9 @@
-"""Writes the golden files `slab.*.cgns` of tests/formats: pip install h5py numpy, apt install cgns-convert,
+"""Writes the golden files `slab.*.cgns` of tests/formats: pip install h5py numpy pycgns, apt install cgns-convert,
 python make_cgns.py.
 
 A slab of 2 x 1 x 1 of twelve tets, in CGNS as its programs write it. Two families: "wing" is the face z = 0, "far" all
 the rest. h5py writes the nodes as the CGNS library does (groups with tracked order, HDF5 1.8), `adf2hdf` and `hdf2adf`
-are the CGNS library itself.
+are the CGNS library itself. pyCGNS writes HDF5 by itself.
 """
 
 import os
@@ -134,6 +134,16 @@ def beside(file):
     add_zone(add_base(file), "Slab", tets, sections, conditions)
 
 
+def grows(file):
+    # Lists that may grow in both directions have a B-tree of version 2.
+    conditions = [*on_faces[:1]]
+    zone, _ = add_zone(add_base(file), "Slab", tets, sections, conditions)
+    bc = zone["ZoneBC"]["wing"]
+    held = bc["PointList"][" data"][()]
+    del bc["PointList"][" data"]
+    bc["PointList"].create_dataset(" data", data=held, chunks=(2, 1), maxshape=(None, None))
+
+
 def halves():
     """The tets of each cube, with their faces of the skin by section."""
     for half in (tets[:6], tets[6:]):
@@ -177,6 +187,48 @@ def twice(file):
         add_zone(add_base(file, name), "Slab", tets, sections, on_faces)
 
 
+def with_pycgns():
+    """The slab as a tree of pyCGNS, whose arrays are in Fortran's order."""
+    import CGNS.MAP
+
+    def node(name, label, value=None, children=()):
+        if isinstance(value, str):
+            value = np.array([letter.encode() for letter in value], dtype="S1", order="F")
+        elif value is not None:
+            value = np.asfortranarray(value)
+        return [name, value, list(children), label]
+
+    def section(name, kind, cells, first):
+        elements = np.array(np.ravel(cells) + 1, "i4")
+        last = first + len(cells) - 1
+        numbers[name] = np.array([range(first, last + 1)], "i4")
+        return node(name, "Elements_t", np.array([kind, 0], "i4"), [
+            node("ElementRange", "IndexRange_t", np.array([first, last], "i4")),
+            node("ElementConnectivity", "DataArray_t", elements),
+        ])  # fmt: skip
+
+    numbers, found = {}, []
+    for name, kind, cells in [("tets", 10, tets)] + [(name, 5, cells) for name, cells in sections.items()]:
+        found.append(section(name, kind, cells, 1 + sum(held.size for held in numbers.values())))
+    axes = [node("Coordinate" + "XYZ"[axis], "DataArray_t", points[:, axis].copy()) for axis in range(3)]
+    boundary = [node(bc, "BC_t", "FamilySpecified", [
+        node("GridLocation", "GridLocation_t", "FaceCenter"),
+        node("PointList", "IndexArray_t", numbers[name]),
+        node("FamilyName", "FamilyName_t", bc),
+    ]) for bc, _, name in on_faces]  # fmt: skip
+    zone = node("Slab", "Zone_t", np.array([[len(points), len(tets), 0]], "i4"), [
+        node("ZoneType", "ZoneType_t", "Unstructured"), node("GridCoordinates", "GridCoordinates_t", None, axes),
+        *found, node("ZoneBC", "ZoneBC_t", None, boundary),
+    ])  # fmt: skip
+    families = [node(bc, "Family_t") for bc, *_ in on_faces]
+    base = node("Base", "CGNSBase_t", np.array([3, 3], "i4"), [*families, zone])
+    version = node("CGNSLibraryVersion", "CGNSLibraryVersion_t", np.array([4.0], "f4"))
+    path = os.path.join(here, "slab.pycgns.cgns")
+    if os.path.exists(path):
+        os.remove(path)
+    CGNS.MAP.save(path, node("CGNSTree", "CGNSTree_t", None, [version, base]))
+
+
 def converted(tool, source, target):
     subprocess.run([tool, source, os.path.join(here, target)], check=True, stdout=subprocess.DEVNULL)
 
@@ -190,11 +242,15 @@ if __name__ == "__main__":
     write("slab.chunked.cgns", lambda file: plain(file, chunks=(5,)))
     write("slab.gzip.cgns", lambda file: plain(file, maxshape=(None,), **packed))
     write("slab.latest.cgns", lambda file: plain(file, **packed), libver=("v110", "v110"))
+    write("slab.lzf.cgns", lambda file: plain(file, chunks=(12,), compression="lzf", shuffle=True, fletcher32=True))
+    write("slab.growing.cgns", lambda file: plain(file, chunks=(5,), maxshape=(None,)), libver=("v110", "v110"))
+    write("slab.grows.cgns", grows, libver=("v110", "v110"))
     write("slab.compact.cgns", lambda file: plain(file, compact=True), libver=("v110", "v110"))
     write("slab.zones.cgns", zones)
     write("slab.joined.cgns", lambda file: zones(file, connected=True, apart=1e-9))
     write("slab.bases.cgns", lambda file: zones(file, bases=True))
     write("slab.twice.cgns", twice)
+    with_pycgns()
     converted("hdf2adf", os.path.join(here, "slab.plain.cgns"), "slab.adf.cgns")
     converted("hdf2adf", os.path.join(here, "slab.joined.cgns"), "slab.adf.joined.cgns")
     converted("adf2hdf", os.path.join(here, "slab.adf.cgns"), "slab.library.cgns")

@@ -140,9 +140,13 @@ fn another_meshs_mapbc_is_refused() {
     refused(&unnamed, "moved.ugrid.gz", "it calls family 1 'mine'");
     // A text file of Medit says the names itself, but other programs read the file beside.
     refused(&file, "moved.mesh", "it calls family 1 'mine', the mesh 'wing skin'");
-    // Another condition is the owner's business; families that the mesh has not are another mesh's.
+    // Families that the mesh has not are another mesh's, and so are other conditions than its own.
     fs::write(&beside, NAMES.replace("4000", "3000")).unwrap();
+    refused(&file, "moved.ugrid", "it gives family 7 the boundary condition 3000, the mesh 4000");
+    fs::write(&beside, "7 4000 wing_skin\n12 5000 farfield # as before\n").unwrap();
     taken(&file, "moved.ugrid");
+    fs::write(&beside, NAMES.replace("5000", "0")).unwrap();
+    refused(&file, "moved.ugrid", "it gives family 12 the boundary condition 0, the mesh 5000");
     refused(&unnamed, "moved.ugrid", "it calls family 7 'wing skin', the mesh 'surface 7'");
     fs::write(&beside, "3\n1 3000 wing_skin\n2 5000 farfield\n3 0 tip\n").unwrap();
     refused(&file, "moved.lb8.ugrid", "it calls family 3 'tip', the mesh 'surface 3'");
@@ -152,6 +156,14 @@ fn another_meshs_mapbc_is_refused() {
     taken(&file, "moved.mesh");
     fs::write(&beside, "3\n1 0 wing_skin\n").unwrap();
     refused(&file, "moved.lb8.ugrid", "it cannot be read: ");
+    // A mesh without conditions takes those that are there.
+    for names in ["2\n7 0 wing skin\n12 0 farfield\n", "2\n7 3 wing skin\n12 0 farfield\n"] {
+        let (folder, path) = in_folder(Some("2\n7 0 wing skin\n12 0 farfield\n"));
+        fs::write(folder.path().join("moved.mapbc"), names).unwrap();
+        let file = read(&path).unwrap();
+        file.write(&folder.path().join("moved.ugrid"), &file.mesh.vertices, &Fields::default()).unwrap();
+        assert_eq!(fs::read_to_string(folder.path().join("moved.mapbc")).unwrap(), names);
+    }
     // Two outputs of one name before their extensions have one such file.
     let together = |names: [&str; 2]| {
         let paths = names.map(|name| folder.path().join(name));
@@ -164,6 +176,14 @@ fn another_meshs_mapbc_is_refused() {
         let error = together(names).unwrap_err().to_string();
         assert!(error.contains("would both find their names in") && error.contains("new.mapbc"), "{error}");
     }
+    // The same references, and the new file has no conditions.
+    let (folder, path) = in_folder(Some("2\n1 4000 wing\n2 5000 farfield\n"));
+    fs::write(&path, TET.replace("\n7", "\n1").replace("\n12", "\n2")).unwrap();
+    let file = read(&path).unwrap();
+    assert_eq!(file.mesh.families, ["wing", "farfield"]);
+    let paths = ["new.lb8.ugrid", "new.ugrid"].map(|name| folder.path().join(name));
+    let error = file.check_beside(&[&paths[0], &paths[1]]).unwrap_err().to_string();
+    assert!(error.contains("have other numbers or boundary conditions"), "{error}");
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use super::*;
 
 /// One tet with its four triangles, version 4.1. Line 1 is `$MeshFormat`.
-const TET_41: &str = "$MeshFormat
+pub const TET_41: &str = "$MeshFormat
 4.1 0 8
 $EndMeshFormat
 $PhysicalNames
@@ -42,7 +42,7 @@ $EndElements
 ";
 
 /// The same in version 2.2.
-const TET_22: &str = "$MeshFormat
+pub const TET_22: &str = "$MeshFormat
 2.2 0 8
 $EndMeshFormat
 $PhysicalNames

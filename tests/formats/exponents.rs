@@ -37,58 +37,6 @@ LOOKUP_TABLE default
 1 1 1 1 0
 ";
 
-const MSH_41: &str = "$MeshFormat
-4.1 0 8
-$EndMeshFormat
-$Entities
-0 0 1 1
-1 0 0 0 1 1 1.D0 1 5 0
-1 0 0 0 1 1 1 1 9 1 1
-$EndEntities
-$Nodes
-1 4 1 4
-3 1 0 4
-1
-2
-3
-4
-0 0 0
-1.D0 0 0
-0 1 0
-0 0 1.5D+00
-$EndNodes
-$Elements
-2 5 1 5
-2 1 2 4
-1 1 3 2
-2 1 2 4
-3 2 3 4
-4 1 4 3
-3 1 4 1
-5 1 2 3 4
-$EndElements
-";
-
-const MSH_22: &str = "$MeshFormat
-2.2 0 8
-$EndMeshFormat
-$Nodes
-4
-1 0 0 0
-2 1.D0 0 0
-3 0 1 0
-4 0 0 1.5D+00
-$EndNodes
-$Elements
-5
-1 2 2 5 1 1 3 2
-2 2 2 5 1 1 2 4
-3 2 2 5 1 2 3 4
-4 2 2 5 1 1 4 3
-5 4 2 9 1 1 2 3 4
-$EndElements
-";
-
 const MEDIT: &str = "MeshVersionFormatted 2
 Dimension 3
 Vertices
@@ -126,11 +74,22 @@ MARKER_ELEMS= 1
 /// the z axis at 1.5.
 #[test]
 fn exponents_of_fortran_are_read_and_kept() {
-    let files = [
+    let replaced = |text: &str, pairs: &[[&str; 2]]| {
+        pairs.iter().fold(text.to_owned(), |text, [from, to]| {
+            assert_eq!(text.matches(from).count(), 1, "{from} in {text}");
+            text.replace(from, to)
+        })
+    };
+    let msh_41 = replaced(
+        broken::TET_41,
+        &[["1 1 1 1 5 0", "1 1 1.D0 1 5 0"], ["\n1 0 0\n0 1 0\n0 0 1\n", "\n1.D0 0 0\n0 1 0\n0 0 1.5D+00\n"]],
+    );
+    let msh_22 = replaced(broken::TET_22, &[["2 1 0 0\n", "2 1.D0 0 0\n"], ["4 0 0 1\n", "4 0 0 1.5D+00\n"]]);
+    let files: [(&str, &str); 7] = [
         ("tet.vtu", VTU),
         ("tet.vtk", VTK),
-        ("tet.msh", MSH_41),
-        ("tet.msh", MSH_22),
+        ("tet.msh", &msh_41),
+        ("tet.msh", &msh_22),
         ("tet.mesh", MEDIT),
         ("tet.ugrid", AFLR3),
         ("tet.su2", SU2),

@@ -1,6 +1,7 @@
 //! Reads arrays that an HDF5 file holds in chunks, packed or not.
 //!
-//! Source: the HDF5 File Format Specification, version 3, "Filter Pipeline Message".
+//! Source: the HDF5 File Format Specification, version 3, "Filter Pipeline Message"; M. Lehmann's
+//! description of LZF, which h5py's files use.
 
 use std::io::Read;
 
@@ -14,6 +15,7 @@ use crate::formats::error::ReadError;
 const DEFLATE: u16 = 1;
 const SHUFFLE: u16 = 2;
 const FLETCHER32: u16 = 3;
+const LZF: u16 = 32000;
 
 /// Bytes of a checksum after a chunk.
 const CHECKSUM: usize = 4;
@@ -48,7 +50,7 @@ pub(super) fn read(
     let (of_chunk, length) = (of_chunk as usize, product(&mut shape.iter().copied()) as usize);
 
     let filters = data.filter_pipeline();
-    if let Some(filter) = filters.iter().find(|filter| !matches!(filter.id, DEFLATE | SHUFFLE | FLETCHER32)) {
+    if let Some(filter) = filters.iter().find(|filter| !matches!(filter.id, DEFLATE | SHUFFLE | FLETCHER32 | LZF)) {
         let name = filter.name.as_deref().unwrap_or("no name");
         let found = format!("data packed by the filter {} ({name})", filter.id);
         return Err(spot.unsupported(found, "repack it (h5repack -f NONE old.cgns new.cgns)"));
@@ -123,6 +125,7 @@ fn unpack(stored: &[u8], filters: &[Filter], mask: u32, length: usize) -> Option
                 ZlibDecoder::new(&bytes[..]).take(most as u64 + 1).read_to_end(&mut plain).ok()?;
                 (plain.len() <= most).then_some(plain)?
             }
+            LZF => unpack_lzf(&bytes, length + CHECKSUM * index)?,
             SHUFFLE => shuffled_back(&bytes, *filter.client_data.first()? as usize),
             _ => {
                 let (values, sum) = bytes.split_last_chunk::<CHECKSUM>()?;
@@ -132,6 +135,34 @@ fn unpack(stored: &[u8], filters: &[Filter], mask: u32, length: usize) -> Option
                 [expected, swapped].contains(&u32::from_le_bytes(*sum)).then(|| values.to_vec())?
             }
         };
+    }
+    Some(bytes)
+}
+
+/// The bytes of data packed by LZF. `None` if they are broken, or more than `most`.
+///
+/// A byte below 32 precedes one more byte than it says. Other bytes stand for a run that has been
+/// before: three bits of its length less 2, and 13 bits of the distance to it less 1, with another
+/// byte of the length between if the three bits are 7.
+fn unpack_lzf(packed: &[u8], most: usize) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut rest = packed.iter().copied();
+    while let Some(first) = rest.next() {
+        if first < 32 {
+            for _ in 0..=first {
+                bytes.push(rest.next()?);
+            }
+        } else {
+            let more = if first >> 5 == 7 { rest.next()? } else { 0 };
+            let length = usize::from(first >> 5) + usize::from(more) + 2;
+            let distance = (usize::from(first & 31) << 8 | usize::from(rest.next()?)) + 1;
+            let start = bytes.len().checked_sub(distance)?;
+            // The run may overlap what it makes.
+            (start..start + length).for_each(|at| bytes.push(bytes[at]));
+        }
+        if bytes.len() > most {
+            return None;
+        }
     }
     Some(bytes)
 }
@@ -187,6 +218,19 @@ mod tests {
             place_at(&[1, 2, 3, 4, 5, 6], &offset, &[3, 5], &[2, 3], 1, &mut all);
         }
         assert_eq!(all, [1, 2, 3, 0, 0, 4, 5, 6, 0, 0, 0, 0, 0, 1, 2]);
+    }
+
+    /// Streams made by hand after the description.
+    #[test]
+    fn runs_of_lzf_are_unpacked() {
+        let unpacked = |packed: &[u8]| unpack_lzf(packed, 300);
+        assert_eq!(unpacked(b"\x02abc").unwrap(), b"abc");
+        // Three bytes, 2 before; nine and 255 more, 1 before.
+        assert_eq!(unpacked(b"\x01ab\x20\x01").unwrap(), b"ababa");
+        assert_eq!(unpacked(b"\x00a\xe0\xff\x00").unwrap(), [b'a'; 265]);
+        for broken in [&b"\x02ab"[..], b"\x00a\x20\x01", b"\x00a\xe0", b"\x00a\x20", b"\x00a\xe0\xff\x00\xe0\xff\x00"] {
+            assert_eq!(unpacked(broken), None, "{broken:?}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 
-use hdf5_pure::{AttrValue, Datatype, DatatypeByteOrder, Error, File, FloatingPointLayout, Group, Layout};
+use hdf5_pure::{AttrValue, ChunkIndex, Datatype, DatatypeByteOrder, Error, File, FloatingPointLayout, Group, Layout};
 
 use super::chunks;
 use super::data::{Data, Shared, Spot, Store};
@@ -67,6 +67,10 @@ pub(super) fn data<'a>(spot: &Spot<'a>, group: &Group) -> Result<Data<'a>, ReadE
                 return Err(malformed(&format_args!("{} bytes for {length}", bytes.len())));
             }
             Ok(Data { bytes: Cow::Owned(bytes), number, endian, store: Store::Elsewhere })
+        }
+        Layout::Chunked { index: ChunkIndex::BTreeV2, .. } => {
+            let found = "data in chunks that may grow in several directions (a B-tree of version 2)";
+            Err(spot.unsupported(found, "repack it (h5repack -l CONTI old.cgns new.cgns)"))
         }
         Layout::Chunked { chunk_shape, .. } => {
             let (bytes, store) = chunks::read(spot, &data, &shape, &chunk_shape, number.bytes())?;

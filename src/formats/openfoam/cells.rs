@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use rayon::prelude::*;
 
-use super::file::{Faces, Label};
+use super::lists::{Faces, Label};
 use crate::formats::mesh_builder::{CellKind, MeshBuilder};
 use crate::mesh::csr::Csr;
 

@@ -12,6 +12,7 @@
 mod cells;
 mod create;
 mod file;
+mod lists;
 
 use std::borrow::Cow;
 use std::fs;
@@ -28,7 +29,8 @@ use super::linked::unquoted;
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
 
 use create::{create, limits};
-use file::{File, Label};
+use file::File;
+use lists::Label;
 
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "OpenFOAM";

@@ -61,7 +61,7 @@ impl Table {
     pub fn read(path: &Path, text: &str) -> Result<Self, ProfileError> {
         let mut table = Table::default();
         let (mut n_columns, mut is_first, mut blank, mut has_limits) = (0, true, false, false);
-        let mut separated = None;
+        let (mut separated, mut remark) = (None, None);
         for Row { line, text: row, comment } in rows(text, Mark::Any) {
             let words = fields(row);
             if words.is_empty() {
@@ -78,12 +78,12 @@ impl Table {
                     table.starts.push(Start { at, line, count: None, is_title: false });
                     continue;
                 }
-                None if !is_before && parse_number(words[0]).is_none() => {
-                    let what = format!("'{}' after the points", shorten(row));
-                    let expected = "one airfoil of one element, without a title between its points: give each element a file \
-                                    of its own";
-                    return Err(fail(path, line, what, expected));
+                // Remarks may follow the points, but no points may follow the remarks.
+                None if !is_before && !is_garbled_point(&words, blank || remark.is_some()) => {
+                    remark.get_or_insert((line, row));
+                    continue;
                 }
+                Some(numbers) if remark.is_some() && !(2..=3).contains(&numbers.len()) => continue,
                 Some(&[count]) => {
                     let is_title = is_first && (is_designation(&words) || !comment.is_empty());
                     table.starts.push(Start { at, line, count: Some(count), is_title });
@@ -113,6 +113,12 @@ impl Table {
             if let Some(line) = separated {
                 let what = format!("{SEPARATOR} {SEPARATOR}, after which another element begins");
                 return Err(fail(path, line, what, "an airfoil of one element: give each element a file of its own"));
+            }
+            if let Some((line, row)) = remark {
+                let what = format!("'{}' after the points", shorten(row));
+                let expected = "one airfoil of one element, without a title between its points: give each element a file \
+                                of its own";
+                return Err(fail(path, line, what, expected));
             }
             let n = words.len();
             if !(2..=3).contains(&n) || !is_before && n != n_columns {
@@ -144,6 +150,18 @@ const SEPARATOR: f64 = 999.0;
 /// words of which the first is a number with a decimal point.
 fn is_broken_point(words: &[&str]) -> bool {
     (2..=3).contains(&words.len()) && words[0].contains('.') && parse_number(words[0]).is_some()
+}
+
+/// Whether a row after the points is a point with a mistake, such as `l.0 0.002` or `0,5 0,1`, and
+/// so no remark.
+///
+/// - `apart`: whether the row is apart from the points: after a blank line or a remark
+fn is_garbled_point(words: &[&str], apart: bool) -> bool {
+    let is_decimal = |word: &&str| word.contains('.') && parse_number(word).is_some();
+    let is_word =
+        |word: &str| word.chars().take(2).filter(|letter| letter.is_alphabetic()).count() == 2 || word.ends_with('=');
+    let has_coordinate = (2..=3).contains(&words.len()) && words.iter().any(is_decimal) && !is_word(words[0]);
+    has_coordinate || !apart && parse_number(words[0]).is_some()
 }
 
 fn is_whole(word: &str) -> bool {

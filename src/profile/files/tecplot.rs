@@ -13,7 +13,11 @@ use crate::text::{Mark, parse_number, rows, shorten};
 
 /// Whether a text is in Tecplot's format and no list of airfoil coordinates.
 pub(super) fn is_tecplot(text: &str) -> bool {
-    text.lines().any(|line| begins(line, "ZONE") || begins(line, "VARIABLES"))
+    // A title of an airfoil may begin with the word too, as in `Zone 21 for thick wings`.
+    let is_header = |line: &str, keyword: &str| {
+        begins(line, keyword) && (line.contains(['=', '"']) || line.trim().len() == keyword.len())
+    };
+    text.lines().any(|line| is_header(line, "ZONE") || is_header(line, "VARIABLES"))
 }
 
 fn begins(line: &str, keyword: &str) -> bool {

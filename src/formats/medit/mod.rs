@@ -5,27 +5,25 @@
 //!
 //! Source: L. Maréchal, *Handling unstructured meshes with the libMeshb library*.
 
-use std::io::{self, Write};
-use std::iter;
-use std::path::{Path, PathBuf};
+mod create;
+mod keywords;
+
+use std::path::Path;
 
 use glam::DVec3;
 
-use super::document::{Companion, Names, Slots, SourceFile, write_shortest};
+use super::document::{Companion, Names, Slots, SourceFile};
 use super::error::ReadError;
 use super::format::{Create, Format, Parsed};
 use super::mapbc::{self, Mapbc};
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
-use super::new_file::{NewFile, renamed};
-use super::out::Out;
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
-use super::vtk::{list_names, listed_names, parse_names};
+use super::vtk::parse_names;
+use create::{companion, create, limits};
+use keywords::{DIMENSION, END, EXTENSIONS, KEYWORDS, Keyword, MeditSection, mapbc_path};
 
 /// The format's name in [`super::FORMATS`].
 const NAME: &str = "Medit";
-
-/// The extensions: text, then binary.
-const EXTENSIONS: &[&str] = &["mesh", "meshb"];
 
 /// The format, as a row of [`FORMATS`](crate::formats::FORMATS).
 pub(super) const FORMAT: Format = Format {
@@ -37,49 +35,6 @@ pub(super) const FORMAT: Format = Format {
     limits,
     companion: Some(companion),
 };
-
-/// A kind of section: its keyword, and its number in a binary file.
-struct Keyword {
-    name: &'static str,
-    number: i32,
-    new_file: MeditSection,
-}
-
-/// The contents of a section.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum MeditSection {
-    Vertices,
-    Elements(CellKind),
-    /// Elements that are refused, with their name.
-    Refused(&'static str),
-    /// Elements that do not belong to the mesh, with their name.
-    PassedOver(&'static str),
-}
-
-const fn keyword(name: &'static str, number: i32, new_file: MeditSection) -> Keyword {
-    Keyword { name, number, new_file }
-}
-
-/// The sections that belong to the mesh. Other sections are skipped.
-const KEYWORDS: [Keyword; 12] = [
-    keyword("Vertices", 4, MeditSection::Vertices),
-    keyword("Edges", 5, MeditSection::PassedOver("edges")),
-    keyword("Triangles", 6, MeditSection::Elements(CellKind::Triangle)),
-    keyword("Quadrilaterals", 7, MeditSection::Elements(CellKind::Quadrilateral)),
-    keyword("Tetrahedra", 8, MeditSection::Elements(CellKind::Tet)),
-    keyword("Prisms", 9, MeditSection::Elements(CellKind::Prism)),
-    keyword("Hexahedra", 10, MeditSection::Elements(CellKind::Hexahedron)),
-    keyword("Pyramids", 49, MeditSection::Elements(CellKind::Pyramid)),
-    keyword("TrianglesP2", 24, MeditSection::Refused("second-order triangles")),
-    keyword("QuadrilateralsQ2", 27, MeditSection::Refused("second-order quadrilaterals")),
-    keyword("TetrahedraP2", 30, MeditSection::Refused("second-order tets")),
-    keyword("HexahedraQ2", 33, MeditSection::Refused("second-order hexahedra")),
-];
-
-/// Numbers of the section that ends a binary file, and of the section with the number of
-/// dimensions.
-const END: i32 = 54;
-const DIMENSION: i32 = 3;
 
 /// The parts of a mesh read so far.
 struct Reader<'a> {
@@ -122,21 +77,17 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     // The comment belongs to the same file. If it names all references, a `.mapbc` file beside may
     // belong to another mesh.
     let mapbc = if all_named { Mapbc::default() } else { mapbc::read(&mapbc_path(path))? };
-    if mapbc.has_conditions {
+    if mapbc.has_conditions() {
         beside.push("boundary conditions of the .mapbc file".to_string());
     }
     let name = |tag: i32| of_comment(tag).unwrap_or_else(|| mapbc.name(tag));
     let of_companion: Names = used.into_iter().map(|tag| (tag, name(tag))).chain(mapbc.names.clone()).collect();
     let (mesh, others) = mesh_builder.finish(path, positions, name)?;
     let coordinates = Box::new(Slots { encoding, width, slots });
-    let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names: of_companion });
+    let (bytes_beside, conditions) = (mapbc.bytes, mapbc.conditions);
+    let companion = Some(Companion { path: mapbc_path, bytes: bytes_beside, names: of_companion, conditions });
     let document = SourceFile { companion, ..SourceFile::of_file(NAME, extension, bytes, coordinates, beside) };
     Ok(Parsed { mesh, others, document })
-}
-
-/// Path of the file that may hold names of families.
-fn mapbc_path(path: &Path) -> PathBuf {
-    mapbc::path_beside(path, EXTENSIONS)
 }
 
 impl Reader<'_> {
@@ -250,7 +201,7 @@ impl Reader<'_> {
     /// Reads a count and as many vertices or elements, each with its reference.
     fn section(&mut self, keyword: &Keyword) -> Result<(), ReadError> {
         let index_bytes = if self.long { 8 } else { 4 };
-        let (text, binary) = match keyword.new_file {
+        let (text, binary) = match keyword.section {
             MeditSection::Vertices => (8, 3 * self.scanner.width.bytes() as u64 + index_bytes),
             MeditSection::Elements(shape) => {
                 (2 * (shape.n_vertices() as u64 + 1), (shape.n_vertices() as u64 + 1) * index_bytes)
@@ -262,7 +213,7 @@ impl Reader<'_> {
         let count = u64::try_from(count)
             .map_err(|_| self.scanner.malformed("the number of entries of a section", count.to_string()))?;
         let count = self.scanner.checked("the number of entries of a section", count, text, binary)?;
-        match keyword.new_file {
+        match keyword.section {
             MeditSection::Vertices => self.vertices(count),
             MeditSection::Elements(shape) => self.elements(shape, count),
             MeditSection::PassedOver(name) => {
@@ -329,104 +280,4 @@ impl Reader<'_> {
         }
         Ok(())
     }
-}
-
-/// The sections of elements in a new file.
-fn sections(new_file: &NewFile) -> impl Iterator<Item = (&'static Keyword, CellKind)> {
-    KEYWORDS.iter().filter_map(|keyword| match keyword.new_file {
-        MeditSection::Elements(shape) if new_file.of(shape).len() > 0 => Some((keyword, shape)),
-        _ => None,
-    })
-}
-
-/// The elements of a shape with their references: the families' numbers, counted from 1, and 0 for
-/// cells.
-fn elements<'a>(new_file: &NewFile<'a>, shape: CellKind) -> impl Iterator<Item = (&'a [u32], i32)> {
-    let families = new_file.families_of(shape).iter().map(|family| i32::from(family.0) + 1);
-    new_file.of(shape).zip(families.chain(iter::repeat(0)))
-}
-
-/// Writes a Medit file whose arrays have been checked: version 2, or version 3 if the file is too
-/// large for version 2.
-fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
-    if new_file.extension == "mesh" { create_text(out, new_file) } else { create_binary(out, new_file) }
-}
-
-fn create_text(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
-    write!(out, "MeshVersionFormatted 2\n# {}\nDimension 3\n", list_names(new_file.cells.families))?;
-    writeln!(out, "Vertices\n{}", new_file.vertices.len())?;
-    for vertex in new_file.vertices {
-        for value in vertex.to_array() {
-            write_shortest(out, value)?;
-            out.write_all(b" ")?;
-        }
-        out.write_all(b"0\n")?;
-    }
-    for (keyword, shape) in sections(new_file) {
-        write!(out, "{}\n{}\n", keyword.name, new_file.of(shape).len())?;
-        for (corners, tag) in elements(new_file, shape) {
-            corners.iter().try_for_each(|vertex| write!(out, "{} ", u64::from(*vertex) + 1))?;
-            writeln!(out, "{tag}")?;
-        }
-    }
-    out.write_all(b"End\n")
-}
-
-fn create_binary(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
-    let int = |out: &mut Out, value: usize| {
-        let value = i32::try_from(value)
-            .map_err(|_| io::Error::other("Medit files idmesh writes hold 2^31 vertices at most"))?;
-        out.write_all(&value.to_le_bytes())
-    };
-    let vertex_bytes = 28 * new_file.vertices.len();
-    let element_bytes = |shape: CellKind| 4 * (shape.n_vertices() + 1) * new_file.of(shape).len();
-    let size = 100 + vertex_bytes + sections(new_file).map(|(_, shape)| 16 + element_bytes(shape)).sum::<usize>();
-    let version = if size < i32::MAX as usize { 2 } else { 3 };
-    let position = if version == 2 { 4 } else { 8 };
-    let mut at = 8;
-    int(out, 1)?;
-    int(out, version)?;
-    // Writes a section's number and the offset of the next section, `length` bytes after the
-    // contents begin.
-    let mut begin = |out: &mut Out, number: i32, length: usize| {
-        at += 4 + position + length;
-        out.write_all(&number.to_le_bytes())?;
-        out.write_all(&(at as u64).to_le_bytes()[..position])
-    };
-    begin(out, DIMENSION, 4)?;
-    int(out, 3)?;
-    begin(out, 4, 4 + vertex_bytes)?;
-    int(out, new_file.vertices.len())?;
-    for vertex in new_file.vertices {
-        vertex.to_array().iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
-        int(out, 0)?;
-    }
-    for (keyword, shape) in sections(new_file) {
-        begin(out, keyword.number, 4 + element_bytes(shape))?;
-        int(out, new_file.of(shape).len())?;
-        for (corners, tag) in elements(new_file, shape) {
-            corners.iter().try_for_each(|&vertex| int(out, vertex as usize + 1))?;
-            out.write_all(&tag.to_le_bytes())?;
-        }
-    }
-    out.write_all(&END.to_le_bytes())?;
-    out.write_all(&[0; 8][..position])
-}
-
-/// The names of a new file's references, so that the `.mapbc` file of another mesh is not taken for
-/// it. A text file holds its names itself, but other programs read only the `.mapbc` file.
-fn companion(new_file: &NewFile) -> Companion {
-    let names = match new_file.extension {
-        "mesh" => (1..).zip(listed_names(new_file.cells.families)).collect(),
-        _ => mapbc::names(new_file),
-    };
-    Companion { path: mapbc_path, bytes: None, names }
-}
-
-/// Losses of a new file: letters of names; all names, in a binary file.
-fn limits(new_file: &NewFile) -> Vec<String> {
-    if new_file.extension == "mesh" {
-        return renamed(new_file.cells.families, &listed_names(new_file.cells.families));
-    }
-    vec![format!("names of families: only their numbers are held ({})", list_names(new_file.cells.families))]
 }
