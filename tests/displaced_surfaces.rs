@@ -379,6 +379,22 @@ fn regular_surfaces_need_their_order() {
     assert!(error.contains("moved already by the array `displacement`"), "{error}");
 }
 
+/// Far from the origin single precision is coarser than the tolerance of a match.
+#[test]
+fn single_precision_is_matched_to_its_rounding() {
+    let mut mesh = block(3, 2);
+    mesh.vertices.iter_mut().for_each(|at| *at += DVec3::splat(1e5 + 1.0 / 3.0));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("block.vtu");
+    formats::MeshFile::from_mesh(mesh.clone()).write(&path, &mesh.vertices, &formats::Fields::default()).unwrap();
+    let lift = |at: DVec3| DVec3::new(0.0, 0.0, 0.125 * (at.x - 1e5).floor());
+    let at_rest = Surface::of(&mesh, "top", |_| DVec3::ZERO);
+    assert!(at_rest.points.iter().any(|at| (f64::from(at.x as f32) - at.x).abs() > 2e-3), "finer than the tolerance");
+    let moves: Vec<DVec3> = at_rest.points.iter().map(|&at| lift(at)).collect();
+    let surface = Surface { vectors: vec![("displacement", moves.clone())], single: true, ..at_rest };
+    assert_eq!(surface.gives(&path, &mesh, "top"), Ok(moves));
+}
+
 /// Broken STL files, at their places.
 #[test]
 fn broken_stl_files() {
@@ -387,6 +403,10 @@ fn broken_stl_files() {
     let good = format!("solid a b\n{facet}endsolid a b\nSOLID\n\n{}ENDSOLID\n", facet.to_uppercase());
     let surface = formats::surface_of(Path::new("s.stl"), good.as_bytes()).unwrap();
     assert_eq!((surface.points.len(), surface.triangles), (3, vec![[0, 1, 2], [0, 1, 2]]));
+    // The sum of -0 and 0 is 0: both are one coordinate.
+    let beside = facet.replace("vertex 0 0 0", "vertex -0 0 -0").replace("vertex 0 1 0", "vertex 0 -1 0");
+    let two = format!("solid\n{facet}{beside}endsolid\n");
+    assert_eq!(formats::surface_of(Path::new("s.stl"), two.as_bytes()).unwrap().points.len(), 4);
     assert!(error(&format!("solid\n{facet}")).starts_with("s.stl:8: the file ends where 'endsolid'"));
     assert!(error(&format!("solid\n{}", facet.replace("vertex 1 0 0", "vertex 1 0"))).starts_with("s.stl:5: "));
     assert!(
