@@ -14,7 +14,8 @@ fn displacements_with_and_without_header() {
     let with = rows("x,y,z,dx,dy,dz\n1,2,3,0.5,0,-1e-3\n\n4,5,6,0,0,0\n").unwrap();
     let without = rows("1, 2, 3, 0.5, 0, -1e-3\r\n4,5,6,0,0,0").unwrap();
     assert_eq!(with.rows.len(), 2);
-    assert_eq!((with.rows[0].line, with.rows[1].line), (2, 4));
+    let lines = [2, 4].map(displacement::RowPlace::Line);
+    assert_eq!([with.rows[0].place, with.rows[1].place], lines);
     assert_eq!(with.rows[0].displacement, DVec3::new(0.5, 0.0, -1e-3));
     assert_eq!(
         without.rows.iter().map(|row| row.position).collect::<Vec<_>>(),

@@ -10,11 +10,14 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-pub use super::displacement_error::DisplacementError;
+pub use super::displacement_error::{DisplacementError, RowPlace};
 use super::new_positions::{self, NewPosition};
 use crate::mover::prescribed::differ;
 use crate::text::header::{self, Header};
 use crate::text::{Mark, Row, decode, fields, parse_number, rows, shorten};
+
+/// The extensions of files of displacements: tables, and displaced surfaces.
+pub const EXTENSIONS: &[&str] = &["csv", "dat", "txt", "tsv", "vtp", "vtu", "stl", "msh"];
 
 /// The rows of one file.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +33,8 @@ pub struct DisplacementTable {
 /// One row: the original position and the displacement of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacementRow {
-    /// Line in the file, from 1.
-    pub line: usize,
+    /// Place in the file.
+    pub place: RowPlace,
     /// Original position, in the mesh's unit.
     pub position: DVec3,
     /// Displacement, in the mesh's unit.
@@ -109,7 +112,8 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
             }
         }
         let [x, y, z, dx, dy, dz] = numbers;
-        table.push(DisplacementRow { line, position: DVec3::new(x, y, z), displacement: DVec3::new(dx, dy, dz) });
+        let (position, displacement) = (DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
+        table.push(DisplacementRow { place: RowPlace::Line(line), position, displacement });
     }
     if table.is_empty() && new_positions.is_empty() {
         return Err(DisplacementError::Empty { path: path.to_path_buf() });
@@ -174,7 +178,7 @@ pub fn match_rows(
         let matched = new_positions::match_indices(&table.path, &table.new_positions, vertices, family_vertices)?;
         let row = |NewPosition { line, vertex, position: new }| {
             let position = vertices[vertex as usize];
-            DisplacementRow { line, position, displacement: new - position }
+            DisplacementRow { place: RowPlace::Line(line), position, displacement: new - position }
         };
         return Ok(matched.into_iter().map(row).collect());
     }
@@ -185,7 +189,7 @@ pub fn match_rows(
             let distances = family_vertices.iter().map(|&vertex| vertices[vertex as usize].distance(row.position));
             return Err(DisplacementError::NoVertex {
                 path: table.path.clone(),
-                line: row.line,
+                row: row.place,
                 position: row.position,
                 distance: distances.min_by(f64::total_cmp).unwrap_or(f64::INFINITY),
                 tolerance,
@@ -194,8 +198,8 @@ pub fn match_rows(
         if let Some(first) = row_of[local].replace(index) {
             return Err(DisplacementError::Doubled {
                 path: table.path.clone(),
-                line: row.line,
-                first_line: table.rows[first].line,
+                row: row.place,
+                first: table.rows[first].place,
                 position: row.position,
             });
         }
@@ -239,9 +243,9 @@ pub fn check_shared(families: &[Matched], positions: &[DVec3]) -> Result<(), Dis
             if differ(first.displacement, row.displacement, position) {
                 return Err(DisplacementError::Disagree {
                     path: first_path.to_path_buf(),
-                    line: first.line,
+                    row: first.place,
                     other_path: path.clone(),
-                    other_line: row.line,
+                    other_row: row.place,
                     position,
                     difference: first.displacement.distance(row.displacement),
                 });

@@ -1,12 +1,43 @@
 //! Errors of tables of prescribed displacements.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::formats::ReadError;
 use crate::text::figures::place;
 use crate::text::shown;
+
+/// Where a row stands in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowPlace {
+    /// The line of a table, from 1.
+    Line(usize),
+    /// The point of a surface, from 0.
+    Point(usize),
+}
+
+impl RowPlace {
+    /// The place in words, such as `on line 3`.
+    fn words(self) -> String {
+        match self {
+            Self::Line(line) => format!("on line {line}"),
+            Self::Point(point) => format!("point {point}"),
+        }
+    }
+}
+
+/// The place as it follows the path: `d.csv:3`, `d.vtp: point 3`.
+impl fmt::Display for RowPlace {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, ":{line}"),
+            Self::Point(point) => write!(f, ": point {point}"),
+        }
+    }
+}
 
 /// An error of prescribed displacements. Lengths are in the mesh's unit.
 #[derive(Debug, Error)]
@@ -36,17 +67,41 @@ pub enum DisplacementError {
         /// The file.
         path: PathBuf,
     },
+    /// The file of a displaced surface is broken.
+    #[error(transparent)]
+    Surface(#[from] ReadError),
+    /// The points of a displaced surface are not the vertices of the family.
+    #[error("{}: {what}", path.display(), what = shown(what))]
+    BadSurface {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit, and a remedy.
+        what: String,
+    },
+    /// A displaced surface has two readings.
+    #[error(
+        "{}: the surface fits the family in two ways: {one}, or {other}; say which with the original positions, \
+         in an array `original` of three components at the points", path.display(), one = shown(one), other = shown(other)
+    )]
+    Ambiguous {
+        /// The file.
+        path: PathBuf,
+        /// The first reading.
+        one: String,
+        /// The second reading.
+        other: String,
+    },
     /// No vertex of the family is where a row says.
     #[error(
-        "{}:{line}: no vertex of the family at {}, the nearest is {distance:e} away, expected one within \
+        "{}{row}: no vertex of the family at {}, the nearest is {distance:e} away, expected one within \
          {tolerance:e}",
         path.display(), place(*position)
     )]
     NoVertex {
         /// The file.
         path: PathBuf,
-        /// The row's line, from 1.
-        line: usize,
+        /// The row.
+        row: RowPlace,
         /// The row's position.
         position: DVec3,
         /// Distance of the nearest vertex. Infinite if the family has no vertex.
@@ -71,16 +126,16 @@ pub enum DisplacementError {
     },
     /// Two rows are for one vertex.
     #[error(
-        "{}:{line}: a second row for the vertex at {}, the first is on line {first_line}, expected one",
-        path.display(), place(*position)
+        "{}{row}: a second row for the vertex at {}, the first is {}, expected one",
+        path.display(), place(*position), first.words()
     )]
     Doubled {
         /// The file.
         path: PathBuf,
-        /// The second row's line, from 1.
-        line: usize,
-        /// The first row's line.
-        first_line: usize,
+        /// The second row.
+        row: RowPlace,
+        /// The first row.
+        first: RowPlace,
         /// The second row's position.
         position: DVec3,
     },
@@ -103,19 +158,19 @@ pub enum DisplacementError {
     },
     /// Two files move a vertex that both families have to different places.
     #[error(
-        "{}:{line} and {}:{other_line}: the vertex at {} belongs to the families of both files, and its \
+        "{}{row} and {}{other_row}: the vertex at {} belongs to the families of both files, and its \
          displacements differ by {difference:.3e}, expected the same in both",
         path.display(), other_path.display(), place(*position)
     )]
     Disagree {
         /// The first file.
         path: PathBuf,
-        /// The vertex's row in it, from 1.
-        line: usize,
+        /// The vertex's row in it.
+        row: RowPlace,
         /// The second file.
         other_path: PathBuf,
-        /// The vertex's row in it, from 1.
-        other_line: usize,
+        /// The vertex's row in it.
+        other_row: RowPlace,
         /// The vertex's position.
         position: DVec3,
         /// Distance between the two places.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::displaced_surface::{self, Family};
 use super::displacement::{self, DisplacementError};
 use super::{Case, CaseError};
 use crate::backend::Backend;
@@ -255,10 +256,11 @@ fn join_cyclic(file: &MeshFile, roles: &mut [Role]) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Reads a table of displacements and matches its rows to the vertices of a family.
+/// Reads a table of displacements or a displaced surface, and matches its rows or points to the
+/// vertices of a family.
 ///
 /// # Errors
-/// The table cannot be read, or its rows do not match the family's vertices.
+/// The file cannot be read, or its rows or points do not match the family's vertices.
 pub(crate) fn prescribed(
     hybrid: HybridMesh,
     family: &str,
@@ -274,8 +276,13 @@ pub(crate) fn prescribed(
     });
     let shortest = lengths.fold(f64::INFINITY, f64::min);
     let tolerance = if shortest.is_finite() { MATCH * shortest } else { 0.0 };
-    let table = displacement::read(path)?;
-    let rows = displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?;
+    let rows = if formats::is_surface(path) {
+        let family = Family { name: family, vertices: &vertices, triangles: &triangles, tolerance };
+        displaced_surface::match_points(&formats::read_surface(path)?, path, mesh, &family)?
+    } else {
+        let table = displacement::read(path)?;
+        displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?
+    };
     Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows })
 }
 

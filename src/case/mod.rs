@@ -16,9 +16,12 @@ mod families;
 mod load;
 mod parse;
 mod paths;
+mod same_triangles;
 
+mod by_triangles;
 #[doc(hidden)]
 pub mod design_list;
+mod displaced_surface;
 #[doc(hidden)]
 pub mod displacement;
 mod displacement_error;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::displacement_error::DisplacementError;
+use super::displacement_error::{DisplacementError, RowPlace};
 use crate::text::{parse_number, shorten};
 
 /// Number of columns.
@@ -64,7 +64,8 @@ pub(super) fn match_indices(
         };
         if let Some(first) = row_of[place].replace(row) {
             let position = vertices[vertex as usize];
-            return Err(DisplacementError::Doubled { path, line, first_line: first.line, position });
+            let (row, first) = (RowPlace::Line(line), RowPlace::Line(first.line));
+            return Err(DisplacementError::Doubled { path, row, first, position });
         }
     }
     let missing = row_of.iter().filter(|row| row.is_none()).count();

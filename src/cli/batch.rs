@@ -21,7 +21,8 @@ pub(super) struct Arguments {
     /// The case file (TOML), whole as for `run`; each design replaces its new profiles or its
     /// prescribed displacement.
     case: PathBuf,
-    /// The designs: a folder of profile files, or a text file that names them, one a line. With
+    /// The designs: a folder of profile files (for a prescribed family: of tables or displaced
+    /// surfaces), or a text file that names them, one a line. With
     /// several tables [profiles.TABLE] a design is a folder with a file TABLE.csv for each, or
     /// files NAME.TABLE.csv.
     #[arg(long, value_name = "DIR|LIST")]
@@ -48,8 +49,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let case = load(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
     let replaced = ReplacedInputs::of(&case)?;
-    let all = find_designs(&arguments.designs, replaced.extensions(), replaced.tables())?;
     let pattern = Outputs::of(&case.case, arguments.out.as_deref());
+    let all = find_designs(&arguments.designs, &replaced.extensions(&pattern, &arguments.designs), replaced.tables())?;
     let _folder = check(&pattern, &all, &case, arguments, console).inspect_err(|_| remove_earlier(arguments))?;
     let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all.clone()));
 
@@ -172,11 +173,12 @@ impl Batch<'_> {
 fn remove_earlier(arguments: &Arguments) {
     let Ok(case) = Case::read(&arguments.case) else { return };
     let replaced = ReplacedInputs::of_case(&case);
-    let found = find_designs(&arguments.designs, replaced.extensions(), replaced.tables());
+    let pattern = Outputs::of(&case, arguments.out.as_deref());
+    let extensions = replaced.extensions(&pattern, &arguments.designs);
+    let found = find_designs(&arguments.designs, &extensions, replaced.tables());
     let (Ok(all), false) = (found, arguments.resume) else { return };
     let inputs = inputs(case.inputs(), &all, arguments);
     let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
-    let pattern = Outputs::of(&case, arguments.out.as_deref());
     for design in &designs {
         let _ = pattern.named(&design.name).map(|outputs| outputs.remove_all_but(&inputs));
     }

@@ -152,6 +152,11 @@ impl MeshBuilder {
             .collect()
     }
 
+    /// Names and numbers of the refused elements.
+    pub fn refused(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        self.refused.iter().map(|(&name, &count)| (name, count))
+    }
+
     /// Checks that the file has no refused elements.
     ///
     /// # Errors

@@ -181,7 +181,9 @@ fn of_folder(folder: &Path, extensions: &[&str], tables: &[String]) -> BTreeMap<
 /// design is read: a pipe or a folder is a design that fails.
 fn is_design(path: &Path, extensions: &[&str]) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
-    let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // The faulty tets of a result.
+    let hidden = name.starts_with('.') || name.ends_with(".inverted.vtu");
     !hidden && extensions.iter().any(|other| extension.eq_ignore_ascii_case(other))
 }
 

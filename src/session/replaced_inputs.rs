@@ -5,7 +5,9 @@ use std::path::Path;
 
 use super::SessionError;
 use super::designs::DesignFiles;
-use crate::case::{Case, LoadedCase, prescribed, profiles_of};
+use super::outputs::Outputs;
+use crate::case::{Case, LoadedCase, displacement, prescribed, profiles_of};
+use crate::formats::real_path;
 use crate::mover::Design;
 use crate::profile::{Plane, Profile, files};
 
@@ -46,12 +48,20 @@ impl ReplacedInputs {
         if wings.is_empty() { Self::Displacement(String::new()) } else { Self::Profiles(wings) }
     }
 
-    /// The extensions of the files of designs.
-    pub fn extensions(&self) -> &'static [&'static str] {
-        match self {
+    /// The extensions of the files of designs in a folder. If results go into the same folder, a
+    /// file with a result's extension is no design but a result.
+    ///
+    /// - `designs`: the folder
+    pub fn extensions(&self, results: &Outputs, designs: &Path) -> Vec<&'static str> {
+        let extensions = match self {
             Self::Profiles(..) => files::EXTENSIONS,
-            Self::Displacement(_) => &["csv"],
-        }
+            Self::Displacement(_) => displacement::EXTENSIONS,
+        };
+        let is_here = |path: &&Path| real_path(path).parent() == Some(&*real_path(designs));
+        let here: Vec<String> =
+            results.paths().filter(is_here).map(|path| path.to_string_lossy().to_lowercase()).collect();
+        let is_result = |extension: &str| here.iter().any(|name| name.ends_with(&format!(".{extension}")));
+        extensions.iter().copied().filter(|extension| !is_result(extension)).collect()
     }
 
     /// The tables of profiles that a design replaces. Empty for displacements.

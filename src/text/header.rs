@@ -17,6 +17,28 @@ pub(crate) const POSITION: Vector =
 pub(crate) const DISPLACEMENT: Vector =
     Vector { components: ["dx", "dy", "dz"], names: &["displacement", "displacements"] };
 
+/// The columns of an original position.
+pub(crate) const ORIGINAL: Vector = Vector {
+    components: ["x0", "y0", "z0"],
+    names: &[
+        "original",
+        "original position",
+        "original positions",
+        "original points",
+        "original coordinates",
+        "points0",
+        "position0",
+        "coordinates0",
+        "x0",
+        "initial position",
+        "initial points",
+        "initial coordinates",
+        "undeformed",
+        "reference position",
+        "reference coordinates",
+    ],
+};
+
 impl Vector {
     /// The component (0 to 2) in the column with this name, if any.
     fn component(&self, name: &str) -> Option<usize> {
@@ -24,10 +46,18 @@ impl Vector {
         if let Some(component) = self.components.iter().position(|&component| component == name) {
             return Some(component);
         }
-        let rest = self.names.iter().find_map(|vector| name.strip_prefix(vector))?;
-        // CGNS writes `CoordinateX`.
-        let rest = rest.strip_prefix([':', '_', '-', ' ']).unwrap_or(rest);
-        ["0", "1", "2"].iter().zip(["x", "y", "z"]).position(|(&number, axis)| rest == number || rest == axis)
+        let name = name.replace(['_', '-'], " ");
+        self.names.iter().find_map(|vector| {
+            let rest = name.strip_prefix(vector)?;
+            // CGNS writes `CoordinateX`.
+            let rest = rest.strip_prefix([':', ' ']).unwrap_or(rest);
+            ["0", "1", "2"].iter().zip(["x", "y", "z"]).position(|(&number, axis)| rest == number || rest == axis)
+        })
+    }
+
+    /// Whether a header has a column of a component.
+    pub fn is_in(&self, header: &Header) -> bool {
+        header.names.iter().any(|name| self.component(name).is_some())
     }
 
     /// The indices of the columns of the three components in a header.

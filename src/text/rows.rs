@@ -1,4 +1,7 @@
 //! The rows of a text table: comments are separated, and fields are split.
+//!
+//! The crate csv 1.4 does not split them: it takes two blanks for an empty field, one separator for
+//! the whole file, and comments at the begin of a line only.
 
 use std::borrow::Cow;
 

@@ -230,6 +230,75 @@ fn prescribed_displacements_are_designs_too() {
     assert!(fixture.read("moved/a.msh") == fixture.read("moved.msh"));
 }
 
+/// The wing as an STL file, raised. Its coordinates have few digits, so STL holds them all.
+fn raised_stl(mesh: &WingBox, dz: f64) -> String {
+    let mut text = String::from("solid wing\n");
+    for (face, _) in mesh.triangles.iter().filter(|(_, family)| *family == 0) {
+        text += "facet normal 0 0 0\nouter loop\n";
+        face.iter().map(|&vertex| mesh.vertices[vertex]).for_each(|[x, y, z]| {
+            text += &format!("vertex {x} {y} {}\n", z + dz);
+        });
+        text += "endloop\nendfacet\n";
+    }
+    text + "endsolid wing\n"
+}
+
+/// Tables and surfaces of one displacement give one mesh. A surface that does not fit fails alone.
+/// Results in the folder of the designs are no designs.
+///
+/// Fails if results in the folder are taken for designs.
+#[test]
+fn displaced_surfaces_are_designs_too() {
+    let fixture = designs(&[]);
+    let mesh = WingBox::new();
+    let dz = 0.03125;
+    let rows = |separator: &str| -> String {
+        let wing = mesh.family_vertices(0).into_iter().map(|vertex| mesh.vertices[vertex]);
+        wing.map(|at| format!("{},0,0,{dz}\n", at.map(|value| value.to_string()).join(",")).replace(',', separator))
+            .collect()
+    };
+    fixture.write("wing.stl", &raised_stl(&mesh, 0.0));
+    fixture.write("designs/a.csv", &rows(","));
+    fixture.write("designs/b.dat", &rows(" "));
+    fixture.write("designs/c.stl", &raised_stl(&mesh, dz));
+    let halved = raised_stl(&mesh, dz).replacen("facet normal 0 0 0\nouter loop\nvertex", "", 1);
+    fixture.write("designs/d.stl", &halved);
+    let case = CASE.replace("[profiles.wing]\nnew = \"new.csv\"\n", "");
+    let case = case.replace("role = \"wing\"\n", "role = \"prescribed\"\ndisplacement = \"wing.stl\"\n");
+    fixture.write("case.toml", &case);
+    for _ in 0..2 {
+        let output = batch(&fixture, &["--out", "designs", "--json", "-"]);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        let all = lines(&stdout(&output));
+        assert_eq!(names(&all), ["a", "b", "c", "d"]);
+        assert_eq!(all.iter().map(|line| line["exit"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 0, 0, 3]);
+        assert!(all[3]["error"]["message"].as_str().unwrap().contains("d.stl:"), "{}", all[3]);
+    }
+    let [a, b, c] = ["a", "b", "c"].map(|name| fixture.read(&format!("designs/{name}.msh")));
+    assert!(a == b && b == c && a != fixture.read("box.msh"));
+    assert!(!fixture.path("designs/d.msh").exists());
+}
+
+/// A surface that does not fit its family ends a run without a mesh.
+#[test]
+fn a_surface_that_does_not_fit_is_refused() {
+    let fixture = Fixture::new();
+    let mesh = WingBox::new();
+    let case = CASE.replace("[profiles.wing]\nnew = \"new.csv\"\n", "");
+    let case = case.replace("role = \"wing\"\n", "role = \"prescribed\"\ndisplacement = \"wing.stl\"\n");
+    fixture.write("case.toml", &case);
+    fixture.write("wing.stl", &raised_stl(&mesh, 0.03125));
+    assert_good(&fixture.run());
+    let whole = raised_stl(&mesh, 0.03125);
+    let start = whole.rfind("facet normal").unwrap();
+    fixture.write("wing.stl", &format!("{}endsolid\n", &whole[..start]));
+    fixture.refuses(3, &["wing.stl: the surface has", "triangles, the family `wing` has"]);
+    assert!(!fixture.path("moved.msh").exists());
+    fixture.write("wing.ply", "ply");
+    fixture.write("case.toml", &case.replace("wing.stl", "wing.ply"));
+    fixture.refuses(3, &["wing.ply", "save it as .vtp, .vtu, .stl or .msh"]);
+}
+
 /// Airfoils without a place take that of the case's.
 #[test]
 fn airfoils_take_the_cases_place() {

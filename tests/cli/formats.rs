@@ -242,7 +242,7 @@ fn another_meshs_conditions_are_found_first() {
     assert_good(&fixture.run());
     fixture.write("box.mapbc", &wall);
     fixture.refuses(3, &["moved.mapbc is there already", "gives family 1 the boundary condition 3000, the mesh 4000"]);
-    std::fs::remove_file(fixture.path("moved.mapbc")).unwrap();
+    fs::remove_file(fixture.path("moved.mapbc")).unwrap();
     assert_good(&fixture.run());
     assert_eq!(fixture.read("moved.mapbc"), wall);
 }
@@ -363,8 +363,8 @@ fn warnings_of_a_reader_are_shown() {
     let shared = "MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= 2\n1 5\n";
     fixture.write("part.su2", &(text.replace(&before, &count) + shared));
     fixture.case("mesh = \"box.msh\"", "mesh = \"part.su2\"");
-    std::fs::create_dir(fixture.path("designs")).unwrap();
-    std::fs::copy(fixture.path("new.csv"), fixture.path("designs/a.csv")).unwrap();
+    fs::create_dir(fixture.path("designs")).unwrap();
+    fs::copy(fixture.path("new.csv"), fixture.path("designs/a.csv")).unwrap();
     for (arguments, n_told) in [
         (&["convert", "part.su2", "a.vtu"][..], 1),
         (&["quality", "part.su2"], 1),

@@ -1,5 +1,5 @@
 //! Random damage to the files beside the mesh: the case, profiles of every format, prescribed
-//! displacements, a batch's list.
+//! displacements as tables and surfaces, a batch's list.
 //!
 //! Each reader gives an error that names a line of the file, or something finite.
 
@@ -9,6 +9,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use idmesh::case::{Case, CaseError, design_list, displacement};
+use idmesh::formats;
 use idmesh::profile::files::{Placement, Source, SpanAxis, parse};
 use idmesh::profile::{ProfileError, csv};
 
@@ -92,7 +93,18 @@ const PROFILES: [(&str, &str); 8] = [
     ),
 ];
 
-/// A case, a file of displacements, a list of designs, and profiles of every format.
+/// Displaced surfaces of every format.
+const SURFACES: [&str; 7] = [
+    "surfaces/vtk.ascii.vtp",
+    "surfaces/vtk.raw.zlib.vtp",
+    "surfaces/pyvista.original.vtu",
+    "surfaces/meshio.ascii.stl",
+    "surfaces/vtk.binary.stl",
+    "surfaces/gmsh.v41.ascii.msh",
+    "surfaces/gmsh.v22.binary.msh",
+];
+
+/// A case, a file of displacements, a list of designs, profiles and surfaces of every format.
 pub fn seeds() -> Vec<Seed> {
     let mut seeds = vec![("case.toml", CASE), ("flap.csv", DISPLACEMENTS), ("designs.txt", DESIGNS)];
     seeds.extend(PROFILES);
@@ -101,6 +113,11 @@ pub fn seeds() -> Vec<Seed> {
     let sections = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/sections");
     for name in ["diamonds.vtp", "diamonds.vtk"] {
         seeds.push(Seed { name: name.into(), bytes: fs::read(sections.join(name)).unwrap() });
+    }
+    let surfaces = sections.with_file_name("surfaces");
+    for name in SURFACES {
+        let bytes = fs::read(surfaces.join(name.strip_prefix("surfaces/").unwrap())).unwrap();
+        seeds.push(Seed { name: name.into(), bytes });
     }
     seeds
 }
@@ -111,6 +128,7 @@ pub fn survives(name: &str, bytes: &[u8]) -> bool {
         "case.toml" => case(&String::from_utf8_lossy(bytes)),
         "flap.csv" => displacements(&String::from_utf8_lossy(bytes)),
         "designs.txt" => designs(&String::from_utf8_lossy(bytes)),
+        _ if name.starts_with("surfaces/") => surface(name, bytes),
         _ => profiles(name, bytes),
     }
 }
@@ -154,6 +172,15 @@ fn displacements(text: &str) -> bool {
     assert!(table.rows.iter().all(|row| row.position.is_finite() && row.displacement.is_finite()));
     // Whether or not the rows fit the family.
     drop(displacement::match_displacements(&table, &PLACES, &[0, 1, 2, 3], 1e-3));
+    true
+}
+
+fn surface(name: &str, bytes: &[u8]) -> bool {
+    let Ok(surface) = formats::surface_of(Path::new(name), bytes) else { return false };
+    let n_points = surface.points.len();
+    assert!(surface.points.iter().all(|point| point.is_finite()), "{name}");
+    assert!(surface.triangles.iter().flatten().all(|&point| (point as usize) < n_points), "{name}");
+    assert!(surface.fields.iter().all(|field| field.values.len() == n_points * field.n_components), "{name}");
     true
 }
 

@@ -124,6 +124,12 @@ impl Elements {
         })
     }
 
+    /// Cells and faces without their groups, each once: version 2.2 has one for each group.
+    pub fn without_groups(mut self) -> MeshBuilder {
+        keep_first(&mut self.mesh_builder.triangles);
+        self.mesh_builder
+    }
+
     /// The parts of the file that do not belong to the mesh, in words.
     fn passed_over(&self) -> Vec<String> {
         let mut words = self.mesh_builder.passed_over();

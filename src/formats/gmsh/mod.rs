@@ -26,6 +26,7 @@ use super::document::{Slots, SourceFile};
 use super::error::ReadError;
 use super::format::{Create, Format, Parsed};
 use super::scanner::{Encoding, Endian, Scanner, Width, shown};
+use super::surface::Surface;
 
 use create::{create, limits};
 use elements::Elements;
@@ -66,24 +67,53 @@ struct Parts {
 
 /// Reads a Gmsh file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let mut parts = read_sections(path, &bytes)?;
+    let encoding = parts.encoding.unwrap_or(Encoding::Text);
+    let (version, vertices, elements) = parts.take(path)?;
+    let Vertices { positions, slots, .. } = vertices;
+    let (mesh, others, mut beside) = elements.into_mesh(path, version, &parts.groups, positions)?;
+    beside.extend(parts.beside.iter().map(|name| format!("the section ${name}")));
+    let coordinates = Box::new(Slots { encoding, width: Width::Double, slots });
+    Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
+}
+
+/// Reads the faces of a Gmsh file from its (decompressed) bytes, with or without groups. `path` is
+/// for messages.
+pub(super) fn read_surface(path: &Path, bytes: &[u8]) -> Result<Surface, ReadError> {
+    let mut parts = read_sections(path, bytes)?;
+    let (_, vertices, elements) = parts.take(path)?;
+    // Without them the points could be taken for displaced ones.
+    if parts.beside.iter().any(|name| name == "NodeData") {
+        let found = "a Gmsh file with $NodeData as a surface".into();
+        let hint = "save the surface with its data as .vtu, or without the data";
+        return Err(ReadError::Unsupported { path: path.into(), found, hint });
+    }
+    let mut surface = Surface { points: vertices.positions, ..Surface::default() };
+    surface.take(elements.without_groups());
+    Ok(surface)
+}
+
+fn read_sections(path: &Path, bytes: &[u8]) -> Result<Parts, ReadError> {
     let mut parts = Parts::default();
-    let mut scanner = Scanner::new(path, &bytes);
+    let mut scanner = Scanner::new(path, bytes);
     while scanner.remaining() > 0 {
         // Text between the sections is a comment for Gmsh too.
         if let Some(name) = scanner.line().strip_prefix(b"$") {
             read_section(&mut scanner, name, &mut parts)?;
         }
     }
-    let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
-    let version = parts.version.ok_or_else(|| missing("$MeshFormat section", "is it a Gmsh mesh?"))?;
-    let encoding = parts.encoding.unwrap_or(Encoding::Text);
-    let vertices = parts.vertices.ok_or_else(|| missing("$Nodes section", "is it complete?"))?;
-    let elements = parts.elements.ok_or_else(|| missing("$Elements section", "is it complete?"))?;
-    let Vertices { positions, slots, .. } = vertices;
-    let (mesh, others, mut beside) = elements.into_mesh(path, version, &parts.groups, positions)?;
-    beside.extend(parts.beside.iter().map(|name| format!("the section ${name}")));
-    let coordinates = Box::new(Slots { encoding, width: Width::Double, slots });
-    Ok(Parsed { mesh, others, document: SourceFile::of_file(NAME, extension, bytes, coordinates, beside) })
+    Ok(parts)
+}
+
+impl Parts {
+    /// Takes the sections without which there is no mesh.
+    fn take(&mut self, path: &Path) -> Result<(Version, Vertices, Elements), ReadError> {
+        let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
+        let version = self.version.ok_or_else(|| missing("$MeshFormat section", "is it a Gmsh mesh?"))?;
+        let vertices = self.vertices.take().ok_or_else(|| missing("$Nodes section", "is it complete?"))?;
+        let elements = self.elements.take().ok_or_else(|| missing("$Elements section", "is it complete?"))?;
+        Ok((version, vertices, elements))
+    }
 }
 
 /// Reads the section after its `$Name` line, including its `$EndName`.

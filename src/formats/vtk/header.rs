@@ -19,6 +19,8 @@ pub(super) struct Array {
     pub section: String,
     pub name: String,
     pub number: Number,
+    /// Numbers for each point or cell.
+    pub n_components: usize,
     /// Offset of its tag.
     pub tag: usize,
     pub values: Values,
@@ -67,7 +69,10 @@ pub(super) struct Header {
 #[derive(Default)]
 pub(super) struct Piece {
     pub n_points: usize,
+    /// Number of cells; of poly data the number of lines, or of polygons where they are read.
     pub n_cells: usize,
+    /// Number of triangle strips of poly data.
+    pub n_strips: usize,
     pub arrays: Vec<Array>,
 }
 
@@ -109,8 +114,46 @@ impl Header {
 /// The tag at the end of the appended section.
 const CLOSING: &[u8] = b"</AppendedData";
 
-/// Reads the tags of a file with the type `expected`, up to the appended data.
-pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> Result<Header, ReadError> {
+/// What is read of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Contents {
+    /// The cells of an unstructured grid.
+    Cells,
+    /// The lines of poly data.
+    Lines,
+    /// The polygons of poly data.
+    Polygons,
+}
+
+impl Contents {
+    /// The type of the file.
+    fn kind(self) -> &'static str {
+        match self {
+            Contents::Cells => "UnstructuredGrid",
+            Contents::Lines | Contents::Polygons => "PolyData",
+        }
+    }
+
+    /// The attribute of a piece with the number of its cells.
+    fn count(self) -> &'static str {
+        match self {
+            Contents::Cells => "NumberOfCells",
+            Contents::Lines => "NumberOfLines",
+            Contents::Polygons => "NumberOfPolys",
+        }
+    }
+
+    fn hint(self) -> &'static str {
+        match self {
+            Contents::Cells => "save it as an unstructured grid (.vtu)",
+            Contents::Lines => "save the lines as poly data (.vtp)",
+            Contents::Polygons => "save the surface as poly data (.vtp)",
+        }
+    }
+}
+
+/// Reads the tags of a file with these contents, up to the appended data.
+pub(super) fn read_header(path: &Path, bytes: &[u8], expected: Contents) -> Result<Header, ReadError> {
     let unsupported = |found: String, hint| ReadError::Unsupported { path: path.into(), found, hint };
     let mut tags = Tags::new(path, bytes);
     let mut header = Header {
@@ -133,22 +176,19 @@ pub(super) fn read_header(path: &Path, bytes: &[u8], expected: &'static str) -> 
             ("VTKFile", false) => {
                 in_file = true;
                 match tag.get("type") {
-                    Some(kind) if kind == expected => {}
+                    Some(kind) if kind == expected.kind() => {}
                     other => {
                         let found = format!("a VTK file of type {}", other.unwrap_or("none"));
-                        let hint = match expected {
-                            "PolyData" => "save the lines as poly data (.vtp)",
-                            _ => "save it as an unstructured grid (.vtu)",
-                        };
-                        return Err(unsupported(found, hint));
+                        return Err(unsupported(found, expected.hint()));
                     }
                 }
                 header.coding = read_coding(&tags, &tag, unsupported)?;
             }
             ("Piece", false) => {
                 let n_points = count("NumberOfPoints")?;
-                let n_cells = count(if expected == "PolyData" { "NumberOfLines" } else { "NumberOfCells" })?;
-                header.pieces.push(Piece { n_points, n_cells, arrays: Vec::new() });
+                let n_cells = count(expected.count())?;
+                let n_strips = if expected == Contents::Polygons { count("NumberOfStrips")? } else { 0 };
+                header.pieces.push(Piece { n_points, n_cells, n_strips, arrays: Vec::new() });
             }
             (
                 "Points" | "Cells" | "Lines" | "Verts" | "Strips" | "Polys" | "PointData" | "CellData" | "FieldData",
@@ -238,7 +278,10 @@ fn read_array(tags: &Tags, tag: &Tag, section: &str) -> Result<Option<Array>, Re
         }
     };
     let name = tag.get("Name").unwrap_or_default().to_string();
-    Ok(Some(Array { section: section.to_string(), name, number, tag: tag.start, values }))
+    // Some programs write 0 for an array of plain numbers.
+    let n_components = tag.get("NumberOfComponents").and_then(|count| count.trim().parse().ok());
+    let n_components = n_components.filter(|&count| count > 0).unwrap_or(1);
+    Ok(Some(Array { section: section.to_string(), name, number, n_components, tag: tag.start, values }))
 }
 
 /// Reads the tag of an appended array, whatever its type.

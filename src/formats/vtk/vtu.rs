@@ -18,7 +18,7 @@ use glam::DVec3;
 
 use super::cells::{self, Corners, Table};
 use super::create::create;
-use super::header::{Array, Header, Piece, Values, read_header};
+use super::header::{Array, Contents, Header, Piece, Values, read_header};
 use super::names::listed_names;
 use super::own_points::{Shared, share};
 use super::payload::{Payload, Undecoded};
@@ -49,7 +49,7 @@ pub(in crate::formats) const FORMAT: Format = Format {
 
 /// Reads a VTU file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
-    let header = read_header(path, &bytes, "UnstructuredGrid")?;
+    let header = read_header(path, &bytes, Contents::Cells)?;
     let offsets = header.offsets();
     let allowance = Allowance::new(path, bytes.len());
     let mut mesh_builder = MeshBuilder::default();
@@ -139,7 +139,7 @@ fn place(path: &Path, bytes: &[u8], at: usize) -> Location {
 
 /// The points and lines of a poly data file.
 pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVec3>, Corners<'a>), ReadError> {
-    let header = read_header(path, bytes, "PolyData")?;
+    let header = read_header(path, bytes, Contents::Lines)?;
     let [piece] = &header.pieces[..] else {
         let found = format!("a file of {} pieces", header.pieces.len());
         let hint = "merge the pieces (in ParaView: Append Geometry)";
@@ -159,23 +159,23 @@ struct Promise<'w> {
 }
 
 /// A piece of a file with the contents of its tags.
-struct File<'a, 'h> {
-    path: &'a Path,
-    bytes: &'a [u8],
-    header: &'h Header,
-    piece: &'h Piece,
+pub(super) struct File<'a, 'h> {
+    pub path: &'a Path,
+    pub bytes: &'a [u8],
+    pub header: &'h Header,
+    pub piece: &'h Piece,
     /// What the arrays of the file may unpack to.
-    allowance: &'h Allowance<'a>,
+    pub allowance: &'h Allowance<'a>,
 }
 
 impl<'a, 'h> File<'a, 'h> {
-    fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
+    pub fn malformed(&self, at: usize, expected: impl Into<String>, found: impl Into<String>) -> ReadError {
         let place = place(self.path, self.bytes, at);
         ReadError::Malformed { place, expected: expected.into(), found: found.into() }
     }
 
     /// The array with this name in a section, or the section's only array.
-    fn array(&self, section: &'static str, name: Option<&str>) -> Result<&'h Array, ReadError> {
+    pub fn array(&self, section: &'static str, name: Option<&str>) -> Result<&'h Array, ReadError> {
         let fits = |array: &&Array| array.section == section && name.is_none_or(|name| array.name == name);
         self.piece.arrays.iter().find(fits).ok_or_else(|| ReadError::Missing {
             path: self.path.into(),
@@ -270,13 +270,13 @@ impl<'a, 'h> File<'a, 'h> {
     }
 
     /// The vertices of the cells or lines of a section.
-    fn corners(&self, section: &'static str) -> Result<Corners<'a>, ReadError> {
+    pub fn corners(&self, section: &'static str) -> Result<Corners<'a>, ReadError> {
         let ends = self.of_cells(self.array(section, Some("offsets"))?)?;
         Ok(Corners::Ends(ends, self.integers(self.array(section, Some("connectivity"))?, None)?))
     }
 
     /// The values of an array with a whole number for each cell or line.
-    fn of_cells(&self, array: &Array) -> Result<Integers<'a>, ReadError> {
+    pub fn of_cells(&self, array: &Array) -> Result<Integers<'a>, ReadError> {
         let count = self.piece.n_cells;
         let words = |found: usize| {
             let expected = format!("{count} numbers in '{}', as many as the piece declares cells", array.name);
@@ -305,6 +305,28 @@ impl<'a, 'h> File<'a, 'h> {
         values.ok_or_else(|| self.malformed(array.tag, format!("whole numbers in '{}'", array.name), "others"))
     }
 
+    /// The values `[n_points n_components]` of an array of numbers at the points.
+    pub fn of_points(&self, array: &Array) -> Result<Vec<f64>, ReadError> {
+        let count = self.piece.n_points.saturating_mul(array.n_components);
+        let words = |found: usize| (format!("{count} numbers in '{}'", array.name), found.to_string());
+        let values = match self.payload(array, Some(Promise { count, words: &words }))? {
+            Some((_, payload)) => array.number.doubles(&payload.data, payload.coding.endian),
+            None => {
+                let value = |token: Range<usize>| {
+                    let number = parse_double(&self.bytes[token.clone()]);
+                    let found = || shown(&self.bytes[token.clone()]);
+                    number.ok_or_else(|| self.malformed(token.start, format!("a number of '{}'", array.name), found()))
+                };
+                self.tokens(array).map(value).collect::<Result<_, _>>()?
+            }
+        };
+        if values.len() != count {
+            let (expected, found) = words(values.len());
+            return Err(self.malformed(array.tag, expected, found));
+        }
+        Ok(values)
+    }
+
     /// Ranges of the values of a text array.
     fn tokens(&self, array: &Array) -> impl Iterator<Item = Range<usize>> + '_ {
         let start = if let Values::Text(start) = array.values { start } else { self.bytes.len() };
@@ -319,7 +341,7 @@ impl<'a, 'h> File<'a, 'h> {
     }
 
     /// Reads the points, and their places in the file.
-    fn read_points(&self, array: &Array) -> Result<(Vec<DVec3>, Stored), ReadError> {
+    pub fn read_points(&self, array: &Array) -> Result<(Vec<DVec3>, Stored), ReadError> {
         let mut slots = Vec::new();
         let n_points = self.piece.n_points;
         let words =

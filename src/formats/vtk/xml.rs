@@ -1,4 +1,7 @@
 //! The tags of a VTK XML file, up to its appended data, which are no XML.
+//!
+//! No crate reads them: quick-xml 0.42 needs the file as UTF-8, looks at all text between tags, and
+//! took 0.116 s instead of 0.015 s to find the tags of 66 MB of text.
 
 use std::ops::Range;
 use std::path::Path;
