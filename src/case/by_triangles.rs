@@ -21,6 +21,8 @@ pub(super) struct Family<'a> {
     pub name: &'a str,
     /// Its vertices, ascending.
     pub vertices: &'a [u32],
+    /// Whether it has quadrilaterals, of which `triangles` holds halves.
+    pub has_quadrilaterals: bool,
     /// Its triangles, between vertices of the mesh.
     pub triangles: &'a [[u32; 3]],
     /// Largest distance between an original position in a file and its vertex, in the mesh's unit.

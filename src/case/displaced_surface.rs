@@ -95,6 +95,12 @@ pub(super) fn match_points(
                 (Err(error), Err(_)) => return Err(error),
             }
         }
+        // A surface may divide a quadrilateral along its other diagonal.
+        (None, None) if family.has_quadrilaterals => {
+            let what =
+                "the family has quadrilaterals, expected an array of the points' original positions or displacements";
+            return Err(bad(what.to_owned()));
+        }
         (None, None) => {
             let points = by_triangles(surface, path, mesh, family)?;
             let row = |(point, &vertex): (usize, &u32)| {

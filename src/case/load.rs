@@ -277,7 +277,8 @@ pub(crate) fn prescribed(
     let shortest = lengths.fold(f64::INFINITY, f64::min);
     let tolerance = if shortest.is_finite() { MATCH * shortest } else { 0.0 };
     let rows = if formats::is_surface(path) {
-        let family = Family { name: family, vertices: &vertices, triangles: &triangles, tolerance };
+        let has_quadrilaterals = hybrid.others.quadrilateral_family.iter().any(|of| families.contains(of));
+        let family = Family { name: family, vertices: &vertices, has_quadrilaterals, triangles: &triangles, tolerance };
         displaced_surface::match_points(&formats::read_surface(path)?, path, mesh, &family)?
     } else {
         let table = displacement::read(path)?;

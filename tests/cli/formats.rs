@@ -381,3 +381,27 @@ fn warnings_of_a_reader_are_shown() {
         assert_eq!(stderr(&output).matches(expected).count(), n_told, "{arguments:?}: {}", stderr(&output));
     }
 }
+
+/// A displaced surface of a family with quadrilaterals needs the original positions: quadrilaterals
+/// can be divided in two ways.
+#[test]
+fn a_surface_of_quadrilaterals_needs_its_original_positions() {
+    let fixture = Fixture::new();
+    let source = data("hybrid/small.msh.gz");
+    let file = formats::read_mixed(&source).unwrap();
+    let wing = file.mesh.family("wing").unwrap();
+    let triangles = idmesh::mesh::triangles_of_families(file.cells(), &[wing]);
+    let mut text = "solid wing\n".to_owned();
+    for corners in triangles {
+        let at = corners.map(|vertex| file.mesh.vertices[vertex as usize] + DVec3::new(0.0, 0.0, 1e-3));
+        text += "facet normal 0 0 1\nouter loop\n";
+        at.iter().for_each(|at| text += &format!("vertex {:?} {:?} {:?}\n", at.x, at.y, at.z));
+        text += "endloop\nendfacet\n";
+    }
+    fixture.write("wing.stl", &(text + "endsolid wing\n"));
+    let names = ["trailing_edge", "wingtip", "carenage", "symmetry", "farfield"];
+    let tables = names.map(|name| format!("[family.{name}]\nrole = \"fixed\"\n")).concat();
+    let prescribed = "[family.wing]\nrole = \"prescribed\"\ndisplacement = \"wing.stl\"\n";
+    fixture.write("case.toml", &format!("mesh = {source:?}\n{prescribed}{tables}[output]\nmesh = \"moved.msh\"\n"));
+    fixture.refuses(3, &["wing.stl", "the family has quadrilaterals", "original positions"]);
+}
