@@ -177,6 +177,34 @@ fn files_are_refused_that_the_limit_does_not_hold() {
     assert!((0.03..0.07).contains(&needed), "{}", stderr(&refused));
 }
 
+/// An array of 32 MiB that the limit would just hold, if the process took nothing else. It is
+/// refused before it is unpacked.
+///
+/// Fails if `Allowance::take` does not check the memory.
+#[test]
+fn packed_arrays_are_refused_that_the_limit_does_not_hold() {
+    let fixture = Fixture::new();
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    encoder.write_all(&vec![0; 32 << 20]).unwrap();
+    let packed = encoder.finish().unwrap();
+    let header: Vec<u8> = [1, 32 << 20, 0, packed.len() as u64].into_iter().flat_map(u64::to_le_bytes).collect();
+    let text = "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
+                compressor=\"vtkZLibDataCompressor\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\
+                <Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0 0 0 1\
+                </DataArray></Points>\
+                <Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"appended\" offset=\"0\"/>\
+                <DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">4</DataArray>\
+                <DataArray type=\"Int64\" Name=\"types\" format=\"ascii\">10</DataArray></Cells></Piece>\
+                </UnstructuredGrid><AppendedData encoding=\"raw\">_";
+    let bytes = [text.as_bytes(), &header, &packed, b"</AppendedData></VTKFile>"].concat();
+    fs::write(fixture.path("array.vtu"), bytes).unwrap();
+    for (limit, words) in [("36M", "array.vtu: this takes about 0.034 GB of memory"), ("1G", "no boundary triangles")] {
+        let mut command = command(fixture.folder.path(), &["--max-memory", limit, "quality", "array.vtu"]);
+        let output = command.env("RAYON_NUM_THREADS", "1").output().unwrap();
+        assert!(stderr(&output).contains(words) && output.status.code() == Some(3), "{}", stderr(&output));
+    }
+}
+
 /// The bomb is refused with a tenth of the memory to which it unpacks.
 #[test]
 fn a_bomb_is_refused_at_small_memory() {
