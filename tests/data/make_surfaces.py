@@ -85,12 +85,12 @@ def with_pyvista():
     surface.save(path("pyvista.original.vtp"))
     grid = surface.cast_to_unstructured_grid()
     grid.save(path("pyvista.original.vtu"))
-    # Cells with points of their own, as after ParaView's filter Shrink without shrinking.
+    # Cells with points of their own.
     apart = pyvista.PolyData(grid.separate_cells().extract_surface())
     apart.save(path("pyvista.apart.vtp"))
     apart.clear_data()
     apart.save(path("pyvista.apart.bare.vtp"))
-    # The volume's surface as ParaView's Extract Surface makes it, then the family by its number.
+    # The family by its number, then its surface, by VTK's filters.
     whole = pyvista.read(os.path.join(here, "small.vtu"))
     name = next(name for name in whole.cell_data if name in ("gmsh:physical", "family"))
     family = whole.threshold((tip, tip), scalars=name).extract_surface()
@@ -139,7 +139,7 @@ def tables():
     frame.to_csv(path("pandas.blank.dat"), sep=" ", index=False)
     numpy.savetxt(path("numpy.dat"), frame.values, header="x y z dx dy dz")
     numpy.savetxt(path("numpy.units.txt"), frame.values, header="x [m], y [m], z [m], dx [m], dy [m], dz [m]", delimiter=", ")
-    # ParaView saves spreadsheets with this writer.
+    # VTK's writer of tables, with the names of columns that ParaView gives.
     table = vtk.vtkTable()
     columns = [("Point ID", numpy.arange(len(used)))]
     columns += [(f"displacement:{axis}", displacement[:, axis]) for axis in range(3)]

@@ -1,7 +1,11 @@
 //! Base64 (RFC 4648) as in VTK's files: consecutive chunks, each with its own padding.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
+use base64::engine::{GeneralPurpose, GeneralPurposeConfig};
+use base64::{Engine, alphabet};
+
+/// Before padding some writers leave bits that belong to no byte.
+const STANDARD: GeneralPurpose =
+    GeneralPurpose::new(&alphabet::STANDARD, GeneralPurposeConfig::new().with_decode_allow_trailing_bits(true));
 
 /// Decodes the first `wanted` bytes of a text. Also returns the index after the last letter used.
 /// `None` if there are fewer letters, or invalid ones.
@@ -35,7 +39,10 @@ pub(super) fn decode(text: &[u8], wanted: usize) -> Option<(Vec<u8>, usize)> {
 
 /// Appends bytes as one chunk.
 pub(super) fn encode(bytes: &[u8], text: &mut Vec<u8>) {
-    text.extend_from_slice(STANDARD.encode(bytes).as_bytes());
+    let start = text.len();
+    text.resize(start + bytes.len().div_ceil(3) * 4, 0);
+    let length = STANDARD.encode_slice(bytes, &mut text[start..]);
+    assert_eq!(length, Ok(text.len() - start), "a chunk has four letters for three bytes");
 }
 
 #[cfg(test)]
@@ -61,6 +68,8 @@ mod tests {
         }
         assert_eq!(decode(b"Zg==Zm8= rest", 3), Some((b"ffo".to_vec(), 8)));
         assert_eq!(decode(b"Z\ng =\t=", 1), Some((b"f".to_vec(), 7)));
+        // Bits that belong to no byte.
+        assert_eq!(decode(b"Zh==Zm9=", 3), Some((b"ffo".to_vec(), 8)));
         for broken in ["Zg=a", "Z===", "=Zg=", "Zg!=", "Zg"] {
             assert_eq!(decode(broken.as_bytes(), 1), None, "{broken}");
         }
