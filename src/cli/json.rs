@@ -6,6 +6,7 @@ use super::JsonTarget;
 use super::console::Console;
 use super::failure::Failure;
 use crate::session::{SessionError, check_writable, write_text};
+use crate::text::shown_json;
 
 /// Checks that JSON can be written to its target.
 ///
@@ -38,7 +39,8 @@ pub(super) fn print_json(value: &impl Serialize, console: &Console) -> Result<()
 }
 
 fn text(value: &impl Serialize) -> Result<String, Failure> {
-    let mut text = serde_json::to_string_pretty(value).map_err(SessionError::Report)?;
+    // A file may be shown on a terminal too.
+    let mut text = shown_json(&serde_json::to_string_pretty(value).map_err(SessionError::Report)?);
     text.push('\n');
     Ok(text)
 }

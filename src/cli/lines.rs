@@ -5,6 +5,7 @@ use super::console::Console;
 use super::failure::Failure;
 use crate::report::RunReport;
 use crate::session::{ReportFile, SessionError};
+use crate::text::shown_json;
 
 /// The target of the lines.
 pub(super) enum Lines<'a> {
@@ -35,7 +36,7 @@ impl<'a> Lines<'a> {
     /// # Errors
     /// The line cannot be written.
     pub(super) fn append(&mut self, report: &RunReport) -> Result<(), Failure> {
-        let mut text = serde_json::to_string(report).map_err(SessionError::Report)?;
+        let mut text = shown_json(&serde_json::to_string(report).map_err(SessionError::Report)?);
         text.push('\n');
         match self {
             Self::Nowhere => Ok(()),

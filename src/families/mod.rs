@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 use thiserror::Error;
 
+mod alike;
 mod misplaced;
 mod partners;
 mod roles;

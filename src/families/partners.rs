@@ -13,8 +13,9 @@ use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 
+use super::alike::{self, Candidate};
 use super::{Families, PlacedBy, Role, SetupError, shape::FamilyShape};
-use crate::geometry::{NOWHERE, bounds};
+use crate::geometry::{NOWHERE, bounds, triangle_normal};
 use crate::mesh::Displacement;
 use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
 
@@ -148,19 +149,9 @@ impl Partners {
             .map(FamilyId)
             .filter(|family| roles[family.index()].is_plane() && !partner_of.contains_key(family))
             .collect();
-        let mut alike = Vec::new();
-        for (place, &one) in planes.iter().enumerate() {
-            for &other in &planes[place + 1..] {
-                let parallel = normal(shapes, one).cross(normal(shapes, other)).length() < PARALLEL;
-                let as_many = surface.vertices_of(one).len() == surface.vertices_of(other).len();
-                if parallel
-                    && as_many
-                    && let Ok(vertices) = finder.matched([one, other])
-                {
-                    alike.push(Pair { families: [one, other], vertices });
-                }
-            }
-        }
+        let candidates = planes.iter().map(|&family| finder.candidate(family, normal(shapes, family))).collect();
+        let matching = alike::alike(candidates, PARALLEL, |families| finder.matched(families).ok());
+        let alike = matching.into_iter().map(|(families, vertices)| Pair { families, vertices }).collect();
         Ok(Self { pairs, alike, sets, tied })
     }
 
@@ -260,15 +251,40 @@ impl Finder<'_> {
         bounds(self.surface.vertices_of(family).iter().map(|&vertex| self.at(vertex))).unwrap_or(NOWHERE)
     }
 
+    /// The shortest edge of some families.
+    fn shortest_edge(&self, families: &[FamilyId]) -> f64 {
+        let corners = families.iter().flat_map(|&family| self.surface.corners_of(family));
+        let edges = corners.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        edges.map(|[a, b]| self.at(a).distance(self.at(b))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A plane family with its measures.
+    ///
+    /// - `normal`: of the fitted plane, on either side
+    fn candidate(&self, family: FamilyId, normal: DVec3) -> Candidate {
+        let vertices = self.surface.vertices_of(family);
+        let [low, high] = self.bounds(family);
+        let centre = vertices.iter().map(|&vertex| self.at(vertex)).sum::<DVec3>() / vertices.len().max(1) as f64;
+        let corners = self.surface.corners_of(family);
+        let area: DVec3 = corners.map(|corners| triangle_normal(corners.map(|vertex| self.at(vertex)))).sum();
+        Candidate {
+            family,
+            outward: if area.dot(normal) < 0.0 { -normal } else { normal },
+            centre,
+            n_vertices: vertices.len(),
+            n_triangles: self.surface.triangles_of(family).len(),
+            extent: high - low,
+            mean: centre - low,
+            tolerance: (MATCH * low.distance(high)).max(MATCH_EDGE * self.shortest_edge(&[family])),
+        }
+    }
+
     /// The pairs of partners, or the vertices without a partner.
     fn matched(&self, families: [FamilyId; 2]) -> Result<Vec<[u32; 2]>, Vec<u32>> {
         let [[low, high], [other_low, other_high]] = families.map(|family| self.bounds(family));
         let shift = 0.5 * ((other_low - low) + (other_high - high));
-        let corners = families.into_iter().flat_map(|family| self.surface.corners_of(family));
-        let edges = corners.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let shortest = edges.map(|[a, b]| self.at(a).distance(self.at(b))).fold(f64::INFINITY, f64::min);
         let size = low.distance(high).max(other_low.distance(other_high));
-        let tolerance = (MATCH * size).max(MATCH_EDGE * shortest);
+        let tolerance = (MATCH * size).max(MATCH_EDGE * self.shortest_edge(&families));
         // Below 1e-12 of the coordinates the index of a cell would no longer be exact.
         let cell = (2.0 * tolerance).max(1e-12 * other_low.abs().max(other_high.abs()).max_element());
         let key = |at: DVec3| at.to_array().map(|x| (x / cell).floor() as i64);

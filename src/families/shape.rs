@@ -125,9 +125,12 @@ pub(super) fn continued(
     roles: &[Role],
     family: FamilyId,
 ) -> Result<FamilyShape, SetupError> {
-    let mut triangles: Vec<[u32; 3]> = surface.corners_of(family).collect();
-    let own = triangles.clone();
-    let mut points = mesh.vertices.clone();
+    // The family's own vertices, in their order, so that a shape takes memory for its family alone.
+    let vertices = surface.vertices_of(family);
+    let number = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
+    let own: Vec<[u32; 3]> = surface.corners_of(family).map(|corners| corners.map(number)).collect();
+    let own_points: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
+    let (mut triangles, mut points) = (own.clone(), own_points.clone());
     for rim in surface.boundary_loops(family) {
         let under_a_wing = rim.iter().all(|&half_edge| {
             matches!(
@@ -136,10 +139,10 @@ pub(super) fn continued(
             )
         });
         if under_a_wing {
-            let rim: Vec<u32> = rim.iter().map(|&half_edge| surface.origin(half_edge)).collect();
-            let patch = continuation::close(&mesh.vertices, &own, &rim)
+            let rim: Vec<u32> = rim.iter().map(|&half_edge| number(surface.origin(half_edge))).collect();
+            let patch = continuation::close(&own_points, &own, &rim)
                 .map_err(|error| SetupError::Continuation { family: mesh.families[family.index()].clone(), error })?;
-            let (old, new) = (mesh.vertices.len() as u32, points.len() as u32);
+            let (old, new) = (own_points.len() as u32, points.len() as u32);
             points.extend(patch.points);
             triangles.extend(patch.triangles.into_iter().map(|t| t.map(|v| if v < old { v } else { v - old + new })));
         }
@@ -149,7 +152,36 @@ pub(super) fn continued(
 
 #[cfg(test)]
 mod tests {
-    use super::rounded_up;
+    use super::*;
+    use crate::mesh::half_face::HalfFaces;
+
+    /// Each face of a tet is a carenage, in a mesh with many other vertices. A shape has the points
+    /// of its own face alone, and projects on this face.
+    #[test]
+    fn a_shape_takes_memory_for_its_family_alone() {
+        let mut vertices = vec![DVec3::splat(9.0); 1000];
+        let corners = [10, 500, 700, 999];
+        for (corner, at) in corners.into_iter().zip([DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z]) {
+            vertices[corner as usize] = at;
+        }
+        let [a, b, c, d] = corners;
+        let mesh = TetMesh {
+            vertices,
+            tets: vec![corners],
+            triangles: vec![[a, b, c], [a, b, d], [a, c, d], [b, c, d]],
+            triangle_family: (0..4).map(FamilyId).collect(),
+            families: ["z", "y", "x", "slope"].map(str::to_owned).to_vec(),
+        };
+        let surface = Surface::new(&mesh, &HalfFaces::new(&mesh).unwrap()).unwrap();
+        let at = DVec3::splat(0.25);
+        let slope = at + DVec3::splat(0.25 / 3.0);
+        for (family, expected) in [at.with_z(0.0), at.with_y(0.0), at.with_x(0.0), slope].into_iter().enumerate() {
+            let shape = continued(&mesh, &surface, &[const { Role::Carenage }; 4], FamilyId(family as u16)).unwrap();
+            let FamilyShape::Surface(target) = shape else { panic!("{family}") };
+            assert_eq!(target.n_points(), 3);
+            assert!(target.closest(at).point.distance(expected) < 1e-15, "{family}");
+        }
+    }
 
     #[test]
     fn numbers_are_rounded_up_to_two_digits() {

@@ -7,13 +7,14 @@
 use glam::DVec3;
 
 use super::matching::{OldSection, identical};
-use super::{Plane, Profile, ProfileError, extent};
+use super::{Plane, Profile, ProfileError};
 
 /// An old section without its smooth curves.
 #[derive(Clone, Debug)]
 pub(super) struct KeptSection {
     profile: Profile,
     plane: Plane,
+    length: f64,
     middle: DVec3,
     gap: f64,
     has_base: bool,
@@ -30,10 +31,11 @@ impl KeptSection {
 
     /// Drops the curves of a section.
     pub fn of(section: OldSection) -> Self {
-        let (middle, gap, has_base) = (section.middle(), section.gap(), section.measured_base.is_some());
+        let (length, middle, gap) = (section.length(), section.middle(), section.gap());
+        let has_base = section.measured_base.is_some();
         let (mut profile, plane) = section.into_profile();
         profile.points.shrink_to_fit();
-        Self { profile, plane, middle, gap, has_base }
+        Self { profile, plane, length, middle, gap, has_base }
     }
 
     /// The section with its curves. The same points give the same bits each time.
@@ -64,7 +66,7 @@ impl KeptSection {
 
     /// Extent of the section, in the mesh's unit: about its chord.
     pub fn length(&self) -> f64 {
-        extent(&self.profile.points)
+        self.length
     }
 
     /// Centre of the section: the mean of its curve.

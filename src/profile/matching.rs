@@ -57,6 +57,8 @@ const IDENTICAL: f64 = 1e-11;
 pub(super) struct OldSection {
     profile: Profile,
     plane: Plane,
+    /// Extent of the profile, which loops over points ask for.
+    length: f64,
     outline: Outline,
     sides: ProfileCurve,
     base: Option<ProfileCurve>,
@@ -77,7 +79,9 @@ impl OldSection {
         let knots: Vec<DVec3> = sides.knots.iter().map(|&i| outline.sides[i]).collect();
         let arcs: Vec<f64> = sides.knot_step.iter().map(|&i| measured.s[i]).collect();
         let affine = PlaneAffine::new(plane, &knots, &arcs);
-        Ok(Self { profile: profile.clone(), plane: *plane, outline, sides, base, measured, measured_base, affine })
+        let length = extent(&profile.points);
+        let (profile, plane) = (profile.clone(), *plane);
+        Ok(Self { profile, plane, length, outline, sides, base, measured, measured_base, affine })
     }
 
     /// Positions of the knots: first of the sides, then of the base.
@@ -183,7 +187,7 @@ impl OldSection {
 
     /// Extent of the section, in the mesh's unit: about its chord.
     pub fn length(&self) -> f64 {
-        extent(&self.profile.points)
+        self.length
     }
 
     /// Centre of the section: the mean of its curve.

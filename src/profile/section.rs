@@ -192,3 +192,39 @@ impl<'a> Changes<'a> {
         self.of_section.iter().map(|change| change.roughness.powi(2)).sum::<f64>().sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{LOOKED_AT, extent};
+    use super::*;
+
+    /// An ellipse with a corner at its end.
+    fn points(n: usize) -> Vec<DVec3> {
+        let at = |i: usize| {
+            let angle = std::f64::consts::TAU * i as f64 / n as f64;
+            DVec3::new(angle.cos(), 0.0, 0.1 * angle.sin() * (1.0 - angle.cos()).sqrt())
+        };
+        (0..=n).map(at).collect()
+    }
+
+    /// A given profile is compared with the wing's own section point by point. Its extent is not
+    /// measured again for each point, so the number of points at which the measures look grows with
+    /// the number of points, not with its square.
+    #[test]
+    fn an_extent_is_measured_once() {
+        let plane = Plane { point: DVec3::ZERO, normal: DVec3::Y };
+        let n = 2000;
+        let own = OwnSection::new(0, points(100), points(100), &plane).unwrap();
+        let given = OldSection::new(&Profile { number: 0, points: points(n) }, &plane).unwrap();
+        let kept = KeptSection::of(given.clone());
+        LOOKED_AT.set(0);
+        assert!(given.length() == kept.length() && kept.length() == extent(&points(n)));
+        // On the own section's facets lies the whole of the own section, which is compared to its
+        // last point.
+        let same = OldSection::new(&Profile { number: 0, points: points(100) }, &plane).unwrap();
+        assert!(own.clone().beside(&same).carried.is_some());
+        own.beside(&given);
+        (0..n).for_each(|_| assert!(kept.length() > 0.0));
+        assert!(LOOKED_AT.get() <= 2 * n, "{}", LOOKED_AT.get());
+    }
+}

@@ -51,6 +51,12 @@ impl TargetSurface {
         Self { tree: TriangleTree::new(points, &triangles), normals, triangles, size }
     }
 
+    /// Number of the points for which the surface takes memory.
+    #[cfg(test)]
+    pub(crate) fn n_points(&self) -> usize {
+        self.normals.len()
+    }
+
     /// The point of the surface nearest to `at`.
     ///
     /// # Panics

@@ -32,7 +32,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 pub use checksums::sums_of_case;
-pub use designs::{DesignFiles, Shard, find_designs};
+pub use designs::{DesignFiles, Listed, Shard, find_designs, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
 pub use files::{Folder, check_distinct, check_writable, remove_file, write_text};
@@ -45,6 +45,7 @@ use crate::case::LoadedCase;
 use crate::formats::{FileSet, Placed, WriteError};
 use crate::mover::{Design, Mover, Outcome, Refused};
 use crate::report::{self, Checksums, ReportError, RunReport, Seconds};
+use crate::text::shown_json;
 use files::cannot_write;
 
 /// A loaded case with its mover.
@@ -161,7 +162,7 @@ impl<'a> Session<'a> {
         report.seconds = Some(Seconds { read: job.read_seconds, setup, update, write, total });
         let report = report.with_reasons();
         if let Some(path) = job.report {
-            let mut text = serde_json::to_string_pretty(&report)?;
+            let mut text = shown_json(&serde_json::to_string_pretty(&report)?);
             text.push('\n');
             files.add(path, move |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))?;
             written.push(path.to_path_buf());

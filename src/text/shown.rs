@@ -12,13 +12,40 @@ const WIDEST: usize = 40;
 /// Stands for the characters that are left out.
 const LEFT_OUT: &str = "...";
 
-/// Whether a character is not shown as itself: control characters (C0, C1 and delete), those that
-/// set the direction of text, separators of lines and paragraphs, and those that XML excludes.
+/// Whether a character is not shown as itself: control characters (C0, C1 and delete), characters
+/// of format, separators of lines and paragraphs, and those that XML excludes.
 fn is_obeyed(letter: char) -> bool {
-    let sets_direction = matches!(letter, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2066}'..='\u{2069}');
-    // The separators of lines and paragraphs, and further characters that set the direction.
-    let separates = matches!(letter, '\u{2028}'..='\u{202e}');
-    letter.is_control() || sets_direction || separates || matches!(letter, '\u{fffe}' | '\u{ffff}')
+    let separates = matches!(letter, '\u{2028}' | '\u{2029}');
+    letter.is_control() || is_format(letter) || separates || matches!(letter, '\u{fffe}' | '\u{ffff}')
+}
+
+/// Whether a character is one of format (general category Cf of Unicode 16). Some set the direction
+/// of text, others have no width, so that two names look alike, and tags hide whole texts. The
+/// whole block of tags counts, and the place between the two blocks of general punctuation that
+/// Unicode reserves for such characters.
+fn is_format(letter: char) -> bool {
+    matches!(
+        letter,
+        '\u{ad}'
+            | '\u{600}'..='\u{605}'
+            | '\u{61c}'
+            | '\u{6dd}'
+            | '\u{70f}'
+            | '\u{890}'..='\u{891}'
+            | '\u{8e2}'
+            | '\u{180e}'
+            | '\u{200b}'..='\u{200f}'
+            | '\u{202a}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}'
+            | '\u{feff}'
+            | '\u{fff9}'..='\u{fffb}'
+            | '\u{110bd}'
+            | '\u{110cd}'
+            | '\u{13430}'..='\u{1343f}'
+            | '\u{1bca0}'..='\u{1bca3}'
+            | '\u{1d173}'..='\u{1d17a}'
+            | '\u{e0000}'..='\u{e007f}'
+    )
 }
 
 /// A text that is shown in one line.
@@ -53,7 +80,10 @@ impl<T: Display> Display for Shown<T> {
 /// JSON with escapes of JSON for all characters that are not shown as themselves, ends of lines
 /// excepted. Its values stay the same, because such characters stand only in strings.
 pub(crate) fn shown_json(json: &str) -> String {
-    let escape = |out: &mut dyn Write, letter: char| write!(out, "\\u{:04x}", u32::from(letter));
+    // JSON writes a character beyond U+FFFF as two halves.
+    let escape = |out: &mut dyn Write, letter: char| {
+        letter.encode_utf16(&mut [0; 2]).iter().try_for_each(|half| write!(out, "\\u{half:04x}"))
+    };
     let mut text = String::with_capacity(json.len());
     // Writing to a string cannot fail.
     let _ = Escaping { out: &mut text, kept: &['\n'], escape }.write_str(json);
@@ -116,7 +146,9 @@ mod tests {
             ("\x7f\u{80}\u{9b}31m\u{9f}\u{a0}", "\\x7f\\x80\\x9b31m\\x9f\u{a0}"),
             ("\u{202a}\u{202e}\u{2066}\u{2069}", "\\u{202a}\\u{202e}\\u{2066}\\u{2069}"),
             ("\u{2028}\u{2029}\u{200e}\u{61c}", "\\u{2028}\\u{2029}\\u{200e}\\u{61c}"),
-            ("\u{2027}\u{202f}\u{2065}\u{206a}", "\u{2027}\u{202f}\u{2065}\u{206a}"),
+            ("\u{2027}\u{202f}\u{205f}\u{2070}\u{1f600}", "\u{2027}\u{202f}\u{205f}\u{2070}\u{1f600}"),
+            ("a\u{200b}\u{2060}\u{2065}\u{206a}\u{feff}", "a\\u{200b}\\u{2060}\\u{2065}\\u{206a}\\u{feff}"),
+            ("\u{ad}\u{600}\u{110bd}\u{1d173}\u{e0041}", "\\xad\\u{600}\\u{110bd}\\u{1d173}\\u{e0041}"),
         ] {
             assert_eq!(shown(text).to_string(), expected);
             assert_eq!(shown(shown(text)).to_string(), expected);
@@ -127,7 +159,7 @@ mod tests {
     /// A JSON reader gets the same value, and a terminal gets no character that it obeys.
     #[test]
     fn json_keeps_its_value() {
-        let value = serde_json::json!({ "a\u{9b}": ["\u{202e}\x7f\n\x1b\"\\", 1.5] });
+        let value = serde_json::json!({ "a\u{9b}": ["\u{202e}\x7f\n\x1b\"\\", 1.5], "\u{e0041}\u{200b}": "\u{1f600}" });
         for json in [serde_json::to_string(&value), serde_json::to_string_pretty(&value)].map(Result::unwrap) {
             let safe = shown_json(&json);
             assert!(safe.chars().all(|letter| letter == '\n' || !is_obeyed(letter)), "{safe}");

@@ -8,18 +8,19 @@ use serde_json::Value;
 
 use crate::fixture::*;
 
-/// A name with a sequence that sets a terminal's title, with a C1 control, and with a character
-/// that turns the direction of text.
-const EVIL: &str = "wi\x1b]0;t\x07\u{9b}J\x7f\u{202e}ng";
+/// A name with a sequence that sets a terminal's title, with a C1 control, with a character that
+/// turns the direction of text, and with one that has no width.
+const EVIL: &str = "wi\x1b]0;t\x07\u{9b}\x7f\u{202e}\u{200b}ng";
 
 /// The same name as a reader sees it.
-const ESCAPED: &str = "wi\\x1b]0;t\\x07\\x9bJ\\x7f\\u{202e}ng";
+const ESCAPED: &str = "wi\\x1b]0;t\\x07\\x9b\\x7f\\u{202e}\\u{200b}ng";
 
 /// Checks that a terminal obeys nothing in a text but the ends of its lines.
 #[track_caller]
 fn assert_plain(text: &str) {
     let is_plain = |letter: char| {
-        letter == '\n' || !letter.is_control() && !matches!(letter, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+        let is_format = matches!(letter, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}');
+        letter == '\n' || !letter.is_control() && !is_format && !('\u{e0000}'..='\u{e007f}').contains(&letter)
     };
     assert!(text.chars().all(is_plain), "{text:?}");
 }
@@ -58,6 +59,10 @@ fn json_keeps_names() {
     assert_both_plain(&output);
     let figures: Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert!(figures["mesh"]["families"].as_object().unwrap().contains_key(EVIL), "{figures}");
+    // A file is shown on a terminal too.
+    fixture.idmesh(&["quality", "box.msh", "--json", "figures.json"]);
+    assert_plain(&fixture.read("figures.json"));
+    assert_eq!(serde_json::from_str::<Value>(&fixture.read("figures.json")).unwrap(), figures);
 }
 
 #[test]

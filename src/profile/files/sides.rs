@@ -17,9 +17,70 @@ const FAR: f64 = 0.5;
 /// A curve ends at the trailing edge if its ends are behind all but this share of the chord.
 const END: f64 = 0.05;
 
+/// No points have this range.
+const NO_RANGE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
 /// The least and the greatest x of some points.
 fn range(points: &[DVec2]) -> (f64, f64) {
-    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| (low.min(point.x), high.max(point.x)))
+    points.iter().fold(NO_RANGE, with)
+}
+
+/// A range with one more point.
+fn with((low, high): (f64, f64), point: &DVec2) -> (f64, f64) {
+    #[cfg(test)]
+    tests::LOOKED_AT.set(tests::LOOKED_AT.get() + 1);
+    (low.min(point.x), high.max(point.x))
+}
+
+/// Points with the ranges of both parts into which any point divides them. A file may have a blank
+/// line, or a jump, at every point.
+struct Divided<'p> {
+    points: &'p [DVec2],
+    /// The range of the points before each point, and of all points `[n_points + 1]`.
+    before: Vec<(f64, f64)>,
+    /// The range of the points from each point on, and of none `[n_points + 1]`.
+    from: Vec<(f64, f64)>,
+}
+
+impl<'p> Divided<'p> {
+    fn new(points: &'p [DVec2]) -> Self {
+        let ranges = |range: &mut (f64, f64), point: &DVec2| {
+            *range = with(*range, point);
+            Some(*range)
+        };
+        let before = std::iter::once(NO_RANGE).chain(points.iter().scan(NO_RANGE, ranges)).collect();
+        let mut from: Vec<_> = std::iter::once(NO_RANGE).chain(points.iter().rev().scan(NO_RANGE, ranges)).collect();
+        from.reverse();
+        Self { points, before, from }
+    }
+
+    /// Whether both parts are as long as a side.
+    fn is_between_sides(&self, at: usize) -> bool {
+        let is_side = |(low, high): (f64, f64)| high - low >= FAR * self.chord();
+        is_side(self.before[at]) && is_side(self.from[at])
+    }
+
+    fn chord(&self) -> f64 {
+        let (low, high) = self.from[0];
+        high - low
+    }
+
+    /// Whether the points before `at` are a closed curve of their own.
+    fn is_ring_before(&self, at: usize) -> bool {
+        is_ring(&self.points[..at], self.before[at])
+    }
+
+    /// Whether the points from `at` on are a closed curve of their own.
+    fn is_ring_from(&self, at: usize) -> bool {
+        is_ring(&self.points[at..], self.from[at])
+    }
+}
+
+/// Whether points with this range are a closed curve. Both sides of an element end at its trailing
+/// edge, and a side of an airfoil ends at both edges.
+fn is_ring(points: &[DVec2], (low, high): (f64, f64)) -> bool {
+    let is_at_end = |point: Option<&DVec2>| point.is_some_and(|point| point.x >= high - END * (high - low));
+    points.len() > 3 && is_at_end(points.first()) && is_at_end(points.last())
 }
 
 /// The first point of the second side, as far as the file gives it.
@@ -42,18 +103,15 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
     let (chord, middle) = (high - low, 0.5 * (low + high));
     let is_trailing = |point: &DVec2| point.x > middle;
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(Vec::new()) };
-    let is_side = |points: &[DVec2]| {
-        let (low, high) = range(points);
-        high - low >= FAR * chord
-    };
-    let is_between_sides = |at: &usize| is_side(&points[..*at]) && is_side(&points[*at..]);
-    if let Some(element) = second_element(points, second) {
+    let divided = Divided::new(points);
+    if let Some(element) = second_element(&divided, second) {
         let what = "a second closed curve begins, another element".to_string();
         let expected = "an airfoil of one element: give each element a file of its own";
         return Err(fail(path, lines[element], what, expected));
     }
     // A point where x jumps from one end of the chord to the other.
-    let starts_again = |at: &usize| (points[*at].x - points[*at - 1].x).abs() > FAR * chord && is_between_sides(at);
+    let starts_again =
+        |at: &usize| (points[*at].x - points[*at - 1].x).abs() > FAR * chord && divided.is_between_sides(*at);
     let meeting = match *second {
         Break::At(at) => Some(at).filter(|at| (1..points.len()).contains(at)),
         Break::Perhaps(blanks) => {
@@ -65,7 +123,8 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
             }
             // Two sides may meet at the trailing edge. Then only a blank line in the file marks the
             // point.
-            let apart = blanks.iter().find(|at| blanks.len() == 1 && !is_trailing(first) && is_between_sides(at));
+            let apart =
+                blanks.iter().find(|at| blanks.len() == 1 && !is_trailing(first) && divided.is_between_sides(**at));
             at.or(apart.copied())
         }
     };
@@ -102,25 +161,18 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
 
 /// The first point of a second element: of a second block that is a closed curve of its own, or the
 /// one after a curve that has come back to its first point.
-fn second_element(points: &[DVec2], second: &Break) -> Option<usize> {
-    let is_ring = |points: &[DVec2]| {
-        let ((low, high), Some((first, last))) = (range(points), points.first().zip(points.last())) else {
-            return false;
-        };
-        // Both sides of an element end at its trailing edge, and a side of an airfoil ends at both
-        // edges.
-        let is_at_end = |point: &DVec2| point.x >= high - END * (high - low);
-        points.len() > 3 && is_at_end(first) && is_at_end(last)
-    };
+fn second_element(divided: &Divided, second: &Break) -> Option<usize> {
+    let points = divided.points;
     let blocks = match second {
         Break::At(at) => std::slice::from_ref(at),
         Break::Perhaps(blanks) => blanks,
     };
-    let in_blocks = blocks.iter().find(|&&at| at < points.len() && is_ring(&points[..at]) && is_ring(&points[at..]));
+    let in_blocks =
+        blocks.iter().find(|&&at| at < points.len() && divided.is_ring_before(at) && divided.is_ring_from(at));
     // Two sides may begin at one point, but then the last segment before it is a whole side long.
     let jump = |at: usize| points[at].distance(points[at - 1]);
-    let (low, high) = range(points);
-    let closes = |at: &usize| points[*at] == points[0] && jump(*at) <= FAR * (high - low) && is_ring(&points[..=*at]);
+    let chord = divided.chord();
+    let closes = |at: &usize| points[*at] == points[0] && jump(*at) <= FAR * chord && divided.is_ring_before(at + 1);
     in_blocks.copied().or_else(|| (4..points.len().saturating_sub(3)).find(closes).map(|at| at + 1))
 }
 
@@ -196,4 +248,41 @@ pub(super) fn check_place(path: &Path, line: usize, curve: &[DVec2]) -> Result<(
     let expected = "the leading edge at x = 0, y = 0 and a chord of 1 or 100, both within 1 % of the chord: take the leading edge \
                     off the coordinates and divide them by the chord; `chord` and `position` of the placement say where it goes";
     Err(fail(path, line, what, expected))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    thread_local! {
+        /// The number of points of which ranges were made.
+        pub(super) static LOOKED_AT: Cell<usize> = const { Cell::new(0) };
+    }
+
+    /// The number of points of which ranges are made, in a file with a blank line after each point.
+    fn looked_at(points: &[DVec2]) -> usize {
+        let lines: Vec<usize> = (0..points.len()).map(|point| 2 * point).collect();
+        let blanks: Vec<usize> = (1..points.len()).collect();
+        LOOKED_AT.set(0);
+        let _ = join(Path::new("airfoil.dat"), &lines, points, &Break::Perhaps(&blanks));
+        LOOKED_AT.get()
+    }
+
+    /// The work grows with the number of points, not with its square: on a curve, on points that
+    /// come back to the first again and again, and on points that jump from end to end.
+    #[test]
+    fn a_file_with_many_blank_lines_is_not_looked_at_again_and_again() {
+        let n = 1000;
+        let at = |i: usize| std::f64::consts::TAU * i as f64 / n as f64;
+        let curve = |i: usize| DVec2::new(0.5 + 0.5 * at(i).cos(), 0.1 * at(i).sin());
+        let back = |i: usize| if i % 3 == 0 { DVec2::ZERO } else { DVec2::new(0.3 * (i % 3) as f64, i as f64) };
+        let jumping = |i: usize| DVec2::new((i % 2) as f64, i as f64);
+        for points in
+            [(0..=n).map(curve).collect::<Vec<_>>(), (0..n).map(back).collect(), (0..n).map(jumping).collect()]
+        {
+            assert!(looked_at(&points) <= 10 * points.len(), "{}", looked_at(&points));
+        }
+    }
 }
