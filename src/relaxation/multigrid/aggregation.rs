@@ -28,9 +28,9 @@ const STRONG: f64 = 0.3;
 /// thin layers end as such vertices, tied to the wall beneath, and their number would never fall.
 const ANCHORED: f64 = 0.9;
 
-/// An anchor below this share of its row's total stiffness is rounding. The rows of a coarse network
-/// that no held vertex reaches should sum to zero; on meshes of 100 000 tets they sum to shares of
-/// 1e-19 to 1e-15, with either sign, and real anchors are 1e-5 or more.
+/// An anchor below this share of its row's total stiffness is rounding. The rows of a coarse
+/// network that no held vertex reaches should sum to zero; on meshes of 100 000 tets they sum to
+/// shares of 1e-19 to 1e-15, with either sign, and real anchors are 1e-5 or more.
 ///
 /// A vertex without strong springs has no other stiffness here. If rounding counted, its sign would
 /// decide whether the vertex is anchored, and so the aggregates.
