@@ -306,12 +306,13 @@ fn mixed_meshes_are_measured() {
     fixture.refuses(3, &["no [family] table for `wing skin`"]);
 }
 
-/// A wing-body with layers, in every format that has such cells and the names of families: the moved mesh reads back with the
-/// same cells, and a new VTU file has the measures of each cell.
+/// A wing-body with layers, in every format that has such cells and the names of families: the
+/// moved mesh reads back with the same cells, and a new VTU file has the measures of each cell.
 #[test]
 fn hybrid_meshes_move_in_every_format() {
     let fixture = Fixture::new();
     let source = data("hybrid/small.msh.gz");
+    fs::create_dir(fixture.path("moved")).unwrap();
     let read = |path: &Path| formats::read_mixed(path).unwrap();
     let (before, old, new) = (read(&source), data("hybrid/old_2.csv"), data("hybrid/big_2.csv"));
     let mut formats = vec!["msh", "su2", "vtu", "b8.ugrid", "foam"];
