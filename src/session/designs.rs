@@ -130,7 +130,7 @@ pub fn list_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Resu
     } else {
         let listed = design_list::parse(&decode(&read_named(path).map_err(cannot_read)?), path);
         // Text files of both kinds have the extension txt.
-        let is_profile = !path.extension().is_some_and(|extension| extension == "txt") && is_design(path, extensions);
+        let is_profile = path.extension().is_none_or(|extension| extension != "txt") && is_design(path, extensions);
         if is_profile && !listed.iter().any(|path| path.exists()) {
             return Err(SessionError::NoList { path: path.to_path_buf() });
         }

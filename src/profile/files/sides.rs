@@ -277,7 +277,8 @@ mod tests {
         let n = 1000;
         let at = |i: usize| std::f64::consts::TAU * i as f64 / n as f64;
         let curve = |i: usize| DVec2::new(0.5 + 0.5 * at(i).cos(), 0.1 * at(i).sin());
-        let back = |i: usize| if i % 3 == 0 { DVec2::ZERO } else { DVec2::new(0.3 * (i % 3) as f64, i as f64) };
+        let back =
+            |i: usize| if i.is_multiple_of(3) { DVec2::ZERO } else { DVec2::new(0.3 * (i % 3) as f64, i as f64) };
         let jumping = |i: usize| DVec2::new((i % 2) as f64, i as f64);
         for points in
             [(0..=n).map(curve).collect::<Vec<_>>(), (0..n).map(back).collect(), (0..n).map(jumping).collect()]
