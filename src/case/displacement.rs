@@ -12,6 +12,7 @@ use glam::DVec3;
 
 pub use super::displacement_error::{DisplacementError, RowPlace};
 use super::new_positions::{self, NewPosition};
+use crate::formats::read_named;
 use crate::mover::prescribed::differ;
 use crate::text::header::{self, Header};
 use crate::text::{Mark, Row, decode, fields, parse_number, rows, shorten};
@@ -48,7 +49,7 @@ pub struct DisplacementRow {
 /// - others as [`parse`]
 pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
     let bytes =
-        std::fs::read(path).map_err(|source| DisplacementError::Unreadable { path: path.to_path_buf(), source })?;
+        read_named(path).map_err(|source| DisplacementError::Unreadable { path: path.to_path_buf(), source })?;
     parse(&decode(&bytes), path)
 }
 

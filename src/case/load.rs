@@ -2,7 +2,6 @@
 //! from them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -13,7 +12,7 @@ use super::displacement::{self, DisplacementError};
 use super::{Case, CaseError};
 use crate::backend::Backend;
 use crate::families::Role;
-use crate::formats::{self, MeshFile, ReadError};
+use crate::formats::{self, MeshFile, ReadError, read_named};
 use crate::mesh::{self, FamilyId, HybridMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder};
 use crate::profile::{self, Plane, Profile, ProfileError, files, files::Placement};
@@ -138,7 +137,12 @@ impl Case {
     /// As [`Case::load`].
     pub fn load_telling(path: &Path, progress: &dyn Fn(&str)) -> Result<LoadedCase, LoadError> {
         progress("reading the case");
-        let case = Case::read(path)?;
+        Self::read(path)?.with_files(progress)
+    }
+
+    /// Reads the files that a case names; see [`Case::load_telling`].
+    pub(crate) fn with_files(self, progress: &dyn Fn(&str)) -> Result<LoadedCase, LoadError> {
+        let case = self;
         progress(&format!("reading {}", case.mesh.display()));
         let file = formats::read_mixed(&case.mesh)?;
         let mesh = &file.mesh;
@@ -156,7 +160,7 @@ impl Case {
         };
         let case = case.for_families_beside(&mesh.families, &inside)?;
 
-        let mut inputs = vec![path.to_path_buf(), case.mesh.clone()];
+        let mut inputs = vec![case.path.clone(), case.mesh.clone()];
         let mut design = Design::default();
         let mut roles = Vec::new();
         let mut displacements = Vec::new();
@@ -308,7 +312,7 @@ pub(crate) fn profiles_of(
 ) -> Result<Vec<Profile>, LoadError> {
     let mut contents = Vec::new();
     for path in paths {
-        let bytes = fs::read(path).map_err(|source| LoadError::UnreadableProfiles { path: path.clone(), source })?;
+        let bytes = read_named(path).map_err(|source| LoadError::UnreadableProfiles { path: path.clone(), source })?;
         contents.push(bytes);
     }
     let source = |(path, bytes)| files::Source { path, bytes, placement: placements.get(path) };

@@ -14,6 +14,7 @@
 mod document;
 mod families;
 mod load;
+mod named;
 mod parse;
 mod paths;
 mod same_triangles;
@@ -35,8 +36,10 @@ use thiserror::Error;
 pub use displacement::DisplacementError;
 pub use load::{LoadError, LoadedCase, read_profiles};
 pub(crate) use load::{prescribed, profiles_of};
+pub use named::NamedFiles;
 
 use crate::families::Role;
+use crate::formats::read_named;
 use crate::mover::Settings;
 use crate::profile::{Plane, files::Placement};
 use crate::text::shown;
@@ -146,7 +149,7 @@ impl Case {
     /// - [`CaseError::Unreadable`]: the file cannot be read
     /// - [`CaseError::Invalid`]: the first mistake in the file, with its place
     pub fn read(path: &Path) -> Result<Self, CaseError> {
-        let bytes = std::fs::read(path).map_err(|source| CaseError::Unreadable { path: path.to_path_buf(), source })?;
+        let bytes = read_named(path).map_err(|source| CaseError::Unreadable { path: path.to_path_buf(), source })?;
         match String::from_utf8(bytes) {
             Ok(text) => Self::parse(&text, path),
             Err(error) => {

@@ -358,7 +358,7 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
     }
     if let Some(value) = section.get("histogram") {
         let file = paths::file(&value, folder)?;
-        if file.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg")) {
+        if !is_svg(&file) {
             return Err(
                 value.error(format!("`output.histogram` is \"{}\", expected a name ending in .svg", value.text()?))
             );
@@ -368,9 +368,14 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
     Ok(output)
 }
 
+/// Whether a path has the extension of a histogram.
+pub(super) fn is_svg(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
+}
+
 /// The output's default name: `moved` with the input's extension. A compressed file keeps both
 /// parts of its extension, so `wing.msh.gz` gives `moved.msh.gz`.
-fn default_name(mesh: &Path) -> String {
+pub(super) fn default_name(mesh: &Path) -> String {
     let name = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let parts: Vec<&str> = name.split('.').collect();
     let kept = match parts.as_slice() {

@@ -1,5 +1,6 @@
 //! `idmesh batch` moves one mesh to many designs. The mover is set up once.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -7,12 +8,13 @@ use super::console::Console;
 use super::failure::{Exit, Failure};
 use super::json::check_json;
 use super::lines::Lines;
-use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
-use crate::case::{Case, LoadedCase};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, read_case};
+use crate::case::{LoadedCase, NamedFiles};
+use crate::formats::read_file;
 use crate::report::Checksums;
 use crate::session::{
-    DesignFiles, EarlierResults, Finished, Folder, Job, Outputs, ReplacedInputs, ReportFile, Session, SessionError,
-    Shard, check_distinct, find_designs, of_design, sums_of_case,
+    DesignFiles, EarlierResults, Finished, Folder, Job, Listed, Outputs, ReplacedInputs, ReportFile, Session,
+    SessionError, Shard, check_distinct, list_designs, of_design, sums_of_case,
 };
 
 /// Arguments of `idmesh batch`.
@@ -47,11 +49,18 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    let case = load(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
+    let case = read_case(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
+    let named = NamedFiles::of(&case);
+    let listed = list(arguments, &named);
+    // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
+    // it.
+    remove(arguments, Some(&named), listed.as_ref().ok());
+    let case = load_files(case, console)?;
     let replaced = ReplacedInputs::of(&case)?;
+    let Listed { designs: all, fault } = listed?;
+    fault.map_or(Ok(()), Err)?;
     let pattern = Outputs::of(&case.case, arguments.out.as_deref());
-    let all = find_designs(&arguments.designs, &replaced.extensions(&pattern, &arguments.designs), replaced.tables())?;
-    let _folder = check(&pattern, &all, &case, arguments, console).inspect_err(|_| remove_earlier(arguments))?;
+    let _folder = check(&pattern, &all, &case, arguments, console)?;
     let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all.clone()));
 
     let lines = Lines::new(arguments.json.as_ref(), console);
@@ -168,26 +177,72 @@ impl Batch<'_> {
     }
 }
 
-/// Removes what an earlier run left of designs that cannot be moved now, as far as the files name
-/// it. With `--resume` the earlier results stay: the next run decides by their checksums.
-fn remove_earlier(arguments: &Arguments) {
-    let Ok(case) = Case::read(&arguments.case) else { return };
-    let replaced = ReplacedInputs::of_case(&case);
-    let pattern = Outputs::of(&case, arguments.out.as_deref());
+/// Lists the designs for a case whose files are not read.
+fn list(arguments: &Arguments, named: &NamedFiles) -> Result<Listed, SessionError> {
+    let replaced = ReplacedInputs::of_case(named);
+    let pattern = Outputs::in_folder(&named.output, arguments.out.as_deref());
     let extensions = replaced.extensions(&pattern, &arguments.designs);
-    let found = find_designs(&arguments.designs, &extensions, replaced.tables());
-    let (Ok(all), false) = (found, arguments.resume) else { return };
-    let inputs = inputs(case.inputs(), &all, arguments);
-    let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all));
-    for design in &designs {
-        let _ = pattern.named(&design.name).map(|outputs| outputs.remove_all_but(&inputs));
+    list_designs(&arguments.designs, &extensions, replaced.tables())
+}
+
+/// Removes what an earlier run left of designs that cannot be moved now, as far as the files name
+/// it.
+pub(super) fn remove_earlier(arguments: &Arguments) {
+    let named = NamedFiles::read(&arguments.case);
+    let listed = named.as_ref().and_then(|named| list(arguments, named).ok());
+    remove(arguments, named.as_ref(), listed.as_ref());
+}
+
+/// Removes what an earlier run left of the designs of this job, as far as it can be removed. Files
+/// that are read stay. With `--resume` the earlier results stay: the next run decides by their
+/// checksums.
+///
+/// - `named`: the files of the case; `None` if the case file does not say
+/// - `listed`: the designs; if they are not known, those that have a line in the file of reports
+fn remove(arguments: &Arguments, named: Option<&NamedFiles>, listed: Option<&Listed>) {
+    if arguments.resume {
+        return;
     }
-    if let Some(JsonTarget::File(path)) = &arguments.json
-        && path.is_file()
-        && check_distinct(&inputs, &[path]).is_ok()
-    {
-        let _ = ReportFile::new(path).keep(|line| designs.iter().all(|design| design.name != line.design));
+    let mut inputs = inputs(vec![arguments.case.clone()], listed.map_or(&[], |listed| &listed.designs), arguments);
+    inputs.extend(named.into_iter().flat_map(|named| named.inputs.iter().cloned()));
+    let reports = match &arguments.json {
+        Some(JsonTarget::File(path)) if check_distinct(&inputs, &[path]).is_ok() && has_reports(path) => {
+            Some(ReportFile::new(path))
+        }
+        _ => None,
+    };
+    let is_shared = reports.as_ref().is_some_and(|file| file.begin().is_ok_and(|begun| begun.is_shared()));
+    if is_shared && arguments.shard.is_none() {
+        // The results are those of a job that runs now.
+        return;
     }
+    let names: HashSet<String> = match (listed, arguments.shard, &reports) {
+        (Some(listed), shard, _) => {
+            let designs = listed.designs.clone();
+            shard.map_or(designs.clone(), |shard| shard.take(designs)).into_iter().map(|design| design.name).collect()
+        }
+        (None, None, Some(file)) => {
+            let is_name = |name: &String| Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+            let lines = file.lines().unwrap_or_default().into_iter().map(|line| line.design);
+            lines.filter(is_name).collect()
+        }
+        // Nothing says which designs are those of this job.
+        (None, ..) => return,
+    };
+    if let Some(named) = named {
+        let pattern = Outputs::in_folder(&named.output, arguments.out.as_deref());
+        for name in &names {
+            let _ = pattern.named(name).map(|outputs| outputs.remove_all_but(&inputs));
+        }
+    }
+    if let Some(file) = reports {
+        let _ = file.keep(|line| !names.contains(&line.design));
+    }
+}
+
+/// Whether a file begins like a file of reports. The user may have named another file by mistake.
+fn has_reports(path: &Path) -> bool {
+    path.is_file() && read_file(path).is_ok_and(|bytes| bytes.starts_with(b"{"))
 }
 
 /// All files that a batch reads.

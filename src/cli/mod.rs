@@ -21,18 +21,20 @@ mod run;
 mod threads;
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::backend::{self, Backend, Selection};
-use crate::case::{Case, LoadedCase};
-use crate::formats::MeshFile;
+use crate::case::{Case, LoadError, LoadedCase};
+use crate::formats::{MeshFile, has_format};
 use crate::memory::set_most;
 use crate::text::shown;
 use console::Console;
-use failure::Failure;
+use failure::{Exit, Failure};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -181,7 +183,26 @@ fn tell_of_file(path: &Path, file: &MeshFile, console: &Console) {
 
 /// Reads a case and all files that it names.
 fn load(path: &Path, console: &Console) -> Result<LoadedCase, Failure> {
-    let case = Case::load_telling(path, &|step| console.step(step))?;
+    load_files(read_case(path, console)?, console)
+}
+
+/// Reads a case file alone.
+fn read_case(path: &Path, console: &Console) -> Result<Case, Failure> {
+    console.step("reading the case");
+    if has_format(path) && path.exists() {
+        let mesh = path.display();
+        let mut failure = Failure::bad_input(format!("{mesh} is a mesh, expected a case file (TOML)"));
+        failure.hint = Some(format!(
+            "a case names the mesh, the new profiles and the role of each family; `idmesh quality {mesh}` lists the families"
+        ));
+        return Err(failure);
+    }
+    Ok(Case::read(path).map_err(LoadError::from)?)
+}
+
+/// Reads the files that a case names.
+fn load_files(case: Case, console: &Console) -> Result<LoadedCase, Failure> {
+    let case = case.with_files(&|step| console.step(step))?;
     tell_of_file(&case.case.mesh, &case.file, console);
     for (wing, old) in case.old_profiles() {
         let new = case.design.profiles.get(wing).map_or(0, Vec::len);
@@ -211,18 +232,38 @@ fn parse(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
     })
 }
 
+/// Prints help, or a mistake in the arguments. Help that cannot be printed is a failure, unless its
+/// reader has closed the pipe.
+fn tell(error: &clap::Error) -> ExitCode {
+    match error.print().and_then(|()| std::io::stdout().flush()) {
+        Err(why) if !error.use_stderr() && why.kind() != std::io::ErrorKind::BrokenPipe => {
+            Console::new(false, 0).fail(&Failure::bad_input(format!("cannot write to standard output: {why}")));
+            ExitCode::from(Exit::BadInput as u8)
+        }
+        _ => ExitCode::from(error.exit_code() as u8),
+    }
+}
+
 /// Parses the command line, runs the command and reports its failure.
 pub fn main() -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().collect();
-    let arguments = parse(&arguments).unwrap_or_else(|error| error.exit());
+    let arguments = match parse(&arguments) {
+        Ok(arguments) => arguments,
+        Err(error) => return tell(&error),
+    };
     arguments.max_memory.into_iter().for_each(set_most);
     let console = Console::new(arguments.quiet, arguments.verbose);
+    let command = Arc::new(arguments.command);
     let result = {
-        let console = console.clone();
-        threads::run(move || run_command(arguments.command, &console)).and_then(|result| result)
+        let (command, console) = (command.clone(), console.clone());
+        threads::run(move || run_command(&command, &console))
     };
+    if result.is_err() {
+        // The command has not begun.
+        remove_earlier(&command);
+    }
     console.finish();
-    match result {
+    match result.and_then(|result| result) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             console.fail(&failure);
@@ -231,18 +272,27 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run_command(command: Command, console: &Console) -> Result<(), Failure> {
+/// Removes the results of an earlier run that would pass for those of a command that cannot begin.
+fn remove_earlier(command: &Command) {
     match command {
-        Command::Run(arguments) => run::run(&arguments, console),
-        Command::Batch(arguments) => batch::run(&arguments, console),
-        Command::Compare(arguments) => compare::run(&arguments, console),
-        Command::Quality(arguments) => quality::run(&arguments, console),
-        Command::Cut(arguments) => cut::run(&arguments, console),
-        Command::Convert(arguments) => convert::run(&arguments, console),
-        Command::Refine(arguments) => refine::run(&arguments, console),
-        Command::Adapters(arguments) => adapters::run(&arguments, console),
-        Command::Completions(arguments) => completions::run(&arguments, console),
-        Command::Man(arguments) => man::run(&arguments, console),
+        Command::Run(arguments) => run::remove_earlier(arguments),
+        Command::Batch(arguments) => batch::remove_earlier(arguments),
+        _ => {}
+    }
+}
+
+fn run_command(command: &Command, console: &Console) -> Result<(), Failure> {
+    match command {
+        Command::Run(arguments) => run::run(arguments, console),
+        Command::Batch(arguments) => batch::run(arguments, console),
+        Command::Compare(arguments) => compare::run(arguments, console),
+        Command::Quality(arguments) => quality::run(arguments, console),
+        Command::Cut(arguments) => cut::run(arguments, console),
+        Command::Convert(arguments) => convert::run(arguments, console),
+        Command::Refine(arguments) => refine::run(arguments, console),
+        Command::Adapters(arguments) => adapters::run(arguments, console),
+        Command::Completions(arguments) => completions::run(arguments, console),
+        Command::Man(arguments) => man::run(arguments, console),
     }
 }
 

@@ -1,14 +1,14 @@
 //! `idmesh run` moves a mesh to the design of a case.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::console::Console;
 use super::failure::Failure;
 use super::json::{check_json, print_json, write_json};
-use super::{BackendChoice, JsonTarget, choose_backend, json_target, load};
-use crate::case::{Case, LoadedCase};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, read_case};
+use crate::case::{LoadedCase, NamedFiles};
+use crate::formats::read_file;
 use crate::report::{kind_table, stage_table};
 use crate::session::{Folder, Job, Outputs, Session, SessionError, check_distinct, remove_file, sums_of_case};
 
@@ -31,12 +31,15 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let start = Instant::now();
-    let case = load(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
+    let case = read_case(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
+    // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
+    // it.
+    remove(arguments, Some(&NamedFiles::of(&case)));
+    let case = load_files(case, console)?;
     let read_seconds = start.elapsed().as_secs_f64();
     let outputs = Outputs::of(&case.case, arguments.out.as_deref());
-    let _folder = check(&outputs, &case, arguments).inspect_err(|_| remove_earlier(arguments))?;
+    let _folder = check(&outputs, &case, arguments)?;
     console.losses(outputs.losses(&case)?);
-    // From here on nothing of an earlier run may be taken for a result of this one.
     outputs.remove_earlier(&case.inputs)?;
     if let Some(JsonTarget::File(path)) = &arguments.json {
         remove_file(path)?;
@@ -93,13 +96,20 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     Ok(finished.verdict?)
 }
 
-/// Removes what an earlier run left of a case that cannot be run any more, as far as the case file
-/// and the command name it. The failure is told; nothing else is.
-fn remove_earlier(arguments: &Arguments) {
+/// Removes what an earlier run left of a case that cannot be run, as far as the case file and the
+/// command name it.
+pub(super) fn remove_earlier(arguments: &Arguments) {
+    remove(arguments, NamedFiles::read(&arguments.case).as_ref());
+}
+
+/// Removes what an earlier run left, as far as it can be removed. Files that are read stay.
+///
+/// - `named`: the files of the case; `None` if the case file does not say
+fn remove(arguments: &Arguments, named: Option<&NamedFiles>) {
     let mut inputs = vec![arguments.case.clone()];
-    if let Ok(case) = Case::read(&arguments.case) {
-        inputs = case.inputs();
-        Outputs::of(&case, arguments.out.as_deref()).remove_all_but(&inputs);
+    if let Some(named) = named {
+        inputs.extend(named.inputs.iter().cloned());
+        Outputs::in_folder(&named.output, arguments.out.as_deref()).remove_all_but(&inputs);
     }
     if let Some(JsonTarget::File(path)) = &arguments.json
         && check_distinct(&inputs, &[path]).is_ok()
@@ -112,7 +122,7 @@ fn remove_earlier(arguments: &Arguments) {
 /// Whether a file is a report of an earlier run. Where the case cannot be read, the file may also
 /// be one that the user has named by mistake.
 fn is_report(path: &Path) -> bool {
-    let report = fs::read(path).ok().and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
+    let report = read_file(path).ok().and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
     report.is_some_and(|report| report.get("idmesh").is_some())
 }
 

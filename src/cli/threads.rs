@@ -25,9 +25,18 @@ const MOST: usize = 512;
 /// # Errors
 /// The threads cannot be made.
 pub(super) fn run<T: Send + 'static>(command: impl FnOnce() -> T + Send + 'static) -> Result<T, Failure> {
-    let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse().ok());
     let n_processors = thread::available_parallelism().map_or(1, usize::from);
-    let n_threads = asked.filter(|&count| count > 0).unwrap_or(n_processors);
+    let asked = std::env::var_os("RAYON_NUM_THREADS").unwrap_or_default();
+    let n_threads = match asked.to_str().and_then(|text| text.parse().ok()) {
+        Some(count) if count > 0 => count,
+        Some(_) => n_processors,
+        None if asked.is_empty() => n_processors,
+        None => {
+            let asked = asked.display();
+            let expected = "expected a number of threads, or 0 for one on each processor";
+            return Err(Failure::bad_input(format!("RAYON_NUM_THREADS is \"{asked}\", {expected}")));
+        }
+    };
     let no_threads = |why: &dyn std::fmt::Display| {
         let mut failure = Failure::bad_input(format!("{n_threads} threads cannot be started: {why}"));
         failure.hint = Some("take fewer threads (RAYON_NUM_THREADS), or raise the limit of the memory".to_owned());

@@ -154,8 +154,7 @@ mod tests {
     #[test]
     fn few_families_are_compared() {
         let n = 3000;
-        let same =
-            (0..n).map(|i| square(i, if i % 2 == 0 { 0.0 } else { 1.0 }, if i % 2 == 0 { -1.0 } else { 1.0 }, 1.0));
+        let same = (0..n).map(|i| square(i, f64::from(i % 2), f64::from(i % 2) - 0.5, 1.0));
         let growing =
             (0..n).map(|i| square(n + i, f64::from(i % 2), f64::from(i % 2) - 0.5, 1.02f64.powi(1 + i32::from(i))));
         let mut n_compared = 0;

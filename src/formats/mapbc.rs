@@ -7,13 +7,13 @@
 //!
 //! Source: the FUN3D manual, "Grid Formats"; NASA's TetrUSS documentation.
 
-use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::str::from_utf8;
 
 use super::document::{Companion, Conditions, Names};
 use super::error::{ReadError, WriteError};
+use super::input::read_file;
 use super::lines::{Line, Lines};
 use super::linked::{is_linked, unquoted};
 use super::mesh_builder::surface;
@@ -50,7 +50,7 @@ pub(super) fn path_beside(path: &Path, extensions: &[&str]) -> PathBuf {
 
 /// Reads the file at `path`. The result is empty if there is no file.
 pub(super) fn read(path: &Path) -> Result<Mapbc, ReadError> {
-    match fs::read(path) {
+    match read_file(path) {
         Ok(bytes) => Ok(Mapbc { bytes: Some(bytes.clone()), ..parse(path, &bytes).map_err(unquoted)? }),
         Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(Mapbc::default()),
         Err(source) => Err(ReadError::Io { path: path.into(), source }),

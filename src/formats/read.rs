@@ -9,6 +9,7 @@ use super::error::ReadError;
 use super::format::{Format, Parsed};
 use super::gzip::unzipped;
 use super::handedness;
+use super::input::read_file;
 use super::openfoam;
 use super::table::{format_of, known};
 use crate::memory::check_memory;
@@ -87,13 +88,15 @@ pub fn read_mixed(path: &Path) -> Result<MeshFile, ReadError> {
     let path = &if format.is_folder() { openfoam::points_path(path) } else { path.to_path_buf() };
     let io = |source| ReadError::Io { path: path.into(), source };
     check(path, fs::metadata(path).map_err(io)?.len())?;
-    read_bytes(path, fs::read(path).map_err(io)?)
+    read_bytes(path, read_file(path).map_err(io)?)
 }
 
 /// The path of the mesh that [`read_mixed`] reads at `path`: the folder `polyMesh` of an OpenFOAM
 /// case or of its folder `constant`, and otherwise `path` itself.
 pub fn mesh_path(path: &Path) -> PathBuf {
-    openfoam::mesh_folder(path).unwrap_or_else(|| path.to_path_buf())
+    // `.` and `..` have no name that could select a format.
+    let named = || path.canonicalize().ok().filter(|_| path.file_name().is_none() && path.is_dir());
+    openfoam::mesh_folder(path).or_else(named).unwrap_or_else(|| path.to_path_buf())
 }
 
 /// [`read_mixed`] from a file's bytes, plain or gzipped.

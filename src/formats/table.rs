@@ -34,11 +34,21 @@ pub(super) fn format_of(path: &Path) -> Option<(&'static Format, &'static str)> 
     all.filter(|(format, extension)| fits(format, extension)).max_by_key(|(_, extension)| extension.len())
 }
 
+/// Whether a path's extension selects a format.
+pub(crate) fn has_format(path: &Path) -> bool {
+    format_of(path).is_some()
+}
+
 /// The known extensions, for messages: `.msh (Gmsh), .vtu (VTU)`.
 pub(super) fn known() -> String {
     let extensions = |format: &Format| {
-        let dot = if format.is_folder() { "" } else { "." };
-        format.extensions.iter().map(|extension| format!("{dot}{extension}")).collect::<Vec<_>>().join(", ")
+        let shown = |extension: &&str| match *extension {
+            // OpenFOAM's own spelling. Names select formats in any case of letters.
+            "polymesh" => "polyMesh".to_owned(),
+            name if format.is_folder() => name.to_owned(),
+            extension => format!(".{extension}"),
+        };
+        format.extensions.iter().map(shown).collect::<Vec<_>>().join(", ")
     };
     FORMATS.iter().map(|format| format!("{} ({})", extensions(format), format.name)).collect::<Vec<_>>().join(", ")
 }

@@ -219,8 +219,12 @@ impl Outcome {
 
     fn not_converged(&self) -> Fault {
         let stages = self.unconverged.iter();
-        let stages: Vec<_> =
-            stages.map(|(stage, error)| format!("{stage} (about {error:.1e} of an edge left)")).collect();
+        // One sweep alone gives no measure.
+        let left = |error: f64| match error.is_finite() {
+            true => format!("about {error:.1e} of an edge left"),
+            false => "too few sweeps to tell how much is left".to_owned(),
+        };
+        let stages: Vec<_> = stages.map(|(stage, error)| format!("{stage} ({})", left(*error))).collect();
         let message = format!("not converged: {}", stages.join(", "));
         Fault { kind: FaultKind::NotConverged, count: stages.len(), place: None, message }
     }

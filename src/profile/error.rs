@@ -234,7 +234,10 @@ pub enum ProfileError {
         gap: f64,
     },
     /// A plane does not meet the surface.
-    #[error("the plane at {at} along normal {normal} misses the wing, which runs from {low} to {high}")]
+    #[error(
+        "the plane at {at} along normal {normal} misses the wing, which runs from {low} to {high}: another unit of length, or \
+         other axes?"
+    )]
     PlaneMisses {
         /// The plane's normal.
         normal: DVec3,

@@ -1,15 +1,16 @@
 //! The files of a batch's designs.
 //!
-//! [`find_designs`] lists the designs of a folder or of a text file. [`Shard`] selects the designs
+//! [`list_designs`] lists the designs of a folder or of a text file. [`Shard`] selects the designs
 //! of one job of an array of jobs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::SessionError;
 use crate::case::design_list;
+use crate::formats::read_named;
 use crate::text::decode;
 
 /// The name of a design and its files.
@@ -82,7 +83,16 @@ impl Shard {
     }
 }
 
-/// Finds the designs of a folder, sorted by name, or the designs that a text file names, in its
+/// Designs of which some may have one name.
+#[derive(Debug)]
+pub struct Listed {
+    /// The designs. Of those with one name the first.
+    pub designs: Vec<DesignFiles>,
+    /// The error of the first two designs with one name.
+    pub fault: Option<SessionError>,
+}
+
+/// Lists the designs of a folder, sorted by name, or the designs that a text file names, in its
 /// order.
 ///
 /// The text file holds one path a line, relative to the text file's folder. A comment begins with
@@ -99,57 +109,81 @@ impl Shard {
 ///
 /// # Errors
 /// - [`SessionError::UnreadableDesigns`]: the folder or the text file cannot be read
+/// - [`SessionError::NoList`]: the text file is itself a design
 /// - [`SessionError::NoDesigns`]: no design is found
-/// - [`SessionError::SameName`]: two designs have the same name
-pub fn find_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Vec<DesignFiles>, SessionError> {
+pub fn list_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Result<Listed, SessionError> {
     let cannot_read = |source| SessionError::UnreadableDesigns { path: path.to_path_buf(), source };
     let paths = if path.is_dir() {
         let mut paths = entries(path).map_err(cannot_read)?;
         paths.retain(|path| is_design(path, extensions) || !of_folder(path, extensions, tables).is_empty());
         paths
     } else {
-        design_list::parse(&decode(&fs::read(path).map_err(cannot_read)?), path)
+        let listed = design_list::parse(&decode(&read_named(path).map_err(cannot_read)?), path);
+        // Text files of both kinds have the extension txt.
+        let is_profile = path.extension().is_none_or(|extension| extension != "txt") && is_design(path, extensions);
+        if is_profile && !listed.iter().any(|path| path.exists()) {
+            return Err(SessionError::NoList { path: path.to_path_buf() });
+        }
+        listed
     };
     if paths.is_empty() {
         return Err(SessionError::NoDesigns { path: path.to_path_buf() });
     }
-    let mut designs: Vec<DesignFiles> = Vec::new();
+    let mut designs = Designs::default();
     for path in paths {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            add(&mut designs, DesignFiles { name, tables: of_folder(&path, extensions, tables), path })?;
+            designs.add(DesignFiles { name, tables: of_folder(&path, extensions, tables), path });
         } else if tables.len() < 2 {
-            add(&mut designs, DesignFiles { name: stem, path, tables: BTreeMap::new() })?;
+            designs.add(DesignFiles { name: stem, path, tables: BTreeMap::new() });
         } else {
             let table = tables.iter().filter_map(|table| Some((stem.strip_suffix(&format!(".{table}"))?, table)));
             let Some((name, table)) = table.max_by_key(|(_, table)| table.len()) else {
                 // The design fails alone when it is read.
-                add(&mut designs, DesignFiles { name: stem, path, tables: BTreeMap::new() })?;
+                designs.add(DesignFiles { name: stem, path, tables: BTreeMap::new() });
                 continue;
             };
-            match designs.iter_mut().find(|design| design.name == name && !design.path.is_dir()) {
+            match designs.by_name.get(name).map(|&place| &mut designs.all[place]).filter(|design| !design.path.is_dir())
+            {
                 Some(design) => {
                     if let Some(other) = design.tables.insert(table.clone(), path.clone()) {
-                        return Err(same_name(name, &other, &path));
+                        designs.fault.get_or_insert(same_name(name, &other, &path));
                     }
                 }
                 None => {
                     let tables = BTreeMap::from([(table.clone(), path.clone())]);
-                    add(&mut designs, DesignFiles { name: name.to_owned(), path, tables })?;
+                    designs.add(DesignFiles { name: name.to_owned(), path, tables });
                 }
             }
         }
     }
-    Ok(designs)
+    Ok(Listed { designs: designs.all, fault: designs.fault })
 }
 
-fn add(designs: &mut Vec<DesignFiles>, design: DesignFiles) -> Result<(), SessionError> {
-    if let Some(other) = designs.iter().find(|other| other.name == design.name) {
-        return Err(same_name(&design.name, &other.path, &design.path));
+/// Designs in their order, each with a name of its own.
+#[derive(Default)]
+struct Designs {
+    all: Vec<DesignFiles>,
+    /// Place in `all` of each name.
+    by_name: HashMap<String, usize>,
+    /// The first two with one name.
+    fault: Option<SessionError>,
+}
+
+impl Designs {
+    fn add(&mut self, design: DesignFiles) {
+        match self.by_name.get(&design.name) {
+            Some(&place) => {
+                let other = &self.all[place].path;
+                self.fault.get_or_insert_with(|| same_name(&design.name, other, &design.path));
+            }
+            None => {
+                self.by_name.insert(design.name.clone(), self.all.len());
+                self.all.push(design);
+            }
+        }
     }
-    designs.push(design);
-    Ok(())
 }
 
 fn same_name(name: &str, one: &Path, other: &Path) -> SessionError {

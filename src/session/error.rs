@@ -74,6 +74,16 @@ pub enum SessionError {
         /// The error of the system.
         source: io::Error,
     },
+    /// The list of designs has the extension of a design, and names no file.
+    #[error(
+        "{}: no line is the path of a file, expected a folder of designs, or a text file with the path of a design in \
+         each line: is this a design itself?",
+        path.display()
+    )]
+    NoList {
+        /// The file.
+        path: PathBuf,
+    },
     /// The folder or the list of designs is empty.
     #[error("{}: no designs, expected at least one", path.display())]
     NoDesigns {

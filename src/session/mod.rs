@@ -32,7 +32,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 pub use checksums::sums_of_case;
-pub use designs::{DesignFiles, Shard, find_designs};
+pub use designs::{DesignFiles, Listed, Shard, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
 pub use files::{Folder, check_distinct, check_writable, remove_file, write_text};

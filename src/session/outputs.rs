@@ -15,8 +15,8 @@ use super::files::{cannot_write, check_distinct, check_writable, remove_file};
 use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, SessionError};
-use crate::case::{Case, LoadedCase};
-use crate::formats::{Fields, FileSet, WriteError, is_special, mesh_path, real_path};
+use crate::case::{Case, LoadedCase, Output};
+use crate::formats::{Fields, FileSet, WriteError, has_format, is_special, mesh_path, real_path};
 use crate::mover::{Outcome, Why};
 use crate::report::{Series, histogram_svg};
 
@@ -38,11 +38,15 @@ impl Outputs {
     /// The outputs of a case. With a folder, the outputs keep their file names and go into this
     /// folder.
     pub fn of(case: &Case, folder: Option<&Path>) -> Self {
+        Self::in_folder(&case.output, folder)
+    }
+
+    /// [`Self::of`] from the table `[output]` of a case.
+    pub fn in_folder(output: &Output, folder: Option<&Path>) -> Self {
         let place = |path: &PathBuf| match (folder, path.file_name()) {
             (Some(folder), Some(name)) => folder.join(name),
             _ => path.clone(),
         };
-        let output = &case.output;
         Self { meshes: output.mesh.iter().map(place).collect(), histogram: output.histogram.as_ref().map(place) }
     }
 
@@ -182,11 +186,12 @@ impl Outputs {
     }
 
     /// Removes the files of an earlier result of a case that cannot be run, as far as they can be
-    /// removed. A file that is read stays.
+    /// removed. A file that is read stays, and so does a file whose name no mesh can have.
     ///
     /// - `inputs`: files that are read
     pub fn remove_all_but(&self, inputs: &[PathBuf]) {
-        for path in self.names() {
+        let can_be_written = |path: &PathBuf| self.histogram.as_ref() == Some(path) || has_format(path);
+        for path in self.names().into_iter().filter(can_be_written) {
             if check_distinct(inputs, &[&path]).is_ok() {
                 let _ = remove_result(&path);
             }
@@ -248,11 +253,12 @@ fn remove_result(path: &Path) -> Result<(), SessionError> {
     if path.is_dir() {
         let names: &[&str] =
             if is_invalid { &["points", "faces", "owner", "neighbour", "boundary"] } else { &["points"] };
-        for name in names {
-            remove_file(&path.join(name))?;
-            remove_file(&path.join(format!("{name}.gz")))?;
-        }
-        if is_invalid {
+        let files: Vec<PathBuf> =
+            names.iter().flat_map(|name| [path.join(name), path.join(format!("{name}.gz"))]).collect();
+        let is_mesh = files.iter().any(|file| file.is_file());
+        files.iter().try_for_each(|file| remove_file(file))?;
+        // A folder that was empty before is none of idmesh's.
+        if is_invalid && is_mesh {
             let _ = fs::remove_dir(path);
         }
         return Ok(());

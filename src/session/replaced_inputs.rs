@@ -6,7 +6,7 @@ use std::path::Path;
 use super::SessionError;
 use super::designs::DesignFiles;
 use super::outputs::Outputs;
-use crate::case::{Case, LoadedCase, displacement, prescribed, profiles_of};
+use crate::case::{LoadedCase, NamedFiles, displacement, prescribed, profiles_of};
 use crate::formats::real_path;
 use crate::mover::Design;
 use crate::profile::{Plane, Profile, files};
@@ -42,9 +42,10 @@ impl ReplacedInputs {
         }
     }
 
-    /// The same for a case whose files are not read: without wings, any prescribed family.
-    pub fn of_case(case: &Case) -> Self {
-        let wings: Vec<String> = case.profiles.keys().cloned().collect();
+    /// The same for a case whose files are not read: its tables of profiles, and without them any
+    /// prescribed family.
+    pub fn of_case(case: &NamedFiles) -> Self {
+        let wings = case.tables.clone();
         if wings.is_empty() { Self::Displacement(String::new()) } else { Self::Profiles(wings) }
     }
 

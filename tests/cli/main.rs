@@ -6,10 +6,13 @@ mod book;
 mod commands;
 mod damage;
 mod damaged_runs;
+mod earlier;
 mod fixture;
 mod formats;
 mod gpu;
 mod help;
+#[cfg(unix)]
+mod inputs;
 #[cfg(unix)]
 mod jobs;
 mod left_handed;

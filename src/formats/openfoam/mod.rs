@@ -25,6 +25,7 @@ use super::document::{NamedFiles, Slots, SourceFile};
 use super::error::{Location, ReadError};
 use super::format::{Create, Format, Parsed};
 use super::gzip::unzipped;
+use super::input::read_file;
 use super::linked::unquoted;
 use super::mesh_builder::{CellKind, MOST_VERTICES, MeshBuilder};
 
@@ -170,7 +171,11 @@ fn load<'a>(folder: &Path, files: &'a NamedFiles, name: &str) -> Result<(PathBuf
     let zipped = format!("{name}.gz");
     let named = |name: &str| files.iter().find(|(file, _)| file == name);
     let Some((name, bytes)) = named(name).or_else(|| named(&zipped)) else {
-        let source = io::Error::new(io::ErrorKind::NotFound, "there is no such file");
+        let what = match folder.join(name).exists() || folder.join(&zipped).exists() {
+            true => "a folder, a pipe or a device, expected a file",
+            false => "there is no such file",
+        };
+        let source = io::Error::new(io::ErrorKind::NotFound, what);
         return Err(ReadError::Io { path: folder.join(name), source });
     };
     let path = folder.join(name);
@@ -185,7 +190,7 @@ fn siblings(folder: &Path) -> io::Result<NamedFiles> {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if entry.path().is_file() && name != "points" && name != "points.gz" {
-            siblings.push((name, fs::read(entry.path())?));
+            siblings.push((name, read_file(&entry.path())?));
         }
     }
     siblings.sort();
