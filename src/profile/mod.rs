@@ -114,12 +114,16 @@ const LARGEST: f64 = 1e100;
 /// Diagonal of the points' bounding box, in their unit.
 fn extent(points: &[DVec3]) -> f64 {
     #[cfg(test)]
-    LOOKED_AT.set(LOOKED_AT.get() + points.len());
+    tests::LOOKED_AT.set(tests::LOOKED_AT.get() + points.len());
     crate::geometry::diagonal(points.iter().copied())
 }
 
 #[cfg(test)]
-thread_local! {
-    /// The number of points at which [`extent`] has looked.
-    static LOOKED_AT: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+mod tests {
+    use std::cell::Cell;
+
+    thread_local! {
+        /// The number of points at which [`super::extent`] has looked.
+        pub(super) static LOOKED_AT: Cell<usize> = const { Cell::new(0) };
+    }
 }

@@ -195,7 +195,7 @@ impl<'a> Changes<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{LOOKED_AT, extent};
+    use super::super::{extent, tests::LOOKED_AT};
     use super::*;
 
     /// An ellipse with a corner at its end.
