@@ -30,8 +30,7 @@ impl NamedFiles {
         Self { inputs: case.inputs(), output: case.output.clone(), tables }
     }
 
-    /// The files of a case file, as far as it can be read. `None` if it is no TOML or names no
-    /// mesh.
+    /// The files of a case file, as far as it can be read. `None` if it is no TOML.
     pub fn read(path: &Path) -> Option<Self> {
         Self::parse(&String::from_utf8(read_named(path).ok()?).ok()?, path)
     }
@@ -45,9 +44,9 @@ impl NamedFiles {
         let folder = path.parent().unwrap_or(Path::new(""));
         let output = top.remove("output");
         let key = |key: &str| output.as_ref().and_then(|output| output.get(key));
-        let mesh = mesh_path(&folder.join(top.get("mesh")?.as_str()?));
+        let mesh = top.get("mesh").and_then(Value::as_str).map(|text| mesh_path(&folder.join(text)));
         let meshes = match key("mesh") {
-            None => vec![folder.join(parse::default_name(&mesh))],
+            None => mesh.iter().map(|mesh| folder.join(parse::default_name(mesh))).collect(),
             Some(value) => texts(value).into_iter().map(|text| folder.join(text)).collect(),
         };
         let histogram = key("histogram").and_then(Value::as_str).map(|text| folder.join(text));
@@ -56,7 +55,7 @@ impl NamedFiles {
         let tables = top.get("profiles").and_then(Value::as_table);
         let tables = tables.into_iter().flat_map(Table::keys).cloned().collect();
         // Any other text may name an input under a key with a mistake.
-        let mut inputs = BTreeSet::from([path.to_path_buf(), mesh]);
+        let mut inputs: BTreeSet<PathBuf> = mesh.into_iter().chain([path.to_path_buf()]).collect();
         top.values().flat_map(texts).for_each(|text| add(text, folder, &mut inputs));
         Some(Self { inputs: inputs.into_iter().collect(), output: Output { mesh: meshes, histogram }, tables })
     }
@@ -108,7 +107,11 @@ mod tests {
                 assert!(good.inputs.iter().all(|input| found.inputs.contains(input)), "{text}");
             }
         }
-        assert_eq!(named(&CASE.replacen("mesh", "mseh", 1)), None);
+        // Without the name of the mesh there is no default name.
+        assert_eq!(named(&CASE.replacen("mesh", "mseh", 1)).unwrap().output.mesh, [] as [PathBuf; 0]);
+        let misspelt = named(&format!("{}{output}", CASE.replacen("mesh", "mseh", 1))).unwrap();
+        assert_eq!(misspelt.output, named(&format!("{CASE}{output}")).unwrap().output);
+        assert!(misspelt.inputs.contains(&PathBuf::from("in/a.msh")));
         assert_eq!(named("mesh = "), None);
         // The run would refuse such a name.
         assert_eq!(named(&format!("{CASE}[output]\nhistogram = \"new.csv\"\n")).unwrap().output.histogram, None);

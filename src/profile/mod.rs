@@ -120,8 +120,10 @@ fn extent(points: &[DVec3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     thread_local! {
         /// The number of points at which [`super::extent`] has looked.
-        pub(super) static LOOKED_AT: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+        pub(super) static LOOKED_AT: Cell<usize> = const { Cell::new(0) };
     }
 }
