@@ -269,7 +269,8 @@ impl Finder<'_> {
         let area: DVec3 = corners.map(|corners| triangle_normal(corners.map(|vertex| self.at(vertex)))).sum();
         Candidate {
             family,
-            outward: if area.dot(normal) < 0.0 { -normal } else { normal },
+            // The surface's normals point into the mesh.
+            outward: if area.dot(normal) > 0.0 { -normal } else { normal },
             centre,
             n_vertices: vertices.len(),
             n_triangles: self.surface.triangles_of(family).len(),
