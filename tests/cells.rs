@@ -344,6 +344,68 @@ fn faults_of_other_cells_are_named() {
     ));
 }
 
+/// A quadrilateral that joins the vertices of a cell's face crosswise is refused, and so are cells
+/// on the same side of their common face.
+#[test]
+fn faces_and_cells_that_do_not_fit_are_refused() {
+    let (mesh, mut others) = mixed();
+    others.quadrilaterals[0].swap(1, 2);
+    assert!(matches!(
+        validate(HybridMesh { mesh: &mesh, others: &others }),
+        Err(MeshError::CrossedFace { ref face, .. }) if face == "quadrilateral 0"
+    ));
+    // Crosswise between two cells.
+    let (mut mesh, mut others) = mixed();
+    mesh.families.push("disk".into());
+    others.quadrilaterals.push([1, 6, 2, 5]);
+    others.quadrilateral_family.push(FamilyId(1));
+    assert!(matches!(validate(HybridMesh { mesh: &mesh, others: &others }), Err(MeshError::CrossedFace { .. })));
+    *others.quadrilaterals.last_mut().unwrap() = [1, 2, 6, 5];
+    validate(HybridMesh { mesh: &mesh, others: &others }).unwrap();
+    // Two tets on one triangle, both above it.
+    let at = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.2, 0.5]];
+    let folded = TetMesh {
+        vertices: points(&at),
+        tets: vec![[0, 1, 2, 3], [0, 1, 2, 4]],
+        triangles: vec![[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 1, 4], [1, 2, 4], [2, 0, 4]],
+        triangle_family: vec![FamilyId(0); 6],
+        families: vec!["wall".into()],
+    };
+    let error = validate(&folded).unwrap_err();
+    assert!(matches!(error, MeshError::SameSide { .. }), "{error}");
+    assert!(error.to_string().starts_with("tet 0 and tet 1 lie on the same side of their common face"), "{error}");
+}
+
+/// A valid hexahedron whose faces are so warped that two of its eight pieces would be inverted.
+#[test]
+fn pieces_that_would_be_inverted_are_refused() {
+    let at = [
+        [-0.7112467804933641, 0.4127689918604781, 0.4638231583006024],
+        [1.1690406275408092, 0.16847999431519575, 0.4910088309259646],
+        [0.8687489505598188, 1.545304925404524, -0.14058731302941707],
+        [-0.32058390313720514, 0.28115287383411747, -0.8775507688686391],
+        [0.5281220619767704, 0.3653874626468514, 1.3056517011549003],
+        [1.7925312704923233, 0.04441840044567436, 1.5828154804397374],
+        [-0.04298920725492206, 1.6797467991423385, 0.7087465835254554],
+        [-0.46504125177363587, 1.029364398409872, 0.792072705919759],
+    ];
+    let mesh = TetMesh { vertices: points(&at), families: vec!["wall".into()], ..TetMesh::default() };
+    let others = OtherCells {
+        hexahedra: vec![[0, 1, 2, 3, 4, 5, 6, 7]],
+        quadrilaterals: vec![[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+        quadrilateral_family: vec![FamilyId(0); 6],
+        ..OtherCells::default()
+    };
+    let hybrid = HybridMesh { mesh: &mesh, others: &others };
+    validate(hybrid).unwrap();
+    let error = idmesh::mesh::refine_hybrid(hybrid).unwrap_err();
+    assert!(matches!(error, MeshError::Refined(_)), "{error}");
+    assert!(
+        error.to_string().contains("refined, the mesh would not be valid: 2 of 8 hexahedra are inverted"),
+        "{error}"
+    );
+}
+
 /// Each kind is counted and measured by itself.
 #[test]
 fn kinds_are_measured_apart() {

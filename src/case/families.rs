@@ -58,12 +58,9 @@ impl Case {
         CaseError::Invalid { path: self.path.clone(), position, message }
     }
 
-    /// Whether each family of the mesh is one that a table names, itself or by a pattern.
+    /// Whether each family of the mesh has a table with its own name, not a pattern.
     pub(super) fn names_all(&self, mesh_families: &[String]) -> bool {
-        let names = Names::new(mesh_families.iter().map(String::as_str));
-        let mut named = vec![false; mesh_families.len()];
-        self.families.keys().flat_map(|name| names.fitting(name)).for_each(|index| named[index] = true);
-        !named.contains(&false)
+        mesh_families.iter().all(|family| self.families.contains_key(family))
     }
 
     fn named_families(
@@ -80,7 +77,8 @@ impl Case {
                 without_family.push(name);
             }
             for family in fitting.into_iter().map(|index| &mesh_families[index]) {
-                if family != name && self.families.contains_key(family) {
+                // A pattern is not meant for a family inside the volume.
+                if family != name && (self.families.contains_key(family) || inside.contains(&family)) {
                     continue;
                 }
                 if let Some((other, _)) = families.insert(family.clone(), (name, settings)) {

@@ -112,6 +112,13 @@ impl Face {
         self
     }
 
+    /// Whether another face has the same vertices in the same cyclic order.
+    pub fn is_turn_of(&self, other: &Self) -> bool {
+        let (own, other) = (self.vertices(), other.vertices());
+        let Some(start) = other.iter().position(|vertex| *vertex == own[0]) else { return false };
+        own.len() == other.len() && (0..own.len()).all(|place| own[place] == other[(start + place) % other.len()])
+    }
+
     /// The same for every face with these vertices: the vertices ascending, after a zero for a
     /// triangle.
     ///

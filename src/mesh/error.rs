@@ -75,6 +75,19 @@ pub enum MeshError {
     )]
     FaceOfManyCells { vertices: Vec<u32>, cells: Vec<CellName>, at: DVec3 },
     #[error(
+        "{} and {} lie on the same side of their common face with the vertices {vertices:?}, near {}, or join its vertices in \
+         another order; the mesh is folded over itself there, or one of the cells has its vertices in a wrong order",
+        cells[0], cells[1], near(*at)
+    )]
+    SameSide { cells: [CellName; 2], vertices: Box<[u32]>, at: DVec3 },
+    #[error(
+        "{face} of the family '{}' joins the vertices {vertices:?}, near {}, in another order than the face of its cell",
+        shown(family), near(*at)
+    )]
+    CrossedFace { face: String, family: String, vertices: Vec<u32>, at: DVec3 },
+    #[error("refined, the mesh would not be valid: {0}")]
+    Refined(Box<MeshError>),
+    #[error(
         "the face with the vertices {vertices:?}, near {}, stands in the file twice, as {} of the family '{}' and as {} of the \
          family '{}'",
         near(*at), faces[0], shown(&families[0]), faces[1], shown(&families[1])

@@ -13,7 +13,7 @@
 //!
 //! The paper (section 4) uses SHE to traverse a family's triangles, vertices and boundary curves.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use glam::DVec3;
 
@@ -241,6 +241,7 @@ fn oriented_triangles(mesh: HybridMesh, faces: &half_face::HalfFaces) -> Result<
         match mesh.face(index).and_then(|face| outer.get_mut(&face.key())) {
             Some(&mut (_, Some(first))) => return Err(duplicate_face(mesh, first, index)),
             Some((face, taken)) => {
+                check_cycle(mesh, index, face)?;
                 *taken = Some(index);
                 // The normal of a cell's face points out of the fluid, the surface's out of the
                 // body.
@@ -317,9 +318,17 @@ fn check_inside(mesh: HybridMesh, faces: &half_face::HalfFaces, stray: &[u32]) -
     if stray.is_empty() {
         return Ok(());
     }
-    let inner: HashSet<[u32; 4]> =
-        faces.inner().map(|half_face| half_face::face_vertices(mesh, half_face).key()).collect();
-    let is_inner = |face: u32| mesh.face(face).is_some_and(|face| inner.contains(&face.key()));
+    let inner: HashMap<[u32; 4], Face> = faces
+        .inner()
+        .map(|half_face| half_face::face_vertices(mesh, half_face))
+        .map(|face| (face.key(), face))
+        .collect();
+    for &face in stray {
+        if let Some(of_cell) = mesh.face(face).and_then(|face| inner.get(&face.key())) {
+            check_cycle(mesh, face, of_cell)?;
+        }
+    }
+    let is_inner = |face: u32| mesh.face(face).is_some_and(|face| inner.contains_key(&face.key()));
     let nowhere: Vec<u32> = stray.iter().copied().filter(|&face| !is_inner(face)).collect();
     if let Some(&first) = nowhere.first() {
         let mut families: Vec<(String, usize)> = Vec::new();
@@ -360,6 +369,17 @@ fn check_inside(mesh: HybridMesh, faces: &half_face::HalfFaces, stray: &[u32]) -
         }
         None => Ok(()),
     }
+}
+
+/// Checks that a face joins its vertices in the order of the cell's face, either way round.
+fn check_cycle(mesh: HybridMesh, face: u32, of_cell: &Face) -> Result<(), MeshError> {
+    let fits = |own: Face| own.is_turn_of(of_cell) || own.turned_over().is_turn_of(of_cell);
+    if mesh.face(face).is_some_and(fits) {
+        return Ok(());
+    }
+    let vertices = mesh.face_vertices(face).to_vec();
+    let at = mesh.vertices()[vertices[0] as usize];
+    Err(MeshError::CrossedFace { face: mesh.face_name(face), family: family_name(mesh, face), vertices, at })
 }
 
 fn family_name(mesh: HybridMesh, face: u32) -> String {

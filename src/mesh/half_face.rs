@@ -42,6 +42,8 @@ impl HalfFaces {
     ///   face
     /// - [`MeshError::DuplicateTet`], [`MeshError::DuplicateCell`]: two cells have the same
     ///   vertices
+    /// - [`MeshError::SameSide`]: two cells lie on the same side of their common face, or join its
+    ///   vertices in another order
     pub fn new<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<Self, MeshError> {
         let mesh = mesh.into();
         let lowest_of_faces = |&[a, b, c, d]: &[u32; 4]| {
@@ -87,6 +89,9 @@ impl HalfFaces {
                             let (a, b) = (a as u32, b as u32);
                             if are_twins(mesh, a, b) {
                                 return Err(duplicate(mesh, a, b));
+                            }
+                            if !face_vertices(mesh, a).is_turn_of(&face_vertices(mesh, b).turned_over()) {
+                                return Err(same_side(mesh, a, b));
                             }
                             pairs.push([a, b]);
                         }
@@ -202,6 +207,12 @@ fn duplicate(mesh: HybridMesh, first: u32, second: u32) -> MeshError {
         [(CellKind::Tet, first), (CellKind::Tet, second)] => MeshError::DuplicateTet { first, second, at },
         _ => MeshError::DuplicateCell { cells, at },
     }
+}
+
+fn same_side(mesh: HybridMesh, a: u32, b: u32) -> MeshError {
+    let vertices: Box<[u32]> = face_vertices(mesh, a).vertices().into();
+    let at = mesh.vertices()[vertices[0] as usize];
+    MeshError::SameSide { cells: [a, b].map(|half_face| place(mesh, half_face).0), vertices, at }
 }
 
 /// The families all of whose faces lie inside the volume: between two cells `[n_families]`. A

@@ -16,11 +16,12 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::{
-    HybridMesh, MeshError, OtherCells, TetMesh,
+    CellKind, HybridMesh, MeshError, OtherCells, TetMesh,
     corners::{Face, faces_of, is_degenerate},
     edges::EDGE,
     refine::pieces_of_tet,
     validate,
+    validate::check_corners,
 };
 
 /// Cuts every cell of a mesh into pieces of half its size; see the table of this module. Every
@@ -28,6 +29,7 @@ use super::{
 ///
 /// # Errors
 /// - [`MeshError::Degenerate`]: a cell names a vertex twice
+/// - [`MeshError::Refined`]: a piece of a cell with warped faces would be inverted
 /// - others: the mesh is not valid; see [`validate()`]
 pub fn refine_hybrid(mesh: HybridMesh) -> Result<(TetMesh, OtherCells), MeshError> {
     if mesh.others.is_empty() {
@@ -104,6 +106,12 @@ pub fn refine_hybrid(mesh: HybridMesh) -> Result<(TetMesh, OtherCells), MeshErro
         others.quadrilateral_family.extend([family; 4]);
     }
     fine.vertices = middles.vertices;
+    // The pieces of a cell with strongly warped faces may be inverted.
+    let refined = HybridMesh { mesh: &fine, others: &others };
+    CellKind::ALL
+        .into_iter()
+        .try_for_each(|kind| check_corners(refined, kind))
+        .map_err(|error| MeshError::Refined(Box::new(error)))?;
     Ok((fine, others))
 }
 

@@ -64,7 +64,7 @@ pub fn check<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<(), MeshError> {
 }
 
 /// Checks that the corners of all cells of a kind have positive volumes.
-fn check_corners(mesh: HybridMesh, kind: CellKind) -> Result<(), MeshError> {
+pub(super) fn check_corners(mesh: HybridMesh, kind: CellKind) -> Result<(), MeshError> {
     let n_cells = mesh.count(kind);
     let of_cell = |index: usize| worst_corner(mesh.cell(CellName { kind, index }), mesh.vertices());
     let volume = |index: usize| of_cell(index).volume;

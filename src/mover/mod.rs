@@ -12,6 +12,8 @@
 //! order of the mesh that was given.
 
 mod builder;
+mod design;
+mod error;
 mod fault;
 mod fold_check;
 mod held_back;
@@ -27,7 +29,6 @@ mod warnings;
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use glam::DVec3;
-use thiserror::Error;
 
 pub use crate::{memory::MemoryError, stage::StageError};
 pub use crate::{
@@ -38,6 +39,8 @@ pub use crate::{
 };
 pub use builder::MoverBuilder;
 use builder::Progress;
+pub use design::Design;
+pub use error::MoveError;
 pub use fault::{Fault, FaultKind, Place};
 use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
@@ -50,150 +53,17 @@ pub use settings::Settings;
 pub use warnings::Warning;
 
 use crate::{
-    backend::{Backend, BackendError},
+    backend::Backend,
     families::{Families, PlacedBy, Role, SetupError},
     memory::check_memory,
     mesh::Displacement,
-    mesh::{
-        self, CornerCells, FamilyId, HybridMesh, MeshError, Order, OtherCells, TetMesh, Topology, half_edge::Surface,
-    },
-    profile::{Profile, ProfileError, SECTIONS_AT_ONCE},
+    mesh::{self, CornerCells, FamilyId, HybridMesh, Order, OtherCells, TetMesh, Topology, half_edge::Surface},
+    profile::SECTIONS_AT_ONCE,
     quality::{self, Statistics, faults::EdgeAngles},
     stage::SetUp,
     stages::{STAGES, Stages, WingProfiles},
-    text::figures::place,
-    text::nearest::{did_you_mean, quoted},
     volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
 };
-
-/// One design: new profiles of wings and displacements of prescribed families.
-#[derive(Clone, Debug, Default)]
-pub struct Design {
-    /// New profiles of each wing, by the wing's name, in the mesh's unit. Every wing of the mover
-    /// needs as many new profiles as it has old ones, with the same numbers.
-    pub profiles: BTreeMap<String, Vec<Profile>>,
-    /// Displacements of each prescribed family `[n_vertices of the family]`, by the family's name,
-    /// in the mesh's unit and in the order of [`Mover::family_vertices`].
-    pub prescribed: BTreeMap<String, Vec<DVec3>>,
-}
-
-impl Design {
-    /// A design that gives one wing new profiles, in the mesh's unit.
-    pub fn of_wing(wing: &str, new: Vec<Profile>) -> Self {
-        Self::default().with_profiles(wing, new)
-    }
-
-    /// A design that displaces one prescribed family.
-    ///
-    /// - `displacement` `[n_vertices of the family]`: in the mesh's unit
-    pub fn of_prescribed(family: &str, displacement: Vec<DVec3>) -> Self {
-        Self::default().with_prescribed(family, displacement)
-    }
-
-    /// Adds new profiles for a wing, in the mesh's unit.
-    #[must_use]
-    pub fn with_profiles(mut self, wing: &str, new: Vec<Profile>) -> Self {
-        self.profiles.insert(wing.to_owned(), new);
-        self
-    }
-
-    /// Adds the displacements of a prescribed family.
-    ///
-    /// - `displacement` `[n_vertices of the family]`: in the mesh's unit
-    #[must_use]
-    pub fn with_prescribed(mut self, family: &str, displacement: Vec<DVec3>) -> Self {
-        self.prescribed.insert(family.to_owned(), displacement);
-        self
-    }
-}
-
-/// An error of a set-up or an update.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MoveError {
-    /// The mesh is not valid.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// The roles or the old profiles do not fit the mesh.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// A wing's new profiles cannot be used.
-    #[error("profiles of `{family}`: {error}")]
-    Profiles {
-        /// The wing.
-        family: String,
-        /// The cause.
-        error: ProfileError,
-    },
-    /// A design has profiles for a name that is no wing of the mover, or displacements for a name
-    /// that is no prescribed family.
-    #[error(
-        "the design has {} for `{name}`, which is none of the mover's{}; it has {}",
-        if *prescribed { "a displacement" } else { "profiles" },
-        did_you_mean(name, known).unwrap_or_default(),
-        if known.is_empty() { "none".to_owned() } else { quoted(known) }
-    )]
-    Unknown {
-        /// The name.
-        name: String,
-        /// Whether the design has displacements for the name. Otherwise the design has profiles for
-        /// the name.
-        prescribed: bool,
-        /// The names of the mover's prescribed families, or of its wings.
-        known: Vec<String>,
-    },
-    /// A prescribed family has no displacements, or a wrong number of displacements.
-    #[error("family `{family}` has {expected} vertices, but {found} prescribed displacements were given")]
-    Prescribed {
-        /// The family.
-        family: String,
-        /// Vertices of the family.
-        expected: usize,
-        /// Displacements given.
-        found: usize,
-    },
-    /// Two prescribed families move a vertex that both have to different places.
-    #[error(
-        "the prescribed families `{family}` and `{other}` share vertex {vertex} at {}, and its displacements \
-         differ by {difference:.3e}, expected the same from both",
-        place(*position)
-    )]
-    Disagree {
-        /// The first family.
-        family: String,
-        /// The second family.
-        other: String,
-        /// The vertex, counted from 0.
-        vertex: u32,
-        /// Original position of the vertex.
-        position: DVec3,
-        /// Distance between the two places, in the mesh's unit.
-        difference: f64,
-    },
-    /// The mesh is too large for the memory.
-    #[error("{n_tets} tets: {error}")]
-    Memory {
-        /// Tets of the mesh.
-        n_tets: usize,
-        /// The bytes needed and available.
-        error: MemoryError,
-    },
-    /// A stage could not be run: the memory does not suffice for a path of steps.
-    #[error(transparent)]
-    Stage(StageError),
-    /// The backend failed.
-    #[error(transparent)]
-    Backend(#[from] BackendError),
-}
-
-impl From<StageError> for MoveError {
-    fn from(error: StageError) -> Self {
-        match error {
-            StageError::Backend(error) => error.into(),
-            error => Self::Stage(error),
-        }
-    }
-}
 
 /// Moves one mesh to one design after another.
 pub struct Mover {
@@ -461,6 +331,12 @@ impl Mover {
         let kinds = measures.as_ref().map(|measures| mesh::by_kind(given, measures, true));
         if let Some(kinds) = &kinds {
             inverted = kinds.iter().map(|kind| kind.inverted).sum();
+            // The volume of a whole cell counts too.
+            watch
+                .stages
+                .iter_mut()
+                .filter(|stage| stage.name == StageName::Final)
+                .for_each(|stage| stage.inverted = inverted);
         }
 
         let unconverged: Vec<_> =
