@@ -103,9 +103,15 @@ pub(super) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
         invalid(match (side as usize).checked_sub(n_of_cells).and_then(|face| new_file.faces().nth(face)) {
             Some((_, _, family)) => {
                 let name = &new_file.cells.families[family.index()];
-                format!("a face of the family '{name}' is no face on the boundary of the cells")
+                format!(
+                    "a face of the family '{name}' is no face on the boundary of the cells; this format holds no families \
+                     inside the volume, and no cells that name a vertex twice"
+                )
             }
-            None => format!("cell {} shares a face with two others", sides.cells[side as usize]),
+            None => format!(
+                "cell {} shares a face with two others, or names a vertex twice, which this format cannot hold",
+                sides.cells[side as usize]
+            ),
         })
     })?;
     let (of_cells, of_boundary) = partners.split_at(n_of_cells);
