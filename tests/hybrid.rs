@@ -11,6 +11,7 @@ use common::adapter::gpu;
 use common::aircraft::{Anyway, cpu, file, role};
 use common::brick::noise;
 use glam::DVec3;
+#[cfg(feature = "gpu")]
 use idmesh::backend::Backend;
 use idmesh::constraint::Constraint;
 use idmesh::families::{Role, SetupError};

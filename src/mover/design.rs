@@ -13,7 +13,8 @@ pub struct Design {
     /// needs as many new profiles as it has old ones, with the same numbers.
     pub profiles: BTreeMap<String, Vec<Profile>>,
     /// Displacements of each prescribed family `[n_vertices of the family]`, by the family's name,
-    /// in the mesh's unit and in the order of [`Mover::family_vertices`].
+    /// in the mesh's unit and in the order of
+    /// [`Mover::family_vertices`](super::Mover::family_vertices).
     pub prescribed: BTreeMap<String, Vec<DVec3>>,
 }
 
