@@ -35,7 +35,8 @@ fn a_link_to_a_device_is_no_input() {
     for name in ["case.toml", "box.msh", "new.csv"] {
         refuses_in_place_of(&fixture, name, &RUN);
     }
-    for name in ["packed.su2.gz", "packed.cgns", "plain.vtu", "plain.mesh"] {
+    let cgns = cfg!(feature = "cgns").then_some("packed.cgns");
+    for name in ["packed.su2.gz", "plain.vtu", "plain.mesh"].into_iter().chain(cgns) {
         refuses_in_place_of(&fixture, name, &["quality", name]);
     }
     refuses_in_place_of(&fixture, "list.txt", &["batch", "case.toml", "--backend", "cpu", "--designs", "list.txt"]);
