@@ -180,7 +180,10 @@ fn broken_meshes_are_refused_by_name() {
         MeshError::RepeatedVertex { what: "tet", index: 4, .. }
     ));
     assert!(matches!(refusal(|m| m.tets[9].swap(0, 1)), MeshError::Inverted { count: 1, first: 9, n_tets: 48, .. }));
-    assert!(matches!(refusal(|m| m.tets.push(m.tets[3])), MeshError::DuplicateTet { first: 3, second: 48, .. }));
+    assert!(matches!(
+        refusal(|m| m.tets.push(m.tets[3])),
+        MeshError::DuplicateCell { cells, .. } if cells.map(|cell| cell.index) == [3, 48]
+    ));
     assert!(matches!(
         refusal(|m| {
             m.triangles.push(m.triangles[0]);
@@ -257,7 +260,7 @@ fn faults_are_named_by_family_and_place() {
     let mut mesh = whole.clone();
     mesh.tets.push(mesh.tets[1]);
     let place = at(whole.tets[1][0] as usize);
-    let expected = format!("tets 1 and 2 have the same four vertices, {place}");
+    let expected = format!("tet 1 and tet 2 have the same vertices, {place}");
     assert_eq!(validate(&mesh).unwrap_err().to_string(), expected);
     let mut mesh = whole.clone();
     mesh.vertices.push(10.0 * (whole.vertices[1] + whole.vertices[2] + whole.vertices[3]));
@@ -266,7 +269,7 @@ fn faults_are_named_by_family_and_place() {
     mesh.tets.push(if quality::volume(corners) > 0.0 { tet } else { [tet[1], tet[0], tet[2], tet[3]] });
     let error = validate(&mesh).unwrap_err().to_string();
     assert!(
-        error.starts_with(&format!("the face with the vertices [1, 2, 3], {}, belongs to 3 tets", at(1))),
+        error.starts_with(&format!("the face with the vertices [1, 2, 3], {}, belongs to 3 cells (tet ", at(1))),
         "{error}"
     );
 }

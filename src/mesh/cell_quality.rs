@@ -21,7 +21,7 @@ use super::{
     corners::{corner_tets, faces_of},
 };
 use crate::geometry;
-use crate::quality::{self, faults::is_inverted, scaled_jacobian, shape};
+use crate::quality::{self, faults::is_inverted, lesser, scaled_jacobian, shape};
 
 /// The worst corner of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,9 +45,9 @@ pub fn worst_corner(cell: &[u32], vertices: &[DVec3]) -> WorstCorner {
     let mut tets = Vec::with_capacity(8);
     corner_tets(cell, &mut tets);
     let volume = |tet: [u32; 4]| quality::volume(geometry::corners(vertices, tet));
-    let lesser = |a: WorstCorner, b: WorstCorner| if a.volume.is_nan() || a.volume <= b.volume { a } else { b };
+    let worse = |a: WorstCorner, b: WorstCorner| if a.volume.is_nan() || a.volume <= b.volume { a } else { b };
     let corners = tets.into_iter().map(|tet| WorstCorner { corner: Some(tet[0]), volume: volume(tet) });
-    let worst = corners.reduce(lesser).unwrap_or(WorstCorner { corner: None, volume: f64::INFINITY });
+    let worst = corners.reduce(worse).unwrap_or(WorstCorner { corner: None, volume: f64::INFINITY });
     let whole = if worst.volume > 0.0 { cell_volume(cell, vertices) } else { f64::INFINITY };
     if whole > 0.0 { worst } else { WorstCorner { corner: None, volume: whole } }
 }
@@ -114,7 +114,6 @@ pub struct CellMeasures {
 /// - `undeformed` `[n_vertices]`: positions in the undeformed mesh, if `vertices` come from a
 ///   motion
 pub fn measures(mesh: HybridMesh, vertices: &[DVec3], undeformed: Option<&[DVec3]>) -> Vec<CellMeasures> {
-    let lesser = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
     let measure = |cell: usize| {
         let cell = mesh.cell(mesh.name(cell));
         let mut tets = Vec::with_capacity(8);
@@ -134,7 +133,6 @@ pub fn measures(mesh: HybridMesh, vertices: &[DVec3], undeformed: Option<&[DVec3
 /// - `measures` `[n_cells]`: of [`measures()`]
 /// - `is_moved`: whether the shapes compare with an undeformed mesh
 pub fn by_kind(mesh: HybridMesh, measures: &[CellMeasures], is_moved: bool) -> Vec<KindQuality> {
-    let lesser = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
     let mut rest = measures;
     let of_kind = |kind: CellKind| {
         let (of_kind, others) = rest.split_at(mesh.count(kind));

@@ -46,11 +46,7 @@ pub fn corner_tets(cell: &[u32], tets: &mut Vec<[u32; 4]>) {
 /// Number of corner tets of a cell.
 pub fn n_corner_tets(cell: &[u32]) -> usize {
     let mut tets = Vec::new();
-    match cell.len() {
-        _ if is_degenerate(cell) => corner_tets(cell, &mut tets),
-        4 => return 1,
-        n => return if n == 5 { PYRAMID.len() } else { n },
-    }
+    corner_tets(cell, &mut tets);
     tets.len()
 }
 
@@ -64,12 +60,15 @@ pub fn is_degenerate(cell: &[u32]) -> bool {
 /// A face of a degenerate cell that has only two different vertices is no face. A quadrilateral
 /// with three different vertices is a triangle.
 pub fn faces_of(cell: &[u32]) -> impl Iterator<Item = Face> + '_ {
-    cell_faces(cell.len()).iter().filter_map(|face| {
-        let mut corners = [0; 4];
-        let corners = &mut corners[..face.len()];
-        corners.iter_mut().zip(*face).for_each(|(corner, &local)| *corner = cell[local]);
-        Face::new(corners)
-    })
+    cell_faces(cell.len()).iter().filter_map(|face| face_of(cell, face))
+}
+
+/// The face of a cell with these local vertices. `None` if it has shrunk to an edge or a vertex.
+pub(super) fn face_of(cell: &[u32], face: &[usize]) -> Option<Face> {
+    let mut corners = [0; 4];
+    let corners = &mut corners[..face.len()];
+    corners.iter_mut().zip(face).for_each(|(corner, &local)| *corner = cell[local]);
+    Face::new(corners)
 }
 
 /// The vertices of a triangle or a quadrilateral in order.
@@ -119,11 +118,11 @@ impl Face {
         own.len() == other.len() && (0..own.len()).all(|place| own[place] == other[(start + place) % other.len()])
     }
 
-    /// The same for every face with these vertices: the vertices ascending, after a zero for a
-    /// triangle.
+    /// The same for every face with these vertices: the vertices ascending. In a triangle a zero
+    /// follows the lowest vertex.
     ///
-    /// The zero is unambiguous, because a face has its lowest vertex in front: no other vertex of
-    /// the face has the number zero.
+    /// The zero is unambiguous: only the lowest vertex, which stands before it, can have this
+    /// number.
     pub fn key(&self) -> [u32; 4] {
         let mut sorted = self.corners;
         if self.len == 3 {

@@ -60,13 +60,6 @@ pub enum MeshError {
     Degenerate { cell: CellName, at: DVec3 },
     #[error("{what} {index} names so few different vertices that nothing of it is left; the first is vertex {at}")]
     Shrunk { what: &'static str, index: usize, at: u32 },
-    #[error("tets {first} and {second} have the same four vertices, near {}", near(*at))]
-    DuplicateTet { first: u32, second: u32, at: DVec3 },
-    #[error(
-        "the face with the vertices {vertices:?}, near {}, belongs to {} tets ({tets:?}); at most two can share a face",
-        near(*at), tets.len()
-    )]
-    FaceOfManyTets { vertices: [u32; 3], tets: Vec<u32>, at: DVec3 },
     #[error("{} and {} have the same vertices, near {}", cells[0], cells[1], near(*at))]
     DuplicateCell { cells: [CellName; 2], at: DVec3 },
     #[error(

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::{
     CellKind, CellName, HybridMesh, MeshError, cell_faces,
-    corners::{Face, faces_of},
+    corners::{Face, face_of, faces_of},
     csr::Csr,
     in_pieces,
 };
@@ -38,10 +38,8 @@ impl HalfFaces {
     /// Pairs the faces of all cells.
     ///
     /// # Errors
-    /// - [`MeshError::FaceOfManyTets`], [`MeshError::FaceOfManyCells`]: more than two cells share a
-    ///   face
-    /// - [`MeshError::DuplicateTet`], [`MeshError::DuplicateCell`]: two cells have the same
-    ///   vertices
+    /// - [`MeshError::FaceOfManyCells`]: more than two cells share a face
+    /// - [`MeshError::DuplicateCell`]: two cells have the same vertices
     /// - [`MeshError::SameSide`]: two cells lie on the same side of their common face, or join its
     ///   vertices in another order
     pub fn new<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<Self, MeshError> {
@@ -147,14 +145,6 @@ fn place(mesh: HybridMesh, half_face: u32) -> (CellName, usize) {
     unreachable!("a half-face belongs to a cell")
 }
 
-/// The face of a cell with these local vertices. `None` if it has shrunk.
-fn face_of(cell: &[u32], face: &[usize]) -> Option<Face> {
-    let mut corners = [0; 4];
-    let corners = &mut corners[..face.len()];
-    corners.iter_mut().zip(face).for_each(|(corner, &local)| *corner = cell[local]);
-    Face::new(corners)
-}
-
 /// Vertices of a half-face that has not shrunk. Seen from outside its cell they turn
 /// counter-clockwise.
 pub fn face_vertices(mesh: HybridMesh, half_face: u32) -> Face {
@@ -191,22 +181,13 @@ fn many_cells(mesh: HybridMesh, half_faces: &[u32]) -> MeshError {
     let mut vertices = face_vertices(mesh, half_faces[0]).vertices().to_vec();
     vertices.sort_unstable();
     let at = mesh.vertices()[vertices[0] as usize];
-    match vertices[..] {
-        [a, b, c] if cells.iter().all(|cell| cell.kind == CellKind::Tet) => {
-            let tets = cells.iter().map(|cell| cell.index as u32).collect();
-            MeshError::FaceOfManyTets { vertices: [a, b, c], tets, at }
-        }
-        _ => MeshError::FaceOfManyCells { vertices, cells, at },
-    }
+    MeshError::FaceOfManyCells { vertices, cells, at }
 }
 
 fn duplicate(mesh: HybridMesh, first: u32, second: u32) -> MeshError {
     let cells = [first, second].map(|half_face| place(mesh, half_face).0);
     let at = mesh.vertices()[mesh.cell(cells[0])[0] as usize];
-    match cells.map(|cell| (cell.kind, cell.index as u32)) {
-        [(CellKind::Tet, first), (CellKind::Tet, second)] => MeshError::DuplicateTet { first, second, at },
-        _ => MeshError::DuplicateCell { cells, at },
-    }
+    MeshError::DuplicateCell { cells, at }
 }
 
 fn same_side(mesh: HybridMesh, a: u32, b: u32) -> MeshError {

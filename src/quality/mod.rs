@@ -27,6 +27,11 @@ pub fn beta(tet: [DVec3; 4]) -> f64 {
     volume(tet) / (longest * longest.sqrt())
 }
 
+/// The lesser of two numbers; NaN if one is NaN.
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a <= b { a } else { b }
+}
+
 /// Scaled Jacobian of a corner tet, without unit: 1 if the three edges at its first vertex are
 /// perpendicular. NaN if an edge has no length.
 pub fn scaled_jacobian([a, b, c, d]: [DVec3; 4]) -> f64 {

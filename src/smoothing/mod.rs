@@ -42,7 +42,7 @@ pub use target::{QualityTarget, inverse_targets};
 use crate::backend::{Backend, BackendError, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 use crate::constraint::Constraint;
 use crate::geometry::corners;
-use crate::quality;
+use crate::quality::{self, lesser};
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
 
@@ -400,7 +400,6 @@ impl Smoother {
     fn smallest_volume(&self, around: &Neighbourhood, at: &[DVec3]) -> f64 {
         let volume = |tet: &u32, at: &[DVec3]| quality::volume(corners(at, self.topology.tets[*tet as usize]));
         let ratio = |tet: &u32| volume(tet, at) / volume(tet, &self.original);
-        let lesser = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
         around.tets.iter().map(ratio).fold(f64::INFINITY, lesser)
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Merit;
-use crate::quality::faults::is_inverted;
+use crate::quality::{faults::is_inverted, lesser};
 
 /// Quality of a mesh, in f64.
 #[derive(Clone, Debug)]
@@ -49,7 +49,6 @@ impl Worst {
     pub(super) fn of(beta: &[f64]) -> Self {
         let of_tet = |&beta: &f64| Self { inverted: usize::from(is_inverted(beta)), beta };
         let none = || Self { inverted: 0, beta: f64::INFINITY };
-        let lesser = |a: f64, b: f64| if a.is_nan() || a <= b { a } else { b };
         let both = |a: Self, b: Self| Self { inverted: a.inverted + b.inverted, beta: lesser(a.beta, b.beta) };
         beta.par_iter().with_min_len(1 << 14).map(of_tet).reduce(none, both)
     }
