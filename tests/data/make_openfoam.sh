@@ -7,8 +7,8 @@
 set -eu
 here=$(realpath "$(dirname "$0")")
 export WM_PROJECT_DIR=/usr/share/openfoam
-work=/tmp/case
-rm -rf $work "$here/openfoam"
+work=$(mktemp -d)/case
+rm -rf "$here/openfoam"
 mkdir -p $work/base/system $work/base/constant "$here/openfoam"
 cd $work
 dictionary() { echo "FoamFile { version 2.0; format ascii; class dictionary; object $1; }"; cat; }
