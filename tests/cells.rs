@@ -5,6 +5,7 @@ use idmesh::mesh::corners::{corner_tets, faces_of, is_degenerate, n_corner_tets}
 use idmesh::mesh::edges::{EDGE, TetEdges};
 use idmesh::mesh::{
     CellKind, FamilyId, HybridMesh, MeshError, OtherCells, TetMesh, by_kind, cell_volume, measures, validate,
+    worst_corner,
 };
 use idmesh::quality::{beta, scaled_jacobian, shape, volume};
 
@@ -81,6 +82,30 @@ fn ideal_cells_have_their_measures() {
         let at = corner.map(|vertex| flat[vertex as usize]);
         assert!((6.0 * volume(at) - 1e-4).abs() < 1e-16 && (scaled_jacobian(at) - 1.0).abs() < 1e-12);
     }
+}
+
+/// A prism can have good corners and a negative volume.
+#[test]
+fn a_cell_with_good_corners_and_a_negative_volume_is_inverted() {
+    let vertices = points(&[
+        [-1.9, 1.7, 1.4],
+        [-1.4, -1.3, 1.4],
+        [-1.3, -1.6, -0.3],
+        [-0.6, -0.4, -1.3],
+        [-1.5, 0.4, -1.7],
+        [1.2, -1.0, -0.3],
+    ]);
+    // The volume by the divergence theorem, computed with NumPy.
+    assert!((cell_volume(&cell_of(&vertices), &vertices) + 0.402_666_666_666_67).abs() < 1e-12);
+    for corner in corners_of(&cell_of(&vertices)) {
+        assert!(volume(corner.map(|vertex| vertices[vertex as usize])) > 0.0);
+    }
+    let others = OtherCells { prisms: vec![[0, 1, 2, 3, 4, 5]], ..OtherCells::default() };
+    let mesh = TetMesh { vertices, ..TetMesh::default() };
+    let hybrid = HybridMesh { mesh: &mesh, others: &others };
+    let worst = worst_corner(&cell_of(&mesh.vertices), &mesh.vertices);
+    assert!(worst.corner.is_none() && worst.volume < -0.4, "{worst:?}");
+    assert!(measures(hybrid, &mesh.vertices, None)[0].inverted);
 }
 
 /// The shape of a layer sheared by an angle is `3 / (3 + tan^2)`, and of a layer thickened by `t`

@@ -23,7 +23,7 @@ use idmesh::mesh::{
 };
 use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome};
 use idmesh::profile::{Profile, csv, cut};
-use idmesh::quality::{scaled_jacobian, volume};
+use idmesh::quality::{beta, scaled_jacobian, volume};
 use idmesh::relaxation::{Method, Stopping};
 use idmesh::smoothing::{Goal, Merit, QualityTarget, Smoother};
 
@@ -335,7 +335,7 @@ fn bad_corners_are_told() {
     let message = outcome.check().unwrap_err().to_string();
     assert!(message.contains(&format!("{} of 3840 cells are inverted", outcome.inverted)), "{message}");
     assert!(message.contains("the first is hexahedron ") && message.contains("whose corner at vertex "), "{message}");
-    let shown = outcome.jacobian.as_ref().unwrap().iter().filter(|&&jacobian| jacobian <= 0.0).count();
+    let shown = outcome.cell_measures.as_ref().unwrap().iter().filter(|cell| cell.jacobian <= 0.0).count();
     assert!(shown > 0 && shown <= outcome.inverted);
 }
 
@@ -381,8 +381,57 @@ fn local_optimisation_mends_corners() {
     let mut of_tangled = merit.of_all(&simplices.tets, &tangled);
     let smoothed = smoother.run(&mut tangled, &mut of_tangled, &goal, None).unwrap();
     assert_eq!((smoothed.inverted, n_bad(&tangled)), (0, 0));
-    let shape = measures(hybrid, &tangled, Some(&mesh.vertices)).iter().map(|cell| cell.shape).fold(1.0, f64::min);
+    let shape = measures(hybrid, &tangled, Some(&mesh.vertices)).iter().map(|cell| cell.shape()).fold(1.0, f64::min);
     assert!(shape > 0.3, "{shape}");
+}
+
+/// Tets that are merely bad do not move the vertices of the layers beside them.
+#[test]
+fn bad_tets_do_not_move_layers() {
+    let file = small();
+    let hybrid = HybridMesh { mesh: &file.mesh, others: &file.others };
+    let (simplices, cells) = CornerCells::new(hybrid);
+    let (n_tets, undeformed) = (file.mesh.tets.len(), &file.mesh.vertices);
+    let marked = |lists: &mut dyn Iterator<Item = &[u32]>| {
+        let mut marked = vec![false; undeformed.len()];
+        lists.flatten().for_each(|&vertex| marked[vertex as usize] = true);
+        marked
+    };
+    let of_layers = marked(&mut simplices.tets[n_tets..].iter().map(|tet| &tet[..]));
+    let faces = file.mesh.triangles.iter().map(|face| &face[..]);
+    let on_surface = marked(&mut faces.chain(file.others.quadrilaterals.iter().map(|face| &face[..])));
+    let constraint: Vec<Constraint> =
+        on_surface.iter().map(|&held| if held { Constraint::Held } else { Constraint::Free }).collect();
+    let lowest =
+        file.mesh.tets.iter().map(|tet| beta(tet.map(|vertex| undeformed[vertex as usize]))).fold(1.0, f64::min);
+    let merit = Merit::new(Arc::new(cells), &simplices.tets, undeformed, lowest);
+    // Vertices of tets alone, each near a vertex of the layers that may move.
+    let mut at = undeformed.clone();
+    for tet in &file.mesh.tets {
+        let inner = tet.iter().find(|&&vertex| !of_layers[vertex as usize] && !on_surface[vertex as usize]);
+        let layer = tet.iter().find(|&&vertex| of_layers[vertex as usize] && !on_surface[vertex as usize]);
+        if let (Some(&inner), Some(&layer)) = (inner, layer)
+            && at[inner as usize] == undeformed[inner as usize]
+        {
+            at[inner as usize] = undeformed[inner as usize].lerp(undeformed[layer as usize], 0.9);
+            let of_tets = merit.of_all(&simplices.tets, &at);
+            if of_tets.iter().any(|&merit| merit <= 0.0) {
+                at[inner as usize] = undeformed[inner as usize];
+            }
+        }
+    }
+    let mut of_tets = merit.of_all(&simplices.tets, &at);
+    let bad = of_tets.iter().filter(|&&merit| merit < 0.9 * lowest).count();
+    assert!(bad > 10, "{bad}");
+    let goal = Goal { beta: lowest, max_sweeps: 400 };
+    let backend = cpu();
+    let mut smoother =
+        Smoother::new(backend.as_ref(), &simplices.tets, undeformed, &constraint, &[], QualityTarget::Original)
+            .with_merit(merit);
+    let smoothed = smoother.run(&mut at, &mut of_tets, &goal, None).unwrap();
+    assert!(smoothed.moved > 10 && of_tets.iter().fold(1.0, |a: f64, &b| a.min(b)) > 0.9 * lowest, "{smoothed:?}");
+    let moved = |vertex: &usize| of_layers[*vertex] && at[*vertex] != undeformed[*vertex];
+    assert_eq!((0..at.len()).filter(moved).count(), 0);
 }
 
 /// Where springs keep the shapes, local optimisation spares the layers.

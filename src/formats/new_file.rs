@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::error::WriteError;
 use super::mesh_builder::CellKind;
-use crate::mesh::{FamilyId, OtherCells, TetMesh};
+use crate::mesh::{CellMeasures, FamilyId, OtherCells, TetMesh};
 
 /// Cells of a mesh: all cells, or a selection.
 #[derive(Clone, Copy, Debug)]
@@ -38,12 +38,9 @@ pub struct Fields<'a> {
     pub displacement: Option<&'a [DVec3]>,
     /// Quality `V / l_max^3` of each tet `[n_tets]`, without unit.
     pub beta: Option<&'a [f64]>,
-    /// Scaled Jacobian of the worst corner of each cell `[n_cells]`, tets first, then pyramids,
-    /// prisms and hexahedra; without unit.
-    pub jacobian: Option<&'a [f64]>,
-    /// Shape of the worst corner of each cell against the undeformed mesh `[n_cells]`, in the same
-    /// order; without unit.
-    pub shape: Option<&'a [f64]>,
+    /// Scaled Jacobian and shape of the worst corner of each cell `[n_cells]`, tets first, then
+    /// pyramids, prisms and hexahedra; without unit.
+    pub measures: Option<&'a [CellMeasures]>,
 }
 
 /// The contents of a new mesh file.
@@ -139,12 +136,10 @@ impl<'a> NewFile<'a> {
         if let Some(beta) = fields.beta {
             check_length("beta", beta.len(), cells.tets.len())?;
         }
-        let n_cells = cells.tets.len() + others.n_cells();
-        let of_cells = [("scaled Jacobian", fields.jacobian), ("shape", fields.shape)];
-        of_cells.into_iter().try_for_each(|(what, values)| match values {
-            Some(values) => check_length(what, values.len(), n_cells),
-            None => Ok(()),
-        })
+        if let Some(measures) = fields.measures {
+            check_length("measures", measures.len(), cells.tets.len() + others.n_cells())?;
+        }
+        Ok(())
     }
 }
 

@@ -21,7 +21,7 @@ use super::{
     corners::{corner_tets, faces_of},
 };
 use crate::geometry;
-use crate::quality::{self, faults::is_inverted, lesser, scaled_jacobian, shape};
+use crate::quality::{self, determinant, edges_of_corner, faults::is_inverted, lesser, scaled_jacobian, shape_cubed};
 
 /// The worst corner of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,24 +88,23 @@ pub struct KindQuality {
     pub shape_min: Option<f64>,
 }
 
-/// Adds a tet for each corner of a cell, with the corner in front. A tet has four corners, which
-/// share one volume, but not one scaled Jacobian.
-fn all_corners(cell: &[u32], tets: &mut Vec<[u32; 4]>) {
-    match *cell {
-        [a, b, c, d] => tets.extend([[a, b, c, d], [b, a, d, c], [c, d, a, b], [d, c, b, a]]),
-        _ => corner_tets(cell, tets),
-    }
-}
-
 /// The measures of one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellMeasures {
     /// Scaled Jacobian of the worst corner. NaN if one is NaN.
     pub jacobian: f64,
-    /// Shape q of the worst corner against the undeformed mesh; 1 without one. NaN if one is NaN.
-    pub shape: f64,
+    /// The cube of [`CellMeasures::shape`]. Most callers ask for the smallest shape alone, and a
+    /// root for each cell would take longer than the rest.
+    shape_cubed: f64,
     /// Whether the cell is inverted.
     pub inverted: bool,
+}
+
+impl CellMeasures {
+    /// Shape q of the worst corner against the undeformed mesh; 1 without one. NaN if one is NaN.
+    pub fn shape(&self) -> f64 {
+        self.shape_cubed.cbrt()
+    }
 }
 
 /// The measures of all cells `[n_cells]`, in the order of [`HybridMesh`].
@@ -114,18 +113,50 @@ pub struct CellMeasures {
 /// - `undeformed` `[n_vertices]`: positions in the undeformed mesh, if `vertices` come from a
 ///   motion
 pub fn measures(mesh: HybridMesh, vertices: &[DVec3], undeformed: Option<&[DVec3]>) -> Vec<CellMeasures> {
-    let measure = |cell: usize| {
-        let cell = mesh.cell(mesh.name(cell));
-        let mut tets = Vec::with_capacity(8);
-        all_corners(cell, &mut tets);
-        let at = |tet: &[u32; 4], vertices: &[DVec3]| geometry::corners(vertices, *tet);
-        let jacobian = tets.iter().map(|tet| scaled_jacobian(at(tet, vertices))).fold(f64::INFINITY, lesser);
-        let of_tet = |tet: &[u32; 4], from: &[DVec3]| shape(at(tet, vertices), at(tet, from));
-        let least = |from: &[DVec3]| tets.iter().map(|tet| of_tet(tet, from)).fold(f64::INFINITY, lesser);
-        let shape = undeformed.map_or(1.0, least);
-        CellMeasures { jacobian, shape, inverted: is_inverted(worst_corner(cell, vertices).volume) }
+    let measure = |tets: &mut Vec<[u32; 4]>, cell: usize| match mesh.cell(mesh.name(cell)) {
+        &[a, b, c, d] => measures_of_tet([a, b, c, d], vertices, undeformed),
+        cell => {
+            tets.clear();
+            corner_tets(cell, tets);
+            measures_by_corners(cell, tets, vertices, undeformed)
+        }
     };
-    (0..mesh.n_cells()).into_par_iter().map(measure).collect()
+    (0..mesh.n_cells()).into_par_iter().map_init(|| Vec::with_capacity(8), measure).collect()
+}
+
+/// The measures of a tet. Its four corners share one volume and one shape, but not one scaled
+/// Jacobian.
+fn measures_of_tet([a, b, c, d]: [u32; 4], vertices: &[DVec3], undeformed: Option<&[DVec3]>) -> CellMeasures {
+    let corners = [[a, b, c, d], [b, a, d, c], [c, d, a, b], [d, c, b, a]];
+    let jacobians = corners.map(|tet| scaled_jacobian(geometry::corners(vertices, tet)));
+    let edges = |from: &[DVec3]| edges_of_corner(geometry::corners(from, corners[0]));
+    CellMeasures {
+        jacobian: jacobians.into_iter().fold(f64::INFINITY, lesser),
+        shape_cubed: undeformed.map_or(1.0, |from| shape_cubed(edges(vertices), edges(from))),
+        inverted: is_inverted(determinant(edges(vertices))),
+    }
+}
+
+/// The measures of a cell that is no tet.
+///
+/// - `tets`: its corner tets, of [`corner_tets`]
+fn measures_by_corners(
+    cell: &[u32],
+    tets: &[[u32; 4]],
+    vertices: &[DVec3],
+    undeformed: Option<&[DVec3]>,
+) -> CellMeasures {
+    let mut least = CellMeasures { jacobian: f64::INFINITY, shape_cubed: f64::INFINITY, inverted: false };
+    for &tet in tets {
+        let now = geometry::corners(vertices, tet);
+        let edges = edges_of_corner(now);
+        let cubed = undeformed.map_or(1.0, |from| shape_cubed(edges, edges_of_corner(geometry::corners(from, tet))));
+        least.jacobian = lesser(least.jacobian, scaled_jacobian(now));
+        least.shape_cubed = lesser(least.shape_cubed, cubed);
+        least.inverted |= is_inverted(determinant(edges));
+    }
+    least.inverted |= is_inverted(cell_volume(cell, vertices));
+    least
 }
 
 /// The quality of each kind of cell that a mesh has.
@@ -144,7 +175,7 @@ pub fn by_kind(mesh: HybridMesh, measures: &[CellMeasures], is_moved: bool) -> V
             inverted: of_kind.iter().filter(|cell| cell.inverted).count(),
             jacobian_min: jacobians().fold(f64::INFINITY, lesser),
             jacobian_mean: jacobians().sum::<f64>() / of_kind.len() as f64,
-            shape_min: is_moved.then(|| of_kind.iter().map(|cell| cell.shape).fold(f64::INFINITY, lesser)),
+            shape_min: is_moved.then(|| of_kind.iter().map(|cell| cell.shape_cubed).fold(f64::INFINITY, lesser).cbrt()),
         }
     };
     let all: Vec<KindQuality> = CellKind::ALL.into_iter().map(of_kind).collect();

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{HeldBack, Warning};
 use crate::{
-    mesh::{self, CellMeasures, Displacement, HybridMesh, KindQuality, OtherCells, TetMesh},
+    mesh::{CellMeasures, Displacement, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed},
     quality::Statistics,
     smoothing::Smoothed,
@@ -60,12 +60,10 @@ pub struct Outcome {
     pub original_beta: Vec<f64>,
     /// Beta of each tet of the final mesh `[n_tets]`.
     pub beta: Vec<f64>,
-    /// Scaled Jacobian of the worst corner of each cell of the final mesh `[n_cells]`: tets, then
-    /// pyramids, prisms and hexahedra. `None` for a mesh of tets.
-    pub jacobian: Option<Vec<f64>>,
-    /// Shape of the worst corner of each cell of the final mesh against the undeformed mesh
-    /// `[n_cells]`, in the same order. `None` for a mesh of tets.
-    pub shape: Option<Vec<f64>>,
+    /// Scaled Jacobian and shape of the worst corner of each cell of the final mesh `[n_cells]`, in
+    /// the order of [`HybridMesh`](crate::mesh::HybridMesh): tets, then pyramids, prisms and
+    /// hexahedra. `None` for a mesh of tets, whose measure is [`Outcome::beta`].
+    pub cell_measures: Option<Vec<CellMeasures>>,
     /// Quality of each kind of cell of the final mesh. `None` for a mesh of tets.
     pub kinds: Option<Vec<KindQuality>>,
     /// Deviations of families from their shapes, by family name. Families with nothing to report
@@ -172,14 +170,6 @@ impl Outcome {
     /// [`TetMesh::turn_tets`].
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
-    }
-
-    /// Scaled Jacobian and shape of each cell of the moved mesh `[n_cells]`, in the order of
-    /// [`HybridMesh`]. `None` for a mesh of tets, whose measure is [`Outcome::beta`].
-    pub fn cell_measures(&self) -> Option<Vec<CellMeasures>> {
-        let mesh = HybridMesh { mesh: &self.mesh, others: &self.others };
-        let measures = || mesh::measures(mesh, &self.moved.vertices, Some(&self.mesh.vertices));
-        (self.others.n_cells() > 0).then(measures)
     }
 
     /// The cells of [`Outcome::mesh`] that are no tets, and its quadrilaterals.

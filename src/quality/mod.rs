@@ -4,7 +4,7 @@
 #[doc(hidden)]
 pub mod faults;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::geometry::{corners, triangle_normal};
@@ -32,21 +32,44 @@ pub(crate) fn lesser(a: f64, b: f64) -> f64 {
     if a.is_nan() || a <= b { a } else { b }
 }
 
+/// The three edges at the first vertex of a tet.
+pub(crate) fn edges_of_corner([a, b, c, d]: [DVec3; 4]) -> [DVec3; 3] {
+    [b - a, c - a, d - a]
+}
+
+/// Six times the volume of a corner tet, by its three edges.
+pub(crate) fn determinant([u, v, w]: [DVec3; 3]) -> f64 {
+    u.cross(v).dot(w)
+}
+
 /// Scaled Jacobian of a corner tet, without unit: 1 if the three edges at its first vertex are
 /// perpendicular. NaN if an edge has no length.
-pub fn scaled_jacobian([a, b, c, d]: [DVec3; 4]) -> f64 {
-    let edges = [b - a, c - a, d - a].map(|edge| edge / edge.length());
-    edges[0].cross(edges[1]).dot(edges[2])
+pub fn scaled_jacobian(tet: [DVec3; 4]) -> f64 {
+    let edges = edges_of_corner(tet);
+    determinant(edges) / edges.map(DVec3::length_squared).iter().product::<f64>().sqrt()
 }
 
 /// Shape of a corner tet against its undeformed shape, without unit: 1 if it was only moved, turned
 /// or scaled, 0 or less if its volume is not positive.
 pub fn shape(now: [DVec3; 4], undeformed: [DVec3; 4]) -> f64 {
-    let edges = |[a, b, c, d]: [DVec3; 4]| DMat3::from_cols(b - a, c - a, d - a);
-    let s = edges(now) * edges(undeformed).inverse();
-    let determinant = s.determinant();
-    let squares: f64 = s.to_cols_array().iter().map(|entry| entry * entry).sum();
-    3.0 * determinant.signum() * determinant.abs().powf(2.0 / 3.0) / squares
+    shape_cubed(edges_of_corner(now), edges_of_corner(undeformed)).cbrt()
+}
+
+/// The cube of the shape of a corner tet, by its three edges; see [`shape`]. It grows with the
+/// shape, and needs no root.
+///
+/// The shape is `3 s^(2/3) / |S|^2` with `S = A W^-1` and `s = det S`. With the edges `a` of `A`,
+/// `w` of `W` and `r_1 = w_2 x w_3` (and so on), `|S|^2 det(W)^2` is the sum of
+/// `(a_i . a_j) (r_i . r_j)`.
+pub(crate) fn shape_cubed(now: [DVec3; 3], undeformed: [DVec3; 3]) -> f64 {
+    let [w1, w2, w3] = undeformed;
+    let r = [w2.cross(w3), w3.cross(w1), w1.cross(w2)];
+    let of_undeformed = w1.dot(r[0]);
+    let both = |i: usize, j: usize| now[i].dot(now[j]) * r[i].dot(r[j]);
+    let sum = both(0, 0) + both(1, 1) + both(2, 2) + 2.0 * (both(0, 1) + both(1, 2) + both(2, 0));
+    let s = determinant(now) / of_undeformed;
+    let squares = sum / (of_undeformed * of_undeformed);
+    27.0 * s * s.abs() / (squares * squares * squares)
 }
 
 /// Statistics of beta over a mesh, as in the paper's Table 1. Beta has no unit.

@@ -25,11 +25,11 @@ pub(super) fn add_inverted(files: &mut FileSet, output: &Path, outcome: &Outcome
     let path = inverted_name(output);
     let moved = outcome.even_if_invalid();
     let mesh = HybridMesh { mesh: outcome.mesh(), others: outcome.other_cells() };
-    let measures = outcome.cell_measures();
+    let measures = outcome.cell_measures.as_ref();
     let mut near = vec![false; moved.vertices().len()];
     let mut mark = |vertices: &[u32]| vertices.iter().for_each(|&vertex| near[vertex as usize] = true);
     if outcome.inverted > 0 {
-        let is_bad = |cell: usize| match &measures {
+        let is_bad = |cell: usize| match measures {
             Some(measures) => measures[cell].inverted,
             None => faults::is_inverted(outcome.beta[cell]),
         };
@@ -56,18 +56,10 @@ pub(super) fn add_inverted(files: &mut FileSet, output: &Path, outcome: &Outcome
             CellKind::Hexahedron => others.hexahedra.push(mesh.others.hexahedra[index].map(number)),
         }
     }
-    let of_cells = |value: fn(&CellMeasures) -> f64| {
-        measures.as_ref().map(|of| shown.iter().map(|&cell| value(&of[cell])).collect::<Vec<f64>>())
-    };
-    let (jacobian, shape) = (of_cells(|cell| cell.jacobian), of_cells(|cell| cell.shape));
+    let measures = measures.map(|of| shown.iter().map(|&cell| of[cell]).collect::<Vec<CellMeasures>>());
     let beta: Vec<f64> = shown.iter().filter_map(|&cell| outcome.beta.get(cell).copied()).collect();
     let displacement = pick(moved.displacement());
-    let fields = Fields {
-        displacement: Some(&displacement),
-        beta: Some(&beta),
-        jacobian: jacobian.as_deref(),
-        shape: shape.as_deref(),
-    };
+    let fields = Fields { displacement: Some(&displacement), beta: Some(&beta), measures: measures.as_deref() };
     let cells = Cells { tets: &tets, triangles: &[], triangle_family: &[], families: &[] };
     let bytes = vtu_bytes(&pick(moved.vertices()), &cells, &others, &fields)?;
     files.add(&path, move |out| out.write_all(&bytes)).map_err(|error| cannot_write(&path, error))

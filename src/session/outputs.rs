@@ -223,8 +223,7 @@ impl Outputs {
         let fields = Fields {
             displacement: Some(moved.displacement()),
             beta: Some(&outcome.beta),
-            jacobian: outcome.jacobian.as_deref(),
-            shape: outcome.shape.as_deref(),
+            measures: outcome.cell_measures.as_deref(),
         };
         for path in &self.meshes {
             let path = if outcome.is_valid() { path.clone() } else { invalid_name(path) };

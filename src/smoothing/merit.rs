@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::geometry::corners;
 use crate::mesh::CornerCells;
-use crate::quality::{self, faults::is_inverted, scaled_jacobian, shape};
+use crate::quality::{self, determinant, edges_of_corner, faults::is_inverted, scaled_jacobian, shape_cubed};
 
 /// Least shape q of a corner against the undeformed mesh. Springs alone keep 0.62 to 0.99 on
 /// four meshes with layers. A layer sheared by 60 degrees has 0.5.
@@ -75,13 +75,16 @@ impl Merit {
     /// - `at` `[n_vertices]`: positions, in the mesh's unit
     pub fn of(&self, simplex: usize, tet: [u32; 4], at: &[DVec3]) -> f64 {
         let now = corners(at, tet);
-        let beta = quality::beta(now);
-        let Some(corner) = simplex.checked_sub(self.cells.n_tets) else { return beta };
-        if is_inverted(beta) {
-            return beta;
+        let Some(corner) = simplex.checked_sub(self.cells.n_tets) else { return quality::beta(now) };
+        let edges = edges_of_corner(now);
+        if is_inverted(determinant(edges)) {
+            return quality::beta(now);
         }
-        let shape = shape(now, corners(&self.undeformed, tet)) / SHAPE;
-        self.enough * shape.min(scaled_jacobian(now) / self.least_jacobian[corner])
+        let jacobian = scaled_jacobian(now) / self.least_jacobian[corner];
+        let cubed = shape_cubed(edges, edges_of_corner(corners(&self.undeformed, tet)));
+        // The root is taken only where the shape is the lesser ratio, which is seldom.
+        let lesser = if cubed < (SHAPE * jacobian).powi(3) { cubed.cbrt() / SHAPE } else { jacobian };
+        self.enough * lesser
     }
 
     /// The merit of every tet and corner tet `[n_simplices]`.

@@ -14,7 +14,7 @@ use crate::formats::atomic::write_atomically;
 use crate::formats::error::WriteError;
 use crate::formats::new_file::{Cells, Fields, NewFile};
 use crate::formats::out::{Out, in_blocks};
-use crate::mesh::{FamilyId, OtherCells};
+use crate::mesh::{CellMeasures, FamilyId, OtherCells};
 
 /// Writes vertices `[n_vertices]` and some cells on them as a VTU file, gzipped if `path` ends in
 /// `.gz`.
@@ -114,6 +114,13 @@ fn vertex_families(new_file: &NewFile) -> Vec<i32> {
     vertex_family
 }
 
+/// An array with a number for each cell that has one, and 0 for the elements after these.
+fn of_cells<'a, T>(name: &'static str, n_cells: usize, cells: &'a [T], number: fn(&T) -> f64) -> Array<'a> {
+    array((name, "Float64", 1), n_cells, move || {
+        cells.iter().map(number).chain(std::iter::repeat_n(0.0, n_cells - cells.len())).map(f64::to_le_bytes)
+    })
+}
+
 /// Writes a VTU file whose arrays have been checked.
 pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let NewFile { vertices, cells, fields, .. } = new_file;
@@ -126,13 +133,11 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     point_data.extend(fields.displacement.map(|displacement| vectors("displacement", displacement)));
     let mut cell_data =
         vec![array(("family", "Int32", 1), n_cells, || families_of_cells(new_file).map(i32::to_le_bytes))];
-    let measures = [("beta", fields.beta), ("scaled_jacobian", fields.jacobian), ("shape", fields.shape)];
-    cell_data.extend(measures.into_iter().filter_map(|(name, values)| {
-        let values = values?;
-        Some(array((name, "Float64", 1), n_cells, move || {
-            values.iter().copied().chain(std::iter::repeat_n(0.0, n_cells - values.len())).map(f64::to_le_bytes)
-        }))
-    }));
+    cell_data.extend(fields.beta.map(|beta| of_cells("beta", n_cells, beta, |&beta| beta)));
+    if let Some(measures) = fields.measures {
+        cell_data.push(of_cells("scaled_jacobian", n_cells, measures, |cell| cell.jacobian));
+        cell_data.push(of_cells("shape", n_cells, measures, CellMeasures::shape));
+    }
     let n_corners = new_file.elements().map(|(_, corners)| corners.len()).sum();
     let topology = vec![
         array(("connectivity", "Int64", 1), n_corners, || {
