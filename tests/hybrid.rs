@@ -316,6 +316,21 @@ fn the_layers_of_an_o_grid_turn_with_the_wing() {
     assert!(outcome_of_a_mesh_without_tets_has_no_beta(&mut mover));
 }
 
+/// Far from the wing the cells of an O-grid are shorter across the planes than within them, so the
+/// strong springs of the planes' vertices lead off the planes. Cycles correct these vertices too.
+#[test]
+fn multigrid_takes_few_cycles_on_an_o_grid() {
+    let (mesh, others) = o_grid();
+    let mover = |method| {
+        let stopping = Stopping { tolerance: 1e-9, ..Stopping::default() };
+        o_grid_builder(&mesh, &others).method(method).stopping(stopping).build(cpu()).unwrap()
+    };
+    let [cycles, sweeps] = [Method::Multigrid, Method::Chebyshev].map(|method| pitch(&mut mover(method), 20.0));
+    assert!(cycles.solver.sweeps <= 45, "{} cycles", cycles.solver.sweeps);
+    let apart = cycles.vertices().iter().zip(sweeps.vertices()).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+    assert!(apart < 1e-8, "{apart}");
+}
+
 fn outcome_of_a_mesh_without_tets_has_no_beta(mover: &mut Mover) -> bool {
     let outcome = pitch(mover, 5.0);
     outcome.beta.is_empty() && outcome.stages.iter().all(|stage| stage.beta_min.is_nan()) && outcome.is_valid()

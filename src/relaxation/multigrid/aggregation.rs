@@ -23,18 +23,15 @@ const ALIKE: f64 = 0.4;
 /// network.
 const STRONG: f64 = 0.3;
 
-/// A vertex is anchored if more than this share of its stiffness, without weak springs, is in its
-/// anchor. Anchored vertices join no aggregate: sweeps damp their error at once. On coarse levels
-/// thin layers end as such vertices, tied to the wall beneath, and their number would never fall.
-const ANCHORED: f64 = 0.9;
-
-/// An anchor below this share of its row's total stiffness is rounding. The rows of a coarse
-/// network that no held vertex reaches should sum to zero; on meshes of 100 000 tets they sum to
-/// shares of 1e-19 to 1e-15, with either sign, and real anchors are 1e-5 or more.
+/// A vertex is anchored if more than this share of its stiffness is in its anchor. Anchored
+/// vertices join no aggregate: sweeps damp their error at once. On coarse levels thin layers end as
+/// such vertices, tied to the wall beneath, and their number would never fall.
 ///
-/// A vertex without strong springs has no other stiffness here. If rounding counted, its sign would
-/// decide whether the vertex is anchored, and so the aggregates.
-const ROUNDING: f64 = 1e-12;
+/// Weak springs count. Without them a vertex that has weak springs alone would be anchored by an
+/// anchor of any size, and no coarser network would correct it. Such vertices stand where cells are
+/// short across a symmetry plane: the strong springs of the plane's vertices lead off the plane.
+/// The relaxation of an O-grid of 30 240 vertices then took 350 cycles in place of 25.
+const ANCHORED: f64 = 0.9;
 
 /// Stands for no aggregate.
 pub(super) const NONE: u32 = u32::MAX;
@@ -71,24 +68,28 @@ pub(super) fn strong(network: &Network) -> Network {
         }
         row_start.push(entries.len() as u32);
     }
-    let anchors = network.anchor.iter().zip(&network.inverse_total);
-    let anchor = anchors.map(|(&k, inverse_total)| if k * inverse_total > ROUNDING { k } else { 0.0 }).collect();
     let graph = Arc::new(Csr { row_start, entries });
-    Network::from_rows(graph, stiffness, anchor, network.constraint.clone(), network.inverse_length.clone())
+    Network::from_rows(
+        graph,
+        stiffness,
+        network.anchor.clone(),
+        network.constraint.clone(),
+        network.inverse_length.clone(),
+    )
 }
 
 impl Aggregates {
     /// Joins each vertex with all its neighbours along strong springs. The order of the vertices
     /// decides, not the threads.
     ///
-    /// - `strong`: see [`strong`]
+    /// - `strong`: the strong springs of the network; see [`strong`]
     ///
     /// Source: Vanek, Mandel and Brezina (Computing 56, 1996), algorithm 5.1.
-    pub(super) fn new(strong: &Network) -> Self {
+    pub(super) fn new(network: &Network, strong: &Network) -> Self {
         let n = strong.len();
         let mut of_vertex = vec![NONE; n];
         let mut count = 0;
-        let is_anchored = |row: usize| strong.anchor[row] * strong.inverse_total[row] > ANCHORED;
+        let is_anchored = |row: usize| network.anchor[row] * network.inverse_total[row] > ANCHORED;
         let joined = |row: usize| {
             let springs = strong.graph.row(row).iter().zip(&strong.stiffness[strong.graph.range(row)]);
             springs.map(|(&other, &k)| (other as usize, k)).filter(|&(other, _)| !is_anchored(other))
@@ -182,20 +183,21 @@ fn common(mean: DMat3) -> Constraint {
 mod tests {
     use super::*;
 
-    /// Aggregates of a vertex in a plane and a free vertex, with a spring between them.
+    /// Aggregates of a vertex in a plane and a free vertex, with a spring of stiffness 2 between
+    /// them.
     fn aggregates(anchor_in_plane: f64) -> Vec<u32> {
         let graph = Arc::new(Csr { row_start: vec![0, 1, 2], entries: vec![1, 0] });
         let constraint = vec![Constraint::InPlane(DVec3::Y), Constraint::Free];
         let network = Network::from_rows(graph, vec![2.0; 2], vec![anchor_in_plane, 100.0], constraint, vec![1.0; 2]);
-        Aggregates::new(&strong(&network)).of_vertex
+        Aggregates::new(&network, &strong(&network)).of_vertex
     }
 
-    /// Fails if `ROUNDING` is 0 or 1e-4.
+    /// The spring is weak: it joins no vertices, but counts against an anchor.
     #[test]
-    fn rounding_is_no_anchor() {
-        for anchor in [0.0, 1e-15, -1e-15] {
+    fn weak_springs_count_against_an_anchor() {
+        for anchor in [0.0, 1e-15, -1e-15, 1e-4, 2.0, 17.9] {
             assert_eq!(aggregates(anchor), [0, NONE], "{anchor:e}");
         }
-        assert_eq!(aggregates(1e-4), [NONE, NONE]);
+        assert_eq!(aggregates(18.1), [NONE, NONE]);
     }
 }

@@ -14,7 +14,8 @@ use crate::mesh::csr::Csr;
 const ROWS: usize = 1024;
 
 /// The prolongation, which carries a coarse displacement to the fine network. Each vertex takes its
-/// aggregate's displacement, smoothed by one Jacobi sweep with relaxation `4 / (3 highest)`.
+/// aggregate's displacement, smoothed by one Jacobi sweep with relaxation `4 / (3 highest)`. A
+/// vertex without strong springs takes its aggregate's displacement as it is.
 ///
 /// - `strong`: the springs of the smoothing sweep
 /// - `highest`: largest eigenvalue of the whole network's scaled matrix
@@ -25,6 +26,9 @@ pub(super) fn prolongation(strong: &Network, aggregates: &Aggregates, highest: f
     by_rows(strong.len(), aggregates.count, |row, out| {
         let of = |vertex: usize| Some(aggregates.of_vertex[vertex]).filter(|&aggregate| aggregate != NONE);
         let Some(own) = of(row) else { return };
+        if strong.graph.row(row).is_empty() {
+            return out.add(own, 1.0);
+        }
         out.add(own, 1.0 - relaxation);
         for (&neighbour, &k) in strong.graph.row(row).iter().zip(&strong.stiffness[strong.graph.range(row)]) {
             if let Some(aggregate) = of(neighbour as usize) {
@@ -147,4 +151,33 @@ fn by_rows(n_rows: usize, n_columns: usize, of_row: impl Fn(usize, &mut Row) + S
         weights.extend(values);
     }
     Transfer { sources: Csr { row_start, entries }, weights }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::aggregation::strong;
+    use super::*;
+
+    /// Four vertices in a row, the last one in a plane, with springs of 1. The weak spring to the
+    /// plane joins no vertices. The same displacement everywhere comes from the same coarse
+    /// displacement everywhere, so the coarse network has no anchors.
+    #[test]
+    fn a_vertex_without_strong_springs_follows_its_aggregate() {
+        let graph = Arc::new(Csr { row_start: vec![0, 1, 3, 5, 6], entries: vec![1, 0, 2, 1, 3, 2] });
+        let mut constraint = vec![Constraint::Free; 4];
+        constraint[3] = Constraint::InPlane(DVec3::Y);
+        let network = Network::from_rows(graph, vec![1.0; 6], vec![0.0; 4], constraint, vec![1.0; 4]);
+        let strong = strong(&network);
+        let aggregates = Aggregates::new(&network, &strong);
+        assert_eq!(aggregates.of_vertex, [0, 0, 0, 1]);
+        let prolongation = prolongation(&strong, &aggregates, 2.0);
+        for row in 0..4 {
+            let sum: f64 = prolongation.weights[prolongation.sources.range(row)].iter().sum();
+            assert!((sum - 1.0).abs() < 1e-15, "row {row}: {sum}");
+        }
+        let coarse = galerkin(&network, &prolongation, &transpose(&prolongation, 2));
+        assert!(coarse.anchor.iter().all(|anchor| anchor.abs() < 1e-15), "{:?}", coarse.anchor);
+    }
 }
