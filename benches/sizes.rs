@@ -1,10 +1,10 @@
-//! Everything a mesh costs, from 5 000 tets up, on the CPU and on a GPU: how it grows, and where a
+//! Everything a mesh costs, from 5 000 cells up, on the CPU and on a GPU: how it grows, and where a
 //! GPU gets faster.
 //!
 //! `cargo bench --bench sizes -- [--refine N] [MESH ...]`: meshes with a family `wing`, in the
 //! order of their sizes; the last is refined N times. Without any those of the tests and the
 //! example, the last refined once. A mesh's surfaces pitch by 10 degrees, but for families
-//! `symmetry` and `farfield`. The GPU may be a software adapter; it is named. Where there is none
+//! `symmetry`, `..._plane` and `farfield`. The GPU may be a software adapter; it is named. Where there is none
 //! its rows are left out. `RAYON_NUM_THREADS` limits the CPU's threads.
 
 mod common;
@@ -19,7 +19,7 @@ use std::{
 
 use common::{
     Failure, median,
-    network::{Edges, copy_bandwidth, in_order, sweep_speed},
+    network::{Edges, copy_bandwidth, sweep_speed},
     print_machine, print_table, row,
 };
 use glam::DQuat;
@@ -28,12 +28,12 @@ use idmesh::{
     constraint::Constraint,
     families::Role,
     formats::{self, MeshFile},
-    mesh::{self, TetMesh},
+    mesh::{self, CornerCells, HybridMesh, Order, OtherCells, TetMesh},
     mover::{Design, Mover},
     relaxation::FreeRows,
 };
 
-/// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] tets
+/// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] cells
 /// one.
 const UPDATES: usize = 5;
 
@@ -55,7 +55,8 @@ fn run() -> Result<(), Failure> {
     let (files, refinements) = arguments()?;
     let mut rows = vec![row(&[
         "mesh",
-        "tets",
+        "cells",
+        "vertices",
         "on",
         "read s",
         "set-up s",
@@ -69,17 +70,17 @@ fn run() -> Result<(), Failure> {
     let mut costs = Vec::new();
     for (at, file) in files.iter().enumerate() {
         let start = Instant::now();
-        let mut mesh = formats::read(file)?.mesh;
+        let MeshFile { mut mesh, mut others, .. } = formats::read(file)?;
         let mut read = format!("{:.3}", start.elapsed().as_secs_f64());
         let mut name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         for refinement in 0..=if at + 1 == files.len() { refinements } else { 0 } {
             if refinement > 0 {
-                mesh = mesh::refine(&mesh)?;
-                read = written_and_read(&mesh)?;
+                (mesh, others) = mesh::refine_hybrid(HybridMesh { mesh: &mesh, others: &others })?;
+                read = written_and_read(&mesh, &others)?;
                 name.push_str(" refined");
             }
             for backend in &backends {
-                let cost = Cost::of(&mesh, backend)?;
+                let cost = Cost::of(&mesh, &others, backend)?;
                 rows.push(cost.row(&name, &read));
                 costs.push(cost);
             }
@@ -89,12 +90,12 @@ fn run() -> Result<(), Failure> {
     println!();
     if let ([first, ..], Some(last)) = (&costs[..], costs.iter().rfind(|cost| cost.kind == costs[0].kind)) {
         let growth =
-            |of: fn(&Cost) -> f64| (of(last) / of(first)).ln() / (last.n_tets as f64 / first.n_tets as f64).ln();
+            |of: fn(&Cost) -> f64| (of(last) / of(first)).ln() / (last.n_cells as f64 / first.n_cells as f64).ln();
         println!(
-            "on {} from {} to {} tets, as a power of their number: set-up {:.2}, update {:.2}, memory {:.2}",
+            "on {} from {} to {} cells, as a power of their number: set-up {:.2}, update {:.2}, memory {:.2}",
             first.kind,
-            first.n_tets,
-            last.n_tets,
+            first.n_cells,
+            last.n_cells,
             growth(|cost| cost.set_up),
             growth(|cost| cost.update),
             growth(|cost| cost.megabytes)
@@ -103,7 +104,7 @@ fn run() -> Result<(), Failure> {
     if backends.len() > 1 {
         let faster = costs.chunks(2).find(|pair| pair[1].update < pair[0].update);
         match faster {
-            Some(pair) => println!("an update on the GPU is faster from {} tets on", pair[0].n_tets),
+            Some(pair) => println!("an update on the GPU is faster from {} cells on", pair[0].n_cells),
             None => println!("an update on the GPU is faster at none of these sizes"),
         }
     }
@@ -131,10 +132,10 @@ fn arguments() -> Result<(Vec<PathBuf>, usize), Failure> {
 }
 
 /// Seconds to read a mesh from a file of Gmsh's, which is written first.
-fn written_and_read(mesh: &TetMesh) -> Result<String, Failure> {
+fn written_and_read(mesh: &TetMesh, others: &OtherCells) -> Result<String, Failure> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("mesh.msh");
-    let file = MeshFile::from_mesh(mesh.clone());
+    let file = MeshFile::from_cells(mesh.clone(), others.clone());
     file.write(&path, &file.mesh.vertices, &formats::Fields::default())?;
     drop(file);
     let start = Instant::now();
@@ -144,7 +145,8 @@ fn written_and_read(mesh: &TetMesh) -> Result<String, Failure> {
 
 /// What a mesh costs on a backend.
 struct Cost {
-    n_tets: usize,
+    n_cells: usize,
+    n_vertices: usize,
     kind: &'static str,
     set_up: f64,
     update: f64,
@@ -157,16 +159,18 @@ struct Cost {
 }
 
 impl Cost {
-    fn of(mesh: &TetMesh, backend: &Arc<dyn Backend>) -> Result<Self, Failure> {
+    fn of(mesh: &TetMesh, others: &OtherCells, backend: &Arc<dyn Backend>) -> Result<Self, Failure> {
         let role = |family: &String| match family.as_str() {
             "farfield" => Role::Fixed,
             "symmetry" => Role::PLANE,
+            plane if plane.ends_with("_plane") => Role::PLANE,
             _ => Role::Prescribed,
         };
-        let mut builder = Mover::builder(mesh.clone());
+        let mut builder = Mover::builder(mesh.clone()).other_cells(others.clone());
         for family in &mesh.families {
             builder = builder.role(family, role(family));
         }
+        let n_cells = mesh.tets.len() + others.n_cells();
         forget_peak_memory();
         let start = Instant::now();
         let mut mover = builder.build(Arc::clone(backend))?;
@@ -183,7 +187,7 @@ impl Cost {
             design.prescribed.insert(name.clone(), vertices.map(moves).collect());
         }
         let mut times = Vec::new();
-        let updates = if mesh.tets.len() > LARGE { 1 } else { UPDATES };
+        let updates = if n_cells > LARGE { 1 } else { UPDATES };
         let mut cycles = 0;
         for _ in 0..=updates {
             let start = Instant::now();
@@ -198,16 +202,21 @@ impl Cost {
         let megabytes = peak_memory();
         drop(mover);
 
-        let mesh = &in_order(mesh);
+        let hybrid = HybridMesh { mesh, others };
+        let order = Order::breadth_first(hybrid);
+        let (mesh, others) = (order.of(mesh), order.of_others(others));
+        let (simplices, cells) = CornerCells::new(HybridMesh { mesh: &mesh, others: &others });
         let mut constraint = vec![Constraint::Free; mesh.vertices.len()];
-        mesh.triangles.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
-        let moving =
-            FreeRows::new(&Edges::new(&mesh.vertices, &mesh.tets).network(&CpuBackend::default(), constraint)?);
+        let on_surface = mesh.triangles.iter().flatten().chain(others.quadrilaterals.iter().flatten());
+        on_surface.for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
+        let edges = Edges::of_cells(&mesh.vertices, &simplices.tets, |edges| cells.real_edges(edges));
+        let moving = FreeRows::new(&edges.network(&CpuBackend::default(), constraint)?);
         let sweep = sweep_speed(&moving, backend.as_ref())?;
-        let (n_tets, kind) = (mesh.tets.len(), backend.info().kind);
+        let (n_vertices, kind) = (mesh.vertices.len(), backend.info().kind);
         let copying = copy_bandwidth()?;
         Ok(Self {
-            n_tets,
+            n_cells,
+            n_vertices,
             kind,
             set_up,
             update,
@@ -222,7 +231,8 @@ impl Cost {
     fn row(&self, name: &str, read: &str) -> Vec<String> {
         vec![
             name.to_owned(),
-            self.n_tets.to_string(),
+            self.n_cells.to_string(),
+            self.n_vertices.to_string(),
             self.kind.to_owned(),
             read.to_owned(),
             format!("{:.3}", self.set_up),

@@ -31,9 +31,11 @@ pub fn in_order(mesh: &TetMesh) -> TetMesh {
     Order::breadth_first(mesh).of(mesh)
 }
 
-/// The edges of a mesh's tets.
+/// The edges of a mesh's cells.
 pub struct Edges {
     topology: TetEdges,
+    /// The edges with a spring: those of cells.
+    graph: VertexGraph,
     /// Vector from each edge's first to its second vertex.
     vector: Vec<DVec3>,
     n_vertices: usize,
@@ -42,9 +44,16 @@ pub struct Edges {
 impl Edges {
     /// The edges of these tets.
     pub fn new(points: &[DVec3], tets: &[[u32; 4]]) -> Self {
+        Self::of_cells(points, tets, |edges| vec![true; edges.edges.len()])
+    }
+
+    /// The edges of these tets and corner tets, with springs along those of cells.
+    pub fn of_cells(points: &[DVec3], tets: &[[u32; 4]], is_of_cell: impl Fn(&TetEdges) -> Vec<bool>) -> Self {
         let topology = TetEdges::new(points.len(), tets);
         let vector = topology.edges.iter().map(|[a, b]| points[*b as usize] - points[*a as usize]).collect();
-        Self { topology, vector, n_vertices: points.len() }
+        let is_of_cell = is_of_cell(&topology);
+        let graph = VertexGraph::of_some(points.len(), &topology.edges, |edge| is_of_cell[edge]);
+        Self { topology, graph, vector, n_vertices: points.len() }
     }
 
     /// How many there are.
@@ -70,8 +79,7 @@ impl Edges {
         let length: Vec<f64> = self.vector.iter().map(|vector| vector.length()).collect();
         let of = <&Springs>::default().stiffness;
         let stiffness: Vec<f64> = length.iter().zip(sums).map(|(&length, sum)| of.on_wall(length, sum)).collect();
-        let graph = VertexGraph::new(self.n_vertices, &self.topology.edges);
-        Ok(Network::new(&graph, &stiffness, &length, constraint, vec![0.0; self.n_vertices]))
+        Ok(Network::new(&self.graph, &stiffness, &length, constraint, vec![0.0; self.n_vertices]))
     }
 }
 

@@ -2,7 +2,7 @@
 //! profiles.
 
 use idmesh::{
-    mesh::TetMesh,
+    mesh::HybridMesh,
     mover::{Design, Mover, MoverBuilder},
     springs::Springs,
 };
@@ -23,7 +23,7 @@ pub trait Body {
     fn title(&self) -> String;
 
     /// The mesh around it.
-    fn mesh(&self) -> &TetMesh;
+    fn mesh(&self) -> HybridMesh<'_>;
 
     /// The springs it is moved by.
     fn springs(&self) -> &'static Springs;

@@ -1,4 +1,4 @@
-//! The chart: worst beta against the motion, a panel for each kind.
+//! The chart: the worst cell against the motion, a panel for each kind.
 
 use std::fmt::Display;
 
@@ -16,9 +16,11 @@ const GAP: f64 = 36.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 60.0;
 
-/// Worst beta against the motion, a panel for each kind. Inverted tets go far below zero: what is
-/// beyond the scale stands at its lower end.
-pub fn chart(kinds: &[Kind], runs: &[Run], original: f64) -> String {
+/// The worst cell against the motion, a panel for each kind. Inverted cells go far below zero: what
+/// is beyond the scale stands at its lower end.
+///
+/// - `measure`: the measure's name
+pub fn chart(kinds: &[Kind], measure: &str, runs: &[Run], original: f64) -> String {
     let highest = runs.iter().map(|run| run.worst).fold(original, f64::max);
     let step = step(highest / 5.0);
     let top = (highest / step).ceil() * step;
@@ -26,11 +28,11 @@ pub fn chart(kinds: &[Kind], runs: &[Run], original: f64) -> String {
     let y = |beta: f64| TOP + (top - beta.max(bottom)) / (top - bottom) * (HEIGHT - TOP - BOTTOM);
     let width = LEFT + kinds.len() as f64 * (PANEL + GAP);
 
-    let mut svg = Svg::new(width, HEIGHT, "Worst beta against the motion");
+    let mut svg = Svg::new(width, HEIGHT, &format!("Worst {measure} against the motion"));
     let upright = format_args!("translate(18 {}) rotate(-90)", (TOP + HEIGHT - BOTTOM) / 2.0);
     svg.label(
         &[("transform", &upright), ("text-anchor", &"middle")],
-        format_args!("worst beta (below {bottom:.3}: drawn there)"),
+        format_args!("worst {measure} (below {bottom:.3}: drawn there)"),
     );
     let entries = TARGETS.iter().zip(COLOURS).map(|((name, _), colour)| (format!("target {name}"), colour, "none"));
     for (at, (text, colour, dashes)) in entries.chain([("original mesh".to_owned(), "#666", "6 4")]).enumerate() {

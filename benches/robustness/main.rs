@@ -26,6 +26,7 @@ use bodies::{Body, Kind};
 use common::{Failure, print_machine, print_table, row};
 use idmesh::{
     backend::{self, Selection},
+    mesh::{CellKind, CellMeasures, HybridMesh, measures},
     quality::{Statistics, betas},
 };
 use runs::{Run, TARGETS};
@@ -70,10 +71,16 @@ fn run() -> Result<(), Failure> {
     for (path, family) in bodies {
         let body = body(&path, family.as_deref())?;
         let name = name(&path)?;
-        let original = Statistics::new(&betas(&body.mesh().vertices, &body.mesh().tets));
+        let mesh = body.mesh();
+        let measure = if mesh.others.n_cells() > 0 { JACOBIAN } else { BETA };
+        let original = Statistics::new(&if measure == BETA {
+            betas(&mesh.mesh.vertices, &mesh.mesh.tets)
+        } else {
+            jacobians(&measures(mesh, &mesh.mesh.vertices, None))
+        });
         println!(
-            "{name}: {} tets, worst beta {:.6}, mean beta {:.6}; {}; springs `{}`\n",
-            body.mesh().tets.len(),
+            "{name}: {}, worst {measure} {:.6}, mean {measure} {:.6}; {}; springs `{}`\n",
+            cells(mesh),
             original.min,
             original.mean,
             body.title(),
@@ -85,13 +92,31 @@ fn run() -> Result<(), Failure> {
         }
         // By motion, then by target: the sort keeps the amounts of a kind in order.
         runs.sort_by(|a, b| (a.kind, a.amount).partial_cmp(&(b.kind, b.amount)).expect("amounts are numbers"));
-        print_runs(body.kinds(), &runs);
+        print_runs(body.kinds(), measure, &runs);
         fs::create_dir_all(&charts)?;
         let svg = charts.join(format!("robustness-{name}.svg"));
-        fs::write(&svg, chart::chart(body.kinds(), &runs, original.min))?;
+        fs::write(&svg, chart::chart(body.kinds(), measure, &runs, original.min))?;
         eprintln!("chart: {}", svg.display());
     }
     Ok(())
+}
+
+/// The measure of meshes of tets.
+const BETA: &str = "beta";
+
+/// The measure of meshes with other cells: the scaled Jacobian of the worst corner of a cell.
+const JACOBIAN: &str = "jacobian";
+
+fn jacobians(of_cells: &[CellMeasures]) -> Vec<f64> {
+    of_cells.iter().map(|cell| cell.jacobian).collect()
+}
+
+/// The number of cells of each kind.
+fn cells(mesh: HybridMesh) -> String {
+    let counts = CellKind::ALL.map(|kind| (mesh.count(kind), kind.plural()));
+    let some: Vec<String> =
+        counts.into_iter().filter(|&(count, _)| count > 0).map(|(count, kind)| format!("{count} {kind}")).collect();
+    some.join(", ")
 }
 
 /// The body that the file names: a case, or a mesh of which the family of that name moves.
@@ -123,7 +148,8 @@ fn move_all(body: &dyn Body, target: usize, runs: &mut Vec<Run>) -> Result<(), F
             let begin = Instant::now();
             let outcome = mover.update(&design)?;
             let seconds = begin.elapsed().as_secs_f64();
-            let Statistics { min: worst, mean, .. } = Statistics::new(&outcome.beta);
+            let of_cells = outcome.cell_measures.as_deref().map(jacobians);
+            let Statistics { min: worst, mean, .. } = Statistics::new(of_cells.as_ref().unwrap_or(&outcome.beta));
             eprintln!(
                 "{motion} {amount} {unit}, {name}: {} inverted, worst {worst:.6}, {seconds:.2} s",
                 outcome.inverted
@@ -139,8 +165,9 @@ fn move_all(body: &dyn Body, target: usize, runs: &mut Vec<Run>) -> Result<(), F
     Ok(())
 }
 
-fn print_runs(kinds: &[Kind], runs: &[Run]) {
-    let head = ["motion", "target", "inverted", "folded", "self_intersecting", "worst beta", "mean beta", "seconds"];
+fn print_runs(kinds: &[Kind], measure: &str, runs: &[Run]) {
+    let (worst, mean) = (format!("worst {measure}"), format!("mean {measure}"));
+    let head = ["motion", "target", "inverted", "folded", "self_intersecting", &worst, &mean, "seconds"];
     let mut rows = vec![row(&head)];
     rows.extend(runs.iter().map(|run| {
         let Kind { name, unit, .. } = kinds[run.kind];

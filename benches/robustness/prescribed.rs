@@ -1,13 +1,13 @@
-//! A body whose vertices are all prescribed; every other family is fixed. Its chord is along x, its
-//! span along y.
+//! A body whose vertices are all prescribed; every other family is fixed, but for planes, named
+//! `symmetry` or `..._plane`. Its chord is along x, its span along y.
 
 use std::path::Path;
 
 use glam::DVec3;
 use idmesh::{
     families::Role,
-    formats,
-    mesh::{FamilyId, TetMesh},
+    formats::{self, MeshFile},
+    mesh::{FamilyId, HybridMesh},
     mover::{Design, Mover, MoverBuilder},
     springs::Springs,
 };
@@ -25,7 +25,7 @@ const KINDS: [Kind; 3] = [
 
 /// The body.
 pub struct Prescribed {
-    mesh: TetMesh,
+    file: MeshFile,
     family: FamilyId,
     chord: f64,
     /// On the quarter chord, at mid-span and half the height.
@@ -39,10 +39,14 @@ impl Prescribed {
     /// # Errors
     /// The mesh cannot be read, it has no such family, or that has no chord or span.
     pub fn read(path: &Path, family: &str) -> Result<Self, Failure> {
-        let mesh = formats::read(path)?.mesh;
+        let file = formats::read(path)?;
+        let (mesh, others) = (&file.mesh, &file.others);
         let family = mesh.family(family).ok_or_else(|| format!("{}: no family `{family}`", path.display()))?;
-        let corners = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|&(_, &of)| of == family);
-        let points = || corners.clone().flat_map(|(triangle, _)| triangle.map(|vertex| mesh.vertices[vertex as usize]));
+        let triangles = mesh.triangles.iter().zip(&mesh.triangle_family).map(|(face, of)| (&face[..], of));
+        let quadrilaterals =
+            others.quadrilaterals.iter().zip(&others.quadrilateral_family).map(|(face, of)| (&face[..], of));
+        let own = triangles.chain(quadrilaterals).filter(|&(_, &of)| of == family);
+        let points = || own.clone().flat_map(|(face, _)| face).map(|&vertex| mesh.vertices[vertex as usize]);
         let low = points().reduce(DVec3::min).ok_or("the body has no vertices")?;
         let high = points().reduce(DVec3::max).ok_or("the body has no vertices")?;
         let (size, middle) = (high - low, (low + high) / 2.0);
@@ -50,11 +54,11 @@ impl Prescribed {
             return Err("the body has no chord along x or no span along y".into());
         }
         let pivot = middle.with_x(low.x + size.x / 4.0);
-        Ok(Self { mesh, family, chord: size.x, pivot, half_span: size.y / 2.0 })
+        Ok(Self { family, chord: size.x, pivot, half_span: size.y / 2.0, file })
     }
 
     fn family(&self) -> &str {
-        &self.mesh.families[self.family.index()]
+        &self.file.mesh.families[self.family.index()]
     }
 
     fn displacement(&self, at: DVec3, kind: usize, amount: f64) -> DVec3 {
@@ -80,8 +84,8 @@ impl Body for Prescribed {
         format!("body `{}`, prescribed", self.family())
     }
 
-    fn mesh(&self) -> &TetMesh {
-        &self.mesh
+    fn mesh(&self) -> HybridMesh<'_> {
+        self.file.cells()
     }
 
     fn springs(&self) -> &'static Springs {
@@ -93,16 +97,18 @@ impl Body for Prescribed {
     }
 
     fn builder(&self) -> MoverBuilder {
-        let mut builder = Mover::builder(self.mesh.clone()).springs(self.springs());
-        for family in &self.mesh.families {
-            builder = builder.role(family, Role::Fixed);
+        let MeshFile { mesh, others, .. } = &self.file;
+        let mut builder = Mover::builder(mesh.clone()).other_cells(others.clone()).springs(self.springs());
+        for family in &mesh.families {
+            let is_plane = family == "symmetry" || family.ends_with("_plane");
+            builder = builder.role(family, if is_plane { Role::PLANE } else { Role::Fixed });
         }
         builder.role(self.family(), Role::Prescribed)
     }
 
     fn design(&self, mover: &Mover, kind: usize, amount: f64) -> Design {
         let vertices = mover.family_vertices(self.family()).into_iter().flatten();
-        let moved = vertices.map(|&vertex| self.displacement(self.mesh.vertices[vertex as usize], kind, amount));
+        let moved = vertices.map(|&vertex| self.displacement(self.file.mesh.vertices[vertex as usize], kind, amount));
         Design::of_prescribed(self.family(), moved.collect())
     }
 }

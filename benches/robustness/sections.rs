@@ -8,9 +8,9 @@ use glam::DVec3;
 use idmesh::{
     case::Case,
     families::Role,
-    formats,
+    formats::{self, MeshFile},
     geometry::{NOWHERE, bounds},
-    mesh::{FamilyId, TetMesh},
+    mesh::{FamilyId, HybridMesh},
     mover::{Design, Mover, MoverBuilder, Settings},
     profile::{Profile, cut, stations},
     springs::Springs,
@@ -33,7 +33,7 @@ const KINDS: [Kind; 3] = [
 
 /// The wing and its sections.
 pub struct Sections {
-    mesh: TetMesh,
+    file: MeshFile,
     wing: FamilyId,
     roles: Vec<Role>,
     settings: Settings,
@@ -51,7 +51,11 @@ impl Sections {
     /// A file cannot be read, the case has not one wing, or that cannot be cut.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let case = Case::read(path)?;
-        let mesh = formats::read(&case.mesh)?.mesh;
+        let file = formats::read(&case.mesh)?;
+        if !file.others.is_empty() {
+            return Err(format!("{}: sections are cut from meshes of tets alone", path.display()).into());
+        }
+        let mesh = &file.mesh;
         let case = case.for_families(&mesh.families)?;
         let roles: Vec<Role> = mesh.families.iter().map(|name| case.families[name].role.clone()).collect();
         let mut wings = (0..roles.len()).filter(|&family| roles[family] == Role::Wing);
@@ -67,7 +71,7 @@ impl Sections {
         let [low, high] = bounds(old[0].points.iter().copied()).unwrap_or(NOWHERE);
         let along = || triangles.iter().flatten().map(|&vertex| mesh.vertices[vertex as usize].y);
         let (root, tip) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
-        Ok(Self { wing, roles, settings: case.settings, old, chord: high.x - low.x, root, tip, mesh })
+        Ok(Self { wing, roles, settings: case.settings, old, chord: high.x - low.x, root, tip, file })
     }
 
     fn moved(&self, section: &Profile, kind: usize, amount: f64) -> Profile {
@@ -89,11 +93,11 @@ impl Sections {
 
 impl Body for Sections {
     fn title(&self) -> String {
-        format!("wing `{}`, moved by {SECTIONS} profiles", self.mesh.families[self.wing.index()])
+        format!("wing `{}`, moved by {SECTIONS} profiles", self.file.mesh.families[self.wing.index()])
     }
 
-    fn mesh(&self) -> &TetMesh {
-        &self.mesh
+    fn mesh(&self) -> HybridMesh<'_> {
+        self.file.cells()
     }
 
     fn springs(&self) -> &'static Springs {
@@ -105,10 +109,10 @@ impl Body for Sections {
     }
 
     fn builder(&self) -> MoverBuilder {
-        let builder = Mover::builder(self.mesh.clone()).settings(self.settings);
-        let families = self.mesh.families.iter().zip(&self.roles);
+        let builder = Mover::builder(self.file.mesh.clone()).settings(self.settings);
+        let families = self.file.mesh.families.iter().zip(&self.roles);
         let builder = families.fold(builder, |builder, (family, role)| builder.role(family, role.clone()));
-        builder.wing("wing", &[&self.mesh.families[self.wing.index()]], self.old.clone(), None)
+        builder.wing("wing", &[&self.file.mesh.families[self.wing.index()]], self.old.clone(), None)
     }
 
     fn design(&self, _mover: &Mover, kind: usize, amount: f64) -> Design {
