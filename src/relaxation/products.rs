@@ -77,10 +77,10 @@ impl Relaxer {
         Ok((by_force, convergence))
     }
 
-    /// Relaxes until the estimated error is within the tolerance of each vertex's shortest edge, and
-    /// until the residual has fallen by the tolerance. The argument is no displacement. So where
-    /// edges differ widely in length, an error that is small in long edges may be large all the
-    /// same.
+    /// Relaxes until the estimated error is within the tolerance of each vertex's shortest edge,
+    /// and until the residual has fallen by the tolerance. The argument is no displacement. So
+    /// where edges differ widely in length, an error that is small in long edges may be large all
+    /// the same.
     fn relax_relative(
         &mut self,
         displacement: &mut [DVec3],
