@@ -42,6 +42,72 @@ pub trait Stage {
     ) -> Result<Convergence, StageError>;
 }
 
+/// The derivative of a stage, times a vector. The matrices are those of the undeformed mesh and
+/// serve every design, so a product changes no later update.
+///
+/// A stage without it has no products yet; [`crate::stages::STAGES`] tells.
+pub trait Products: Stage {
+    /// Change of the displacement that [`Stage::run`] makes.
+    ///
+    /// - `set_up`: the same as for `run`
+    /// - `kept`: of the run
+    /// - `change` `[n_vertices]`: change of the displacement, in any unit; the stage sets the
+    ///   change of its own vertices
+    /// - `stopping`: its tolerance is relative to the argument
+    ///
+    /// # Errors
+    /// See [`NoProduct`].
+    fn forward(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        change: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct>;
+
+    /// The transpose of [`Products::forward`].
+    ///
+    /// - `gradient` `[n_vertices]`: on entry the derivative of a number by the displacement after
+    ///   the stage, on exit by the displacement before the stage, in any unit; zero at the stage's
+    ///   own vertices
+    /// - others: as for `forward`
+    ///
+    /// # Errors
+    /// See [`NoProduct`].
+    fn reverse(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        gradient: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct>;
+}
+
+/// What the products of an update need of it: 48 bytes a vertex.
+#[derive(Clone, Debug, Default)]
+pub struct Kept {
+    /// The displacement of the surfaces before the volume stage `[n_vertices]`, in the mesh's unit.
+    pub surfaces: Displacement,
+    /// The rotation vector of each vertex `[n_vertices]`, in radians. Empty if the springs are not
+    /// rotation-aware.
+    pub rotations: Vec<DVec3>,
+}
+
+/// Why a stage has no product.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum NoProduct {
+    /// Several rotations fit the motion of the surface around a vertex equally well.
+    #[error("several rotations fit the motion of the surface around vertex {vertex} equally well")]
+    Rotation {
+        /// The vertex.
+        vertex: u32,
+    },
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+}
+
 /// An error of a stage's run.
 #[derive(Debug, Error)]
 #[non_exhaustive]

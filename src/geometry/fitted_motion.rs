@@ -33,13 +33,12 @@ impl FittedMotion {
         Self { from: DVec3::ZERO, to: DVec3::ZERO, linear: Matrix3::identity() }
     }
 
-    /// The rotation `R` that minimises `sum |R p - q|^2` over the pairs `(p, q)` of vectors.
-    pub fn rotation_of(pairs: impl Iterator<Item = (DVec3, DVec3)>) -> DQuat {
-        // sum q p^T
-        let s = pairs.fold(DMat3::ZERO, |s, (p, q)| s + DMat3::from_cols(q * p.x, q * p.y, q * p.z));
-        match polar(s) {
+    /// The rotation `R` that minimises `sum |R p - q|^2` over pairs `(p, q)` of vectors, from their
+    /// sum `sum q p^T`.
+    pub fn rotation_nearest(sum: DMat3) -> DQuat {
+        match polar(sum) {
             Some(rotation) => DQuat::from_mat3(&rotation),
-            None => horn(&Matrix3::from_iterator(s.transpose().to_cols_array())),
+            None => horn(&Matrix3::from_iterator(sum.transpose().to_cols_array())),
         }
     }
 
@@ -167,6 +166,7 @@ fn column(v: DVec3) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::rotation_vectors::outer;
 
     fn check(fit: fn(&[(DVec3, DVec3, f64)]) -> FittedMotion, points: &[DVec3], moved: impl Fn(DVec3) -> DVec3) {
         let displacement = fit(&points.iter().map(|&p| (p, moved(p), 1.0)).collect::<Vec<_>>());
@@ -215,7 +215,8 @@ mod tests {
             for across in [1.1, 1e-2, 1e-6, 0.0, -0.2] {
                 let stretch = DMat3::from_cols(DVec3::new(1.4, 0.1, 0.0), DVec3::new(0.1, 0.7, 0.0), DVec3::Z * across);
                 let arms = DVec3::AXES.map(|axis| (axis, turn * (stretch * axis)));
-                let found = FittedMotion::rotation_of(arms.into_iter());
+                let sum = arms.into_iter().fold(DMat3::ZERO, |sum, (p, q)| sum + outer(q, p));
+                let found = FittedMotion::rotation_nearest(sum);
                 let error = (found * turn.inverse()).xyz().length();
                 assert!(error < 1e-14, "{angle} {across}: {found} instead of {turn}, {error:e}");
             }

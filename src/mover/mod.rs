@@ -13,6 +13,7 @@
 
 mod builder;
 mod design;
+mod differentiable;
 mod error;
 mod fault;
 mod fold_check;
@@ -20,6 +21,8 @@ mod held_back;
 mod outcome;
 #[doc(hidden)]
 pub mod prescribed;
+mod product_error;
+mod products;
 mod refused;
 mod reports;
 mod settings;
@@ -40,6 +43,8 @@ pub use crate::{
 pub use builder::MoverBuilder;
 use builder::Progress;
 pub use design::Design;
+pub use differentiable::Derivative;
+use differentiable::Differentiable;
 pub use error::MoveError;
 pub use fault::{Fault, FaultKind, Place};
 use fold_check::FoldCheck;
@@ -48,6 +53,8 @@ use outcome::Found;
 pub use outcome::{
     Deviation, FamilyReport, HeldBackSummary, Moved, Outcome, ProfileReport, Solver, StageName, StageQuality,
 };
+pub use product_error::{NotDifferentiable, ProductError};
+pub use products::Gradient;
 pub use refused::{Refused, Why};
 pub use settings::Settings;
 pub use warnings::Warning;
@@ -320,7 +327,7 @@ impl Mover {
                 watch.record(StageName::Corrected, &corrected_beta);
             }
         }
-        let VolumeResult { vertices, beta, convergence: volume, path, smoothed } =
+        let VolumeResult { vertices, beta, convergence: volume, path, smoothed, kept, jump_converged } =
             stages.volume.take_result().expect("the volume is the last stage");
         let beta = quality::betas_after(beta, &vertices, &here, &mesh.tets);
         let vertices = here;
@@ -342,6 +349,13 @@ impl Mover {
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
         let FoldCheck { folds, folded, .. } = fold_check;
+        // The volume is the last stage. Its jump counts, not the steps that may have followed.
+        let surfaces_converged = ends.iter().rev().skip(1).all(|(_, end)| end.converged);
+        let kept = match products::without_products(&self.ordered, &self.families) {
+            Some(why) => Err(why),
+            None if !(surfaces_converged && jump_converged) => Err(NotDifferentiable::Unconverged),
+            None => Ok(kept),
+        };
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let self_intersecting = self.stages.volume.newly_self_intersecting(&self.ordered, &vertices);
@@ -355,6 +369,7 @@ impl Mover {
             .missed(&design.profiles, &vertices)
             .map_err(|(family, error)| MoveError::Profiles { family, error })?;
         Ok(Outcome {
+            differentiable: Differentiable::new(kept, path.steps, smoothed.map_or(0, |smoothed| smoothed.moved)),
             off_surface: self.off_surface(&distances_off),
             parted: self.parted(&vertices),
             warnings: self.warnings(&vertices, &held_back, design, &missed, &folded),

@@ -10,7 +10,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{HeldBack, Warning};
+use super::{HeldBack, Warning, differentiable::Differentiable};
 use crate::{
     mesh::{CellMeasures, Displacement, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed},
@@ -54,6 +54,7 @@ pub struct Outcome {
     /// Whether the result is good, as the update found. The public fields can be changed, this
     /// field cannot.
     pub(super) found: Found,
+    pub(super) differentiable: Differentiable,
     /// Quality at the four stages of the paper's Table 1.
     pub stages: Vec<StageQuality>,
     /// Beta of each tet of the original mesh `[n_tets]`.

@@ -18,6 +18,7 @@
 mod free_rows;
 pub mod multigrid;
 mod network;
+mod products;
 mod relaxer;
 mod schedule;
 mod spectrum;

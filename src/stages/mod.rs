@@ -33,7 +33,7 @@ use wing::Wings;
 use wingtip::Wingtips;
 
 use crate::families::{PlacedBy, SetupError};
-use crate::stage::{SetUp, Stage};
+use crate::stage::{Products, SetUp, Stage};
 use crate::volume::{EdgeGraph, VolumeSettings, VolumeStage};
 
 /// All stages of a mesh.
@@ -95,16 +95,33 @@ pub struct StageRow {
     pub placed_by: PlacedBy,
     /// The stage in [`Stages`].
     pub of: fn(&mut Stages) -> &mut dyn Stage,
+    /// The products of the stage in [`Stages`]; `None` for a stage that has none yet.
+    pub products: Option<fn(&mut Stages) -> &mut dyn Products>,
 }
 
 /// All stages in the order in which they run.
 pub const STAGES: &[StageRow] = &[
-    StageRow { name: "wing", placed_by: PlacedBy::Wing, of: |stages| &mut stages.wings },
-    StageRow { name: "trailing edge", placed_by: PlacedBy::TrailingEdge, of: |stages| &mut stages.trailing_edges },
-    StageRow { name: "wingtip", placed_by: PlacedBy::Wingtip, of: |stages| &mut stages.wingtips },
-    StageRow { name: "carenage", placed_by: PlacedBy::Carenage, of: |stages| &mut stages.carenages },
-    StageRow { name: "planes", placed_by: PlacedBy::Plane, of: |stages| &mut stages.planes },
-    StageRow { name: "volume", placed_by: PlacedBy::Volume, of: |stages| &mut stages.volume },
+    StageRow { name: "wing", placed_by: PlacedBy::Wing, of: |stages| &mut stages.wings, products: None },
+    StageRow {
+        name: "trailing edge",
+        placed_by: PlacedBy::TrailingEdge,
+        of: |stages| &mut stages.trailing_edges,
+        products: None,
+    },
+    StageRow { name: "wingtip", placed_by: PlacedBy::Wingtip, of: |stages| &mut stages.wingtips, products: None },
+    StageRow { name: "carenage", placed_by: PlacedBy::Carenage, of: |stages| &mut stages.carenages, products: None },
+    StageRow {
+        name: "planes",
+        placed_by: PlacedBy::Plane,
+        of: |stages| &mut stages.planes,
+        products: Some(|stages| &mut stages.planes),
+    },
+    StageRow {
+        name: "volume",
+        placed_by: PlacedBy::Volume,
+        of: |stages| &mut stages.volume,
+        products: Some(|stages| &mut stages.volume),
+    },
 ];
 
 #[cfg(test)]

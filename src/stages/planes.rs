@@ -8,8 +8,12 @@
 use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;
 use crate::mesh::Displacement;
-use crate::stage::{SetUp, Stage, StageError};
-use crate::{backend::BackendError, constraint::Constraint, relaxation::Convergence};
+use crate::stage::{Kept, NoProduct, Products, SetUp, Stage, StageError};
+use crate::{
+    backend::BackendError,
+    constraint::Constraint,
+    relaxation::{Convergence, Stopping},
+};
 
 /// The network of all plane families together.
 pub struct Planes {
@@ -45,6 +49,34 @@ impl Stage for Planes {
     ) -> Result<Convergence, StageError> {
         match &mut self.network {
             Some(network) => Ok(network.relax(displacement, &set_up.stopping)?),
+            None => Ok(Convergence::nothing_to_do()),
+        }
+    }
+}
+
+impl Products for Planes {
+    fn forward(
+        &mut self,
+        _: &SetUp,
+        _: &Kept,
+        change: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        match &mut self.network {
+            Some(network) => Ok(network.forward(change, stopping)?),
+            None => Ok(Convergence::nothing_to_do()),
+        }
+    }
+
+    fn reverse(
+        &mut self,
+        _: &SetUp,
+        _: &Kept,
+        gradient: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        match &mut self.network {
+            Some(network) => Ok(network.reverse(gradient, stopping)?),
             None => Ok(Convergence::nothing_to_do()),
         }
     }

@@ -89,7 +89,7 @@ impl SurfaceNetwork {
     /// # Errors
     /// The backend failed.
     pub fn relax(&mut self, displacement: &mut [DVec3], stopping: &Stopping) -> Result<Convergence, BackendError> {
-        let mut local: Vec<DVec3> = self.vertices.iter().map(|&vertex| displacement[vertex as usize]).collect();
+        let mut local = self.gather(displacement);
         let convergence = self.relaxer.relax(&mut local, None, stopping)?;
         for ((&vertex, moved), constraint) in self.vertices.iter().zip(local).zip(&self.relaxer.network().constraint) {
             if *constraint != Constraint::Held {
@@ -97,6 +97,46 @@ impl SurfaceNetwork {
             }
         }
         Ok(convergence)
+    }
+
+    /// Change of the equilibrium that [`Self::relax`] finds.
+    ///
+    /// - `change` `[n_vertices]`: of the displacement of the whole mesh, in any unit; set for the
+    ///   vertices that may move
+    /// - `stopping`: its tolerance is relative to the argument
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn forward(&mut self, change: &mut [DVec3], stopping: &Stopping) -> Result<Convergence, BackendError> {
+        let mut local = self.gather(change);
+        let convergence = self.relaxer.forward(&mut local, None, stopping)?;
+        self.scatter(&local, change);
+        Ok(convergence)
+    }
+
+    /// The transpose of [`Self::forward`].
+    ///
+    /// - `gradient` `[n_vertices]`: of the whole mesh, by the displacement after the relaxation on
+    ///   entry and before it on exit, in any unit
+    /// - `stopping`: its tolerance is relative to the argument
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn reverse(&mut self, gradient: &mut [DVec3], stopping: &Stopping) -> Result<Convergence, BackendError> {
+        let mut local = self.gather(gradient);
+        let (_, convergence) = self.relaxer.reverse(&mut local, stopping)?;
+        self.scatter(&local, gradient);
+        Ok(convergence)
+    }
+
+    /// The values of the network's vertices, from those of all vertices of the mesh.
+    fn gather(&self, of_mesh: &[DVec3]) -> Vec<DVec3> {
+        self.vertices.iter().map(|&vertex| of_mesh[vertex as usize]).collect()
+    }
+
+    /// Writes the values of the network's vertices into those of all vertices of the mesh.
+    fn scatter(&self, local: &[DVec3], of_mesh: &mut [DVec3]) {
+        self.vertices.iter().zip(local).for_each(|(&vertex, value)| of_mesh[vertex as usize] = *value);
     }
 
     /// Changes the constraints of the vertices that may move; see [`Relaxer::constrain`].

@@ -26,12 +26,15 @@ use serde::Serialize;
 
 pub mod edges;
 mod optimisation;
+mod products;
 pub mod rotation;
 pub mod route;
 pub mod sliding;
 pub mod springs;
 pub mod start;
 mod stepping;
+mod surface_turn_products;
+mod surface_turns;
 
 pub use edges::EdgeGraph;
 pub use start::Start;
@@ -48,10 +51,10 @@ use crate::{
     mesh::{Displacement, TetMesh},
     projection::crossing::Crossings,
     quality::{Statistics, faults},
-    relaxation::{Convergence, Method},
+    relaxation::{Convergence, Method, Stopping},
     smoothing::{Merit, QualityTarget, Smoothed, Smoother, moved},
     springs::Springs,
-    stage::{SetUp, Stage, StageError},
+    stage::{Kept, NoProduct, Products, SetUp, Stage, StageError},
 };
 
 /// Default for the number of steps that an update may try. A half turn takes four, or six without
@@ -112,6 +115,10 @@ pub struct VolumeResult {
     pub path: Path,
     /// The result of local optimisation at the end. `None` if it was off or not needed.
     pub smoothed: Option<Smoothed>,
+    /// What products need of the jump.
+    pub kept: Kept,
+    /// Whether the springs of the jump reached their tolerance.
+    pub jump_converged: bool,
 }
 
 impl VolumeStage {
@@ -197,6 +204,20 @@ impl VolumeStage {
         self.crossings.newly_self_intersecting(&mesh.vertices, vertices)
     }
 
+    /// The network of the undeformed mesh, which a path of steps may have used up.
+    fn network(&mut self, set_up: &SetUp) -> Result<&mut VolumeNetwork, BackendError> {
+        let volume = match self.volume.take() {
+            Some(volume) => volume,
+            None => {
+                let edge_graph = EdgeGraph::new(set_up.mesh, set_up.cells);
+                let mut volume = VolumeNetwork::last(set_up, edge_graph, self.stepping.springs)?;
+                volume.start_from(self.start);
+                volume
+            }
+        };
+        Ok(self.volume.insert(volume))
+    }
+
     /// Whether a tet with held vertices only is inverted. Then no path of steps helps.
     fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh) -> bool {
         let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
@@ -216,16 +237,8 @@ impl Stage for VolumeStage {
         let SetUp { mesh, stopping, .. } = set_up;
         self.result = None;
         let surfaces = displacement.clone();
-        let volume = match &mut self.volume {
-            Some(volume) => volume,
-            none => {
-                let mut volume =
-                    VolumeNetwork::last(set_up, EdgeGraph::new(mesh, set_up.cells), self.stepping.springs)?;
-                volume.start_from(self.start);
-                none.insert(volume)
-            }
-        };
-        let mut convergence = volume.run(&mesh.vertices, displacement, stopping)?;
+        let (mut convergence, rotations) = self.network(set_up)?.run(&mesh.vertices, displacement, stopping)?;
+        let jump_converged = convergence.converged;
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets, &self.stepping.merit);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
         // No valid volume exists between surfaces that intersect.
@@ -281,8 +294,39 @@ impl Stage for VolumeStage {
             smoothed.inverted = set_up.cells.n_inverted(&state.beta);
             smoothed.beta_min = Statistics::new(&state.beta[..set_up.cells.n_tets]).min;
         }
-        self.result = Some(VolumeResult { vertices: state.vertices, beta: state.beta, convergence, path, smoothed });
+        self.result = Some(VolumeResult {
+            vertices: state.vertices,
+            beta: state.beta,
+            convergence,
+            path,
+            smoothed,
+            kept: Kept { surfaces, rotations },
+            jump_converged,
+        });
         Ok(convergence)
+    }
+}
+
+impl Products for VolumeStage {
+    /// The derivative of the jump. A path of steps and local optimisation have none.
+    fn forward(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        change: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        self.network(set_up)?.forward(&set_up.mesh.vertices, kept, change, stopping)
+    }
+
+    fn reverse(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        gradient: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        self.network(set_up)?.reverse(&set_up.mesh.vertices, kept, gradient, stopping)
     }
 }
 

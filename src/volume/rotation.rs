@@ -13,55 +13,29 @@
 //! Both matrices belong to the undeformed mesh, so the result depends on the design alone. The
 //! paper's springs have no such term.
 
-use std::sync::Arc;
-
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::{Start, start::Equilibrium};
-use crate::families::PlacedBy;
-use crate::geometry::fitted_motion::FittedMotion;
-use crate::mesh::Displacement;
-use crate::stage::SetUp;
+use super::{Start, start::Equilibrium, surface_turns::SurfaceTurns};
 use crate::{
     backend::BackendError,
     constraint::Constraint,
-    geometry::vertex_normals,
-    mesh::{csr::Csr, edges::VertexGraph},
+    families::PlacedBy,
+    mesh::{Displacement, edges::VertexGraph},
     relaxation::{Convergence, Network, Relaxer, Stopping},
+    stage::{NoProduct, SetUp},
 };
-
-/// Weight of the normal in the fit of a surface vertex, where each edge has weight 1. Edges alone
-/// hardly determine a rotation about an axis in their plane.
-const NORMAL: f64 = 3.0;
 
 /// Tolerance of the rotations in radians, over the tolerance of the displacements in shortest
 /// edges. An error of the rotation moves a vertex by the error times its distance from the
 /// surfaces, some tens of edges.
 const ANGLE: f64 = 1.0 / 32.0;
 
-/// Weight of the body's own rotation in the fit. It matters only where the edges do not determine
-/// the rotation: at a sharp edge the normals cancel, and about the edge itself every rotation would
-/// fit.
-const BODY: f64 = 0.01;
-
-/// A moved family.
-struct Body {
-    /// All vertices of the family. The family's own rotation is fitted to them, because the placed
-    /// vertices may lie on a line.
-    vertices: Vec<u32>,
-    /// The vertices that the family places. Each has a rotation of its own.
-    placed: Vec<u32>,
-}
-
 /// The network that spreads rotations from the surfaces to all vertices.
 pub struct Rotation {
     relaxer: Relaxer,
     last: Equilibrium,
-    /// Neighbours of each surface vertex along the surface: `n_vertices` rows.
-    ring: Arc<Csr>,
-    bodies: Vec<Body>,
-    triangles: Vec<[u32; 3]>,
+    surfaces: SurfaceTurns,
 }
 
 impl Rotation {
@@ -73,7 +47,7 @@ impl Rotation {
     /// # Errors
     /// The backend failed, or the mesh does not fit the device.
     pub fn new(set_up: &SetUp, graph: &VertexGraph, edge_stiffness: &[f64]) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
+        let SetUp { mesh, families, backend, method, .. } = *set_up;
         let n = mesh.vertices.len();
         let constraint = (0..n as u32)
             .map(|vertex| match families.placed_by[vertex as usize] {
@@ -89,21 +63,8 @@ impl Rotation {
         // Length 1 for each edge, so errors are in radians.
         let lengths = vec![1.0; edge_stiffness.len()];
         let network = Network::new(graph, edge_stiffness, &lengths, constraint, vec![0.0; n]);
-        let ring = VertexGraph::new(n, &ring_edges(set_up)).neighbours;
-        let mut taken = vec![false; n];
-        let bodies = families
-            .moved()
-            .map(|family| {
-                let own = |vertex: &u32| {
-                    families.placed_by[*vertex as usize] == families.roles[family.index()].placed_by()
-                        && !std::mem::replace(&mut taken[*vertex as usize], true)
-                };
-                let vertices = surface.vertices_of(family).to_vec();
-                Body { placed: vertices.iter().copied().filter(own).collect(), vertices }
-            })
-            .collect();
         let relaxer = Relaxer::new(network, backend, method)?;
-        Ok(Self { relaxer, last: Equilibrium::default(), ring, bodies, triangles: surface.triangles.clone() })
+        Ok(Self { relaxer, last: Equilibrium::default(), surfaces: SurfaceTurns::new(set_up) })
     }
 
     /// Sets the start of further relaxations.
@@ -111,7 +72,7 @@ impl Rotation {
         self.last.start_from(start);
     }
 
-    /// The rotation matrix of every vertex minus the identity `[n_vertices]`.
+    /// The rotation vector of every vertex `[n_vertices]`, in radians.
     ///
     /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
     /// - `displacement` `[n_vertices]`: displacement of the surfaces, in the mesh's unit
@@ -124,66 +85,67 @@ impl Rotation {
         vertices: &[DVec3],
         displacement: &Displacement,
         stopping: &Stopping,
-    ) -> Result<(Vec<DMat3>, Convergence), BackendError> {
-        let mut vectors = vec![DVec3::ZERO; vertices.len()];
-        let moved: Vec<DVec3> = vertices.iter().zip(displacement).map(|(at, by)| *at + *by).collect();
-        let normals = [vertices, &moved].map(|points| self.normals(points));
-        for Body { vertices: all, placed } in &self.bodies {
-            if all.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
-                continue;
-            }
-            let pairs: Vec<(DVec3, DVec3, f64)> =
-                all.iter().map(|&v| (vertices[v as usize], moved[v as usize], 1.0)).collect();
-            let body_rotation = FittedMotion::rigid(&pairs).rotation();
-            let body = rotation_vector(body_rotation);
-            let prior = DVec3::AXES.map(|axis| (axis * BODY.sqrt(), body_rotation * axis * BODY.sqrt()));
-            let found: Vec<DVec3> = placed
-                .par_iter()
-                .map(|&vertex| {
-                    let at = vertex as usize;
-                    let arms = self.ring.row(at).iter().map(|&v| {
-                        let before = vertices[v as usize] - vertices[at];
-                        let scale = 1.0 / before.length();
-                        (before * scale, (moved[v as usize] - moved[at]) * scale)
-                    });
-                    let normal = (normals[0][at] * NORMAL.sqrt(), normals[1][at] * NORMAL.sqrt());
-                    let arms = arms.chain(prior).chain([normal]);
-                    nearest_turn(rotation_vector(FittedMotion::rotation_of(arms)), body)
-                })
-                .collect();
-            placed.iter().zip(found).for_each(|(&vertex, vector)| vectors[vertex as usize] = vector);
-        }
+    ) -> Result<(Vec<DVec3>, Convergence), BackendError> {
+        let mut vectors = self.surfaces.turns(vertices, displacement);
         let stopping = Stopping { tolerance: ANGLE * stopping.tolerance, ..*stopping };
         self.last.recall(&self.relaxer.network().constraint, &mut vectors);
         let convergence = self.relaxer.relax(&mut vectors, None, &stopping)?;
         self.last.keep(&convergence, &vectors);
-        let rotation_minus_identity = |vector: &DVec3| {
-            if *vector == DVec3::ZERO {
-                DMat3::ZERO
-            } else {
-                DMat3::from_quat(DQuat::from_scaled_axis(*vector)) - DMat3::IDENTITY
-            }
-        };
-        Ok((vectors.par_iter().map(rotation_minus_identity).collect(), convergence))
+        Ok((vectors, convergence))
     }
 
-    fn normals(&self, points: &[DVec3]) -> Vec<DVec3> {
-        vertex_normals(points, &self.triangles)
+    /// Change of the rotation vector of every vertex `[n_vertices]`.
+    ///
+    /// - `vertices`, `displacement` `[n_vertices]`: as for [`Self::spread`]
+    /// - `change` `[n_vertices]`: change of the surfaces' displacement
+    /// - `stopping`: its tolerance is relative to the argument
+    ///
+    /// # Errors
+    /// The backend failed, or a rotation has no derivative.
+    pub(super) fn forward(
+        &mut self,
+        vertices: &[DVec3],
+        displacement: &Displacement,
+        change: &Displacement,
+        stopping: &Stopping,
+    ) -> Result<(Vec<DVec3>, Convergence), NoProduct> {
+        let mut vectors = self.surfaces.forward(vertices, displacement, change)?;
+        let convergence = self.relaxer.forward(&mut vectors, None, stopping)?;
+        Ok((vectors, convergence))
+    }
+
+    /// The transpose of [`Self::forward`].
+    ///
+    /// - `by_vectors` `[n_vertices]`: the derivative of a number by the rotation vectors
+    /// - `gradient` `[n_vertices]`: the derivative of the number by the surfaces' displacement, to
+    ///   which the rotations' part is added
+    ///
+    /// # Errors
+    /// As for [`Self::forward`].
+    pub(super) fn reverse(
+        &mut self,
+        vertices: &[DVec3],
+        displacement: &Displacement,
+        mut by_vectors: Vec<DVec3>,
+        gradient: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let (_, convergence) = self.relaxer.reverse(&mut by_vectors, stopping)?;
+        self.surfaces.reverse(vertices, displacement, &by_vectors, gradient)?;
+        Ok(convergence)
     }
 }
 
-/// The edges along which the rotations of surface vertices are fitted.
-///
-/// In a mesh of tets these are all edges of the surface. In a mesh with layers, plane families have
-/// edges in the layers. The stage of the planes has only spread the displacements there roughly, so
-/// these edges would turn the rotations of a wing that ends in the plane. Then the edges of the
-/// families that move are taken.
-fn ring_edges(set_up: &SetUp) -> Vec<[u32; 2]> {
-    let SetUp { cells, surface, families, .. } = set_up;
-    if cells.are_tets() {
-        return surface.edges_of(&(0..surface.triangles.len() as u32).collect::<Vec<_>>());
-    }
-    surface.edges_of(families.moved().flat_map(|family| surface.triangles_of(family)))
+/// Rotation matrices minus the identity `[n_vertices]`, from rotation vectors in radians.
+pub fn rotations_minus_identity(vectors: &[DVec3]) -> Vec<DMat3> {
+    let matrix = |vector: &DVec3| {
+        if *vector == DVec3::ZERO {
+            DMat3::ZERO
+        } else {
+            DMat3::from_quat(DQuat::from_scaled_axis(*vector)) - DMat3::IDENTITY
+        }
+    };
+    vectors.par_iter().map(matrix).collect()
 }
 
 /// Forces of springs whose rest edges turn with their ends `[n_vertices]`, in the unit of stiffness
@@ -207,22 +169,4 @@ pub fn rest_force(network: &Network, positions: &[DVec3], rotation_minus_identit
             })
         })
         .collect()
-}
-
-/// Rotation vector: the axis times the angle in radians, `0..=pi`.
-fn rotation_vector(rotation: DQuat) -> DVec3 {
-    (if rotation.w < 0.0 { -rotation } else { rotation }).to_scaled_axis()
-}
-
-/// Of the two rotation vectors of a rotation, the one nearer to the rotation vector of the body.
-///
-/// A vertex of a body that turns by nearly half a turn may turn by more than half. Its shorter
-/// rotation vector then has the opposite direction.
-fn nearest_turn(vector: DVec3, body: DVec3) -> DVec3 {
-    let angle = vector.length();
-    if angle == 0.0 {
-        return vector;
-    }
-    let other = vector * (1.0 - std::f64::consts::TAU / angle);
-    if other.distance_squared(body) < vector.distance_squared(body) { other } else { vector }
 }

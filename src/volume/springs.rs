@@ -8,10 +8,12 @@
 //! in periodic planes first slide freely. Each set of partners then takes its mean displacement,
 //! and the inside relaxes again with the partners held.
 
+use glam::DVec3;
+
 use super::{
     Start,
     edges::{EdgeGraph, EdgeSprings},
-    rotation::{Rotation, rest_force},
+    rotation::{Rotation, rest_force, rotations_minus_identity},
     start::Equilibrium,
 };
 use crate::{
@@ -26,18 +28,18 @@ use crate::{
 
 /// The network of all tets, set up once per mesh.
 pub struct VolumeNetwork {
-    relaxer: Relaxer,
+    pub(super) relaxer: Relaxer,
     /// Only with periodic planes.
-    tied: Option<Tied>,
+    pub(super) tied: Option<Tied>,
     last: Equilibrium,
     /// Only with rotation-aware springs.
-    rotation: Option<Rotation>,
+    pub(super) rotation: Option<Rotation>,
 }
 
 /// The network with periodic planes held, and the sets of vertices in these planes that move alike.
-struct Tied {
-    relaxer: Relaxer,
-    sets: Vec<Vec<u32>>,
+pub(super) struct Tied {
+    pub(super) relaxer: Relaxer,
+    pub(super) sets: Vec<Vec<u32>>,
 }
 
 impl VolumeNetwork {
@@ -105,7 +107,8 @@ impl VolumeNetwork {
         }
     }
 
-    /// Moves the inside after the surfaces.
+    /// Moves the inside after the surfaces. Returns the rotation vectors of all vertices
+    /// `[n_vertices]`, in radians. There are none if the springs are not rotation-aware.
     ///
     /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
     /// - `displacement` `[n_vertices]`: on entry the displacement of the surfaces, on exit of all
@@ -115,19 +118,21 @@ impl VolumeNetwork {
     /// The backend failed.
     pub fn run(
         &mut self,
-        vertices: &[glam::DVec3],
+        vertices: &[DVec3],
         displacement: &mut Displacement,
         stopping: &Stopping,
-    ) -> Result<Convergence, BackendError> {
-        if displacement.iter().all(|displacement| *displacement == glam::DVec3::ZERO) {
-            return Ok(Convergence::nothing_to_do());
+    ) -> Result<(Convergence, Vec<DVec3>), BackendError> {
+        if displacement.iter().all(|displacement| *displacement == DVec3::ZERO) {
+            let n_rotations = if self.rotation.is_some() { vertices.len() } else { 0 };
+            return Ok((Convergence::nothing_to_do(), vec![DVec3::ZERO; n_rotations]));
         }
         self.last.recall(&self.relaxer.network().constraint, displacement);
-        let (force, spread) = match &mut self.rotation {
-            None => (None, Convergence::nothing_to_do()),
+        let (force, rotations, spread) = match &mut self.rotation {
+            None => (None, Vec::new(), Convergence::nothing_to_do()),
             Some(rotation) => {
-                let (rotation_minus_identity, spread) = rotation.spread(vertices, displacement, stopping)?;
-                (Some(rest_force(self.relaxer.network(), vertices, &rotation_minus_identity)), spread)
+                let (rotations, spread) = rotation.spread(vertices, displacement, stopping)?;
+                let turns = rotations_minus_identity(&rotations);
+                (Some(rest_force(self.relaxer.network(), vertices, &turns)), rotations, spread)
             }
         };
         let mut convergence = self.relaxer.relax(displacement, force.as_deref(), stopping)?;
@@ -139,6 +144,6 @@ impl VolumeNetwork {
             convergence = convergence.and(relaxer.relax(displacement, force.as_deref(), stopping)?);
         }
         self.last.keep(&convergence, displacement);
-        Ok(convergence)
+        Ok((convergence, rotations))
     }
 }

@@ -99,7 +99,7 @@ impl Stepping {
             mesh.vertices.copy_from_slice(&state.vertices);
             let mut displacement: Displacement = next.iter().zip(&surfaces).map(|(next, now)| *next - *now).collect();
             let volume = networks.at(&SetUp { mesh: &mesh, ..*set_up }, self.springs)?;
-            convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?);
+            convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?.0);
             let mut vertices = displaced(&mesh.vertices, &displacement);
             for (vertex, constraint) in volume.constraint().iter().enumerate() {
                 // Held vertices take the route's position, because the steps do not add up to the

@@ -1,0 +1,133 @@
+//! [`ProductError`] and [`NotDifferentiable`]: why a product of an outcome cannot be had.
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::{
+    backend::BackendError,
+    text::figures::place,
+    text::nearest::{did_you_mean, quoted},
+};
+
+/// Why an outcome has no derivative.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NotDifferentiable {
+    /// A family moves with a stage that has no products yet, for example with profiles.
+    #[error(
+        "family `{family}` has the role {role}, and products through the stage of this role are not there yet, \
+         expected the roles prescribed, plane, fixed and interior"
+    )]
+    Role {
+        /// The family.
+        family: String,
+        /// Its role.
+        role: &'static str,
+    },
+    /// The volume was moved in steps. The stiffness of a step depends on the mesh before it, and
+    /// the length of a step on trials.
+    #[error(
+        "the mesh was moved in {steps} steps, and only one jump has a derivative; allow one step only, or take the \
+         frozen derivative, which is that of the jump"
+    )]
+    Steps {
+        /// The steps.
+        steps: usize,
+    },
+    /// Local optimisation moved vertices. It ends when it no longer helps, not at a stationary
+    /// point.
+    #[error(
+        "local optimisation moved {vertices} vertices, and it has no derivative; turn it off, or take the frozen \
+         derivative, which holds what it added constant"
+    )]
+    Optimised {
+        /// Number of these vertices.
+        vertices: usize,
+    },
+    /// A relaxation of the update did not converge, so there is no equilibrium to differentiate.
+    #[error("a relaxation of the update did not converge, and only an equilibrium has a derivative; allow more sweeps")]
+    Unconverged,
+    /// Several rotations fit the motion of the surface around a vertex equally well.
+    #[error(
+        "the surface around vertex {vertex}, originally at {}, moved so that several rotations fit equally well: it is \
+         pressed to a line or turned over",
+        place(*position)
+    )]
+    Rotation {
+        /// The vertex, counted from 0.
+        vertex: u32,
+        /// Original position of the vertex.
+        position: DVec3,
+    },
+}
+
+/// An error of a product.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ProductError {
+    /// The outcome has no derivative.
+    #[error("no derivative: {0}")]
+    NotDifferentiable(#[from] NotDifferentiable),
+    /// The outcome was made by another mover.
+    #[error("the outcome was made by another mover, expected an outcome of the mover that is asked for its product")]
+    OtherMover,
+    /// The direction has displacements for a name that is no prescribed family.
+    #[error(
+        "the direction has displacements for `{name}`, which is none of the mover's prescribed families{}; it has {}",
+        did_you_mean(name, known).unwrap_or_default(),
+        if known.is_empty() { "none".to_owned() } else { quoted(known) }
+    )]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The mover's prescribed families.
+        known: Vec<String>,
+    },
+    /// The direction has profiles, and products of profiles are not there yet.
+    #[error(
+        "the direction has profiles for `{name}`, and products of profiles are not there yet, expected displacements"
+    )]
+    Profiles {
+        /// The wing.
+        name: String,
+    },
+    /// The direction has a wrong number of displacements for a family.
+    #[error("family `{family}` has {expected} vertices, but the direction has {found} displacements for it")]
+    Direction {
+        /// The family.
+        family: String,
+        /// Vertices of the family.
+        expected: usize,
+        /// Displacements given.
+        found: usize,
+    },
+    /// The seed has a wrong number of vectors.
+    #[error("the mesh has {expected} vertices, but the seed has {found} vectors, expected one for each vertex")]
+    Seed {
+        /// Vertices of the mesh.
+        expected: usize,
+        /// Vectors given.
+        found: usize,
+    },
+    /// A vector of the direction or the seed is not finite.
+    #[error("{of}: vector {row} is {value}, expected finite numbers")]
+    NotFinite {
+        /// The seed, or the family of the direction.
+        of: String,
+        /// The vector, counted from 0.
+        row: usize,
+        /// Its value.
+        value: DVec3,
+    },
+    /// A relaxation of the product did not reach its tolerance.
+    #[error("the product did not converge: after {sweeps} sweeps its error is {error:e}; allow more sweeps")]
+    NotConverged {
+        /// Sweeps of all relaxations of the product.
+        sweeps: usize,
+        /// Estimated error, relative to the argument's largest load.
+        error: f64,
+    },
+    /// The backend failed.
+    #[error(transparent)]
+    Backend(#[from] BackendError),
+}

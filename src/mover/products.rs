@@ -1,0 +1,219 @@
+//! Products with the derivative of an outcome: [`Mover::forward`] and [`Mover::reverse`].
+//!
+//! An outcome keeps what its products need. So the products of an earlier outcome can be asked for
+//! after later updates, and no product changes a later update.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use glam::DVec3;
+
+use super::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError};
+use crate::{
+    families::{Families, PlacedBy},
+    mesh::{Displacement, FamilyId, TetMesh},
+    relaxation::{Convergence, Stopping},
+    stage::{Kept, NoProduct, SetUp},
+    stages::{STAGES, StageRow, Stages},
+};
+
+/// Largest tolerance of a product, relative to its argument. With the tolerance of an update, 1e-4,
+/// forward and reverse products would differ by 1e-5. The four digits more take half as many cycles
+/// again.
+const TOLERANCE: f64 = 1e-8;
+
+/// The derivative of a number by a design. It has the shape of the design.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Gradient {
+    /// By the displacements of each prescribed family `[n_vertices of the family]`, by the family's
+    /// name, in the order of [`Mover::family_vertices`]. Zero at vertices that a fixed family
+    /// holds. A vertex of several prescribed families counts for the last of them alone.
+    pub prescribed: BTreeMap<String, Vec<DVec3>>,
+}
+
+impl Outcome {
+    /// Whether [`Mover::forward`] and [`Mover::reverse`] have an exact derivative of this outcome.
+    ///
+    /// # Errors
+    /// The reason why not. With [`NotDifferentiable::Steps`] and [`NotDifferentiable::Optimised`]
+    /// there still is the [frozen](Derivative::Frozen) derivative.
+    pub fn differentiable(&self) -> Result<(), NotDifferentiable> {
+        self.differentiable.kept(Derivative::Exact).map(|_| ())
+    }
+
+    /// Bytes that the outcome keeps for its products.
+    #[doc(hidden)]
+    pub fn bytes_for_products(&self) -> usize {
+        let kept = self.differentiable.kept(Derivative::Frozen);
+        kept.map_or(0, |kept| size_of::<DVec3>() * (kept.surfaces.capacity() + kept.rotations.capacity()))
+    }
+}
+
+impl Mover {
+    /// Change of the vertices `[n_vertices]` if the design changes in this direction: the
+    /// derivative of [`Moved::vertices`](super::Moved::vertices) by the design, times the
+    /// direction. The order is the order of the mesh that was given, and the unit is the unit of
+    /// the direction.
+    ///
+    /// The derivative is the equilibrium's, to a relative tolerance of 1e-8, or the update's if it
+    /// is smaller. Neither the order of updates and products nor [`Mover::start_from`] changes a
+    /// product.
+    ///
+    /// - `outcome`: of an earlier update of this mover
+    /// - `direction`: changes of the displacements of prescribed families. Families that are left
+    ///   out do not change. Of a vertex of several prescribed families the last family's counts
+    ///
+    /// # Errors
+    /// See [`ProductError`].
+    pub fn forward(
+        &mut self,
+        outcome: &Outcome,
+        direction: &Design,
+        derivative: Derivative,
+    ) -> Result<Vec<DVec3>, ProductError> {
+        let kept = self.kept(outcome, derivative)?;
+        self.check_direction(direction)?;
+        let mut change = vec![DVec3::ZERO; self.ordered.vertices.len()];
+        for family in self.families.families_of(PlacedBy::Prescribed) {
+            let given = direction.prescribed.get(&self.mesh.families[family.index()]);
+            for (row, &vertex) in self.family_vertices[family.index()].iter().enumerate() {
+                let place = self.order.place(vertex) as usize;
+                if self.families.placed_by[place] == PlacedBy::Prescribed {
+                    change[place] = given.map_or(DVec3::ZERO, |given| given[row]);
+                }
+            }
+        }
+        self.run_products(STAGES.iter(), |row, stages, set_up, stopping| {
+            let convergence = match row.products {
+                Some(products) => products(stages).forward(set_up, &kept, &mut change, stopping)?,
+                None => Convergence::nothing_to_do(),
+            };
+            even(row, set_up, &mut change);
+            Ok(convergence)
+        })?;
+        Ok(self.order.of_vertices(&change))
+    }
+
+    /// The derivative of a number by the design, from its derivative by the vertices: the transpose
+    /// of [`Mover::forward`].
+    ///
+    /// - `outcome`: of an earlier update of this mover
+    /// - `seed` `[n_vertices]`: derivative of the number by
+    ///   [`Moved::vertices`](super::Moved::vertices), in any unit and in the order of the mesh that
+    ///   was given
+    ///
+    /// # Errors
+    /// See [`ProductError`].
+    pub fn reverse(
+        &mut self,
+        outcome: &Outcome,
+        seed: &[DVec3],
+        derivative: Derivative,
+    ) -> Result<Gradient, ProductError> {
+        let kept = self.kept(outcome, derivative)?;
+        let expected = self.mesh.vertices.len();
+        if seed.len() != expected {
+            return Err(ProductError::Seed { expected, found: seed.len() });
+        }
+        check_finite(seed, || "the seed".to_owned())?;
+        let mut gradient = self.order.to_vertices(seed);
+        self.run_products(STAGES.iter().rev(), |row, stages, set_up, stopping| {
+            // The mean of partners is its own transpose.
+            even(row, set_up, &mut gradient);
+            match row.products {
+                Some(products) => products(stages).reverse(set_up, &kept, &mut gradient, stopping),
+                None => Ok(Convergence::nothing_to_do()),
+            }
+        })?;
+        let mut prescribed = BTreeMap::new();
+        let families: Vec<FamilyId> = self.families.families_of(PlacedBy::Prescribed).collect();
+        for family in families.into_iter().rev() {
+            let take = |&vertex: &u32| {
+                let place = self.order.place(vertex) as usize;
+                let taken = std::mem::take(&mut gradient[place]);
+                if self.families.placed_by[place] == PlacedBy::Prescribed { taken } else { DVec3::ZERO }
+            };
+            let of_family = self.family_vertices[family.index()].iter().map(take).collect();
+            prescribed.insert(self.mesh.families[family.index()].clone(), of_family);
+        }
+        Ok(Gradient { prescribed })
+    }
+
+    /// What products of the outcome need.
+    fn kept(&self, outcome: &Outcome, derivative: Derivative) -> Result<Arc<Kept>, ProductError> {
+        if !Arc::ptr_eq(&outcome.mesh, &self.mesh) {
+            return Err(ProductError::OtherMover);
+        }
+        Ok(Arc::clone(outcome.differentiable.kept(derivative)?))
+    }
+
+    fn check_direction(&self, direction: &Design) -> Result<(), ProductError> {
+        if let Some(name) = direction.profiles.keys().next() {
+            return Err(ProductError::Profiles { name: name.clone() });
+        }
+        let of_role = self.families.families_of(PlacedBy::Prescribed);
+        let known: Vec<String> = of_role.map(|family| self.mesh.families[family.index()].clone()).collect();
+        for (name, given) in &direction.prescribed {
+            let Some(vertices) = self.family_vertices(name).filter(|_| known.contains(name)) else {
+                return Err(ProductError::Unknown { name: name.clone(), known });
+            };
+            if given.len() != vertices.len() {
+                let (family, expected, found) = (name.clone(), vertices.len(), given.len());
+                return Err(ProductError::Direction { family, expected, found });
+            }
+            check_finite(given, || format!("family `{name}`"))?;
+        }
+        Ok(())
+    }
+
+    /// Runs the products of the stages in an order.
+    ///
+    /// # Errors
+    /// A product is not there or did not converge, or the backend failed.
+    fn run_products(
+        &mut self,
+        order: impl Iterator<Item = &'static StageRow>,
+        mut product: impl FnMut(&StageRow, &mut Stages, &SetUp, &Stopping) -> Result<Convergence, NoProduct>,
+    ) -> Result<(), ProductError> {
+        let Self { ordered: mesh, cells, surface, families, backend, method, stopping, stages, .. } = self;
+        let backend = backend.as_ref();
+        let set_up = SetUp { mesh, cells, surface, families, backend, method: *method, stopping: *stopping };
+        let stopping = Stopping { tolerance: stopping.tolerance.min(TOLERANCE), ..*stopping };
+        let mut convergence = Convergence::nothing_to_do();
+        for row in order {
+            let of_stage = product(row, stages, &set_up, &stopping).map_err(|why| match why {
+                NoProduct::Backend(error) => error.into(),
+                NoProduct::Rotation { vertex } => {
+                    let position = mesh.vertices[vertex as usize];
+                    let vertex = self.order.vertex(vertex);
+                    ProductError::from(NotDifferentiable::Rotation { vertex, position })
+                }
+            })?;
+            convergence = convergence.and(of_stage);
+        }
+        let Convergence { converged, sweeps, error, .. } = convergence;
+        if converged { Ok(()) } else { Err(ProductError::NotConverged { sweeps, error }) }
+    }
+}
+
+/// Gives partners the mean of their vectors, as after each stage of an update but the volume.
+fn even(row: &StageRow, set_up: &SetUp, vectors: &mut Displacement) {
+    if row.placed_by < PlacedBy::Volume {
+        set_up.families.partners.even(set_up.families, vectors);
+    }
+}
+
+fn check_finite(vectors: &[DVec3], of: impl Fn() -> String) -> Result<(), ProductError> {
+    match vectors.iter().enumerate().find(|(_, vector)| !vector.is_finite()) {
+        Some((row, &value)) => Err(ProductError::NotFinite { of: of(), row, value }),
+        None => Ok(()),
+    }
+}
+
+/// The first family that moves with a stage that has no products yet.
+pub(super) fn without_products(mesh: &TetMesh, families: &Families) -> Option<NotDifferentiable> {
+    let mut stages = STAGES.iter().filter(|row| row.products.is_none());
+    let family = stages.find_map(|row| families.families_of(row.placed_by).next())?;
+    let role = families.roles[family.index()].name();
+    Some(NotDifferentiable::Role { family: mesh.families[family.index()].clone(), role })
+}
