@@ -167,6 +167,9 @@ impl<'a> Batch<'a> {
                 if is_lost(&error) || held.is_some_and(|held| held.check().is_err()) {
                     return Ok((End::Lost, report));
                 }
+                if held.is_some() {
+                    self.pattern.named(name)?.remove_earlier(&self.case.inputs)?;
+                }
                 self.append(&report)?;
                 return Ok((End::Done(false), report));
             }
@@ -202,8 +205,11 @@ impl<'a> Batch<'a> {
     ) -> Result<Finished, SessionError> {
         let started = Instant::now();
         let outputs = self.pattern.named(&files.name)?;
-        // A design that cannot be read leaves no mesh of an earlier one either.
-        outputs.remove_earlier(&self.case.inputs)?;
+        // A design that cannot be read leaves no mesh of an earlier one either. The files of a
+        // claimed design may be those of a job that has taken it over.
+        if held.is_none() {
+            outputs.remove_earlier(&self.case.inputs)?;
+        }
         let design = self.replaced.read(self.case, files)?;
         let read_seconds = started.elapsed().as_secs_f64();
         let name = Some(files.name.as_str());

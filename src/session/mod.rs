@@ -199,7 +199,11 @@ impl<'a> Session<'a> {
     /// The design does not fit the mesh, the backend failed, a vertex has no finite position, a
     /// file cannot be written, or the claim was lost.
     pub fn finish(&mut self, job: Job) -> Result<Finished, SessionError> {
-        job.outputs.remove_earlier(&self.case.inputs)?;
+        // The files of a claimed design may be those of a job that has taken it over: they stay until
+        // it is sure that none has.
+        if job.claim.is_none() {
+            job.outputs.remove_earlier(&self.case.inputs)?;
+        }
         let (outcome, update) = self.update(job.design)?;
         let write = Instant::now();
         self.mover.tell("writing");

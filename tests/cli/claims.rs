@@ -158,10 +158,13 @@ fn one_of_many_takes_over_what_an_ended_process_left() {
             for generation in 2..9 {
                 fs::remove_file(fixture.path(&format!("claims/{name}.{generation}.claim"))).ok();
             }
-            hand_to(&fixture, &name, of_ended_process);
+            hand_to(&fixture, &name, |record| {
+                of_ended_process(record);
+                record["expires"] = 1_000_000.into();
+            });
         }
         fs::remove_file(fixture.path("all.jsonl")).ok();
-        let processes: Vec<Child> = (0..4).map(|_| start(&fixture, &claiming(&[]))).collect();
+        let processes: Vec<Child> = (0..4).map(|_| start(&fixture, &claiming(&["--no-wait"]))).collect();
         for process in processes {
             assert_good(&process.wait_with_output().unwrap());
         }
@@ -406,10 +409,11 @@ fn a_job_that_lost_its_claim_writes_nothing() {
             finished.map(|finished| finished.written.len())
         };
         let (index, held) = next(claims);
-        fs::write(fixture.path("claims/000.2.claim"), "").unwrap();
+        fixture.write("claims/000.2.claim", "");
+        fixture.write("000.msh", "of the other job");
         let error = finish(index, &held).unwrap_err().to_string();
         assert!(error.contains("another job has taken the design over") && error.contains("000.1.claim"), "{error}");
-        assert!(!fixture.path("000.msh").exists());
+        assert_eq!(fixture.read("000.msh"), "of the other job");
         let (index, other) = next(claims);
         assert_eq!(finish(index, &other).unwrap(), 1);
         assert!(fixture.path("001.msh").exists());
@@ -421,6 +425,36 @@ fn a_job_that_lost_its_claim_writes_nothing() {
         fs::remove_file(fixture.path("claims/001.1.claim")).unwrap();
         assert!(other.check().is_err());
     });
+}
+
+/// A job that was stopped, and whose design another one did meanwhile, takes no result away when it
+/// goes on. A design that fails leaves no earlier result.
+#[test]
+fn a_job_that_goes_on_takes_no_result_away() {
+    let fixture = designs(3);
+    let signal = |job: &Child, signal: &str| {
+        std::process::Command::new("kill").args([signal, &job.id().to_string()]).status().unwrap();
+    };
+    let mut stopped = start(&fixture, &claiming(&["--claim-expires", "1"]));
+    while !fixture.path("claims/000.1.claim").exists() {
+        assert!(stopped.try_wait().unwrap().is_none());
+        std::thread::yield_now();
+    }
+    signal(&stopped, "-STOP");
+    // A job of another computer sees only that the claim is not renewed.
+    let path = fixture.path("claims/000.1.claim");
+    let record = fs::read_to_string(&path).unwrap();
+    let was_held = serde_json::from_str::<Value>(&record).unwrap()["state"] == "held";
+    assert_good(&claim(&fixture, &["--claim-expires", "1"]));
+    signal(&stopped, "-CONT");
+    assert_good(&stopped.wait_with_output().unwrap());
+    assert_eq!(files(&fixture.path("moved")).len(), 3);
+    assert_eq!(names(&lines(&fixture, "all.jsonl")), all_names(3));
+    assert!(!was_held || fixture.path("claims/000.2.claim").exists());
+
+    fixture.write("designs/001.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    refused(&claim(&fixture, &["--resume"]), 1, &["error: 1 of 3 designs failed"]);
+    assert_eq!(files(&fixture.path("moved")).into_keys().collect::<Vec<_>>(), ["000.msh", "002.msh"]);
 }
 
 /// A claim that is dropped before its design is done is free at once, and one that is held is

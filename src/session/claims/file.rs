@@ -15,7 +15,8 @@ use crate::formats::temporary_file;
 pub(super) fn make(path: &Path, contents: &[u8]) -> io::Result<Option<File>> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = temporary_file(folder)?;
-    file.write_all(contents)?;
+    // The error of the temporary file itself would name it.
+    file.as_file_mut().write_all(contents)?;
     match file.persist_noclobber(path) {
         Ok(file) => Ok(Some(file)),
         Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Ok(None),

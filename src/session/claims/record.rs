@@ -140,16 +140,16 @@ pub(super) fn now() -> u64 {
 }
 
 #[cfg(test)]
-#[cfg(target_os = "linux")]
 mod tests {
-    use std::process::{Command, Stdio};
-
-    use super::*;
-
     /// A process is alive, ended but not waited for, or gone. A number that another process has
     /// taken over, another start of the computer and another container are told apart.
     #[test]
+    #[cfg(target_os = "linux")]
     fn a_process_that_has_ended_is_known() {
+        use std::process::{Command, Stdio};
+
+        use super::*;
+
         let of = |process: u32| Holder {
             process,
             started: stat(process).map(|(_, started)| started).unwrap_or_default(),
