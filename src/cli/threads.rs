@@ -1,8 +1,8 @@
 //! Starts the threads of the process.
 //!
 //! A thread whose stack the memory does not hold ends the process without a message, in several
-//! places of several libraries. So the memory is checked here, and all threads are made at the
-//! start.
+//! places of several libraries. So the memory is checked here. All threads that compute are
+//! made at the start; threads on which further designs are moved are checked one by one.
 
 use std::thread::{self, Scope, ScopedJoinHandle};
 

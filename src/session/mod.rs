@@ -199,8 +199,8 @@ impl<'a> Session<'a> {
     /// The design does not fit the mesh, the backend failed, a vertex has no finite position, a
     /// file cannot be written, or the claim was lost.
     pub fn finish(&mut self, job: Job) -> Result<Finished, SessionError> {
-        // The files of a claimed design may be those of a job that has taken it over: they stay until
-        // it is sure that none has.
+        // The files of a claimed design may be those of a job that has taken it over: they stay
+        // until it is sure that none has.
         if job.claim.is_none() {
             job.outputs.remove_earlier(&self.case.inputs)?;
         }

@@ -466,6 +466,9 @@ fn claims_are_given_back_and_renewed() {
         let (_, held) = next(claims);
         assert!(matches!(claims.next().unwrap(), Next::Finished));
         let time = || fs::metadata(fixture.path("claims/000.1.claim")).unwrap().modified().unwrap();
+        // Another part of the program leaves the design alone too.
+        let nothing = with_claims(&fixture, 1, |_, _, _, other| matches!(other.next().unwrap(), Next::Wait));
+        assert!(nothing);
         let before = time();
         let looks = (0..6000).find(|_| {
             std::thread::sleep(Duration::from_millis(10));

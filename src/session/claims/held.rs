@@ -1,6 +1,6 @@
 //! [`Held`]: a claim in the hands of this process, and the thread that renews such claims.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,6 +17,19 @@ const RENEWALS: u32 = 10;
 
 /// Bytes of the stack of the thread that renews.
 const STACK: usize = 256 << 10;
+
+/// The numbers of the claims in the hands of this process, which may have several folders open.
+static IN_HAND: Mutex<BTreeSet<u64>> = Mutex::new(BTreeSet::new());
+
+fn in_hand() -> MutexGuard<'static, BTreeSet<u64>> {
+    // A thread that panics leaves the table whole.
+    IN_HAND.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Whether this process works on its claim with this number.
+pub(super) fn is_in_hand(serial: u64) -> bool {
+    in_hand().contains(&serial)
+}
 
 /// A claimed design. A claim that is dropped before the design is done is given back.
 #[derive(Debug)]
@@ -43,6 +56,7 @@ impl Held {
         file: File,
         renewals: &Arc<Renewals>,
     ) -> Self {
+        in_hand().insert(record.serial);
         renewals.files().held.insert(record.serial, file);
         Self { path, is_first, next, record, renewals: renewals.clone(), is_over: false }
     }
@@ -92,7 +106,6 @@ impl Held {
         let record = Record { state, ..self.record.clone() };
         let text = serde_json::to_string(&record)? + "\n";
         self.is_over = true;
-        self.renewals.files().held.remove(&self.record.serial);
         write_text(&self.path, &text)
     }
 }
@@ -104,6 +117,7 @@ impl Drop for Held {
             // A claim that cannot be given back expires.
             let _ = self.end(State::Released);
         }
+        in_hand().remove(&self.record.serial);
     }
 }
 
@@ -125,11 +139,6 @@ impl Renewals {
     fn files(&self) -> MutexGuard<'_, Files> {
         // A thread that panics leaves the table whole.
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether this process works on a claim with this number.
-    pub(super) fn holds(&self, serial: u64) -> bool {
-        self.files().held.contains_key(&serial)
     }
 
     /// Renews all claims again and again, until the end.

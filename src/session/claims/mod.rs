@@ -31,7 +31,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 pub use held::Held;
-use held::Renewer;
+use held::{Renewer, is_in_hand};
 pub use record::Done;
 use record::{Holder, Record, State, now};
 use silence::{Sign, Silence};
@@ -58,6 +58,9 @@ const MOST_GENERATIONS: u32 = 1_000_000_000;
 /// A design with which so many jobs ended is given up: it may be the design that ends them.
 const GIVEN_UP: u32 = 5;
 
+/// Number of the next claim of this process.
+static SERIAL: AtomicU64 = AtomicU64::new(0);
+
 /// How a job shares its designs.
 #[derive(Clone, Copy, Debug)]
 pub struct Claiming {
@@ -76,7 +79,6 @@ pub struct Claims<'d> {
     claiming: Claiming,
     renewer: Renewer,
     state: Mutex<Designs>,
-    serial: AtomicU64,
     _folder: Folder,
 }
 
@@ -141,15 +143,8 @@ impl<'d> Claims<'d> {
         super::check_writable(&path.join(purpose::NAME))?;
         purpose::check(path, case, pattern)?;
         let renewer = Renewer::start(claiming.expires).map_err(|error| cannot_write(path, error))?;
-        let claims = Self {
-            path: path.to_path_buf(),
-            designs,
-            claiming,
-            renewer,
-            state: Mutex::default(),
-            serial: AtomicU64::new(0),
-            _folder: folder,
-        };
+        let claims =
+            Self { path: path.to_path_buf(), designs, claiming, renewer, state: Mutex::default(), _folder: folder };
         let seen = claims.generations()?;
         let mut state = Designs::default();
         for (index, design) in designs.iter().enumerate() {
@@ -295,7 +290,7 @@ impl<'d> Claims<'d> {
             sums: sums(design.paths()),
             state: State::Held,
             holder: Holder::this().clone(),
-            serial: self.serial.fetch_add(1, Relaxed),
+            serial: SERIAL.fetch_add(1, Relaxed),
             time: now(),
             expires: self.claiming.expires.as_secs(),
             ended,
@@ -334,7 +329,7 @@ impl<'d> Claims<'d> {
         Ok(match record.state {
             State::Done(done) => Verdict::Done(done.exit != 0),
             State::Released => Verdict::Free(next, record.ended),
-            State::Held if record.holder == *Holder::this() => match self.renewer.renewals.holds(record.serial) {
+            State::Held if record.holder == *Holder::this() => match is_in_hand(record.serial) {
                 true => Verdict::InOtherHands,
                 // Given up because it seemed lost.
                 false => Verdict::Free(next, record.ended),
