@@ -218,7 +218,7 @@ fn queue<'d>(
     };
     let claiming = Claiming { expires: Duration::from_secs(arguments.claim_expires), resumes: arguments.resume };
     let claims = Claims::open(folder, designs, checksums, pattern, claiming)?;
-    Ok(Queue::Shared { claims, waits: !arguments.no_wait })
+    Ok(Queue::Shared { claims: Box::new(claims), waits: !arguments.no_wait })
 }
 
 /// Lists the designs for a case whose files are not read.

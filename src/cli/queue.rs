@@ -18,7 +18,7 @@ pub(super) enum Queue<'d> {
     Own { left: Vec<usize>, next: AtomicUsize },
     /// Designs that several jobs share.
     Shared {
-        claims: Claims<'d>,
+        claims: Box<Claims<'d>>,
         /// Whether to wait for the designs of other jobs, in case one of these ends.
         waits: bool,
     },
@@ -47,7 +47,7 @@ impl Queue<'_> {
         let mut has_told = false;
         while !is_over() {
             match claims.next()? {
-                Next::Design(index, held) => return Ok(Some((index, Some(held)))),
+                Next::Design(index, held) => return Ok(Some((index, Some(*held)))),
                 Next::Wait if waits => {
                     if !std::mem::replace(&mut has_told, true) {
                         tell(claims, "waiting for", console);

@@ -273,6 +273,15 @@ fn results_that_are_gone_are_made_again() {
     assert_good(&claim(&fixture, &["--resume"]));
     assert!(files(&fixture.path("moved")) == whole);
     assert!(fixture.path("claims/001.2.claim").exists() && !fixture.path("claims/002.2.claim").exists());
+    // A mesh without finite positions has no files that could be gone.
+    let mut without = record(&fixture, "002", 1);
+    without["exit"] = 4.into();
+    without["valid"] = false.into();
+    without["outputs"] = Value::Object(Default::default());
+    fixture.write("claims/002.1.claim", &without.to_string());
+    fs::remove_file(fixture.path("moved/002.msh")).unwrap();
+    refused(&claim(&fixture, &[]), 1, &["error: 1 of 3 designs failed"]);
+    assert!(!fixture.path("claims/002.2.claim").exists());
 }
 
 /// Designs that a batch without claims has done are marked, and not done again.
@@ -381,7 +390,7 @@ fn with_claims<T>(
 #[track_caller]
 fn next(claims: &Claims) -> (usize, Held) {
     match claims.next().unwrap() {
-        Next::Design(index, held) => (index, held),
+        Next::Design(index, held) => (index, *held),
         other => panic!("{other:?}"),
     }
 }

@@ -102,7 +102,7 @@ struct Designs {
 #[derive(Debug)]
 pub enum Next {
     /// A design, by its place among the designs, and its claim.
-    Design(usize, Held),
+    Design(usize, Box<Held>),
     /// All designs that are not done are in other hands.
     Wait,
     /// All designs are done, or this process works on the others.
@@ -199,7 +199,8 @@ impl<'d> Claims<'d> {
         let outputs = pattern.named(&design.name)?;
         Ok(match self.claiming.resumes {
             true => has_changed || !has_result || !same_outputs(&done.outputs, &outputs, done.valid),
-            false => has_result && !outputs.names_of(done.valid).iter().all(|path| path.exists()),
+            // A mesh without finite positions has no files.
+            false => !done.outputs.is_empty() && !outputs.names_of(done.valid).iter().all(|path| path.exists()),
         })
     }
 
@@ -213,7 +214,7 @@ impl<'d> Claims<'d> {
             match self.claim(index, 1, 0)? {
                 Some(held) => {
                     state.generations.insert(index, 1);
-                    return Ok(Next::Design(index, held));
+                    return Ok(Next::Design(index, Box::new(held)));
                 }
                 None => state.others.push(index),
             }
@@ -231,7 +232,7 @@ impl<'d> Claims<'d> {
                 Verdict::Free(generation, ended) => match self.claim(index, generation, ended)? {
                     Some(held) => {
                         state.generations.insert(index, generation);
-                        claimed = Some(Next::Design(index, held));
+                        claimed = Some(Next::Design(index, Box::new(held)));
                     }
                     None => state.others.push(index),
                 },
@@ -338,7 +339,7 @@ impl<'d> Claims<'d> {
                 let expires = Duration::from_secs(record.expires);
                 let expired =
                     record.holder.has_ended() || state.silence.is_expired(index, sign, expires, Instant::now());
-                if expired { Verdict::Free(next, record.ended + 1) } else { Verdict::InOtherHands }
+                if expired { Verdict::Free(next, record.ended.saturating_add(1)) } else { Verdict::InOtherHands }
             }
         })
     }

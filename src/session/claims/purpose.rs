@@ -2,8 +2,9 @@
 //!
 //! Without this record a design that is done for one case would pass for done for another.
 
-use std::io;
 use std::path::Path;
+use std::thread;
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +17,10 @@ use crate::session::{ClaimError, Outputs, SessionError};
 
 /// Name of the record in the folder.
 pub(super) const NAME: &str = "claims.json";
+
+/// How often a record is read that is not whole, and the pause between.
+const ATTEMPTS: usize = 20;
+const PAUSE: Duration = Duration::from_millis(20);
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Purpose {
@@ -45,9 +50,7 @@ pub(super) fn check(folder: &Path, case: &Checksums, pattern: &Outputs) -> Resul
     if file::make(&path, text.as_bytes()).map_err(|error| cannot_write(&path, error))?.is_some() {
         return Ok(());
     }
-    let read = |_: io::Error| ClaimError::NoPurpose { path: path.clone() };
-    let theirs: Purpose = serde_json::from_slice(&read_file(&path).map_err(read)?)
-        .map_err(|_| ClaimError::NoPurpose { path: path.clone() })?;
+    let theirs = read(&path).ok_or_else(|| ClaimError::NoPurpose { path: path.clone() })?;
     let other = |what: &str, theirs: String, ours: String| {
         let (theirs, ours) = (format!("{what} {theirs}"), format!("{what} {ours}"));
         Err(ClaimError::OtherBatch { folder: folder.to_path_buf(), theirs, ours }.into())
@@ -66,6 +69,19 @@ pub(super) fn check(folder: &Path, case: &Checksums, pattern: &Outputs) -> Resul
         return other("the outputs", theirs.outputs.join(", "), ours.outputs.join(", "));
     }
     Ok(())
+}
+
+/// Reads a record; `None` if it is none. Where a file system has no links, another process may have
+/// made the file and not filled it yet.
+fn read(path: &Path) -> Option<Purpose> {
+    for attempt in 0..ATTEMPTS {
+        match serde_json::from_slice(&read_file(path).ok()?) {
+            Ok(purpose) => return Some(purpose),
+            Err(_) if attempt + 1 < ATTEMPTS => thread::sleep(PAUSE),
+            Err(_) => {}
+        }
+    }
+    None
 }
 
 /// Files with the beginnings of their checksums.
