@@ -13,7 +13,7 @@ use super::{Case, CaseError};
 use crate::backend::Backend;
 use crate::families::Role;
 use crate::formats::{self, MeshFile, ReadError, read_named};
-use crate::mesh::{self, FamilyId, HybridMesh};
+use crate::mesh::{self, FamilyId, HybridMesh, OtherCells, TetMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder};
 use crate::profile::{self, Plane, Profile, ProfileError, files, files::Placement};
 
@@ -210,8 +210,12 @@ impl LoadedCase {
 
     /// A builder with the mesh, the roles, the old profiles and the settings of this case.
     pub fn builder(&self) -> MoverBuilder {
-        let mut builder =
-            Mover::builder(self.file.mesh.clone()).other_cells(self.file.others.clone()).settings(self.case.settings);
+        self.builder_of(self.file.mesh.clone(), self.file.others.clone())
+    }
+
+    /// [`LoadedCase::builder`] with the mesh of another mover of this case, which both share.
+    pub(crate) fn builder_of(&self, mesh: impl Into<Arc<TetMesh>>, others: impl Into<Arc<OtherCells>>) -> MoverBuilder {
+        let mut builder = Mover::builder(mesh).other_cells(others).settings(self.case.settings);
         for (family, role) in self.file.mesh.families.iter().zip(&self.roles) {
             builder = builder.role(family, role.clone());
         }

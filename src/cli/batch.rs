@@ -2,19 +2,24 @@
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicUsize;
+use std::time::Duration;
 
 use super::console::Console;
 use super::failure::{Exit, Failure};
 use super::json::check_json;
 use super::lines::Lines;
+use super::queue::Queue;
+use super::workers::Batch;
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, read_case};
+use crate::backend::Backend;
 use crate::case::{LoadedCase, NamedFiles};
 use crate::formats::read_file;
 use crate::report::Checksums;
 use crate::session::{
-    DesignFiles, EarlierResults, Finished, Folder, Job, Listed, Outputs, ReplacedInputs, ReportFile, Session,
-    SessionError, Shard, check_distinct, list_designs, of_design, sums_of_case,
+    ArrayJob, Claiming, Claims, DesignFiles, EarlierResults, Folder, Listed, Outputs, ReplacedInputs, ReportFile,
+    Session, SessionError, Shard, check_distinct, list_designs, sums_of_case,
 };
 
 /// Arguments of `idmesh batch`.
@@ -42,139 +47,178 @@ pub(super) struct Arguments {
     /// nor the inputs have changed since.
     #[arg(long, requires = "json")]
     resume: bool,
-    /// Take every N-th design from the I-th on.
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
+    /// Take every N-th design from the I-th on; `auto` asks the scheduler or the MPI launcher for I
+    /// and N.
+    #[arg(long, value_name = "I/N|auto", value_parser = share)]
+    shard: Option<Share>,
+    /// Share the designs with other processes, which may run on other computers: each design is
+    /// claimed by a file in this folder, made if missing.
+    #[arg(long, value_name = "DIR")]
+    claim: Option<PathBuf>,
+    /// Another process takes a claimed design over if this process did not renew its claim for so
+    /// many seconds.
+    #[arg(long, value_name = "SECONDS", requires = "claim", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    claim_expires: u64,
+    /// End when no design is free, without waiting for the designs of other processes.
+    #[arg(long, requires = "claim")]
+    no_wait: bool,
+    /// Move the mesh to so many designs at once.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=512))]
+    jobs: u32,
+}
+
+/// The share of a job in the designs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Share {
+    Given(Shard),
+    /// By variables of the environment.
+    Auto,
+}
+
+fn share(text: &str) -> Result<Share, String> {
+    match text {
+        "auto" => Ok(Share::Auto),
+        text => text.parse().map(Share::Given).map_err(|error: String| format!("{error}, or auto")),
+    }
+}
+
+/// The share of this job, with the variables that say so.
+fn resolved(share: Option<Share>) -> Result<(Option<Shard>, Vec<String>), Failure> {
+    match share {
+        Some(Share::Auto) => {
+            let get = |name: &str| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned());
+            let job = ArrayJob::of_variables(get).map_err(|error| {
+                let mut failure = Failure::bad_input(error.to_string());
+                failure.hint = Some(error.hint().to_owned());
+                failure
+            })?;
+            Ok((Some(job.shard), job.from))
+        }
+        Some(Share::Given(shard)) => Ok((Some(shard), Vec::new())),
+        None => Ok((None, Vec::new())),
+    }
 }
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    let (shard, from) = resolved(arguments.shard)?;
+    if let (Some(shard), false) = (shard, from.is_empty()) {
+        console.note(format_args!("shard {shard} by {}", from.join(", ")));
+    }
     let case = read_case(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
     let named = NamedFiles::of(&case);
     let listed = list(arguments, &named);
     // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
     // it.
-    remove(arguments, Some(&named), listed.as_ref().ok());
+    remove(arguments, shard, Some(&named), listed.as_ref().ok());
     let case = load_files(case, console)?;
     let replaced = ReplacedInputs::of(&case)?;
     let Listed { designs: all, fault } = listed?;
     fault.map_or(Ok(()), Err)?;
     let pattern = Outputs::of(&case.case, arguments.out.as_deref());
     let _folder = check(&pattern, &all, &case, arguments, console)?;
-    let designs = arguments.shard.map_or(all.clone(), |shard| shard.take(all.clone()));
+    let designs = shard.map_or(all.clone(), |shard| shard.take(all.clone()));
 
     let lines = Lines::new(arguments.json.as_ref(), console);
-    let checksums = lines.are_wanted().then(|| sums_of_case(&case));
+    let checksums = (lines.are_wanted() || arguments.claim.is_some()).then(|| sums_of_case(&case));
     let earlier = match (&lines, &checksums) {
         _ if !arguments.resume => EarlierResults::default(),
         (Lines::File(file), Some(checksums)) => EarlierResults::find(file, &designs, checksums, &pattern)?,
         _ => return Err(Failure::bad_input("--resume needs the reports in a file: --json FILE")),
     };
-    let left: Vec<_> = designs.iter().filter(|design| !earlier.is_done(design)).collect();
-    if left.len() < designs.len() {
-        console.note(format_args!("{} of {} designs are done already", designs.len() - left.len(), designs.len()));
+    let queue = queue(arguments, &designs, &earlier, checksums.as_ref(), &pattern)?;
+    let n_done = match &queue {
+        Queue::Own { left, .. } => designs.len() - left.len(),
+        Queue::Shared { claims, .. } => claims.n_done_and_failed().0,
+    };
+    if n_done > 0 {
+        console.note(format_args!("{n_done} of {} designs are done already", designs.len()));
     }
-    let session = match left.is_empty() {
-        true => None,
-        false => {
-            let backend = choose_backend(arguments.backend, console)?;
-            Some(Session::new(&case, backend, console.progress())?)
-        }
+    let left = designs.len() - n_done;
+    let backend = if left > 0 { Some(choose_backend(arguments.backend, console)?) } else { None };
+    let jobs = (arguments.jobs as usize).min(left);
+    let new_session = |backend| {
+        Session::with_room(&case, backend, console.progress(), jobs).map_err(|error| {
+            let is_of_memory = error.is_of_memory();
+            let mut failure = Failure::from(error);
+            if jobs > 1 && is_of_memory {
+                failure.hint = Some(format!("take fewer than {jobs} designs at once (--jobs)"));
+            }
+            failure
+        })
+    };
+    // The designs of this process alone are begun when it is sure that they can be moved.
+    let session = match (&queue, backend) {
+        (Queue::Own { .. }, Some(backend)) => Start::Ready(Box::new(new_session(backend)?)),
+        (_, Some(backend)) => Start::Later(backend),
+        (_, None) => Start::Nothing,
     };
     let _appending = match (&lines, &checksums) {
         (Lines::File(file), Some(checksums)) => {
             let appending = file.begin()?;
-            let shares = arguments.resume || arguments.shard.is_some();
+            let shares = arguments.resume || shard.is_some() || arguments.claim.is_some();
             if appending.is_shared() && !shares {
                 return Err(SessionError::InUse { path: file.path().to_path_buf() }.into());
             }
-            earlier.clear(file, &designs, &all, checksums, arguments.resume || appending.is_shared())?;
+            // The lines of claimed designs are those of all jobs.
+            let own = if arguments.claim.is_some() { &[] } else { designs.as_slice() };
+            let keeps_others = arguments.resume || arguments.claim.is_some() || appending.is_shared();
+            earlier.clear(file, own, &all, checksums, keeps_others)?;
             Some(appending)
         }
         _ => None,
     };
-    let mut failed = earlier.n_failed();
-    if let Some(session) = session {
-        let mut batch = Batch { replaced, case: &case, session, pattern, lines, checksums, console };
-        console.count(left.len());
-        for design in left {
-            failed += usize::from(!batch.finish(design)?);
-            console.advance();
-        }
-    }
+    let batch = Batch {
+        case: &case,
+        designs: &designs,
+        replaced,
+        pattern,
+        earlier,
+        queue,
+        lines: Mutex::new(lines),
+        checksums,
+        console,
+    };
+    console.count(left);
+    let failed = match session {
+        Start::Ready(session) => batch.run(jobs, || Ok(*session))?,
+        Start::Later(backend) => batch.run(jobs, || new_session(backend))?,
+        Start::Nothing => 0,
+    };
+    batch.queue.tell_rest(console);
+    let failed = match &batch.queue {
+        Queue::Own { .. } => failed + batch.earlier.n_failed(),
+        Queue::Shared { claims, .. } => claims.n_done_and_failed().1,
+    };
     if failed > 0 {
         return Err(Failure::new(Exit::Failed, format!("{failed} of {} designs failed", designs.len())));
     }
     Ok(())
 }
 
-/// What all designs of a batch share.
-struct Batch<'a> {
-    replaced: ReplacedInputs,
-    case: &'a LoadedCase,
-    session: Session<'a>,
-    /// The outputs of the case, to which a design gives its name.
-    pattern: Outputs,
-    lines: Lines<'a>,
-    /// Checksums of the case's files, if there are lines to hold them.
-    checksums: Option<Checksums>,
-    console: &'a Console,
+/// When the first session is set up.
+enum Start<'a> {
+    Ready(Box<Session<'a>>),
+    /// When the first design is claimed.
+    Later(Box<dyn Backend>),
+    Nothing,
 }
 
-impl Batch<'_> {
-    /// Moves the mesh to one design, writes its outputs and its line, and prints remarks. Returns
-    /// whether the result may be used.
-    ///
-    /// # Errors
-    /// Failures that would stop every other design too: the line cannot be written, or the backend
-    /// failed.
-    fn finish(&mut self, design: &DesignFiles) -> Result<bool, Failure> {
-        let (name, console) = (design.name.as_str(), self.console);
-        let checksums = self.checksums.as_ref().map(|case| of_design(case, design));
-        let finished = match self.move_to(design, checksums.as_ref()) {
-            Ok(finished) => finished,
-            Err(error) if error.backend().is_some() => return Err(error.into()),
-            Err(error) => {
-                console.warn(format_args!("{name}: {error}"));
-                self.lines.append(&self.session.failed(Some(name), &error, checksums.as_ref()))?;
-                return Ok(false);
-            }
-        };
-        if let Err(failure) = self.lines.append(&finished.report) {
-            finished.withdraw();
-            return Err(failure);
-        }
-        for warning in &finished.warnings {
-            console.warn(format_args!("{name}: {warning}"));
-        }
-        match &finished.verdict {
-            Ok(()) => {
-                let seconds = finished.report.seconds.map_or(0.0, |seconds| seconds.total);
-                console.note(format_args!("{name}: moved in {seconds:.3} s"));
-            }
-            Err(refused) => console.warn(format_args!("{name}: {refused}")),
-        }
-        Ok(finished.verdict.is_ok())
-    }
-
-    fn move_to(&mut self, files: &DesignFiles, checksums: Option<&Checksums>) -> Result<Finished, SessionError> {
-        let started = Instant::now();
-        let outputs = self.pattern.named(&files.name)?;
-        // A design that cannot be read leaves no mesh of an earlier one either.
-        outputs.remove_earlier(&self.case.inputs)?;
-        let design = self.replaced.read(self.case, files)?;
-        let read_seconds = started.elapsed().as_secs_f64();
-        let name = Some(files.name.as_str());
-        self.session.finish(Job {
-            design: &design,
-            name,
-            started,
-            read_seconds,
-            outputs: &outputs,
-            report: None,
-            checksums,
-        })
-    }
+/// The designs that are left, or the claims on them.
+fn queue<'d>(
+    arguments: &Arguments,
+    designs: &'d [DesignFiles],
+    earlier: &EarlierResults,
+    checksums: Option<&Checksums>,
+    pattern: &Outputs,
+) -> Result<Queue<'d>, Failure> {
+    let (Some(folder), Some(checksums)) = (&arguments.claim, checksums) else {
+        let left = (0..designs.len()).filter(|&index| earlier.line(&designs[index]).is_none()).collect();
+        return Ok(Queue::Own { left, next: AtomicUsize::new(0) });
+    };
+    let claiming = Claiming { expires: Duration::from_secs(arguments.claim_expires), resumes: arguments.resume };
+    let claims = Claims::open(folder, designs, checksums, pattern, claiming)?;
+    Ok(Queue::Shared { claims: Box::new(claims), waits: !arguments.no_wait })
 }
 
 /// Lists the designs for a case whose files are not read.
@@ -190,17 +234,21 @@ fn list(arguments: &Arguments, named: &NamedFiles) -> Result<Listed, SessionErro
 pub(super) fn remove_earlier(arguments: &Arguments) {
     let named = NamedFiles::read(&arguments.case);
     let listed = named.as_ref().and_then(|named| list(arguments, named).ok());
-    remove(arguments, named.as_ref(), listed.as_ref());
+    // Without a share nothing says which designs are those of this job.
+    if let Ok((shard, _)) = resolved(arguments.shard) {
+        remove(arguments, shard, named.as_ref(), listed.as_ref());
+    }
 }
 
 /// Removes what an earlier run left of the designs of this job, as far as it can be removed. Files
-/// that are read stay. With `--resume` the earlier results stay: the next run decides by their
-/// checksums.
+/// that are read stay. With `--resume` and `--claim` the earlier results stay: the next run decides
+/// by their checksums, or other jobs have just made them.
 ///
+/// - `shard`: the share of this job
 /// - `named`: the files of the case; `None` if the case file does not say
 /// - `listed`: the designs; if they are not known, those that have a line in the file of reports
-fn remove(arguments: &Arguments, named: Option<&NamedFiles>, listed: Option<&Listed>) {
-    if arguments.resume {
+fn remove(arguments: &Arguments, shard: Option<Shard>, named: Option<&NamedFiles>, listed: Option<&Listed>) {
+    if arguments.resume || arguments.claim.is_some() {
         return;
     }
     let mut inputs = inputs(vec![arguments.case.clone()], listed.map_or(&[], |listed| &listed.designs), arguments);
@@ -212,11 +260,11 @@ fn remove(arguments: &Arguments, named: Option<&NamedFiles>, listed: Option<&Lis
         _ => None,
     };
     let is_shared = reports.as_ref().is_some_and(|file| file.begin().is_ok_and(|begun| begun.is_shared()));
-    if is_shared && arguments.shard.is_none() {
+    if is_shared && shard.is_none() {
         // The results are those of a job that runs now.
         return;
     }
-    let names: HashSet<String> = match (listed, arguments.shard, &reports) {
+    let names: HashSet<String> = match (listed, shard, &reports) {
         (Some(listed), shard, _) => {
             let designs = listed.designs.clone();
             shard.map_or(designs.clone(), |shard| shard.take(designs)).into_iter().map(|design| design.name).collect()

@@ -16,9 +16,12 @@ mod json;
 mod lines;
 mod man;
 mod quality;
+mod queue;
 mod refine;
+mod report;
 mod run;
 mod threads;
+mod workers;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -71,6 +74,8 @@ enum Command {
     Run(run::Arguments),
     /// Move a mesh to many designs, set up once.
     Batch(batch::Arguments),
+    /// Join the reports of several jobs, each design once.
+    Report(report::Arguments),
     /// Compare CPU and GPU on a case, or two meshes vertex by vertex.
     Compare(compare::Arguments),
     /// Measure a mesh.
@@ -285,6 +290,7 @@ fn run_command(command: &Command, console: &Console) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments, console),
         Command::Batch(arguments) => batch::run(arguments, console),
+        Command::Report(arguments) => report::run(arguments, console),
         Command::Compare(arguments) => compare::run(arguments, console),
         Command::Quality(arguments) => quality::run(arguments, console),
         Command::Cut(arguments) => cut::run(arguments, console),

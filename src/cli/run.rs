@@ -59,6 +59,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         outputs: &outputs,
         report: file,
         checksums: checksums.as_ref(),
+        claim: None,
     };
     let finished = match session.finish(job) {
         Err(error @ SessionError::Refused(_)) => {

@@ -1,10 +1,10 @@
 //! Starts the threads of the process.
 //!
 //! A thread whose stack the memory does not hold ends the process without a message, in several
-//! places of several libraries. So the memory is checked here, and all threads are made at the
-//! start.
+//! places of several libraries. So the memory is checked here. All threads that compute are
+//! made at the start; threads on which further designs are moved are checked one by one.
 
-use std::thread;
+use std::thread::{self, Scope, ScopedJoinHandle};
 
 use super::failure::Failure;
 use crate::memory::check_memory;
@@ -55,4 +55,22 @@ pub(super) fn run<T: Send + 'static>(command: impl FnOnce() -> T + Send + 'stati
         // The panic has printed its message.
         Err(panic) => std::panic::resume_unwind(panic),
     }
+}
+
+/// Starts a further thread on which designs are moved.
+///
+/// # Errors
+/// The thread cannot be made.
+pub(super) fn beside<'scope, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, Failure> {
+    let no_thread = |why: &dyn std::fmt::Display| {
+        let mut failure = Failure::bad_input(format!("no thread can be started for a further design: {why}"));
+        failure.hint = Some("take fewer designs at once (--jobs), or raise the limit of the memory".to_owned());
+        failure
+    };
+    check_memory(2 * STACK as u64).map_err(|error| no_thread(&error))?;
+    let thread = thread::Builder::new().name("design".to_owned()).stack_size(STACK);
+    thread.spawn_scoped(scope, work).map_err(|error| no_thread(&error))
 }

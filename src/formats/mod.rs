@@ -54,5 +54,5 @@ pub(crate) use real_path::{is_special, real_path};
 pub use surface::{PointField, Surface};
 pub use table::FORMATS;
 pub(crate) use table::has_format;
-pub(crate) use temporary::{Claim, temporary as temporary_file};
+pub(crate) use temporary::{Claim, host, temporary as temporary_file};
 pub use vtk::{Polylines, read_polylines, vtu_bytes, write_vtu};

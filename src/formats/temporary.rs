@@ -28,6 +28,11 @@ static HOST: LazyLock<String> = LazyLock::new(|| {
     name.trim().chars().map(fits).take(64).collect()
 });
 
+/// The name of this computer, as far as a file's name can hold it. Empty if the system gives none.
+pub(crate) fn host() -> &'static str {
+    &HOST
+}
+
 /// Makes a temporary file in a folder. Dropping it removes the file.
 ///
 /// # Errors

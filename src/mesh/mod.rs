@@ -116,14 +116,22 @@ impl TetMesh {
     /// Formats begin a tet with different vertices, and OpenFOAM stores only its faces. After the
     /// rotation sums over a mesh have the same bits, whatever file the mesh came from.
     pub fn turn_tets(&mut self) {
-        // Each row is an even permutation, so the orientation does not change.
-        const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
-        const SECOND: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2]];
-        for tet in &mut self.tets {
-            let [a, b, c, d] = FIRST[lowest_of(tet)].map(|place| tet[place]);
-            *tet = SECOND[lowest_of(&[b, c, d])].map(|place| [a, b, c, d][place]);
-        }
+        self.tets.iter_mut().for_each(|tet| *tet = turned(tet));
     }
+
+    /// Whether the tets are turned as [`TetMesh::turn_tets`] turns them.
+    pub(crate) fn has_turned_tets(&self) -> bool {
+        self.tets.iter().all(|tet| turned(tet) == *tet)
+    }
+}
+
+/// A tet with its lowest vertex first, and the lowest of the others second.
+fn turned(tet: &[u32; 4]) -> [u32; 4] {
+    // Each row is an even permutation, so the orientation does not change.
+    const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
+    const SECOND: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2]];
+    let [a, b, c, d] = FIRST[lowest_of(tet)].map(|place| tet[place]);
+    SECOND[lowest_of(&[b, c, d])].map(|place| [a, b, c, d][place])
 }
 
 /// Position of the lowest vertex among the vertices of a cell or a face.

@@ -27,11 +27,12 @@ pub(super) type Progress = Box<dyn Fn(&str) + Send>;
 /// defaults.
 #[must_use = "a builder does nothing before `build`"]
 pub struct MoverBuilder {
-    mesh: TetMesh,
-    others: OtherCells,
+    mesh: Arc<TetMesh>,
+    others: Arc<OtherCells>,
     roles: BTreeMap<String, Role>,
     wings: Vec<NamedWing>,
     settings: Settings,
+    movers: usize,
     progress: Progress,
 }
 
@@ -44,16 +45,16 @@ struct NamedWing {
 }
 
 impl MoverBuilder {
-    pub(super) fn new(mesh: TetMesh) -> Self {
+    pub(super) fn new(mesh: Arc<TetMesh>) -> Self {
         let (roles, wings) = (BTreeMap::new(), Vec::new());
-        let others = OtherCells::none();
-        Self { mesh, others, roles, wings, settings: Settings::default(), progress: Box::new(|_| {}) }
+        let others = Arc::new(OtherCells::none());
+        Self { mesh, others, roles, wings, settings: Settings::default(), movers: 1, progress: Box::new(|_| {}) }
     }
 
     /// Adds the pyramids, prisms, hexahedra and boundary quadrilaterals of a mesh that has some.
     /// They use the vertices and families of the mesh.
-    pub fn other_cells(mut self, others: OtherCells) -> Self {
-        self.others = others;
+    pub fn other_cells(mut self, others: impl Into<Arc<OtherCells>>) -> Self {
+        self.others = others.into();
         self
     }
 
@@ -119,6 +120,13 @@ impl MoverBuilder {
         self
     }
 
+    /// Sets the number of movers of this mesh that the program will have at once. The memory must
+    /// suffice for all.
+    pub fn movers(mut self, movers: usize) -> Self {
+        self.movers = movers;
+        self
+    }
+
     /// Sets a function that gets the name of each step of the set-up, and of each stage of every
     /// update, as the step or stage begins.
     ///
@@ -142,7 +150,7 @@ impl MoverBuilder {
     /// - [`MoveError::Memory`]: the mesh is too large for the memory
     /// - [`MoveError::Backend`]: the backend failed
     pub fn build(self, backend: impl Into<Arc<dyn Backend>>) -> Result<Mover, MoveError> {
-        let Self { mesh, others, mut roles, wings, settings, progress } = self;
+        let Self { mesh, others, mut roles, wings, settings, movers, progress } = self;
         let unknown = |name: &str| SetupError::UnknownFamily { name: name.to_owned(), known: mesh.families.clone() };
         let by_name = mesh.families_by_name();
         let find = |name: &String| by_name.get(name.as_str()).copied().ok_or_else(|| unknown(name));
@@ -174,7 +182,7 @@ impl MoverBuilder {
         roles.iter().try_for_each(|(family, role)| check_role(family, role))?;
         check_settings(&settings)?;
         let in_order = mesh.families.iter().filter_map(|family| roles.remove(family)).collect();
-        Mover::set_up(mesh, others, in_order, &found, settings, backend.into(), progress)
+        Mover::set_up(mesh, others, in_order, &found, (settings, movers), backend.into(), progress)
     }
 }
 

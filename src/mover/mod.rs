@@ -121,22 +121,23 @@ const OF_CURVES_AT_POINT: u64 = 1_000;
 
 impl Mover {
     /// Begins a mover of this mesh; see [`MoverBuilder`].
-    pub fn builder(mesh: TetMesh) -> MoverBuilder {
-        MoverBuilder::new(mesh)
+    pub fn builder(mesh: impl Into<Arc<TetMesh>>) -> MoverBuilder {
+        MoverBuilder::new(mesh.into())
     }
 
     /// Checks the mesh and sets every stage up.
     ///
     /// - `roles` `[n_families]`
+    /// - `settings`: with the number of movers for which the memory must suffice
     ///
     /// # Errors
     /// See [`MoverBuilder::build`].
     fn set_up(
-        mut mesh: TetMesh,
-        others: OtherCells,
+        mut mesh: Arc<TetMesh>,
+        others: Arc<OtherCells>,
         roles: Vec<Role>,
         wings: &[WingProfiles],
-        settings: Settings,
+        (settings, movers): (Settings, usize),
         backend: Arc<dyn Backend>,
         observer: Progress,
     ) -> Result<Self, MoveError> {
@@ -147,10 +148,14 @@ impl Mover {
         let largest = n_points.iter().take(SECTIONS_AT_ONCE);
         let of_profiles = kept + largest.map(|points| OF_CURVES + OF_CURVES_AT_POINT * points).sum::<u64>();
         let n_corners: u64 = others.n_corner_tets() as u64;
-        check_memory(BYTES * mesh.tets.len() as u64 + BYTES_OF_CORNER * n_corners + of_profiles)
+        let of_mover = BYTES * mesh.tets.len() as u64 + BYTES_OF_CORNER * n_corners + of_profiles;
+        check_memory(of_mover.saturating_mul(movers as u64))
             .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
         observer("topology");
-        mesh.turn_tets();
+        // Movers of one mesh share it.
+        if !mesh.has_turned_tets() {
+            Arc::make_mut(&mut mesh).turn_tets();
+        }
         let given = HybridMesh { mesh: &mesh, others: &others };
         mesh::check(given)?;
         let order = Order::breadth_first(given);
@@ -197,8 +202,8 @@ impl Mover {
         };
         Ok(Self {
             family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
-            mesh: Arc::new(mesh),
-            others: Arc::new(others),
+            mesh,
+            others,
             progress: observer,
             optimises: quality.is_some(),
             order,
@@ -220,6 +225,11 @@ impl Mover {
     /// [`TetMesh::turn_tets`].
     pub fn mesh(&self) -> &TetMesh {
         &self.mesh
+    }
+
+    /// The undeformed mesh and its cells that are no tets, for further movers.
+    pub(crate) fn shared_mesh(&self) -> (Arc<TetMesh>, Arc<OtherCells>) {
+        (self.mesh.clone(), self.others.clone())
     }
 
     /// The backend that relaxes networks and optimises tets.

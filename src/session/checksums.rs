@@ -43,7 +43,12 @@ fn mesh_files(case: &LoadedCase) -> Vec<PathBuf> {
 /// that the folder from which a run was started does not matter. A file that could not be read
 /// agrees with one that cannot be read.
 pub(super) fn same_inputs(one: &Checksums, other: &Checksums) -> bool {
-    parts(one).iter().zip(parts(other)).all(|(one, other)| by_name(one) == by_name(other))
+    parts(one).iter().zip(parts(other)).all(|(one, other)| same_files(one, other))
+}
+
+/// Whether two sets of files have the same names and checksums, wherever the files lie.
+pub(super) fn same_files(one: &Sums, other: &Sums) -> bool {
+    by_name(one) == by_name(other)
 }
 
 /// Whether every input has a checksum.

@@ -1,12 +1,10 @@
 //! The files of a batch's designs.
 //!
-//! [`list_designs`] lists the designs of a folder or of a text file. [`Shard`] selects the designs
-//! of one job of an array of jobs.
+//! [`list_designs`] lists the designs of a folder or of a text file.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use super::SessionError;
 use crate::case::design_list;
@@ -54,32 +52,6 @@ impl DesignFiles {
     pub fn of_table(&self, table: &str) -> Result<&Path, SessionError> {
         let lacks = || SessionError::LacksTable { path: self.path.clone(), table: table.to_owned() };
         self.tables.get(table).map(PathBuf::as_path).ok_or_else(lacks)
-    }
-}
-
-/// A share of the designs, written `I/N`: every N-th design, from the I-th on, counted from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    first: usize,
-    of: usize,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(first, of)| Some((first.parse().ok()?, of.parse().ok()?)));
-        match parts {
-            Some((first, of)) if (1..=of).contains(&first) => Ok(Self { first, of }),
-            _ => Err("expected I/N with I from 1 to N, such as 3/10".to_owned()),
-        }
-    }
-}
-
-impl Shard {
-    /// The elements of this share, in the order of `all`.
-    pub fn take<T>(self, all: Vec<T>) -> Vec<T> {
-        all.into_iter().skip(self.first - 1).step_by(self.of).collect()
     }
 }
 
@@ -219,20 +191,4 @@ fn is_design(path: &Path, extensions: &[&str]) -> bool {
     // The faulty tets of a result.
     let hidden = name.starts_with('.') || name.ends_with(".inverted.vtu");
     !hidden && extensions.iter().any(|other| extension.eq_ignore_ascii_case(other))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shards_are_numbered_from_one() {
-        for wrong in ["0/3", "4/3", "1", "1/0", "a/b", "-1/2", "1/2/3"] {
-            assert!(Shard::from_str(wrong).is_err(), "{wrong}");
-        }
-        let share = |text: &str| Shard::from_str(text).unwrap().take((1..=7).collect());
-        assert_eq!(share("1/3"), [1, 4, 7]);
-        assert_eq!(share("3/3"), [3, 6]);
-        assert_eq!(share("9/9"), [] as [i32; 0]);
-    }
 }

@@ -12,8 +12,8 @@ use crate::report::Checksums;
 /// The designs of a batch whose results an earlier run left.
 #[derive(Debug, Default)]
 pub struct EarlierResults {
-    /// The designs that are done, and whether they failed.
-    done: BTreeMap<String, bool>,
+    /// The lines of the designs that are done.
+    done: BTreeMap<String, Line>,
 }
 
 impl EarlierResults {
@@ -38,29 +38,27 @@ impl EarlierResults {
         let mut done = BTreeMap::new();
         for design in designs {
             let Some(line) = lines.remove(&design.name) else { continue };
-            let has_result =
-                line.exit.is_some_and(|exit| [0, Exit::NotConverged as u8, Exit::Inverted as u8].contains(&exit));
-            let Some(earlier) = line.checksums.filter(|_| has_result) else { continue };
+            let Some(earlier) = line.checksums.as_ref().filter(|_| line.exit.is_some_and(has_result)) else { continue };
             let now = of_design(case, design);
             let outputs = pattern.named(&design.name)?;
             if has_all_inputs(&now)
-                && same_inputs(&earlier, &now)
+                && same_inputs(earlier, &now)
                 && same_outputs(&earlier.outputs, &outputs, line.valid)
             {
-                done.insert(design.name.clone(), line.exit != Some(0));
+                done.insert(design.name.clone(), line);
             }
         }
         Ok(Self { done })
     }
 
-    /// Whether a design is done.
-    pub fn is_done(&self, design: &DesignFiles) -> bool {
-        self.done.contains_key(&design.name)
+    /// The line of a design that is done; `None` if it is to be done.
+    pub fn line(&self, design: &DesignFiles) -> Option<&Line> {
+        self.done.get(&design.name)
     }
 
     /// The number of designs that are done and failed.
     pub fn n_failed(&self) -> usize {
-        self.done.values().filter(|failed| **failed).count()
+        self.done.values().filter(|line| line.exit != Some(0)).count()
     }
 
     /// Takes the lines out of a file that do not hold any more.
@@ -98,6 +96,11 @@ impl EarlierResults {
             None => keeps_others,
         })
     }
+}
+
+/// Whether a design with this exit code has files of a result.
+pub(super) fn has_result(exit: u8) -> bool {
+    [0, Exit::NotConverged as u8, Exit::Inverted as u8].contains(&exit)
 }
 
 /// The checksums of a case with those of a design.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::ClaimError;
 use crate::backend::BackendError;
 use crate::case::{CaseError, LoadError, displacement::DisplacementError};
 use crate::formats::WriteError;
@@ -169,6 +170,9 @@ pub enum SessionError {
         /// The file.
         path: PathBuf,
     },
+    /// A folder of claims cannot be used, or a claim was lost.
+    #[error(transparent)]
+    Claim(#[from] ClaimError),
     /// A line of a file of reports is no report.
     #[error("{}: line {line} is no report of a design", path.display())]
     NoReport {
@@ -236,6 +240,11 @@ impl SessionError {
         }
     }
 
+    /// Whether the memory does not suffice for a mover.
+    pub fn is_of_memory(&self) -> bool {
+        matches!(self, Self::Load(error) if matches!(error.of_mover(), Some(MoveError::Memory { .. })))
+    }
+
     /// The backend's error, if the backend failed.
     pub fn backend(&self) -> Option<&BackendError> {
         match self {
@@ -267,6 +276,7 @@ impl SessionError {
             Self::InUse { .. } => {
                 "jobs share a file of reports with --resume, or with --shard if they share the designs; else each has its own"
             }
+            Self::Claim(error) => error.hint(),
             Self::NoReport { .. } => "without --resume the file is replaced",
             Self::Refused(refused) => return refused.hint.clone(),
             _ => match self.backend()? {

@@ -10,40 +10,54 @@
 //! | `outputs`, `names` | the files of results and the rule for their names |
 //! | `inverted` | the file with the faulty tets of an invalid mesh |
 //! | `files` | checks and writes other files and folders |
+//! | `array`, `shard` | the share of one job in the designs of an array of jobs |
+//! | `claims`, `claim_error` | a folder through which jobs share designs one by one |
+//! | `join` | joins files of reports |
 //! | `designs`, `replaced_inputs` | the files of a batch's designs, and the part of the case that they replace |
 //! | `checksums` | checksums of inputs, and their comparison with earlier ones |
 //! | `earlier` | the results of an earlier run that still hold |
 //! | `lines` | a file of reports, one a line, that several jobs share |
 //! | `error` | [`SessionError`] |
 
+mod array;
 mod checksums;
+mod claim_error;
+mod claims;
 mod designs;
 mod earlier;
 mod error;
 mod files;
 mod inverted;
+mod join;
 mod lines;
 mod names;
 mod outputs;
 mod replaced_inputs;
+mod shard;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+pub use array::{ArrayError, ArrayJob};
 pub use checksums::sums_of_case;
-pub use designs::{DesignFiles, Listed, Shard, list_designs};
+pub use claim_error::ClaimError;
+pub use claims::{Claiming, Claims, Done, Held, Next};
+pub use designs::{DesignFiles, Listed, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
 pub use files::{Folder, check_distinct, check_writable, remove_file, write_text};
+pub use join::{Conflict, Joined, JoinedLine, join};
 pub use lines::{Appending, Line, ReportFile};
 pub use outputs::{Loss, Outputs};
 pub use replaced_inputs::ReplacedInputs;
+pub use shard::Shard;
 
 use crate::backend::Backend;
 use crate::case::LoadedCase;
 use crate::formats::{FileSet, Placed, WriteError};
-use crate::mover::{Design, Mover, Outcome, Refused};
+use crate::mesh::{OtherCells, TetMesh};
+use crate::mover::{Design, Mover, MoverBuilder, Outcome, Refused};
 use crate::report::{self, Checksums, ReportError, RunReport, Seconds};
 use crate::text::shown_json;
 use files::cannot_write;
@@ -52,10 +66,32 @@ use files::cannot_write;
 pub struct Session<'a> {
     case: &'a LoadedCase,
     mover: Mover,
+    device: Arc<dyn Backend>,
     backend: report::Backend,
     mesh: report::Mesh,
     /// Time of the mover's set-up, s.
     setup_seconds: f64,
+}
+
+/// Makes sessions that share the mesh and the device of another session, on any thread.
+pub struct SessionMaker<'a> {
+    case: &'a LoadedCase,
+    mesh: Arc<TetMesh>,
+    others: Arc<OtherCells>,
+    device: Arc<dyn Backend>,
+}
+
+impl<'a> SessionMaker<'a> {
+    /// Sets up a session.
+    ///
+    /// - `progress`: as for [`Session::new`]
+    ///
+    /// # Errors
+    /// The memory does not suffice, or the backend failed.
+    pub fn make(self, progress: impl Fn(&str) + Send + 'static) -> Result<Session<'a>, SessionError> {
+        let builder = self.case.builder_of(self.mesh, self.others);
+        Session::build(self.case, builder.progress(progress), self.device)
+    }
 }
 
 /// A design to move, and the files to write.
@@ -75,6 +111,9 @@ pub struct Job<'j> {
     pub report: Option<&'j Path>,
     /// Checksums of the files that were read, if the report shall hold checksums.
     pub checksums: Option<&'j Checksums>,
+    /// The claim on the design, if jobs share the designs. No file gets its name if another job has
+    /// taken the design over meanwhile.
+    pub claim: Option<&'j Held>,
 }
 
 /// A design that was moved and written.
@@ -110,14 +149,37 @@ impl<'a> Session<'a> {
         backend: impl Into<Arc<dyn Backend>>,
         progress: impl Fn(&str) + Send + 'static,
     ) -> Result<Self, SessionError> {
-        let backend = backend.into();
+        Self::with_room(case, backend, progress, 1)
+    }
+
+    /// [`Session::new`] for a program that will have several sessions of the case at once.
+    ///
+    /// - `sessions`: the number of sessions for which the memory must suffice
+    ///
+    /// # Errors
+    /// As for [`Session::new`].
+    pub fn with_room(
+        case: &'a LoadedCase,
+        backend: impl Into<Arc<dyn Backend>>,
+        progress: impl Fn(&str) + Send + 'static,
+        sessions: usize,
+    ) -> Result<Self, SessionError> {
+        Self::build(case, case.builder().movers(sessions).progress(progress), backend.into())
+    }
+
+    /// A maker of sessions that share the mesh and the device with this one.
+    pub fn maker(&self) -> SessionMaker<'a> {
+        let (mesh, others) = self.mover.shared_mesh();
+        SessionMaker { case: self.case, mesh, others, device: self.device.clone() }
+    }
+
+    fn build(case: &'a LoadedCase, builder: MoverBuilder, device: Arc<dyn Backend>) -> Result<Self, SessionError> {
         let setup = Instant::now();
-        let built = case.builder().progress(progress).build(backend.clone());
-        let mover = built.map_err(|error| case.about(error))?;
+        let mover = builder.build(device.clone()).map_err(|error| case.about(error))?;
         let setup_seconds = setup.elapsed().as_secs_f64();
-        let info = backend.info();
+        let info = device.info();
         let backend = report::Backend { kind: info.kind.to_owned(), adapter: info.adapter, driver: info.driver };
-        Ok(Self { case, mover, backend, mesh: report::Mesh::of(case.file.cells()), setup_seconds })
+        Ok(Self { case, mover, device, backend, mesh: report::Mesh::of(case.file.cells()), setup_seconds })
     }
 
     /// Moves the mesh to a design. Returns the outcome and the time of the update, in s.
@@ -134,10 +196,14 @@ impl<'a> Session<'a> {
     /// none does.
     ///
     /// # Errors
-    /// The design does not fit the mesh, the backend failed, a vertex has no finite position, or a
-    /// file cannot be written.
+    /// The design does not fit the mesh, the backend failed, a vertex has no finite position, a
+    /// file cannot be written, or the claim was lost.
     pub fn finish(&mut self, job: Job) -> Result<Finished, SessionError> {
-        job.outputs.remove_earlier(&self.case.inputs)?;
+        // The files of a claimed design may be those of a job that has taken it over: they stay
+        // until it is sure that none has.
+        if job.claim.is_none() {
+            job.outputs.remove_earlier(&self.case.inputs)?;
+        }
         let (outcome, update) = self.update(job.design)?;
         let write = Instant::now();
         self.mover.tell("writing");
@@ -167,6 +233,7 @@ impl<'a> Session<'a> {
             files.add(path, move |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))?;
             written.push(path.to_path_buf());
         }
+        job.claim.map_or(Ok(()), Held::check)?;
         // Another run may have put files under these names meanwhile.
         job.outputs.remove_earlier(&self.case.inputs)?;
         let placed = files.place().map_err(WriteError::from)?;

@@ -3,6 +3,8 @@
 
 mod batch;
 mod book;
+#[cfg(target_os = "linux")]
+mod claims;
 mod commands;
 mod damage;
 mod damaged_runs;
@@ -15,6 +17,7 @@ mod help;
 mod inputs;
 #[cfg(unix)]
 mod jobs;
+mod join;
 mod left_handed;
 #[cfg(target_os = "linux")]
 mod memory;
@@ -24,7 +27,10 @@ mod results;
 mod resume;
 #[path = "../common/schema.rs"]
 mod schema;
+#[cfg(unix)]
+mod scripts;
 mod shape;
+mod shares;
 mod shown;
 mod together;
 mod units;

@@ -287,3 +287,28 @@ fn too_many_threads_are_refused() {
         assert!(stderr(&output).starts_with(&words), "{}", stderr(&output));
     }
 }
+
+/// The memory must suffice for all designs that are in work at once. A mover of this mesh takes
+/// 600 bytes for each of 5136 tets, and 230 000 for each of two profiles.
+///
+/// Fails if the memory of one mover is checked.
+#[test]
+fn designs_at_once_need_the_memory_of_all() {
+    let fixture = Fixture::new();
+    fs::create_dir(fixture.path("designs")).unwrap();
+    for index in 0..64 {
+        fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{index}.csv"))).unwrap();
+    }
+    let batch = |jobs: &str, out: &str| {
+        let words = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "--out", out, "-q"];
+        let words = [&words[..], &["--max-memory", "150M", "--jobs", jobs]].concat();
+        command(fixture.folder.path(), &words).env("RAYON_NUM_THREADS", "2").output().unwrap()
+    };
+    let refused = batch("64", "many");
+    assert_eq!(refused.status.code(), Some(3), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("this takes about 0.22"), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("hint: take fewer than 64 designs at once (--jobs)"), "{}", stderr(&refused));
+    assert!(!fixture.path("many").exists());
+    assert_good(&batch("2", "few"));
+    assert_eq!(fs::read_dir(fixture.path("few")).unwrap().count(), 64);
+}

@@ -42,8 +42,15 @@ fn tidy(path: &Path) -> PathBuf {
 
 #[test]
 fn links_lead_somewhere() {
-    let others =
-        ["ARCHITECTURE.md", "CHANGELOG.md", "benches/README.md", "kernels/README.md", "examples/wing-body/README.md"];
+    let others = [
+        "ARCHITECTURE.md",
+        "CHANGELOG.md",
+        "benches/README.md",
+        "kernels/README.md",
+        "examples/arrays/README.md",
+        "examples/loops/README.md",
+        "examples/wing-body/README.md",
+    ];
     let mut n_links = 0;
     for page in pages().into_iter().chain(others.map(page)) {
         for (number, link) in links(&page) {

@@ -1,0 +1,171 @@
+//! Joins files of reports: each design once.
+//!
+//! | lines of one design | the line that stays |
+//! |---|---|
+//! | some good ones (exit code 0) | the last good one |
+//! | some with a result that is not good | the last of these |
+//! | none with a result | the last one |
+//!
+//! Lines that tell of different results are a conflict, which the caller tells. Files are in the
+//! order of the arguments, and the lines of a file in their order.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::checksums::{same_files, same_inputs};
+use super::earlier::has_result;
+use super::{Line, SessionError};
+use crate::formats::read_named;
+use crate::report::Sums;
+
+/// The lines that stay, sorted by the names of their designs.
+#[derive(Debug, Default)]
+pub struct Joined {
+    /// One line for each design.
+    pub lines: Vec<JoinedLine>,
+    /// Lines of one design that tell of different results.
+    pub conflicts: Vec<Conflict>,
+    /// Files whose last line was torn when a process was stopped. The torn line is left out.
+    pub torn: Vec<PathBuf>,
+    /// Lines of different cases or meshes: one of each, if there are several.
+    pub cases: Vec<JoinedLine>,
+}
+
+/// A line of a file of reports.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JoinedLine {
+    /// The design.
+    pub design: String,
+    /// The exit code of the design. `None` in lines of old versions.
+    pub exit: Option<u8>,
+    /// The line, without its line end.
+    pub text: String,
+    /// The file.
+    pub path: PathBuf,
+    /// Number of the line in the file, from 1.
+    pub number: usize,
+}
+
+/// Two lines of one design that tell of different results.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Conflict {
+    /// The line that stays.
+    pub stays: JoinedLine,
+    /// The line that goes.
+    pub goes: JoinedLine,
+    /// What differs, in words.
+    pub what: &'static str,
+}
+
+/// A line with its contents.
+struct Read {
+    line: JoinedLine,
+    report: Line,
+    value: Value,
+}
+
+/// Joins files with one report a line.
+///
+/// # Errors
+/// - [`SessionError::CannotRead`]: a file cannot be read
+/// - [`SessionError::NoReport`]: a line is no report of a design
+pub fn join(paths: &[PathBuf]) -> Result<Joined, SessionError> {
+    let mut joined = Joined::default();
+    let mut designs: BTreeMap<String, Vec<Read>> = BTreeMap::new();
+    for path in paths {
+        let bytes = read_named(path).map_err(|source| SessionError::CannotRead { path: path.clone(), source })?;
+        let pieces: Vec<&[u8]> = bytes.split(|&byte| byte == b'\n').collect();
+        for (index, piece) in pieces.iter().enumerate() {
+            if piece.trim_ascii().is_empty() {
+                continue;
+            }
+            match read(piece, path, index + 1) {
+                Some(read) => designs.entry(read.line.design.clone()).or_default().push(read),
+                // Only a line without its end is torn.
+                None if index + 1 == pieces.len() && piece.starts_with(b"{") => joined.torn.push(path.clone()),
+                None => return Err(SessionError::NoReport { path: path.clone(), line: index + 1 }),
+            }
+        }
+    }
+    let mut stay: Vec<Read> = Vec::new();
+    for lines in designs.into_values() {
+        let best = lines.iter().map(|line| rank(&line.report)).max();
+        let at = lines.iter().rposition(|line| Some(rank(&line.report)) == best).unwrap_or(0);
+        let conflicts = lines.iter().enumerate().filter(|&(other, _)| other != at).filter_map(|(other, goes)| {
+            let what = difference(&lines[at], goes, other > at)?;
+            Some(Conflict { stays: lines[at].line.clone(), goes: goes.line.clone(), what })
+        });
+        joined.conflicts.extend(conflicts);
+        stay.extend(lines.into_iter().nth(at));
+    }
+    let mut cases: Vec<&Read> = Vec::new();
+    for read in &stay {
+        if !cases.iter().any(|other| same_case(&other.report, &read.report)) {
+            cases.push(read);
+        }
+    }
+    if cases.len() > 1 {
+        joined.cases = cases.into_iter().map(|read| read.line.clone()).collect();
+    }
+    joined.lines = stay.into_iter().map(|read| read.line).collect();
+    Ok(joined)
+}
+
+fn read(piece: &[u8], path: &Path, number: usize) -> Option<Read> {
+    let text = std::str::from_utf8(piece).ok()?.trim();
+    let report: Line = serde_json::from_str(text).ok()?;
+    let value = serde_json::from_str(text).ok()?;
+    let (design, exit, path) = (report.design.clone(), report.exit, path.to_path_buf());
+    Some(Read { line: JoinedLine { design, exit, text: text.to_owned(), path, number }, report, value })
+}
+
+/// How much a line is worth: the greatest stays.
+fn rank(line: &Line) -> u8 {
+    match line.exit {
+        Some(0) => 2,
+        Some(exit) if has_result(exit) => 1,
+        // Lines of old versions have no exit code, and so no failure either.
+        None => 1,
+        Some(_) => 0,
+    }
+}
+
+/// What differs between the results of two lines of one design; `None` if they tell of the same
+/// result. A design that could not be moved at first, and has a result later, is no conflict.
+///
+/// - `is_later`: whether the line that goes comes after the one that stays
+fn difference(stays: &Read, goes: &Read, is_later: bool) -> Option<&'static str> {
+    if rank(&goes.report) == 0 && rank(&stays.report) > 0 && !is_later {
+        return None;
+    }
+    if stays.line.exit != goes.line.exit {
+        return Some("exit codes");
+    }
+    match (&stays.report.checksums, &goes.report.checksums) {
+        (Some(one), Some(other)) if !same_inputs(one, other) => Some("inputs"),
+        (Some(one), Some(other)) if !same_files(&one.outputs, &other.outputs) => Some("outputs"),
+        (Some(_), Some(_)) => None,
+        _ => (timeless(&stays.value) != timeless(&goes.value)).then_some("results"),
+    }
+}
+
+/// A report without its times.
+fn timeless(value: &Value) -> Value {
+    match value {
+        Value::Object(members) => {
+            let kept = members.iter().filter(|(key, _)| *key != "seconds");
+            Value::Object(kept.map(|(key, value)| (key.clone(), timeless(value))).collect())
+        }
+        Value::Array(values) => Value::Array(values.iter().map(timeless).collect()),
+        value => value.clone(),
+    }
+}
+
+/// Whether two lines are of the same case and mesh, as far as they tell.
+fn same_case(one: &Line, other: &Line) -> bool {
+    let (Some(one), Some(other)) = (&one.checksums, &other.checksums) else { return true };
+    let same = |part: fn(&crate::report::Checksums) -> &Sums| same_files(part(one), part(other));
+    same(|sums| &sums.case) && same(|sums| &sums.mesh) && same(|sums| &sums.inputs)
+}

@@ -1,0 +1,527 @@
+//! `idmesh batch --claim`: processes that share a folder of claims do each design once, whatever
+//! ends them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use idmesh::backend::{Selection, select};
+use idmesh::case::{Case, LoadedCase};
+use idmesh::session::{
+    Claiming, Claims, DesignFiles, Done, Held, Job, Next, Outputs, Session, list_designs, sums_of_case,
+};
+use serde_json::Value;
+
+use crate::fixture::*;
+
+/// A case with this number of designs, all different.
+fn designs(number: usize) -> Fixture {
+    let fixture = Fixture::new();
+    fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
+    fixture.write("old.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
+    fs::create_dir(fixture.path("designs")).unwrap();
+    for index in 0..number {
+        design(&fixture, &format!("{index:03}"), 0.05 * index as f64 / number as f64);
+    }
+    fixture
+}
+
+fn design(fixture: &Fixture, name: &str, raised: f64) {
+    fixture.write(&format!("designs/{name}.csv"), &profiles(&[(0, 0.3, 0.02), (1, 1.2, raised)]));
+}
+
+const BATCH: [&str; 7] = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "-q"];
+const CLAIM: [&str; 6] = ["--out", "moved", "--json", "all.jsonl", "--claim", "claims"];
+
+fn claiming(more: &[&str]) -> Vec<String> {
+    [&BATCH[..], &CLAIM, more].concat().iter().map(|word| (*word).to_owned()).collect()
+}
+
+fn start(fixture: &Fixture, arguments: &[String]) -> Child {
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let mut command = command(fixture.folder.path(), &words);
+    // Processes that share two cores need one thread each.
+    command.env("RAYON_NUM_THREADS", "1").stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn claim(fixture: &Fixture, more: &[&str]) -> std::process::Output {
+    start(fixture, &claiming(more)).wait_with_output().unwrap()
+}
+
+#[track_caller]
+fn refused(output: &std::process::Output, exit: i32, words: &[&str]) {
+    let errors = stderr(output);
+    assert_eq!(output.status.code(), Some(exit), "{errors}");
+    for word in words {
+        assert!(errors.contains(word), "\"{word}\" is not in: {errors}");
+    }
+}
+
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    entries.map(|entry| (entry.file_name().into_string().unwrap(), fs::read(entry.path()).unwrap())).collect()
+}
+
+fn lines(fixture: &Fixture, file: &str) -> Vec<Value> {
+    fixture.read(file).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn names(lines: &[Value]) -> Vec<String> {
+    let mut names: Vec<_> = lines.iter().map(|line| line["design"].as_str().unwrap().to_owned()).collect();
+    names.sort();
+    names
+}
+
+fn all_names(number: usize) -> Vec<String> {
+    (0..number).map(|index| format!("{index:03}")).collect()
+}
+
+/// The contents of a design's claim.
+fn record(fixture: &Fixture, design: &str, generation: u32) -> Value {
+    serde_json::from_str(&fixture.read(&format!("claims/{design}.{generation}.claim"))).unwrap()
+}
+
+/// A design whose claim says that another process has it.
+fn hand_to(fixture: &Fixture, design: &str, change: impl FnOnce(&mut Value)) {
+    let mut record = record(fixture, design, 1);
+    let object = record.as_object_mut().unwrap();
+    object.retain(|key, _| !["exit", "valid", "outputs"].contains(&key.as_str()));
+    object.insert("state".to_owned(), "held".into());
+    change(&mut record);
+    fixture.write(&format!("claims/{design}.1.claim"), &record.to_string());
+}
+
+/// The holder of a claim is a process that has ended.
+fn of_ended_process(record: &mut Value) {
+    let mut child = std::process::Command::new("true").spawn().unwrap();
+    child.wait().unwrap();
+    record["holder"]["process"] = child.id().into();
+}
+
+/// Two hundred designs, four processes, of which two are killed with SIGKILL in the midst of their
+/// work and started again: each design is in the joined report exactly once, and every file is
+/// what one process alone makes.
+///
+/// Fails if a claim of a process that has ended is not taken over, and if a design that is done is
+/// not marked.
+#[test]
+fn two_hundred_designs_survive_two_kills() {
+    const NUMBER: usize = 200;
+    let fixture = designs(NUMBER);
+    let alone = command(fixture.folder.path(), &[&BATCH[..], &["--out", "alone"]].concat()).output().unwrap();
+    assert_good(&alone);
+    // Two processes share a file of reports, the others have files of their own.
+    let of = |process: usize, more: &[&str]| {
+        let reports = ["all.jsonl", "all.jsonl", "2.jsonl", "3.jsonl"][process];
+        let mut words = claiming(more);
+        words.iter_mut().filter(|word| *word == "all.jsonl").for_each(|word| *word = reports.to_owned());
+        words
+    };
+    let mut processes: Vec<Child> = (0..4).map(|process| start(&fixture, &of(process, &[]))).collect();
+    for (process, after) in [(0, 20), (2, 60)] {
+        // The process works until the folder has so many results.
+        while fs::read_dir(fixture.path("moved")).map_or(0, Iterator::count) < after {
+            std::thread::yield_now();
+        }
+        processes[process].kill().unwrap();
+        processes[process].wait().unwrap();
+        processes[process] = start(&fixture, &of(process, &["--resume"]));
+    }
+    for process in processes {
+        assert_good(&process.wait_with_output().unwrap());
+    }
+    assert_good(&fixture.idmesh(&["report", "all.jsonl", "2.jsonl", "3.jsonl", "--join", "joined.jsonl"]));
+    assert_eq!(names(&lines(&fixture, "joined.jsonl")), all_names(NUMBER));
+    assert!(lines(&fixture, "joined.jsonl").iter().all(|line| line["exit"] == 0));
+    let (shared, alone) = (files(&fixture.path("moved")), files(&fixture.path("alone")));
+    assert_eq!(shared.keys().collect::<Vec<_>>(), alone.keys().collect::<Vec<_>>());
+    assert!(shared == alone, "a file differs from the one that one process makes");
+    let temporary = files(&fixture.path("claims")).into_keys().filter(|name| name.starts_with(".idmesh-"));
+    assert_eq!(temporary.count(), 0);
+    // Nothing is left to do.
+    let before = files(&fixture.path("claims"));
+    assert_good(&claim(&fixture, &["--resume"]));
+    assert!(files(&fixture.path("claims")) == before);
+}
+
+/// Nobody does a design of a process that works, and exactly one process takes over what an ended
+/// one has left, of many that try at once.
+#[test]
+fn one_of_many_takes_over_what_an_ended_process_left() {
+    let fixture = designs(6);
+    assert_good(&claim(&fixture, &[]));
+    let whole = files(&fixture.path("moved"));
+    for round in 0..3 {
+        for name in all_names(6) {
+            for generation in 2..9 {
+                fs::remove_file(fixture.path(&format!("claims/{name}.{generation}.claim"))).ok();
+            }
+            hand_to(&fixture, &name, |record| {
+                of_ended_process(record);
+                record["expires"] = 1_000_000.into();
+            });
+        }
+        fs::remove_file(fixture.path("all.jsonl")).ok();
+        let processes: Vec<Child> = (0..4).map(|_| start(&fixture, &claiming(&["--no-wait"]))).collect();
+        for process in processes {
+            assert_good(&process.wait_with_output().unwrap());
+        }
+        for name in all_names(6) {
+            assert_eq!(record(&fixture, &name, 2)["state"], "done", "round {round}");
+            assert_eq!(record(&fixture, &name, 2)["ended"], 1);
+            assert!(!fixture.path(&format!("claims/{name}.3.claim")).exists(), "{name} was done twice");
+        }
+        assert_eq!(names(&lines(&fixture, "all.jsonl")), all_names(6));
+        assert!(files(&fixture.path("moved")) == whole);
+    }
+}
+
+/// A claim of another computer is left to it as long as it is renewed, whatever its clock says. A
+/// claim that is renewed no more is taken over, and so is a file that holds no claim.
+#[test]
+fn claims_of_other_computers_expire() {
+    let fixture = designs(3);
+    assert_good(&claim(&fixture, &[]));
+    let elsewhere = |record: &mut Value| {
+        record["holder"]["host"] = "elsewhere".into();
+        record["holder"]["boot"] = "another".into();
+        record["expires"] = 1.into();
+    };
+    hand_to(&fixture, "000", elsewhere);
+    fixture.write("claims/001.1.claim", "{\"design\": \"00");
+    fixture.write("claims/002.1.claim", "");
+    for name in all_names(3) {
+        fs::remove_file(fixture.path(&format!("moved/{name}.msh"))).unwrap();
+        let file = fs::File::options().write(true).open(fixture.path(&format!("claims/{name}.1.claim"))).unwrap();
+        // A clock that is a year ahead.
+        file.set_modified(std::time::SystemTime::now() + Duration::from_secs(31_536_000)).unwrap();
+    }
+    let left = claim(&fixture, &["--no-wait"]);
+    assert_good(&left);
+    assert!(!fixture.path("moved/000.msh").exists());
+    // Without -q the job names what it leaves.
+    let words: Vec<String> = claiming(&["--no-wait"]).into_iter().filter(|word| word != "-q").collect();
+    let told = stderr(&start(&fixture, &words).wait_with_output().unwrap());
+    assert!(told.contains("left to other jobs: 000 (process") && told.contains("on elsewhere)"), "{told}");
+    assert!(told.contains("001 (an unknown process)"), "{told}");
+    assert_good(&claim(&fixture, &["--claim-expires", "1"]));
+    for name in all_names(3) {
+        assert!(fixture.path(&format!("moved/{name}.msh")).exists());
+        assert_eq!(record(&fixture, &name, 2)["state"], "done");
+    }
+}
+
+/// A job waits for the designs of another one, whose claims the other one renews, and tells of
+/// their faults.
+#[test]
+fn a_job_waits_for_designs_in_other_hands() {
+    let fixture = designs(2);
+    fixture.write("designs/001.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    assert_eq!(claim(&fixture, &[]).status.code(), Some(1));
+    let done = fixture.read("claims/001.1.claim");
+    // This process is alive.
+    hand_to(&fixture, "001", |record| {
+        let stat = fs::read_to_string("/proc/self/stat").unwrap();
+        record["holder"]["process"] = std::process::id().into();
+        let started = stat.rsplit_once(')').unwrap().1.split_whitespace().nth(19).unwrap();
+        record["holder"]["started"] = started.into();
+    });
+    let words: Vec<String> = claiming(&["--claim-expires", "1"]).into_iter().filter(|word| word != "-q").collect();
+    let mut waiting = start(&fixture, &words);
+    let mut reader = std::io::BufReader::new(waiting.stderr.take().unwrap());
+    let mut told = String::new();
+    while !told.contains("waiting for 001 (process") {
+        assert!(std::io::BufRead::read_line(&mut reader, &mut told).unwrap() > 0, "{told}");
+    }
+    assert!(waiting.try_wait().unwrap().is_none());
+    fixture.write("claims/001.1.claim", &done);
+    std::io::Read::read_to_string(&mut reader, &mut told).unwrap();
+    assert_eq!(waiting.wait().unwrap().code(), Some(1));
+    assert!(told.contains("error: 1 of 2 designs failed"), "{told}");
+    assert!(!fixture.path("claims/001.2.claim").exists());
+}
+
+/// A design that fails is told by every job, done once, and tried again with `--resume`.
+#[test]
+fn a_design_that_fails_is_done_once() {
+    let fixture = designs(3);
+    fixture.write("designs/001.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    for _ in 0..2 {
+        refused(&claim(&fixture, &[]), 1, &["error: 1 of 3 designs failed"]);
+        assert!(!fixture.path("claims/001.2.claim").exists());
+    }
+    design(&fixture, "001", 0.03);
+    refused(&claim(&fixture, &[]), 3, &["the design 001 was claimed with other contents", "hint: --resume"]);
+    assert_good(&claim(&fixture, &["--resume"]));
+    assert_eq!(record(&fixture, "001", 2)["state"], "done");
+    assert_eq!(names(&lines(&fixture, "all.jsonl")), all_names(3));
+    assert!(lines(&fixture, "all.jsonl").iter().all(|line| line["exit"] == 0));
+}
+
+/// What is done is done again if its results are gone, or, with `--resume`, if they have changed.
+#[test]
+fn results_that_are_gone_are_made_again() {
+    let fixture = designs(3);
+    assert_good(&claim(&fixture, &[]));
+    let whole = files(&fixture.path("moved"));
+    fs::remove_file(fixture.path("moved/000.msh")).unwrap();
+    fixture.write("moved/001.msh", "half a mesh");
+    assert_good(&claim(&fixture, &[]));
+    assert!(fixture.path("claims/000.2.claim").exists() && !fixture.path("claims/001.2.claim").exists());
+    assert_good(&claim(&fixture, &["--resume"]));
+    assert!(files(&fixture.path("moved")) == whole);
+    assert!(fixture.path("claims/001.2.claim").exists() && !fixture.path("claims/002.2.claim").exists());
+    // A mesh without finite positions has no files that could be gone.
+    let mut without = record(&fixture, "002", 1);
+    without["exit"] = 4.into();
+    without["valid"] = false.into();
+    without["outputs"] = Value::Object(Default::default());
+    fixture.write("claims/002.1.claim", &without.to_string());
+    fs::remove_file(fixture.path("moved/002.msh")).unwrap();
+    refused(&claim(&fixture, &[]), 1, &["error: 1 of 3 designs failed"]);
+    assert!(!fixture.path("claims/002.2.claim").exists());
+}
+
+/// Designs that a batch without claims has done are marked, and not done again.
+#[test]
+fn a_batch_without_claims_goes_on_with_claims() {
+    let fixture = designs(3);
+    assert_good(&fixture.idmesh(&[&BATCH[..], &CLAIM[..4]].concat()));
+    let before = fixture.read("all.jsonl");
+    assert_good(&claim(&fixture, &["--resume"]));
+    assert_eq!(fixture.read("all.jsonl"), before);
+    for name in all_names(3) {
+        assert_eq!(record(&fixture, &name, 1)["state"], "done");
+    }
+}
+
+/// A folder of claims is for one case with its files and one place of the results, and a design of
+/// one name has the same contents for all jobs.
+#[test]
+fn a_folder_of_claims_is_for_one_batch() {
+    let fixture = designs(2);
+    assert_good(&claim(&fixture, &[]));
+    let whole = files(&fixture.path("moved"));
+    let case = fixture.read("case.toml");
+
+    let elsewhere: Vec<String> =
+        claiming(&[]).into_iter().map(|word| if word == "moved" { "other".to_owned() } else { word }).collect();
+    let output = start(&fixture, &elsewhere).wait_with_output().unwrap();
+    refused(&output, 3, &["the claims in claims are for the outputs", "moved/moved.msh", "other/moved.msh", "hint: "]);
+    assert!(!fixture.path("other").exists());
+
+    fixture.write("case.toml", &case.replace("tolerance = 1e-4", "tolerance = 1e-3"));
+    refused(&claim(&fixture, &[]), 3, &["the claims in claims are for the case case.toml ("]);
+    fixture.write("case.toml", &case);
+    let old = fixture.read("old.csv");
+    fixture.write("old.csv", &old.replace("1,", "1, "));
+    refused(&claim(&fixture, &["--resume"]), 3, &["the claims in claims are for the inputs", "old.csv ("]);
+    fixture.write("old.csv", &old);
+
+    // Another list with a design of the same name.
+    fs::create_dir(fixture.path("more")).unwrap();
+    fixture.write("more/001.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.2, 0.01)]));
+    let more: Vec<String> =
+        claiming(&[]).into_iter().map(|word| if word == "designs" { "more".to_owned() } else { word }).collect();
+    let output = start(&fixture, &more).wait_with_output().unwrap();
+    refused(&output, 3, &["the design 001 was claimed with other contents", "claims/001.1.claim"]);
+    // Other names are further designs.
+    fs::rename(fixture.path("more/001.csv"), fixture.path("more/x.csv")).unwrap();
+    assert_good(&start(&fixture, &more).wait_with_output().unwrap());
+    fs::remove_file(fixture.path("moved/x.msh")).unwrap();
+    assert!(files(&fixture.path("moved")) == whole);
+    assert_eq!(names(&lines(&fixture, "all.jsonl")), ["000", "001", "x"]);
+
+    fixture.write("claims/claims.json", "{}");
+    refused(&claim(&fixture, &[]), 3, &["claims/claims.json: expected the record of a claim folder"]);
+}
+
+/// A folder that takes no claims is told before anything is moved.
+#[test]
+fn a_folder_that_takes_no_claims_is_refused() {
+    let fixture = designs(1);
+    fixture.write("claims", "a file");
+    refused(&claim(&fixture, &[]), 3, &["error: cannot write claims"]);
+    assert!(!fixture.path("moved").exists() && !fixture.path("all.jsonl").exists());
+    fs::remove_file(fixture.path("claims")).unwrap();
+    let long = "x".repeat(240);
+    design(&fixture, &long, 0.01);
+    refused(&claim(&fixture, &[]), 3, &["has 240 bytes, expected at most 238 with claims"]);
+    assert!(!fixture.path("moved").exists());
+    assert!(!fixture.path("claims").exists());
+}
+
+/// A design with which many jobs ended is given up instead of ending all others.
+#[test]
+fn a_design_that_ends_its_jobs_is_given_up() {
+    let fixture = designs(2);
+    assert_good(&claim(&fixture, &[]));
+    hand_to(&fixture, "001", |record| {
+        of_ended_process(record);
+        record["ended"] = 4.into();
+    });
+    let output = claim(&fixture, &[]);
+    refused(&output, 1, &["error: 1 of 2 designs failed"]);
+    let all = lines(&fixture, "all.jsonl");
+    let line = all.iter().find(|line| line["design"] == "001").unwrap();
+    let message = line["error"]["message"].as_str().unwrap();
+    assert!(message.contains("5 jobs ended while they worked on this design"), "{message}");
+    assert_eq!(line["exit"], 3);
+    assert_good(&claim(&fixture, &["--resume"]));
+}
+
+/// The claims of a library's user, who has the case, the designs and the outputs.
+fn with_claims<T>(
+    fixture: &Fixture,
+    expires: u64,
+    work: impl FnOnce(&LoadedCase, &[DesignFiles], &Outputs, &Claims) -> T,
+) -> T {
+    let case = Case::load(fixture.path("case.toml")).unwrap();
+    let listed = list_designs(&fixture.path("designs"), &["csv"], &["wing".to_owned()]).unwrap();
+    let outputs = Outputs::of(&case.case, None);
+    let claiming = Claiming { expires: Duration::from_secs(expires), resumes: false };
+    let folder = fixture.path("claims");
+    let claims = Claims::open(&folder, &listed.designs, &sums_of_case(&case), &outputs, claiming).unwrap();
+    work(&case, &listed.designs, &outputs, &claims)
+}
+
+#[track_caller]
+fn next(claims: &Claims) -> (usize, Held) {
+    match claims.next().unwrap() {
+        Next::Design(index, held) => (index, *held),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A job that stood still while another one took its design over leaves the result to that job.
+///
+/// Fails if the claim is not checked before files get their names.
+#[test]
+fn a_job_that_lost_its_claim_writes_nothing() {
+    let fixture = designs(2);
+    with_claims(&fixture, 100, |case, designs, outputs, claims| {
+        let mut session = Session::new(case, select(Selection::Cpu).unwrap(), |_| {}).unwrap();
+        let mut finish = |index: usize, held: &Held| {
+            let outputs = outputs.named(&designs[index].name).unwrap();
+            let finished = session.finish(Job {
+                design: &case.design,
+                name: Some(&designs[index].name),
+                started: Instant::now(),
+                read_seconds: 0.0,
+                outputs: &outputs,
+                report: None,
+                checksums: None,
+                claim: Some(held),
+            });
+            finished.map(|finished| finished.written.len())
+        };
+        let (index, held) = next(claims);
+        fixture.write("claims/000.2.claim", "");
+        fixture.write("000.msh", "of the other job");
+        let error = finish(index, &held).unwrap_err().to_string();
+        assert!(error.contains("another job has taken the design over") && error.contains("000.1.claim"), "{error}");
+        assert_eq!(fixture.read("000.msh"), "of the other job");
+        let (index, other) = next(claims);
+        assert_eq!(finish(index, &other).unwrap(), 1);
+        assert!(fixture.path("001.msh").exists());
+        // A claim that is lost is not given back: its file is the other job's to read.
+        let before = fixture.read("claims/000.1.claim");
+        claims.lost(0, held);
+        assert_eq!(fixture.read("claims/000.1.claim"), before);
+        // The removal of a claim loses it too.
+        fs::remove_file(fixture.path("claims/001.1.claim")).unwrap();
+        assert!(other.check().is_err());
+    });
+}
+
+/// A job that was stopped, and whose design another one did meanwhile, takes no result away when it
+/// goes on. A design that fails leaves no earlier result.
+#[test]
+fn a_job_that_goes_on_takes_no_result_away() {
+    let fixture = designs(3);
+    let signal = |job: &Child, signal: &str| {
+        std::process::Command::new("kill").args([signal, &job.id().to_string()]).status().unwrap();
+    };
+    let mut stopped = start(&fixture, &claiming(&["--claim-expires", "1"]));
+    while !fixture.path("claims/000.1.claim").exists() {
+        assert!(stopped.try_wait().unwrap().is_none());
+        std::thread::yield_now();
+    }
+    signal(&stopped, "-STOP");
+    // A job of another computer sees only that the claim is not renewed.
+    let path = fixture.path("claims/000.1.claim");
+    let record = fs::read_to_string(&path).unwrap();
+    let was_held = serde_json::from_str::<Value>(&record).unwrap()["state"] == "held";
+    assert_good(&claim(&fixture, &["--claim-expires", "1"]));
+    signal(&stopped, "-CONT");
+    assert_good(&stopped.wait_with_output().unwrap());
+    assert_eq!(files(&fixture.path("moved")).len(), 3);
+    assert_eq!(names(&lines(&fixture, "all.jsonl")), all_names(3));
+    assert!(!was_held || fixture.path("claims/000.2.claim").exists());
+
+    fixture.write("designs/001.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    refused(&claim(&fixture, &["--resume"]), 1, &["error: 1 of 3 designs failed"]);
+    assert_eq!(files(&fixture.path("moved")).into_keys().collect::<Vec<_>>(), ["000.msh", "002.msh"]);
+}
+
+/// A claim that is dropped before its design is done is free at once, and one that is held is
+/// renewed.
+#[test]
+fn claims_are_given_back_and_renewed() {
+    let fixture = designs(1);
+    with_claims(&fixture, 1, |_, _, _, claims| {
+        let (_, held) = next(claims);
+        assert!(matches!(claims.next().unwrap(), Next::Finished));
+        let time = || fs::metadata(fixture.path("claims/000.1.claim")).unwrap().modified().unwrap();
+        // Another part of the program leaves the design alone too.
+        let nothing = with_claims(&fixture, 1, |_, _, _, other| matches!(other.next().unwrap(), Next::Wait));
+        assert!(nothing);
+        let before = time();
+        let looks = (0..6000).find(|_| {
+            std::thread::sleep(Duration::from_millis(10));
+            time() != before
+        });
+        assert!(looks.is_some(), "the claim was not renewed");
+        drop(held);
+        assert_eq!(record(&fixture, "000", 1)["state"], "released");
+    });
+    with_claims(&fixture, 1, |_, _, _, claims| {
+        let (index, held) = next(claims);
+        assert_eq!((index, held.ended(), held.is_first()), (0, 0, false));
+        assert!(fixture.path("claims/000.2.claim").exists());
+        let done = Done { exit: 0, valid: true, outputs: Default::default() };
+        claims.done(index, held, done).unwrap();
+        assert!(matches!(claims.next().unwrap(), Next::Finished));
+        assert_eq!(claims.n_done_and_failed(), (1, 0));
+    });
+}
+
+/// Several designs at once in one process: the same files, whole lines, each design once.
+#[test]
+fn jobs_change_no_byte() {
+    let fixture = designs(12);
+    fixture.write("designs/005.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    let batch = |out: &str, more: &[&str]| {
+        let json = format!("{out}.jsonl");
+        let output = fixture.idmesh(&[&BATCH[..], &["--out", out, "--json", &json], more].concat());
+        refused(&output, 1, &["error: 1 of 12 designs failed"]);
+        (files(&fixture.path(out)), lines(&fixture, &json))
+    };
+    let (alone, of_one) = batch("one", &["--jobs", "1"]);
+    // One worker takes the designs in their order.
+    assert_eq!(of_one.iter().map(|line| line["design"].as_str().unwrap()).collect::<Vec<_>>(), all_names(12));
+    let (together, of_many) = batch("many", &["--jobs", "4"]);
+    assert!(alone == together);
+    assert_eq!(names(&of_many), all_names(12));
+    let exits = |lines: &[Value]| {
+        lines.iter().map(|line| (line["design"].to_string(), line["exit"].as_u64())).collect::<BTreeMap<_, _>>()
+    };
+    assert_eq!(exits(&of_one), exits(&of_many));
+    let (more_than_designs, _) = batch("most", &["--jobs", "64"]);
+    assert!(alone == more_than_designs);
+    refused(&claim(&fixture, &["--jobs", "3"]), 1, &["error: 1 of 12 designs failed"]);
+    assert!(files(&fixture.path("moved")) == alone);
+    refused(&fixture.idmesh(&[&BATCH[..], &["--jobs", "0"]].concat()), 2, &["0 is not in 1..=512"]);
+}
