@@ -49,7 +49,7 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    let case = read_case(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
+    let case = read_case(&arguments.case, console).map_err(|failure| remove_earlier(arguments, failure))?;
     let named = NamedFiles::of(&case);
     let listed = list(arguments, &named);
     // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
@@ -186,11 +186,13 @@ fn list(arguments: &Arguments, named: &NamedFiles) -> Result<Listed, SessionErro
 }
 
 /// Removes what an earlier run left of designs that cannot be moved now, as far as the files name
-/// it.
-pub(super) fn remove_earlier(arguments: &Arguments) {
+/// it. Returns the failure, which tells whether results may have stayed.
+pub(super) fn remove_earlier(arguments: &Arguments, failure: Failure) -> Failure {
     let named = NamedFiles::read(&arguments.case);
     let listed = named.as_ref().and_then(|named| list(arguments, named).ok());
     remove(arguments, named.as_ref(), listed.as_ref());
+    // With `--resume` results stay on purpose.
+    failure.with_results_left(&arguments.case, named.is_some() || arguments.resume)
 }
 
 /// Removes what an earlier run left of the designs of this job, as far as it can be removed. Files
