@@ -160,7 +160,46 @@ fn new_positions_go_by_index() {
     assert_eq!(bad("1.5 1 0 0\n"), format!("d.csv:1: \"1.5\" is no index of a vertex, {of_new}"));
     assert_eq!(bad("-1 1 0 0\n"), format!("d.csv:1: \"-1\" is no index of a vertex, {of_new}"));
     assert_eq!(bad("1 1 nan 0\n"), format!("d.csv:1: \"nan\" is not a finite number, {of_new}"));
-    assert!(bad("1 1 0 0\n1 2 3 4 5 6\n").starts_with("d.csv:2: 6 columns after rows of an index and a new position"));
+    let other = "d.csv:2: 6 columns in a table of an index and a new position with 4 columns";
+    assert!(bad("1 1 0 0\n1 2 3 4 5 6\n").starts_with(other));
     // Under a header four numbers are no new position.
     assert!(bad("x,y,z,dx,dy,dz\n1,1,0,0\n").starts_with("d.csv:2: 4 columns"));
+}
+
+/// A header says which column is the index, in any order and among others. The index is no
+/// coordinate, and the numbers of an extracted surface's own points are no indices.
+///
+/// Fails if the columns are taken in their order, and if `id` is an index.
+#[test]
+fn a_header_tells_the_index_from_the_coordinates() {
+    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let plain = "1 2 0 0\n3 0 0 5\n";
+    let matched =
+        |text: &str| displacement::match_displacements(&rows(text).unwrap(), &vertices, &[1, 3], 1e-6).unwrap();
+    for text in [
+        plain,
+        "index x y z\n1 2 0 0\n3 0 0 5\n",
+        "Vertex,X,Y,Z\n1,2,0,0\n3,0,0,5\n",
+        "x,y,z,node,p\n2,0,0,1,9\n0,0,5,3,9\n",
+        "\"PointID\",\"x\",\"y\",\"z\",\"Pressure\"\n3,0,0,5,1.5\n1,2,0,0,1.5\n",
+        "z [m];y [m];x [m];GlobalIndex\n0;0;2;1\n5;0;0;3\n",
+        "# x y z index\n2 0 0 1\n0 0 5 3\n",
+        "# index x y z of the moved flap\n1 2 0 0\n3 0 0 5\n",
+    ] {
+        assert_eq!(matched(text), [DVec3::X, DVec3::new(0.0, 0.0, 4.0)], "{text}");
+    }
+    let of_rows = rows("index,x,y,z,dx,dy,dz\n7,1,0,0,0,0,0.5\n8,0,0,1,0,0.25,0\n").unwrap();
+    let expected = [DVec3::new(0.0, 0.0, 0.5), DVec3::new(0.0, 0.25, 0.0)];
+    assert_eq!(displacement::match_displacements(&of_rows, &vertices, &[1, 3], 1e-6).unwrap(), expected);
+    let bad = |text: &str| rows(text).unwrap_err().to_string();
+    assert!(bad("Point ID,x,y,z\n1,2,0,0\n").contains("no column dx among"), "{}", bad("id,x,y,z\n"));
+    assert!(bad("id,x,y,z\n1,2,0,0\n").contains("no column dx among"));
+    assert!(bad("index,node,x,y,z\n").contains("the columns 'index' and 'node' both are indices"));
+    assert!(bad("index,x,y\n").contains("no column z among"));
+    assert!(bad("index,x [m],y [mm],z [m]\n").contains("'x' in [m] and 'y' in [mm]"));
+    assert!(bad("index,x,y,z\n1,2,0\n").starts_with("d.csv:2: 3 columns in a table of an index and a new position"));
+    assert!(bad("index,x,y,z\n1.5,2,0,0\n").contains("\"1.5\" is no index of a vertex"));
+    let counted_from_1 =
+        displacement::match_displacements(&rows("index,x,y,z\n2,2,0,0\n4,0,0,5\n").unwrap(), &vertices, &[1, 3], 1e-6);
+    assert!(counted_from_1.is_err());
 }

@@ -16,6 +16,8 @@ mod damage;
 mod exponents;
 #[path = "formats/gmsh_names.rs"]
 mod gmsh_names;
+#[path = "formats/grid_cells.rs"]
+mod grid_cells;
 #[path = "formats/handedness.rs"]
 mod handedness;
 #[path = "formats/medit.rs"]

@@ -189,6 +189,7 @@ fn a_mesh_of_another_run_does_not_stand_for_an_invalid_one() {
         outputs: &outputs,
         report: None,
         checksums: None,
+        claim: None,
     };
     let finished = session.finish(job).unwrap();
     assert_eq!(finished.verdict.unwrap_err().why, Why::Invalid);
@@ -210,6 +211,7 @@ fn no_input_is_overwritten() {
         outputs: &outputs,
         report: None,
         checksums: None,
+        claim: None,
     };
     let error = session.finish(job).err().unwrap().to_string();
     assert!(error.contains("would overwrite the input"), "{error}");

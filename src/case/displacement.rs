@@ -1,5 +1,5 @@
 //! Reads tables of prescribed displacements, with rows `x,y,z,dx,dy,dz` for the vertices of one
-//! family, or with rows `index x y z` of new positions.
+//! family, or with rows of an index and a new position.
 //!
 //! Rows are matched to vertices by original position, so rows may stand in any order. Every vertex
 //! of the family must have one row, and every row must have a vertex. A vertex without a row is an
@@ -63,7 +63,8 @@ pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
 /// the first row may hold the header.
 ///
 /// Rows of four numbers without a header are the index of a vertex, from 0, and its new position,
-/// as in SU2's `surface_positions.dat`.
+/// as in SU2's `surface_positions.dat`. A header may name these columns instead, in any order and
+/// among other columns.
 ///
 /// # Errors
 /// - [`DisplacementError::Empty`]: the text has no row
@@ -71,19 +72,24 @@ pub fn read(path: &Path) -> Result<DisplacementTable, DisplacementError> {
 pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementError> {
     let (mut table, mut new_positions) = (Vec::new(), Vec::new());
     let mut columns: Option<Columns> = None;
+    let mut of_positions: Option<new_positions::Columns> = None;
     let mut is_empty = true;
     for Row { line, text: row, comment } in rows(text, Mark::Any) {
         let line = line + 1;
         let bad = |what: String| DisplacementError::BadLine { path: path.to_path_buf(), line, what };
         if row.is_empty() {
-            if is_empty && let Ok(of_comment) = Columns::of(&fields(comment)) {
-                columns = Some(of_comment);
+            let names = fields(comment);
+            if is_empty && let Ok(of_comment) = Columns::of(&names) {
+                (columns, of_positions) = (Some(of_comment), None);
+            } else if is_empty && let Some(Ok(of_comment)) = new_positions::Columns::of(&names) {
+                (columns, of_positions) = (None, Some(of_comment));
             }
             continue;
         }
         let fields = fields(row);
         let is_header = is_empty && header::is_header(&fields);
-        let has_no_header = is_empty && columns.is_none() && !is_header;
+        of_positions = of_positions.filter(|of_comment| !is_empty || of_comment.of_comment_fit(&fields));
+        let has_no_header = is_empty && columns.is_none() && of_positions.is_none() && !is_header;
         if is_empty && fields.len() == Columns::DEFAULT.n {
             // Other words in the comment count as columns too. If the comment names the columns in
             // the default order, the row is read as without a header.
@@ -91,11 +97,15 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         }
         is_empty = false;
         if is_header {
-            columns = Some(Columns::of(&fields).map_err(bad)?);
+            of_positions = new_positions::Columns::of(&fields).transpose().map_err(bad)?;
+            columns = if of_positions.is_none() { Some(Columns::of(&fields).map_err(bad)?) } else { None };
             continue;
         }
-        if has_no_header && fields.len() == new_positions::N_COLUMNS || !new_positions.is_empty() {
-            new_positions.push(new_positions::row(line, &fields).map_err(bad)?);
+        if has_no_header && new_positions::Columns::fit(&fields) {
+            of_positions = Some(new_positions::Columns::DEFAULT);
+        }
+        if let Some(of_positions) = &of_positions {
+            new_positions.push(new_positions::row(line, &fields, of_positions).map_err(bad)?);
             continue;
         }
         let Columns { n, of } = columns.as_ref().unwrap_or(&Columns::DEFAULT);

@@ -12,10 +12,11 @@ use super::displacement::{self, DisplacementError};
 use super::{Case, CaseError};
 use crate::backend::Backend;
 use crate::families::Role;
-use crate::formats::{self, MeshFile, ReadError, read_named};
+use crate::formats::{self, MeshFile, ReadError, read_lines, read_named};
 use crate::mesh::{self, FamilyId, HybridMesh, OtherCells, TetMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder};
-use crate::profile::{self, Plane, Profile, ProfileError, files, files::Placement};
+use crate::profile::{self, Plane, Profile, ProfileError, csv, files, files::Placement};
+use crate::text::decode;
 
 /// A row of prescribed displacements belongs to a vertex within this fraction of the family's
 /// shortest edge. Text files with seven digits match, and a row never matches a neighbour of its
@@ -314,6 +315,9 @@ pub(crate) fn profiles_of(
     paths: &[PathBuf],
     placements: &BTreeMap<PathBuf, Placement>,
 ) -> Result<Vec<Profile>, LoadError> {
+    if paths.iter().all(|path| files::is_csv(path) && !placements.contains_key(path)) {
+        return profiles_of_tables(paths);
+    }
     let mut contents = Vec::new();
     for path in paths {
         let bytes = read_named(path).map_err(|source| LoadError::UnreadableProfiles { path: path.clone(), source })?;
@@ -322,10 +326,28 @@ pub(crate) fn profiles_of(
     let source = |(path, bytes)| files::Source { path, bytes, placement: placements.get(path) };
     let sources: Vec<_> =
         paths.iter().map(PathBuf::as_path).zip(contents.iter().map(Vec::as_slice)).map(source).collect();
-    files::parse(&sources).map_err(|error| match error {
+    files::parse(&sources).map_err(|error| in_files(paths, error))
+}
+
+/// [`profiles_of`] for tables. A table may be several times as large as its profiles, so it is read
+/// in pieces.
+fn profiles_of_tables(paths: &[PathBuf]) -> Result<Vec<Profile>, LoadError> {
+    let mut reader = csv::Reader::default();
+    for path in paths {
+        reader.begin(path);
+        let unreadable = |source| LoadError::UnreadableProfiles { path: path.clone(), source };
+        read_lines(path, unreadable, |piece| reader.add(&decode(piece)).map_err(|error| in_files(paths, error)))?;
+        reader.end().map_err(|error| in_files(paths, error))?;
+    }
+    reader.profiles().map_err(|error| in_files(paths, error))
+}
+
+/// Adds the names of the files to an error that names no file.
+fn in_files(paths: &[PathBuf], error: ProfileError) -> LoadError {
+    match error {
         error @ (ProfileError::Line { .. } | ProfileError::File { .. }) => LoadError::ProfileFile(error),
         error => LoadError::ProfileFiles { paths: paths.to_vec(), error },
-    })
+    }
 }
 
 /// The old profiles, cut from the mesh at the new ones' planes.

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 use super::paths::{is_pattern, matches};
-use super::{Case, Output, parse};
-use crate::formats::{mesh_path, read_named};
+use super::{Case, Output, parse, read_case};
+use crate::formats::mesh_path;
 
 /// The files that a case file names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,9 +30,10 @@ impl NamedFiles {
         Self { inputs: case.inputs(), output: case.output.clone(), tables }
     }
 
-    /// The files of a case file, as far as it can be read. `None` if it is no TOML.
+    /// The files of a case file, as far as it can be read. `None` if it is no TOML, and if the memory
+    /// does not hold it.
     pub fn read(path: &Path) -> Option<Self> {
-        Self::parse(&String::from_utf8(read_named(path).ok()?).ok()?, path)
+        Self::parse(&String::from_utf8(read_case(path).ok()?).ok()?, path)
     }
 
     /// [`Self::read`] from the text of the case file at `path`.

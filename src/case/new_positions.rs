@@ -1,5 +1,6 @@
-//! Tables of new positions: rows `index x y z` without a header, as SU2 writes
-//! `surface_positions.dat`. The index is the vertex of the mesh, from 0.
+//! Tables of new positions: rows of an index and a position, in this order without a header, as SU2
+//! writes `surface_positions.dat`, or in the columns that a header names. The index is the vertex of
+//! the mesh, from 0.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -7,10 +8,61 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::displacement_error::{DisplacementError, RowPlace};
+use crate::text::header::{self, Header};
 use crate::text::{parse_number, shorten};
 
-/// Number of columns.
-pub(super) const N_COLUMNS: usize = 4;
+/// Names of a column with indices, in lower case. A program that extracts a surface counts the
+/// surface's own points, and calls their numbers `Point ID` or `id`. These are no indices of the
+/// mesh.
+const INDEX: &[&str] =
+    &["index", "vertex", "vertex index", "vertex id", "node", "node index", "global index", "globalindex", "pointid"];
+
+/// The number of columns of a table, and the columns with the index, x, y and z.
+pub(super) struct Columns {
+    n: usize,
+    of: [usize; 4],
+}
+
+impl Columns {
+    /// The columns without a header.
+    pub const DEFAULT: Self = Self { n: 4, of: [0, 1, 2, 3] };
+
+    /// Whether a row without a header has these columns.
+    pub fn fit(fields: &[&str]) -> bool {
+        fields.len() == Self::DEFAULT.n
+    }
+
+    /// Whether a row is one of these columns, which a comment names. Other words in the comment count
+    /// as columns too, so a row of the default columns is read as without a header.
+    pub fn of_comment_fit(&self, fields: &[&str]) -> bool {
+        !Self::fit(fields) || self.n == fields.len() || !self.of.is_sorted()
+    }
+
+    /// The columns that a header names. `None` if it has no column with indices, or columns of
+    /// displacements or original positions beside it. The error is the fault of the header.
+    pub fn of(fields: &[&str]) -> Option<Result<Self, String>> {
+        if !header::is_header(fields) {
+            return None;
+        }
+        let header = Header::of(fields);
+        let is_index = |name: &&str| INDEX.contains(&name.to_lowercase().replace(['_', '-'], " ").as_str());
+        let mut indices = (0..header.names.len()).filter(|&column| is_index(&header.names[column]));
+        let index = indices.next()?;
+        if header::DISPLACEMENT.is_in(&header) || header::ORIGINAL.is_in(&header) {
+            return None;
+        }
+        if let Some(second) = indices.next() {
+            let names = [index, second].map(|column| header.names[column]);
+            return Some(Err(format!("the columns '{}' and '{}' both are indices", names[0], names[1])));
+        }
+        let columns = header::POSITION.columns(&header).and_then(|position| {
+            header.check_units(&position)?;
+            let [x, y, z] = position;
+            Ok(Self { n: header.names.len(), of: [index, x, y, z] })
+        });
+        Some(columns)
+    }
+}
 
 /// One row: a vertex and its new position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,10 +76,12 @@ pub struct NewPosition {
 }
 
 /// Reads a row of the table. The error is the fault of the row, in words.
-pub(super) fn row(line: usize, fields: &[&str]) -> Result<NewPosition, String> {
-    let &[vertex, x, y, z] = fields else {
-        return Err(format!("{} columns after rows of an index and a new position", fields.len()));
-    };
+pub(super) fn row(line: usize, fields: &[&str], columns: &Columns) -> Result<NewPosition, String> {
+    if fields.len() != columns.n {
+        let n = columns.n;
+        return Err(format!("{} columns in a table of an index and a new position with {n} columns", fields.len()));
+    }
+    let [vertex, x, y, z] = columns.of.map(|column| fields[column]);
     let of_new = "in a row of an index and a new position";
     let vertex = vertex.parse().map_err(|_| format!("\"{}\" is no index of a vertex, {of_new}", shorten(vertex)))?;
     let number = |field: &str| match parse_number(field) {

@@ -105,7 +105,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if let (Some(shard), false) = (shard, from.is_empty()) {
         console.note(format_args!("shard {shard} by {}", from.join(", ")));
     }
-    let case = read_case(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
+    let case = read_case(&arguments.case, console).map_err(|failure| remove_earlier(arguments, failure))?;
     let named = NamedFiles::of(&case);
     let listed = list(arguments, &named);
     // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
@@ -230,14 +230,17 @@ fn list(arguments: &Arguments, named: &NamedFiles) -> Result<Listed, SessionErro
 }
 
 /// Removes what an earlier run left of designs that cannot be moved now, as far as the files name
-/// it.
-pub(super) fn remove_earlier(arguments: &Arguments) {
+/// it. Returns the failure, which tells whether results may have stayed.
+pub(super) fn remove_earlier(arguments: &Arguments, failure: Failure) -> Failure {
     let named = NamedFiles::read(&arguments.case);
     let listed = named.as_ref().and_then(|named| list(arguments, named).ok());
     // Without a share nothing says which designs are those of this job.
     if let Ok((shard, _)) = resolved(arguments.shard) {
         remove(arguments, shard, named.as_ref(), listed.as_ref());
     }
+    // With `--resume` and `--claim` results stay on purpose.
+    let stay = arguments.resume || arguments.claim.is_some();
+    failure.with_results_left(&arguments.case, named.is_some() || stay)
 }
 
 /// Removes what an earlier run left of the designs of this job, as far as it can be removed. Files

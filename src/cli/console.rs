@@ -12,12 +12,10 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::failure::{Exit, Failure};
+use super::threads::OF_THREAD;
 use crate::memory::check_memory;
 use crate::session::Loss;
 use crate::text::{shown, shown_json, shown_lines};
-
-/// Bytes of a thread, with room to spare.
-const OF_SPINNER: u64 = 8 << 20;
 
 /// The two streams, and the amount of text that the user wants.
 #[derive(Clone)]
@@ -47,7 +45,7 @@ impl Console {
         if let Some(spinner) = &self.spinner {
             spinner.set_message(shown(what).to_string());
             // The spinner turns on a thread of its own, whose stack must fit.
-            if check_memory(OF_SPINNER).is_ok() {
+            if check_memory(OF_THREAD as u64).is_ok() {
                 spinner.enable_steady_tick(Duration::from_millis(120));
             }
         } else if self.level >= 1 {

@@ -1,5 +1,7 @@
 //! [`Failure`]: the message, the hint and the exit code of a command that fails.
 
+use std::path::Path;
+
 use crate::backend::BackendError;
 use crate::case::LoadError;
 use crate::formats::{ReadError, WriteError};
@@ -24,8 +26,18 @@ impl Failure {
         Self::new(Exit::BadInput, message)
     }
 
+    /// Says that results of an earlier run may have stayed, because the case file does not name them.
+    ///
+    /// - `are_named`: whether it does
+    pub(super) fn with_results_left(mut self, case: &Path, are_named: bool) -> Self {
+        if !are_named && case.is_file() {
+            self.message += "; no results of an earlier run were removed, because the file does not name them";
+        }
+        self
+    }
+
     /// Puts a file's name before the message.
-    pub(super) fn in_file(mut self, path: &std::path::Path) -> Self {
+    pub(super) fn in_file(mut self, path: &Path) -> Self {
         self.message = format!("{}: {}", path.display(), self.message);
         self
     }

@@ -35,6 +35,7 @@ use crate::backend::{self, Backend, Selection};
 use crate::case::{Case, LoadError, LoadedCase};
 use crate::formats::{MeshFile, has_format};
 use crate::memory::set_most;
+use crate::mesh::partly_inside;
 use crate::text::shown;
 use console::Console;
 use failure::{Exit, Failure};
@@ -173,6 +174,13 @@ fn warn_of_file(path: &Path, file: &MeshFile, console: &Console) {
     }
 }
 
+/// Warns of families that lie partly inside the volume, which a run would refuse.
+fn warn_of_families(path: &Path, file: &MeshFile, console: &Console) {
+    for error in partly_inside(file.cells()) {
+        console.warn(format_args!("{}: {error}; a run refuses this mesh", path.display()));
+    }
+}
+
 /// Prints the warnings of a mesh file, and notes that all cells of a shape are left-handed in it.
 fn tell_of_file(path: &Path, file: &MeshFile, console: &Console) {
     warn_of_file(path, file, console);
@@ -263,10 +271,8 @@ pub fn main() -> ExitCode {
         let (command, console) = (command.clone(), console.clone());
         threads::run(move || run_command(&command, &console))
     };
-    if result.is_err() {
-        // The command has not begun.
-        remove_earlier(&command);
-    }
+    // In case of a failure the command has not begun.
+    let result = result.map_err(|failure| remove_earlier(&command, failure));
     console.finish();
     match result.and_then(|result| result) {
         Ok(()) => ExitCode::SUCCESS,
@@ -278,11 +284,11 @@ pub fn main() -> ExitCode {
 }
 
 /// Removes the results of an earlier run that would pass for those of a command that cannot begin.
-fn remove_earlier(command: &Command) {
+fn remove_earlier(command: &Command, failure: Failure) -> Failure {
     match command {
-        Command::Run(arguments) => run::remove_earlier(arguments),
-        Command::Batch(arguments) => batch::remove_earlier(arguments),
-        _ => {}
+        Command::Run(arguments) => run::remove_earlier(arguments, failure),
+        Command::Batch(arguments) => batch::remove_earlier(arguments, failure),
+        _ => failure,
     }
 }
 

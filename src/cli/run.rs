@@ -31,7 +31,7 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let start = Instant::now();
-    let case = read_case(&arguments.case, console).inspect_err(|_| remove_earlier(arguments))?;
+    let case = read_case(&arguments.case, console).map_err(|failure| remove_earlier(arguments, failure))?;
     // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
     // it.
     remove(arguments, Some(&NamedFiles::of(&case)));
@@ -98,9 +98,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
 }
 
 /// Removes what an earlier run left of a case that cannot be run, as far as the case file and the
-/// command name it.
-pub(super) fn remove_earlier(arguments: &Arguments) {
-    remove(arguments, NamedFiles::read(&arguments.case).as_ref());
+/// command name it. Returns the failure, which tells whether results may have stayed.
+pub(super) fn remove_earlier(arguments: &Arguments, failure: Failure) -> Failure {
+    let named = NamedFiles::read(&arguments.case);
+    remove(arguments, named.as_ref());
+    failure.with_results_left(&arguments.case, named.is_some())
 }
 
 /// Removes what an earlier run left, as far as it can be removed. Files that are read stay.

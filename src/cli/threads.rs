@@ -9,12 +9,12 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 use super::failure::Failure;
 use crate::memory::check_memory;
 
-/// Bytes of the stack on which a command runs. The stack of the main thread grows, and the process
-/// is ended where a limit keeps it from growing.
-const STACK: usize = 8 << 20;
+/// Bytes of each stack, also of the one on which a command runs. The stack of the main thread grows,
+/// and the process is ended where a limit keeps it from growing.
+const STACK: usize = 2 << 20;
 
-/// Bytes of a thread's stack, with what belongs to it.
-const OF_THREAD: usize = (2 << 20) + (256 << 10);
+/// Bytes of a thread: its stack, with what belongs to it.
+pub(super) const OF_THREAD: usize = STACK + (256 << 10);
 
 /// The most threads that are started, or four for each processor where that is more. Beyond it the
 /// threads hinder each other so much that a run seems to hang.
@@ -46,9 +46,9 @@ pub(super) fn run<T: Send + 'static>(command: impl FnOnce() -> T + Send + 'stati
     if n_threads > most {
         return Err(no_threads(&format_args!("at most {most} are useful on {n_processors} processors")));
     }
-    check_memory((n_threads.saturating_mul(OF_THREAD).saturating_add(2 * STACK)) as u64)
-        .map_err(|error| no_threads(&error))?;
-    rayon::ThreadPoolBuilder::new().build_global().map_err(|error| no_threads(&error))?;
+    // Beside those that compute are the command's own thread and the one of the progress display.
+    check_memory((n_threads + 2).saturating_mul(OF_THREAD) as u64).map_err(|error| no_threads(&error))?;
+    rayon::ThreadPoolBuilder::new().stack_size(STACK).build_global().map_err(|error| no_threads(&error))?;
     let command = thread::Builder::new().name("idmesh".to_owned()).stack_size(STACK).spawn(command);
     match command.map_err(|error| no_threads(&error))?.join() {
         Ok(result) => Ok(result),

@@ -133,13 +133,8 @@ impl Reader<'_> {
             for corner in &mut corners[..shape.n_vertices()] {
                 let vertex = self.index("a vertex of an element")?;
                 if vertex < 1 || vertex > n_vertices as i64 {
-                    return Err(ReadError::UnknownVertex {
-                        place: self.scanner.place(self.scanner.last),
-                        entity: shape.name(),
-                        element,
-                        vertex: vertex.to_string(),
-                        defined: format!("{n_vertices} vertices, numbered from 1"),
-                    });
+                    let place = self.scanner.place(self.scanner.last);
+                    return Err(ReadError::unknown_vertex(place, shape.name(), element, vertex, n_vertices));
                 }
                 *corner = (vertex - 1) as u32;
             }

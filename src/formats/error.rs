@@ -253,6 +253,22 @@ pub enum ReadError {
     },
 }
 
+impl ReadError {
+    /// The error of an element's vertex that the file does not have.
+    ///
+    /// - `element`, `vertex`: numbered from 1
+    pub(super) fn unknown_vertex(
+        place: Location,
+        entity: &'static str,
+        element: u64,
+        vertex: i64,
+        n_vertices: usize,
+    ) -> Self {
+        let defined = format!("{n_vertices} vertices, numbered from 1");
+        Self::UnknownVertex { place, entity, element, vertex: vertex.to_string(), defined }
+    }
+}
+
 /// An error of writing a mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]

@@ -20,12 +20,18 @@ const PART: u64 = 1 << 20;
 /// # Errors
 /// The file is a pipe, a device or a folder, cannot be read, or is larger than the memory.
 pub(crate) fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    let (file, length) = open(path)?;
+    read_to_end(file, length)
+}
+
+/// Opens a regular file. Returns its length too.
+fn open(path: &Path) -> io::Result<(File, u64)> {
     check_kind(&fs::metadata(path)?)?;
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     // Another process may have replaced the file meanwhile.
     check_kind(&metadata)?;
-    read_to_end(file, metadata.len())
+    Ok((file, metadata.len()))
 }
 
 /// Reads a file that the user names: a regular file, or an open file of the process.
@@ -34,6 +40,36 @@ pub(crate) fn read_file(path: &Path) -> io::Result<Vec<u8>> {
 /// As for [`read_file`].
 pub(crate) fn read_named(path: &Path) -> io::Result<Vec<u8>> {
     if is_open_file(path) { read_to_end(File::open(path)?, 0) } else { read_file(path) }
+}
+
+/// Reads a file that the user names, in pieces of whole lines. A piece is not kept, so a long file
+/// takes little memory, as far as its lines are short.
+///
+/// # Errors
+/// As for [`read_file`], and what `take` returns.
+pub(crate) fn read_lines<E>(
+    path: &Path,
+    of_io: impl Fn(io::Error) -> E,
+    mut take: impl FnMut(&[u8]) -> Result<(), E>,
+) -> Result<(), E> {
+    let file = if is_open_file(path) { File::open(path) } else { open(path).map(|(file, _)| file) };
+    let mut file = file.map_err(&of_io)?;
+    let mut bytes = Vec::new();
+    loop {
+        let kept = bytes.len();
+        if kept as u64 > PART {
+            check_memory(kept as u64 + PART).map_err(|error| of_io(io::Error::other(error)))?;
+        }
+        let n_read = file.by_ref().take(PART).read_to_end(&mut bytes).map_err(&of_io)?;
+        if n_read == 0 {
+            return if bytes.is_empty() { Ok(()) } else { take(&bytes) };
+        }
+        if let Some(last) = bytes[kept..].iter().rposition(|&byte| byte == b'\n') {
+            let rest = kept + last + 1;
+            take(&bytes[..rest])?;
+            bytes.drain(..rest);
+        }
+    }
 }
 
 fn check_kind(metadata: &fs::Metadata) -> io::Result<()> {
@@ -110,6 +146,27 @@ mod tests {
         }
         for path in ["dev/stdin", "/dev/zero", "/dev/fd", "/dev/fd/x", "/dev/fd/0/a", "/proc/1/fd/0", "/a/dev/stdin"] {
             assert!(!is_open_file(Path::new(path)), "{path}");
+        }
+    }
+
+    /// Lines of many lengths, also of more than a part: the pieces end with a line, and are the file.
+    #[test]
+    fn pieces_are_whole_lines() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        for last in ["", "\n"] {
+            let lines = (0..3000).map(|at| "x".repeat(at)).chain(["y".repeat(3 * PART as usize), "z".to_owned()]);
+            let text = lines.collect::<Vec<_>>().join("\n") + last;
+            fs::write(&path, &text).unwrap();
+            let (mut pieces, mut n_pieces) = (Vec::new(), 0);
+            let take = |piece: &[u8]| {
+                assert!(pieces.is_empty() || pieces.ends_with(b"\n"));
+                pieces.extend_from_slice(piece);
+                n_pieces += 1;
+                Ok::<_, io::Error>(())
+            };
+            read_lines(&path, |error| error, take).unwrap();
+            assert!(pieces == text.as_bytes() && n_pieces > 4, "{n_pieces}");
         }
     }
 

@@ -46,7 +46,7 @@ pub use atomic::{FileSet, PlaceError, Placed, sha256_of, write_atomically};
 pub(crate) use atomic::{Sync, check as check_writable, folder_to_disk, to_disk};
 pub use error::{Location, ReadError, WriteError};
 pub use format::Format;
-pub(crate) use input::{read_file, read_named};
+pub(crate) use input::{read_file, read_lines, read_named};
 pub use new_file::{Cells, Fields};
 pub use read::{MeshFile, mesh_path, read, read_bytes, read_mixed};
 pub use read_surface::{is_surface, read_surface, surface_of};

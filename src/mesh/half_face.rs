@@ -201,22 +201,61 @@ fn same_side(mesh: HybridMesh, a: u32, b: u32) -> MeshError {
 ///
 /// Faces are counted, without the whole topology.
 pub fn families_inside<'a>(mesh: impl Into<HybridMesh<'a>>) -> Vec<bool> {
+    let counts = count_inside(mesh.into());
+    counts.into_iter().map(|count| count.inside > 0 && count.inside == count.all).collect()
+}
+
+/// [`MeshError::PartlyInside`] for each family of which some faces lie inside the volume and others
+/// do not. A mover refuses such a mesh; other uses of a mesh may only tell of it.
+pub fn partly_inside<'a>(mesh: impl Into<HybridMesh<'a>>) -> Vec<MeshError> {
     let mesh = mesh.into();
+    let counts = count_inside(mesh).into_iter().zip(&mesh.mesh.families);
+    let error = |(count, family): (InFamily, &String)| {
+        let first = count.first.filter(|_| count.inside < count.all)?;
+        let at = mesh.vertices()[mesh.face_vertices(first)[0] as usize];
+        Some(MeshError::PartlyInside { family: family.clone(), inside: count.inside, all: count.all, at })
+    };
+    counts.filter_map(error).collect()
+}
+
+/// The faces of a family.
+#[derive(Clone, Copy, Default)]
+struct InFamily {
+    /// Number of faces.
+    all: usize,
+    /// Number of faces between two cells, and the first of them.
+    inside: usize,
+    first: Option<u32>,
+}
+
+/// The faces of each family `[n_families]`.
+fn count_inside(mesh: HybridMesh) -> Vec<InFamily> {
     let faces = 0..mesh.n_faces() as u32;
     let mut cells_at: std::collections::HashMap<[u32; 4], u32> =
         faces.clone().filter_map(|face| Some((mesh.face(face)?.key(), 0))).collect();
+    // Most faces of cells have a vertex that is on no face with a family. They are not looked up.
+    let mut on_face = vec![false; mesh.vertices().len()];
+    for &vertex in faces.clone().flat_map(|face| mesh.face_vertices(face)) {
+        on_face.get_mut(vertex as usize).into_iter().for_each(|on_face| *on_face = true);
+    }
     for cell in mesh.cells() {
+        if cell.iter().filter(|&&vertex| on_face.get(vertex as usize) == Some(&true)).count() < 3 {
+            continue;
+        }
         for face in faces_of(cell) {
             if let Some(count) = cells_at.get_mut(&face.key()) {
                 *count += 1;
             }
         }
     }
-    let mut inside = vec![None; mesh.mesh.families.len()];
+    let mut counts = vec![InFamily::default(); mesh.mesh.families.len()];
     for face in faces {
-        let Some(family) = mesh.family_of(face).and_then(|family| inside.get_mut(family.index())) else { continue };
-        let is_inside = mesh.face(face).is_some_and(|face| cells_at[&face.key()] == 2);
-        *family = Some(family.unwrap_or(true) && is_inside);
+        let Some(count) = mesh.family_of(face).and_then(|family| counts.get_mut(family.index())) else { continue };
+        count.all += 1;
+        if mesh.face(face).is_some_and(|face| cells_at[&face.key()] == 2) {
+            count.inside += 1;
+            count.first = count.first.or(Some(face));
+        }
     }
-    inside.into_iter().map(|inside| inside == Some(true)).collect()
+    counts
 }

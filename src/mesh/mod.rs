@@ -34,7 +34,7 @@ pub use cell_quality::{CellMeasures, KindQuality, by_kind, cell_volume, measures
 pub use corner_cells::CornerCells;
 pub use error::MeshError;
 pub use half_edge::triangles_of_families;
-pub use half_face::families_inside;
+pub use half_face::{families_inside, partly_inside};
 pub use hybrid::{CellKind, CellName, HybridMesh};
 pub use order::Order;
 pub use other_cells::{OtherCells, cell_faces};

@@ -18,6 +18,7 @@ mod error;
 mod fault;
 mod fold_check;
 mod held_back;
+mod needs;
 mod outcome;
 #[doc(hidden)]
 pub mod prescribed;
@@ -65,7 +66,6 @@ use crate::{
     memory::check_memory,
     mesh::Displacement,
     mesh::{self, CornerCells, FamilyId, HybridMesh, Order, OtherCells, TetMesh, Topology, half_edge::Surface},
-    profile::SECTIONS_AT_ONCE,
     quality::{self, Statistics, faults::EdgeAngles},
     stage::SetUp,
     stages::{STAGES, Stages, WingProfiles},
@@ -101,24 +101,6 @@ pub struct Mover {
 /// of the profile's length (about its chord); see [`Missed`](crate::profile::Missed).
 pub const MISSED: f64 = 2e-3;
 
-/// Bytes that a mover takes at most for each tet, updates included and the given mesh excluded.
-/// Measured with 6.5 million tets.
-const BYTES: u64 = 600;
-
-/// Bytes for each corner tet of a cell that is no tet: its share of edges, rows and local
-/// optimisation, counted from the sizes of these arrays.
-const BYTES_OF_CORNER: u64 = 400;
-
-/// Bytes for each old profile of a wing, and for each of its points. Measured with 20 000 profiles
-/// of 40 points.
-const OF_PROFILE: u64 = 4_000;
-const OF_POINT: u64 = 150;
-/// Bytes for the smooth curves through a profile and through the wing's own section in its plane,
-/// and for each point of the profile. At most [`SECTIONS_AT_ONCE`] sections have their curves at
-/// one time. Measured with profiles of 100 000 points.
-const OF_CURVES: u64 = 220_000;
-const OF_CURVES_AT_POINT: u64 = 1_000;
-
 impl Mover {
     /// Begins a mover of this mesh; see [`MoverBuilder`].
     pub fn builder(mesh: impl Into<Arc<TetMesh>>) -> MoverBuilder {
@@ -141,14 +123,7 @@ impl Mover {
         backend: Arc<dyn Backend>,
         observer: Progress,
     ) -> Result<Self, MoveError> {
-        let points = wings.iter().flat_map(|wing| &wing.old).map(|profile| profile.points.len() as u64);
-        let mut n_points: Vec<u64> = points.collect();
-        n_points.sort_unstable_by(|a, b| b.cmp(a));
-        let kept: u64 = n_points.iter().map(|points| OF_PROFILE + OF_POINT * points).sum();
-        let largest = n_points.iter().take(SECTIONS_AT_ONCE);
-        let of_profiles = kept + largest.map(|points| OF_CURVES + OF_CURVES_AT_POINT * points).sum::<u64>();
-        let n_corners: u64 = others.n_corner_tets() as u64;
-        let of_mover = BYTES * mesh.tets.len() as u64 + BYTES_OF_CORNER * n_corners + of_profiles;
+        let of_mover = needs::bytes(HybridMesh { mesh: &mesh, others: &others }, wings);
         check_memory(of_mover.saturating_mul(movers as u64))
             .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
         observer("topology");

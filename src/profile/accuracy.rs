@@ -9,6 +9,7 @@
 //!
 //! The paper has no such check.
 
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use glam::DVec3;
@@ -17,9 +18,10 @@ use rayon::prelude::*;
 use super::along::ArcPlace;
 use super::curve::ProfileCurve;
 use super::displacement::ProfileDisplacement;
-use super::distance::distance;
+use super::distance::Polyline;
 use super::kept::KeptSection;
 use super::locate::SectionGrid;
+use super::near::Near;
 use super::span::{Span, SpanWeights};
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
@@ -118,7 +120,8 @@ impl Watch {
             let mut vertices = beside(surface.triangles);
             // A profile of few points may stand for a smooth curve or for straight lines. Before
             // the motion the larger of the two distances counts, after the motion the smaller one.
-            let both = |carried: &Carried| (section.distance(carried.at), section.distance_to_lines(carried.at));
+            let near = Near::new(&section);
+            let both = |carried: &Carried| (near.curve(carried.at), near.lines(carried.at));
             let (mut old, mut distance): (f64, f64) = (0.0, 0.0);
             for (to_curve, to_lines) in vertices.par_iter().map(both).collect::<Vec<_>>() {
                 old = old.max(to_curve).max(to_lines);
@@ -184,7 +187,11 @@ impl Watch {
             let mut lines = new.points.clone();
             lines.dedup();
             let length = extent(&lines);
-            let mut curve: Option<Vec<DVec3>> = None;
+            let straight = Polyline::new(&lines);
+            let curve = OnceCell::new();
+            let curve = || curve.get_or_init(|| ProfileCurve::new(&lines).path);
+            let smooth = OnceCell::new();
+            let smooth = || smooth.get_or_init(|| Polyline::new(curve()));
             let mut worst: Option<Missed> = None;
             for (&vertex, &carried) in watched.vertices.iter().zip(carried) {
                 let vertex = vertex as usize;
@@ -192,16 +199,12 @@ impl Watch {
                 // plane. A slide along the span does not.
                 let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
                 let at = into(plane, at, motion.span_direction[vertex]);
-                let mut distance = distance(at, &lines);
+                let mut distance = straight.distance(at);
                 let limit = watched.old + length * worst.map_or(0.0, |worst| worst.share);
                 // The curve may be nearer than the lines between its points. It is evaluated only
                 // if the lines are too far, because it has many small steps.
                 if distance > limit {
-                    let curve = match &mut curve {
-                        Some(curve) => curve,
-                        none => none.insert(ProfileCurve::new(&lines).path),
-                    };
-                    distance = distance.min(super::distance::distance(at, curve));
+                    distance = distance.min(smooth().distance(at));
                 }
                 let share = (distance - watched.old) / length;
                 let share = if share.is_nan() { f64::INFINITY } else { share.max(0.0) };

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::curve::Outline;
 use super::cut::{carried, flat_section};
-use super::distance::distance;
 use super::kept::KeptSection;
 use super::matching::OldSection;
+use super::near::Near;
 use super::section::{OwnForms, OwnSection};
 use super::span::Span;
 use super::wing_surface::WingSurface;
@@ -197,13 +197,11 @@ fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileE
         return Err(ProfileError::Size { profile, times, of: "the wing's section there" });
     }
     // The base of a blunt trailing edge may belong to one of the two only.
-    let off = |point: DVec3, from: &OldSection| {
-        let ends = [from.path()[0], from.path()[from.path().len() - 1]];
-        // A profile of few points may stand for a smooth curve or for straight lines.
-        from.distance(point).min(from.distance_to_lines(point)).min(distance(point, &ends))
-    };
-    let given = section.profile().points.iter().map(|&point| off(point, &own.carried).min(off(point, &own.flat)));
-    let wing = own.carried.profile().points.iter().map(|&point| off(point, section));
+    // A profile of few points may stand for a smooth curve or for straight lines.
+    let off = |point: DVec3, from: &Near| from.curve(point).min(from.closed_lines(point));
+    let (carried, flat, near) = (Near::new(&own.carried), Near::new(&own.flat), Near::new(section));
+    let given = section.profile().points.iter().map(|&point| off(point, &carried).min(off(point, &flat)));
+    let wing = own.carried.profile().points.iter().map(|&point| off(point, &near));
     let distance = given.chain(wing).fold(0.0, f64::max);
     if distance > OFF_WING * length {
         return Err(ProfileError::OffWing { profile, distance, share: distance / length });

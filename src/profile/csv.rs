@@ -5,7 +5,7 @@
 
 use std::collections::HashSet;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -35,70 +35,130 @@ const EXPECTED: &str = "the header profile,x,y,z";
 ///   file
 /// - [`ProfileError::NoProfiles`]: there is no row
 pub fn parse(sources: &[(&Path, &str)]) -> Result<Vec<Profile>, ProfileError> {
-    let mut profiles: Vec<Profile> = Vec::new();
-    let mut seen = HashSet::new();
+    let mut reader = Reader::default();
     for &(path, text) in sources {
-        let fail = |line: usize, what: String, expected: &'static str| ProfileError::Line {
-            path: path.to_path_buf(),
-            line: line + 1,
-            what,
-            expected,
-        };
-        let mut columns: Option<Columns> = None;
-        let mut is_empty = true;
-        // A profile never continues in the next file.
-        let mut current = None;
+        reader.begin(path);
+        reader.add(text)?;
+        reader.end()?;
+    }
+    reader.profiles()
+}
+
+/// Reads the profiles of one or several files, whose texts come in pieces.
+#[derive(Default)]
+pub(crate) struct Reader {
+    profiles: Vec<Profile>,
+    /// The numbers of the profiles.
+    seen: HashSet<i64>,
+    file: Begun,
+}
+
+/// What is known of a file of which some lines were read.
+#[derive(Default)]
+struct Begun {
+    path: PathBuf,
+    /// Number of lines that were read.
+    n_lines: usize,
+    columns: Option<Columns>,
+    has_rows: bool,
+    /// The profile of the last row. A profile never continues in the next file.
+    profile: Option<i64>,
+}
+
+impl Begun {
+    fn fail(&self, line: usize, what: String, expected: &'static str) -> ProfileError {
+        ProfileError::Line { path: self.path.clone(), line: line + 1, what, expected }
+    }
+}
+
+impl Reader {
+    /// Begins a file.
+    ///
+    /// - `path`: for messages only
+    pub fn begin(&mut self, path: &Path) {
+        self.file = Begun { path: path.to_path_buf(), ..Begun::default() };
+    }
+
+    /// Reads the next whole lines of the file.
+    ///
+    /// # Errors
+    /// As [`parse`].
+    pub fn add(&mut self, text: &str) -> Result<(), ProfileError> {
+        let first = self.file.n_lines;
         for Row { line, text: row, comment } in rows(text, Mark::Any) {
-            if row.is_empty() {
-                if is_empty && let Ok(of_comment) = Columns::of(&fields(comment)) {
-                    columns = Some(of_comment);
-                }
-                continue;
-            }
-            let fields = fields(row);
-            if is_empty {
-                is_empty = false;
-                if columns.is_none() || header::is_header(&fields) {
-                    columns = Some(Columns::of(&fields).map_err(|what| fail(line, what, EXPECTED))?);
-                    continue;
-                }
-            }
-            let Some(columns) = &columns else { continue };
-            if fields.len() != columns.n {
-                let what = format!("{} fields", fields.len());
-                let expected = if columns.n == 4 { "four: profile,x,y,z" } else { "as many as the header has" };
-                return Err(fail(line, what, expected));
-            }
-            let number = fields[columns.profile];
-            let Some(number) = parse_profile(number) else {
-                return Err(fail(line, format!("profile number '{}'", shorten(number)), "an integer"));
-            };
-            let mut coordinates = [0.0; 3];
-            for ((column, axis), coordinate) in columns.position.into_iter().zip(["x", "y", "z"]).zip(&mut coordinates)
-            {
-                *coordinate = match parse_number(fields[column]) {
-                    Some(value) if value.is_finite() => value,
-                    _ => return Err(fail(line, format!("{axis} = '{}'", shorten(fields[column])), "a finite number")),
-                };
-            }
-            if current != Some(number) {
-                if !seen.insert(number) {
-                    let what = format!("profile {number} begins a second time");
-                    return Err(fail(line, what, "the points of a profile in consecutive rows of one file"));
-                }
-                profiles.last_mut().into_iter().for_each(|done| done.points.shrink_to_fit());
-                profiles.push(Profile { number, points: Vec::new() });
-                current = Some(number);
-            }
-            if let Some(profile) = profiles.last_mut() {
-                profile.points.push(DVec3::from_array(coordinates));
-            }
+            self.file.n_lines = first + line + 1;
+            self.row(first + line, row, comment)?;
         }
-        if is_empty {
-            return Err(fail(0, "the file is empty".into(), EXPECTED));
+        Ok(())
+    }
+
+    fn row(&mut self, line: usize, row: &str, comment: &str) -> Result<(), ProfileError> {
+        let file = &mut self.file;
+        if row.is_empty() {
+            if !file.has_rows
+                && let Ok(of_comment) = Columns::of(&fields(comment))
+            {
+                file.columns = Some(of_comment);
+            }
+            return Ok(());
+        }
+        let fields = fields(row);
+        let is_first = !std::mem::replace(&mut file.has_rows, true);
+        if is_first && (file.columns.is_none() || header::is_header(&fields)) {
+            file.columns = Some(Columns::of(&fields).map_err(|what| file.fail(line, what, EXPECTED))?);
+            return Ok(());
+        }
+        let Some(columns) = &file.columns else { return Ok(()) };
+        if fields.len() != columns.n {
+            let what = format!("{} fields", fields.len());
+            let expected = if columns.n == 4 { "four: profile,x,y,z" } else { "as many as the header has" };
+            return Err(file.fail(line, what, expected));
+        }
+        let number = fields[columns.profile];
+        let Some(number) = parse_profile(number) else {
+            return Err(file.fail(line, format!("profile number '{}'", shorten(number)), "an integer"));
+        };
+        let mut coordinates = [0.0; 3];
+        for ((column, axis), coordinate) in columns.position.into_iter().zip(["x", "y", "z"]).zip(&mut coordinates) {
+            *coordinate = match parse_number(fields[column]) {
+                Some(value) if value.is_finite() => value,
+                _ => return Err(file.fail(line, format!("{axis} = '{}'", shorten(fields[column])), "a finite number")),
+            };
+        }
+        if file.profile != Some(number) {
+            if !self.seen.insert(number) {
+                let what = format!("profile {number} begins a second time");
+                return Err(file.fail(line, what, "the points of a profile in consecutive rows of one file"));
+            }
+            self.profiles.last_mut().into_iter().for_each(|done| done.points.shrink_to_fit());
+            self.profiles.push(Profile { number, points: Vec::new() });
+            file.profile = Some(number);
+        }
+        if let Some(profile) = self.profiles.last_mut() {
+            profile.points.push(DVec3::from_array(coordinates));
+        }
+        Ok(())
+    }
+
+    /// Ends a file.
+    ///
+    /// # Errors
+    /// [`ProfileError::Line`]: the file has no row.
+    pub fn end(&mut self) -> Result<(), ProfileError> {
+        match self.file.has_rows {
+            true => Ok(()),
+            false => Err(self.file.fail(0, "the file is empty".into(), EXPECTED)),
         }
     }
-    if profiles.is_empty() { Err(ProfileError::NoProfiles) } else { Ok(profiles) }
+
+    /// The profiles of all files.
+    ///
+    /// # Errors
+    /// [`ProfileError::NoProfiles`]: there is no row.
+    pub fn profiles(mut self) -> Result<Vec<Profile>, ProfileError> {
+        self.profiles.last_mut().into_iter().for_each(|done| done.points.shrink_to_fit());
+        if self.profiles.is_empty() { Err(ProfileError::NoProfiles) } else { Ok(self.profiles) }
+    }
 }
 
 /// Indices of the columns of a file.

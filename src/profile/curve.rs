@@ -11,12 +11,10 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::distance::distance;
 use super::edges::trailing_edge;
 use super::path_boxes::PathBoxes;
 use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
-use crate::geometry::nearest_on_segment;
 
 /// A point is no knot if its distance from a kept neighbour is less than this share of the spacing
 /// around it. From 0.1 on the nose of a section of 26 points is lost, with an error of 1 % of the
@@ -28,6 +26,9 @@ const CLOSE: f64 = 0.03;
 const STEPS: f64 = 1024.0;
 /// Least and largest number of steps between two knots.
 const STEPS_PER_PIECE: (f64, f64) = (4.0, 64.0);
+/// The least number of steps between two knots shrinks where a curve would get more steps than
+/// this, because many pieces are short and nearly straight.
+const LEAST_STEPS_OF_ALL: f64 = 4.0 * STEPS;
 
 /// An open section ends at the trailing edge on both sides: no point lies farther behind an end,
 /// along the chord, than this share of the length, or than half the thickness of the base, which
@@ -150,12 +151,13 @@ impl ProfileCurve {
         let total: f64 = lengths.iter().sum();
         let chords: Vec<DVec3> = at.windows(2).map(|pair| (pair[1] - pair[0]).normalize_or_zero()).collect();
         let tangents = tangents(&chords, &lengths);
+        let least = (LEAST_STEPS_OF_ALL / lengths.len() as f64).ceil().clamp(1.0, STEPS_PER_PIECE.0);
         let mut path = Vec::new();
         let mut knot_step = vec![0];
         for (i, &length) in lengths.iter().enumerate() {
             let [start, end] = tangents[i].map(|tangent| tangent * length);
             // `max` first: the share of a curve without length is NaN, and it still gets its steps.
-            let steps = (STEPS * length / total).ceil().max(STEPS_PER_PIECE.0).min(STEPS_PER_PIECE.1);
+            let steps = (STEPS * length / total).ceil().max(least).min(STEPS_PER_PIECE.1);
             for step in 0..steps as usize {
                 let t = step as f64 / steps;
                 let (u, v) = (t * t, 1.0 - t);
@@ -165,22 +167,6 @@ impl ProfileCurve {
         }
         path.extend(at.last());
         Self { knots, knot_step, path }
-    }
-
-    /// Distance of a point from the curve, in the mesh's unit.
-    pub fn distance(&self, point: DVec3) -> f64 {
-        let pieces = || self.knot_step.windows(2).map(|ends| (ends[0], ends[1]));
-        let chord = |(from, to): (usize, usize)| {
-            let (from, to) = (self.path[from], self.path[to]);
-            // A cubic with tangents of up to 1.5 chords stays within half a chord of its chord.
-            (nearest_on_segment(point, from, to).0.distance(point), 0.5 * from.distance(to))
-        };
-        let within = pieces().map(chord).map(|(chord, off)| chord + off).fold(f64::INFINITY, f64::min);
-        let near = pieces().filter(|&piece| {
-            let (chord, off) = chord(piece);
-            chord - off <= within
-        });
-        near.map(|(from, to)| distance(point, &self.path[from..=to])).fold(f64::INFINITY, f64::min)
     }
 }
 

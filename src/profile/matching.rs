@@ -18,7 +18,6 @@ use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
 
 use super::curve::{Measured, Outline, ProfileCurve, bracket};
-use super::distance::distance;
 use super::least_squares::LeastSquares;
 use super::path_boxes::PathBoxes;
 use super::{Plane, Profile, ProfileError, extent};
@@ -200,27 +199,6 @@ impl OldSection {
         self.outline.gap()
     }
 
-    /// Distance of a point of the section's plane from the smooth curve through the section's
-    /// points.
-    pub fn distance(&self, point: DVec3) -> f64 {
-        self.sides.distance(point).min(self.base.as_ref().map_or(f64::INFINITY, |base| base.distance(point)))
-    }
-
-    /// Distance of a point of the section's plane from the straight lines between the section's
-    /// points.
-    pub fn distance_to_lines(&self, point: DVec3) -> f64 {
-        distance(point, &self.outline.sides).min(match self.outline.base.as_slice() {
-            [] => f64::INFINITY,
-            base => distance(point, base),
-        })
-    }
-
-    /// [`Self::distance_to_lines`], including the line between the ends of an open section.
-    pub fn distance_to_closed_lines(&self, point: DVec3) -> f64 {
-        let sides = &self.outline.sides;
-        self.distance_to_lines(point).min(distance(point, &[sides[sides.len() - 1], sides[0]]))
-    }
-
     /// The section with displaced knots, in the order of [`Self::knots`].
     pub fn displaced(&self, displacement: &[DVec3]) -> Profile {
         let mut points: Vec<DVec3> = self.knots().iter().zip(displacement).map(|(&p, &d)| p + d).collect();
@@ -239,6 +217,16 @@ impl OldSection {
     /// Points of the two sides, in small steps.
     pub fn path(&self) -> &[DVec3] {
         &self.measured.path
+    }
+
+    /// Points of the base, in small steps, if the base is part of the curve.
+    pub fn base_path(&self) -> Option<&[DVec3]> {
+        self.base.as_ref().map(|base| base.path.as_slice())
+    }
+
+    /// The points as given, divided at the trailing edge.
+    pub fn outline(&self) -> &Outline {
+        &self.outline
     }
 
     fn matched(&self, new: &Profile) -> Result<Match, ProfileError> {

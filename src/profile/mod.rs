@@ -45,6 +45,7 @@ mod least_squares;
 mod locate;
 #[doc(hidden)]
 pub mod matching;
+mod near;
 mod path_boxes;
 mod places;
 mod plane;
@@ -104,8 +105,8 @@ impl Profile {
     }
 }
 
-/// Most points of a section. The smooth curve through them takes half a kilobyte for each, so this
-/// many take half a gigabyte. A file with more holds no sections, but a surface.
+/// Most points of a section. The smooth curve through them takes up to half a kilobyte for each, so
+/// this many take up to half a gigabyte. A file with more holds no sections, but a surface.
 const MOST_POINTS: usize = 1_000_000;
 
 /// Larger coordinates count as infinite, because their powers would be.

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::kept::KeptSection;
 use super::matching::OldSection;
+use super::near::Near;
 use super::trend::Trend;
 use super::{Plane, Profile, ProfileError};
 
@@ -93,7 +94,8 @@ impl OwnSection {
 
     /// Whether all points of a profile lie on the facets.
     fn is_flat(&self, given: &OldSection) -> bool {
-        given.profile().points.iter().all(|&p| self.flat.distance_to_closed_lines(p) <= SAME_FORM * given.length())
+        let flat = Near::new(&self.flat);
+        given.profile().points.iter().all(|&p| flat.closed_lines(p) <= SAME_FORM * given.length())
     }
 
     /// Keeps what may be needed beside a given section.
@@ -107,7 +109,8 @@ impl OwnSection {
 
 /// Whether all points of one profile lie on another.
 fn within(points: &OldSection, on: &OldSection) -> bool {
-    points.profile().points.iter().all(|&p| on.distance(p) <= SAME_FORM * on.length())
+    let near = Near::new(on);
+    points.profile().points.iter().all(|&p| near.curve(p) <= SAME_FORM * on.length())
 }
 
 impl Forms {

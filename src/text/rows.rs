@@ -60,10 +60,17 @@ pub(crate) fn rows(text: &str, mark: Mark) -> impl Iterator<Item = Row<'_>> {
 /// without either it is white space. Between semicolons or commas a field may be empty, so the
 /// fields after it keep their columns. A separator at the end of the row is ignored.
 pub(crate) fn fields(text: &str) -> Vec<&str> {
-    let has = |separator: char| separated(text, |letter| letter == separator).nth(1).is_some();
+    // Few rows have quotes, and a search for one character is fast.
+    let is_quoted = text.contains('"');
+    let has = |separator: char| match is_quoted {
+        true => separated(text, |letter| letter == separator).nth(1).is_some(),
+        false => text.contains(separator),
+    };
     let mut fields: Vec<&str> = match [';', ','].into_iter().find(|&separator| has(separator)) {
-        Some(separator) => separated(text, |letter| letter == separator).map(str::trim).collect(),
-        None => separated(text, char::is_whitespace).filter(|field| !field.is_empty()).collect(),
+        Some(separator) if is_quoted => separated(text, |letter| letter == separator).map(str::trim).collect(),
+        Some(separator) => text.split(separator).map(str::trim).collect(),
+        None if is_quoted => separated(text, char::is_whitespace).filter(|field| !field.is_empty()).collect(),
+        None => text.split_whitespace().collect(),
     };
     if fields.len() > 1 && fields.last().is_some_and(|field| field.is_empty()) {
         fields.pop();

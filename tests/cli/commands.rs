@@ -1,5 +1,6 @@
 //! The other commands.
 
+use std::collections::BTreeSet;
 use std::process::Stdio;
 
 use crate::fixture::*;
@@ -95,4 +96,32 @@ fn meshes_are_compared_vertex_by_vertex() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("nothing to compare"), "{}", stderr(&output));
     fixture.refuses_command(&["compare", "box.msh", "nothing.msh"], 3, &["nothing.msh"]);
+}
+
+/// One face between two cells in a family on the boundary: a run refuses the mesh, and the commands
+/// that take it say so.
+#[test]
+fn families_partly_inside_are_told_by_every_command() {
+    let fixture = Fixture::new();
+    fixture.mesh(|mesh| {
+        // The first face of the first tet that is on no boundary.
+        let is_inner = |face: &[usize; 3]| {
+            let key = |face: &[usize; 3]| BTreeSet::from(*face);
+            !mesh.triangles.iter().any(|(triangle, _)| key(triangle) == key(face))
+        };
+        let faces = mesh.tets.iter().flat_map(|&[a, b, c, d]| [[b, c, d], [a, d, c], [a, b, d], [a, c, b]]);
+        let inner = faces.into_iter().find(is_inner).unwrap();
+        mesh.triangles.push((inner, 4));
+    });
+    let words = "faces of the family 'farfield' lie inside the volume, between two cells";
+    fixture.refuses(3, &["box.msh: 1 of the ", words]);
+    for arguments in [&["quality", "box.msh"][..], &["convert", "box.msh", "box.vtu"]] {
+        let output = fixture.idmesh(arguments);
+        assert_good(&output);
+        let errors = stderr(&output);
+        assert_eq!(errors.matches("warning: box.msh: 1 of the ").count(), 1, "{errors}");
+        assert!(errors.contains(words) && errors.contains("; a run refuses this mesh"), "{errors}");
+    }
+    let whole = Fixture::new().idmesh(&["quality", "box.msh"]);
+    assert!(!stderr(&whole).contains("inside the volume"));
 }

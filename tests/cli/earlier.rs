@@ -143,6 +143,34 @@ fn designs_that_are_not_known_are_those_of_the_lines() {
     assert_eq!(fixture.read("all.jsonl"), "my notes\n");
 }
 
+/// Where the memory does not hold the case, or the case is no TOML, nothing says which files are its
+/// results. Then they stay, and the message says so.
+///
+/// Fails if `OF_BYTE` of the case is 0 or half as much: the memory is then exhausted later, without a
+/// word on the results.
+#[test]
+fn results_that_are_not_named_stay_and_this_is_told() {
+    let fixture = Fixture::new();
+    let words = "no results of an earlier run were removed, because the file does not name them";
+    let long = format!("{}{}", case(), "# nothing here\n".repeat((2 << 20) / 15));
+    for (text, limit, cause) in [
+        (long, "130M", "cannot read the case file: this takes about 0.1"),
+        (case().replacen("mesh =", "mesh", 1), "1G", "case.toml:1:"),
+    ] {
+        fixture.write("case.toml", &case());
+        assert_good(&fixture.run());
+        fixture.write("case.toml", &text);
+        let mut run = command(fixture.folder.path(), &["run", "case.toml", "--backend", "cpu", "--max-memory", limit]);
+        let output = run.env("RAYON_NUM_THREADS", "1").output().unwrap();
+        assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+        assert!(stderr(&output).contains(words) && stderr(&output).contains(cause), "{}", stderr(&output));
+        assert_eq!(left(&fixture, &["moved.msh", "beta.svg"]).len(), 2);
+    }
+    // Nothing is said of a case that is not there.
+    let gone = fixture.idmesh(&["run", "gone.toml"]);
+    assert!(!stderr(&gone).contains("earlier run"), "{}", stderr(&gone));
+}
+
 /// A folder that only has the name of a result is none.
 #[test]
 fn an_empty_folder_is_no_result() {

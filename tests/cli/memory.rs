@@ -48,7 +48,8 @@ fn within(fixture: &Fixture, arguments: &[&str], kilobytes: usize) -> Command {
     shell
 }
 
-/// Whatever the limit, the result is good, or the memory is said not to suffice. The limits are so
+/// Whatever the limit, the result is good, or the memory is said not to suffice, and no result of an
+/// earlier run is left. The limits are so
 /// close together that some are met anywhere: in threads, in a reader, in the set-up, in an update.
 #[test]
 fn no_limit_of_addresses_ends_a_command_without_a_word() {
@@ -61,6 +62,9 @@ fn no_limit_of_addresses_ends_a_command_without_a_word() {
             ("1", &["run", "case.toml", "--backend", "cpu"]),
             ("2", &["quality", "box.msh"]),
         ] {
+            if arguments[0] == "run" {
+                fixture.write("moved.msh", "an earlier result");
+            }
             let output = within(&fixture, arguments, kilobytes).env("RAYON_NUM_THREADS", threads).output().unwrap();
             let errors = stderr(&output);
             match output.status.code() {
@@ -311,4 +315,59 @@ fn designs_at_once_need_the_memory_of_all() {
     assert!(!fixture.path("many").exists());
     assert_good(&batch("2", "few"));
     assert_eq!(fs::read_dir(fixture.path("few")).unwrap().count(), 64);
+}
+
+/// What a mover asks for. Of each case one part is most: profiles, their points, the curves of 68
+/// sections at a time, the points of these curves, and families.
+///
+/// Fails if any constant of `mover::needs` is half or twice as large, but the one of corner tets.
+#[test]
+fn every_part_of_a_mover_is_asked_for() {
+    let ring = |number: usize, n: usize| {
+        let at = |i: usize| std::f64::consts::TAU * i as f64 / n as f64;
+        let y = 0.3 + 0.9e-4 * number as f64;
+        let row = |i: usize| format!("{number},{},{y},{}\n", at(i).cos(), 0.1 * at(i).sin());
+        (0..=n).map(row).collect::<String>()
+    };
+    for (n_profiles, n_points, splits, megabytes) in [
+        (9000, 8, false, 61.0..72.0),
+        (200, 1000, false, 105.0..129.0),
+        (68, 8, false, 16.5..20.5),
+        (2, 50_000, false, 107.0..131.0),
+        (2, 8, true, 14.5..18.0),
+    ] {
+        let fixture = Fixture::new();
+        let mut case = CASE.replacen("new = \"new.csv\"", "new = \"new.csv\"\nold = \"new.csv\"", 1);
+        if splits {
+            assert_good(&fixture.idmesh(&["convert", "box.msh", "box.su2"]));
+            fixture.write("box.su2", &split(&fixture.read("box.su2")));
+            case = case.replacen("box.msh", "box.su2", 1).replacen("[family.farfield]", "[family.\"part*\"]", 1);
+        }
+        fixture.write("case.toml", &case);
+        let text: String = (0..n_profiles).map(|number| ring(number, n_points)).collect();
+        fixture.write("new.csv", &format!("profile,x,y,z\n{text}"));
+        // The least limit that holds what was read, or a little more.
+        let mut limits = ["25M", "32M", "40M", "50M", "64M"].into_iter().map(|limit| {
+            let arguments = ["run", "case.toml", "--backend", "cpu", "--max-memory", limit];
+            let mut run = command(fixture.folder.path(), &arguments);
+            stderr(&run.env("RAYON_NUM_THREADS", "1").output().unwrap())
+        });
+        let told = limits.find(|errors| errors.contains(" tets: this takes about "));
+        let errors = told.unwrap_or_else(|| panic!("{n_profiles} profiles of {n_points} points"));
+        let needed = 1000.0 * gigabytes(&errors, "takes about ");
+        assert!(megabytes.contains(&needed), "{n_profiles} x {n_points}, split: {splits}: {errors}");
+    }
+}
+
+/// A mesh of SU2 in which each triangle of the farfield, 892 of them, is a family of its own.
+fn split(su2: &str) -> String {
+    let (before, of_family) = su2.split_once("MARKER_TAG= farfield\n").unwrap();
+    let (count, rest) = of_family.split_once('\n').unwrap();
+    let n: usize = count.trim_start_matches("MARKER_ELEMS=").trim().parse().unwrap();
+    assert_eq!(n, 892);
+    let mut lines = rest.lines();
+    let parts = lines.by_ref().take(n).enumerate();
+    let parts: String = parts.map(|(at, line)| format!("MARKER_TAG= part{at}\nMARKER_ELEMS= 1\n{line}\n")).collect();
+    let rest: String = lines.map(|line| format!("{line}\n")).collect();
+    format!("{}{parts}{rest}", before.replacen("NMARK= 5", &format!("NMARK= {}", 4 + n), 1))
 }

@@ -253,7 +253,7 @@ impl Reader<'_> {
     }
 
     fn elements(&mut self, shape: CellKind, count: usize) -> Result<(), ReadError> {
-        let Some(n_vertices) = self.positions.as_ref().map(|positions| positions.len() as i64) else {
+        let Some(n_vertices) = self.positions.as_ref().map(|positions| positions.len()) else {
             return Err(self.scanner.malformed("the vertices before the elements", "none"));
         };
         self.mesh_builder.reserve(shape, count);
@@ -261,14 +261,9 @@ impl Reader<'_> {
             let mut corners = [0; 8];
             for corner in &mut corners[..shape.n_vertices()] {
                 let vertex = self.index("a vertex of an element")?;
-                if vertex < 1 || vertex > n_vertices {
-                    return Err(ReadError::UnknownVertex {
-                        place: self.scanner.place(self.scanner.last),
-                        entity: shape.name(),
-                        element,
-                        vertex: vertex.to_string(),
-                        defined: format!("{n_vertices} vertices, numbered from 1"),
-                    });
+                if vertex < 1 || vertex > n_vertices as i64 {
+                    let place = self.scanner.place(self.scanner.last);
+                    return Err(ReadError::unknown_vertex(place, shape.name(), element, vertex, n_vertices));
                 }
                 *corner = (vertex - 1) as u32;
             }

@@ -5,8 +5,14 @@ use std::path::Path;
 
 use super::types::vtk_kind;
 use crate::formats::error::ReadError;
-use crate::formats::mesh_builder::{Kind, MOST_VERTICES, MeshBuilder};
+use crate::formats::mesh_builder::{CellKind, Kind, MOST_VERTICES, MeshBuilder};
 use crate::formats::number::Integers;
+
+/// A cell along the axes of a grid: VTK's number for its type, the shape that it is, and the place
+/// of each of this shape's vertices among its own. A pixel or a voxel has its vertices row by row,
+/// not around its faces.
+const GRID_CELLS: [(i64, CellKind, &[usize]); 2] =
+    [(8, CellKind::Quadrilateral, &[0, 1, 3, 2]), (11, CellKind::Hexahedron, &[0, 1, 3, 2, 4, 5, 7, 6])];
 
 /// Types and vertices of the cells.
 pub(super) struct Table<'a> {
@@ -117,7 +123,11 @@ pub(super) fn assemble(
         })?;
         start = of_cell.end;
         let number = types.get(cell).unwrap_or(-1);
-        let kind = u64::try_from(number).ok().and_then(vtk_kind);
+        let grid_cell = GRID_CELLS.iter().find(|(of_type, ..)| *of_type == number);
+        let kind = match grid_cell {
+            Some(&(_, shape, order)) => Some((Kind::Mesh(shape), Some(order.len()))),
+            None => u64::try_from(number).ok().and_then(vtk_kind),
+        };
         let (kind, n_corners) =
             kind.ok_or_else(|| malformed(format!("the type of cell {cell}"), number.to_string()))?;
         if let Some(expected) = n_corners.filter(|&expected| expected != of_cell.len()) {
@@ -138,9 +148,11 @@ pub(super) fn assemble(
         let family = families.as_mut().map_or(Some(0), |families| families.get(cell)).unwrap_or(-1);
         let tag =
             i32::try_from(family).map_err(|_| malformed(format!("the family of cell {cell}"), family.to_string()))?;
-        let mut places = of_cell;
+        let mut places = of_cell.clone();
+        let mut order = grid_cell.map_or(&[][..], |(.., order)| order).iter();
         mesh_builder.push(shape, tag, || {
-            let vertex = places.next().and_then(|place| corners.vertex(place)).unwrap_or(-1);
+            let place = order.next().map_or_else(|| places.next(), |&place| Some(of_cell.start + place));
+            let vertex = place.and_then(|place| corners.vertex(place)).unwrap_or(-1);
             match usize::try_from(vertex) {
                 Ok(vertex) if vertex < n_vertices => Ok(numbered(vertex)),
                 _ => Err(malformed(format!("a vertex of cell {cell} below {n_vertices}"), vertex.to_string())),

@@ -26,6 +26,30 @@ fn steps_follow_a_circle() {
     assert!(off_circle(&path[n / 4..3 * n / 4]) < 1e-5);
 }
 
+/// Between two sides of length 100 a nose of radius 1 has 17 points. Each of its pieces gets four
+/// steps: a chord over a quarter of a piece lies 3e-4 inside the circle, and over a whole piece
+/// 5e-3.
+///
+/// Fails if `STEPS_PER_PIECE` begins with 1, and if `LEAST_STEPS_OF_ALL` is 0.
+#[test]
+fn steps_follow_a_short_nose() {
+    let side = |z: f64| (1..=100).map(move |i| DVec3::new(0.0, 0.0, z) - DVec3::X * f64::from(i));
+    let nose = (0..17).map(|i| PI * (f64::from(i) / 16.0 - 0.5)).map(|at| DVec3::new(at.cos(), 0.0, at.sin()));
+    let points: Vec<DVec3> = side(-1.0).collect::<Vec<_>>().into_iter().rev().chain(nose).chain(side(1.0)).collect();
+    let path = ProfileCurve::new(&points).path;
+    let nose: Vec<DVec3> = path.into_iter().filter(|at| at.x > 0.3).collect();
+    assert!(off_circle(&nose) < 2e-3, "{}", off_circle(&nose));
+}
+
+/// Where the points are closer together than the steps need be, each piece is one step.
+///
+/// Fails if `LEAST_STEPS_OF_ALL` is eight times `STEPS`.
+#[test]
+fn many_points_need_no_more_steps() {
+    let path = ProfileCurve::new(&half_circle(5000)).path;
+    assert_eq!(path.len(), 5000);
+}
+
 /// A plane that passes near a vertex cuts two points that are a hundredth of the spacing apart, one
 /// of them off by half as much.
 ///

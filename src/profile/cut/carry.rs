@@ -23,7 +23,7 @@ use glam::DVec3;
 use super::flat::{FlatSection, flat_section};
 use crate::geometry::nearest_on_segment;
 use crate::profile::curve::{Measured, ProfileCurve, arc_length, bracket};
-use crate::profile::distance::distance;
+use crate::profile::distance::max_distance;
 use crate::profile::{Plane, extent};
 
 /// Iterations of directions and sections. The third changes a point by less than 1e-5 of the chord
@@ -117,7 +117,7 @@ pub(in crate::profile) fn carried(
         carried = if turning(&bent) < SMOOTHER * turning(&carried) { bent } else { carried };
     }
     let found = |carried: &Vec<DVec3>| {
-        let off = carried.iter().map(|&point| distance(point, &flat)).fold(0.0, f64::max);
+        let off = max_distance(carried, &flat);
         (FLAT * length..LOST * length).contains(&off) && turning(carried) <= ROUGHER * turning(&flat)
     };
     if found(&carried) { carried } else { flat }

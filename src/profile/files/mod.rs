@@ -38,11 +38,16 @@ pub struct Source<'a> {
     pub placement: Option<&'a Placement>,
 }
 
-impl Source<'_> {
-    fn extension(&self) -> String {
-        self.path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
-    }
+/// Whether a file is read as [`csv`], as its extension says.
+pub(crate) fn is_csv(path: &Path) -> bool {
+    !matches!(&*extension(path), "json" | "vtp" | "vtk" | "dat" | "tec" | "plt" | "txt")
+}
 
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+}
+
+impl Source<'_> {
     /// The contents as UTF-8, which JSON requires.
     fn utf8(&self) -> Result<&str, ProfileError> {
         std::str::from_utf8(self.bytes).map_err(|error| {
@@ -122,12 +127,12 @@ enum Kind {
 
 impl Kind {
     fn of(source: &Source, text: &str) -> Self {
-        match &*source.extension() {
+        match &*extension(source.path) {
+            _ if is_csv(source.path) => Kind::Csv,
             "json" => Kind::Json,
             "vtp" | "vtk" => Kind::Polylines,
-            "dat" | "tec" | "plt" | "txt" if tecplot::is_tecplot(text) => Kind::Tecplot,
-            "dat" | "tec" | "plt" | "txt" => Kind::Airfoil,
-            _ => Kind::Csv,
+            _ if tecplot::is_tecplot(text) => Kind::Tecplot,
+            _ => Kind::Airfoil,
         }
     }
 }
