@@ -57,7 +57,6 @@ class USMesh:
         self._owner: dict[str, Integers] = {}
         self._warped: tuple[bytes, Result] | None = None
         self._looked: tuple[bytes, Result] | None = None
-        self._undeformed = np.zeros((0, 3))
 
         def read() -> int:
             self._mesh = Mesh.read(self._options["gridFile"])
@@ -86,7 +85,7 @@ class USMesh:
         if parts is not None:
             self._counts = [len(part) for part in parts]
             self._all_indices = np.concatenate(parts)
-        self._grid = self._all.scatter(self._split(lambda: self._mesh_of_first().vertices))
+        self._grid = self._all.scatter(self._split(self._vertices))
 
     def setSurfaceDefinition(
         self, pts: ArrayLike, conn: Any = None, faceSizes: Any = None, cgnsBlockIDs: Any = None
@@ -105,6 +104,7 @@ class USMesh:
             return points
 
         self._surface = self._all.together(check)
+        self._stale = self._dxs = None
         parts = self._all.gather(self._surface)
 
         def make() -> None:
@@ -114,7 +114,7 @@ class USMesh:
 
         self._all.of_first(make)
         if self._indices is not None:
-            self._grid = self._all.scatter(self._split(lambda: self._mesh_of_first().vertices))
+            self._grid = self._all.scatter(self._split(self._vertices))
 
     def _make_mover(self, points: Floats) -> None:
         mesh = self._mesh_of_first()
@@ -154,7 +154,8 @@ class USMesh:
         keywords = {name: self._options[name] for name in OWN if self._options[name] is not None}
         self._mover = Mover(self._options["gridFile"], roles, **keywords)
         self._owner = found
-        self._undeformed = points
+        # Results of another surface are none of this one.
+        self._warped = self._looked = None
 
     def _role(self, mesh: Mesh, family: str) -> str:
         surfaces = self._options["symmetrySurfaces"] or []
@@ -199,7 +200,7 @@ class USMesh:
 
         self._all.of_first(warp, sends=False)
         if self._indices is not None:
-            self._grid = self._all.scatter(self._split(lambda: self._result_of_first().vertices))
+            self._grid = self._all.scatter(self._split(self._vertices))
         self._stale = None
 
     def getSolverGrid(self) -> Floats:
@@ -216,8 +217,7 @@ class USMesh:
             return np.zeros(0)
         if self._stale is not None:
             raise IdmeshError(self._stale)
-        vertices = self._mesh_of_first().vertices if self._warped is None else self._warped[1].vertices
-        return np.array(vertices).ravel()
+        return np.array(self._vertices()).ravel()
 
     def getCommonGrid(self) -> Floats:
         """As `getWarpGrid`: the order is the file's."""
@@ -338,6 +338,10 @@ class USMesh:
     def _result_of_first(self) -> Result:
         assert self._warped is not None
         return self._warped[1]
+
+    def _vertices(self) -> Floats:
+        """The vertices after the last motion; on the first process."""
+        return self._mesh_of_first().vertices if self._warped is None else self._warped[1].vertices
 
     def _own_surface(self) -> Floats:
         if self._surface is None:

@@ -24,6 +24,7 @@ mod work;
 
 use std::path::PathBuf;
 
+use idmesh::session::SessionError;
 use idmesh::{backend, case};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -40,7 +41,8 @@ use crate::work::detached;
 /// Raises InputError if the file cannot be read or its profiles are wrong.
 #[pyfunction]
 fn read_profiles(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
-    let profiles = detached(py, || case::read_profiles(path))?.map_err(|error| of_session(py, error.into()))?;
+    let profiles = detached(py, || case::read_profiles(path).map_err(SessionError::from))?;
+    let profiles = profiles.map_err(|error| of_session(py, error))?;
     let found = PyDict::new(py);
     for profile in profiles {
         found.set_item(profile.number, rows(py, profile.points))?;

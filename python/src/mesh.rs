@@ -19,7 +19,7 @@ use crate::work::detached;
 
 /// Where the mesh comes from.
 enum Source {
-    File(MeshFile),
+    File(Box<MeshFile>),
     Case(Arc<LoadedCase>),
 }
 
@@ -90,7 +90,7 @@ impl Mesh {
         let file = detached(py, || formats::read_mixed(&path))?;
         let file = file.map_err(|error| of_session(py, LoadError::from(error).into()))?;
         warn_of(py, &file)?;
-        Ok(Self::new(Source::File(file)))
+        Ok(Self::new(Source::File(Box::new(file))))
     }
 
     /// The vertices (n, 3), in the unit of the file.

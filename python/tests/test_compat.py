@@ -137,6 +137,27 @@ def test_a_warp_that_fails_leaves_no_grid(mesh: USMesh, solver: Solver) -> None:
     assert np.abs(mesh.getSolverGrid().reshape(-1, 3) - solver.box.points[solver.nodes]).max() < 1e-12
 
 
+def test_new_definitions_leave_nothing_of_the_old(box: Box, box_path: Path) -> None:
+    solver = Solver(box, False)
+    mesh = solver.connect(USMesh({"gridFile": box_path, "backend": "cpu", **PLANE}))
+    mesh.setSurfaceCoordinates(turned(solver.points, 0.2))
+    mesh.warpMesh()
+    moved = mesh.getSolverGrid()
+    # Other numbers of the same mesh are those of the moved mesh.
+    mesh.setExternalMeshIndices(solver.indices[::-1])
+    assert np.array_equal(mesh.getSolverGrid(), moved[::-1])
+    mesh.warpDeriv(moved)
+    # The same surface in another order of its points, at rest.
+    order = np.random.default_rng(1).permutation(len(solver.points))
+    mesh.setSurfaceDefinition(solver.points[order])
+    assert np.array_equal(mesh.getSolverGrid(), box.points.ravel()[solver.indices[::-1]])
+    with pytest.raises(idmesh.IdmeshError, match="comes before `getdXs`"):
+        mesh.getdXs()
+    mesh.setSurfaceCoordinates(turned(solver.points, 0.2)[order])
+    mesh.warpMesh()
+    assert np.array_equal(mesh.getSolverGrid(), moved[::-1])
+
+
 def test_the_grid_is_written(mesh: USMesh, solver: Solver, tmp_path: Path) -> None:
     x = turned(solver.points, 0.15)
     mesh.setSurfaceCoordinates(x)
