@@ -15,6 +15,7 @@
 //! | set up a mover, which makes everything that depends on the mesh alone | [`case::LoadedCase::mover`], [`mover::Mover::builder`] |
 //! | move the undeformed mesh to one design after another | [`mover::Mover::update`] |
 //! | get the moved vertices, if the result may be used | [`mover::Outcome::valid`] |
+//! | get products with the derivative of the moved mesh by the design | [`mover::Mover::forward`], [`mover::Mover::reverse`] |
 //! | write the moved mesh | [`case::LoadedCase::write`], [`formats::MeshFile::write`] |
 //! | do everything that `idmesh run` does with a design | [`session::Session`] |
 //!
@@ -77,5 +78,6 @@ pub use glam::DVec3;
 /// Compiles the code in the book and in the README.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/src/library.md")]
+#[doc = include_str!("../docs/src/derivatives.md")]
 #[doc = include_str!("../README.md")]
 struct Book;

@@ -51,8 +51,8 @@ pub trait Products: Stage {
     ///
     /// - `set_up`: the same as for `run`
     /// - `kept`: of the run
-    /// - `change` `[n_vertices]`: change of the displacement, in any unit; the stage sets the change
-    ///   of its own vertices
+    /// - `change` `[n_vertices]`: change of the displacement, in any unit; the stage sets the
+    ///   change of its own vertices
     /// - `stopping`: its tolerance is relative to the argument
     ///
     /// # Errors

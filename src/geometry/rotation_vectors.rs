@@ -192,6 +192,7 @@ mod tests {
         let line = outer(DVec3::X, DVec3::X);
         assert!(FittedRotation::new(DMat3::IDENTITY, line).is_none());
         assert!(FittedRotation::new(DMat3::IDENTITY, DMat3::ZERO).is_none());
+        assert!(FittedRotation::new(DMat3::IDENTITY, line + DMat3::IDENTITY * 1e-12).is_none());
         assert!(FittedRotation::new(DMat3::IDENTITY, line + DMat3::IDENTITY * 1e-3).is_some());
     }
 }

@@ -12,8 +12,8 @@ pub enum Derivative {
     /// moved, has none.
     #[default]
     Exact,
-    /// The springs' jump from the undeformed mesh. What steps and local optimisation added counts as
-    /// constant. Where they moved vertices the derivative is off by an unknown amount.
+    /// The springs' jump from the undeformed mesh. What steps and local optimisation added counts
+    /// as constant. Where they moved vertices the derivative is off by an unknown amount.
     Frozen,
 }
 

@@ -24,8 +24,8 @@ pub enum NotDifferentiable {
         /// Its role.
         role: &'static str,
     },
-    /// The volume was moved in steps. The stiffness of a step depends on the mesh before it, and the
-    /// length of a step on trials.
+    /// The volume was moved in steps. The stiffness of a step depends on the mesh before it, and
+    /// the length of a step on trials.
     #[error(
         "the mesh was moved in {steps} steps, and only one jump has a derivative; allow one step only, or take the \
          frozen derivative, which is that of the jump"
@@ -34,7 +34,8 @@ pub enum NotDifferentiable {
         /// The steps.
         steps: usize,
     },
-    /// Local optimisation moved vertices. It ends when it no longer helps, not at a stationary point.
+    /// Local optimisation moved vertices. It ends when it no longer helps, not at a stationary
+    /// point.
     #[error(
         "local optimisation moved {vertices} vertices, and it has no derivative; turn it off, or take the frozen \
          derivative, which holds what it added constant"

@@ -26,8 +26,8 @@ const TOLERANCE: f64 = 1e-8;
 #[non_exhaustive]
 pub struct Gradient {
     /// By the displacements of each prescribed family `[n_vertices of the family]`, by the family's
-    /// name, in the order of [`Mover::family_vertices`]. Zero at vertices that a fixed family holds.
-    /// A vertex of several prescribed families counts for the last of them alone.
+    /// name, in the order of [`Mover::family_vertices`]. Zero at vertices that a fixed family
+    /// holds. A vertex of several prescribed families counts for the last of them alone.
     pub prescribed: BTreeMap<String, Vec<DVec3>>,
 }
 
@@ -51,8 +51,9 @@ impl Outcome {
 
 impl Mover {
     /// Change of the vertices `[n_vertices]` if the design changes in this direction: the
-    /// derivative of [`Moved::vertices`](super::Moved::vertices) by the design, times the direction.
-    /// The order is the order of the mesh that was given, and the unit is the unit of the direction.
+    /// derivative of [`Moved::vertices`](super::Moved::vertices) by the design, times the
+    /// direction. The order is the order of the mesh that was given, and the unit is the unit of
+    /// the direction.
     ///
     /// The derivative is the equilibrium's, to a relative tolerance of 1e-8, or the update's if it
     /// is smaller. Neither the order of updates and products nor [`Mover::start_from`] changes a

@@ -10,13 +10,16 @@ use glam::DVec3;
 use super::{Convergence, Relaxer, Stopping};
 use crate::{backend::BackendError, constraint::Constraint};
 
+/// Most relaxations of one product. The first is enough unless edges differ widely in length.
+const ROUNDS: usize = 6;
+
 impl Relaxer {
     /// Change of the equilibrium.
     ///
     /// - `change` `[n_vertices]`: on entry the change of the displacement of held vertices, on exit
     ///   of all vertices, in any unit
     /// - `force` `[n_vertices]`: change of the forces, in the unit of stiffness times `change`
-    /// - `stopping`: its tolerance is relative to the largest load in shortest edges
+    /// - `stopping`: its tolerance is relative to the argument
     ///
     /// # Errors
     /// The device failed.
@@ -32,10 +35,14 @@ impl Relaxer {
             }
         }
         let unit = self.unit(change, force);
-        change.iter_mut().for_each(|change| *change *= unit);
+        let mut scaled: Vec<DVec3> = change.iter().map(|change| *change * unit).collect();
         let force: Option<Vec<DVec3>> = force.map(|force| force.iter().map(|force| *force * unit).collect());
-        let convergence = self.relax(change, force.as_deref(), stopping)?;
-        change.iter_mut().for_each(|change| *change /= unit);
+        let convergence = self.relax_relative(&mut scaled, force.as_deref(), stopping)?;
+        for ((change, scaled), constraint) in change.iter_mut().zip(scaled).zip(&self.network().constraint) {
+            if *constraint != Constraint::Held {
+                *change = scaled / unit;
+            }
+        }
         Ok(convergence)
     }
 
@@ -56,7 +63,7 @@ impl Relaxer {
         let mut by_force = vec![DVec3::ZERO; gradient.len()];
         let unit = self.unit(&by_force, Some(gradient));
         let load: Vec<DVec3> = gradient.iter().map(|gradient| *gradient * unit).collect();
-        let convergence = self.relax(&mut by_force, Some(&load), stopping)?;
+        let convergence = self.relax_relative(&mut by_force, Some(&load), stopping)?;
         by_force.iter_mut().for_each(|by_force| *by_force /= unit);
         let network = self.network();
         for (row, gradient) in gradient.iter_mut().enumerate() {
@@ -70,13 +77,39 @@ impl Relaxer {
         Ok((by_force, convergence))
     }
 
-    /// The power of two that brings the largest load near one shortest edge. Multiplying by it
-    /// changes no digit.
+    /// Relaxes until the estimated error is within the tolerance of each vertex's shortest edge,
+    /// and until the residual has fallen by the tolerance. The argument is no displacement. So
+    /// where edges differ widely in length, an error that is small in long edges may be large all
+    /// the same.
+    fn relax_relative(
+        &mut self,
+        displacement: &mut [DVec3],
+        force: Option<&[DVec3]>,
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let mut total = self.relax(displacement, force, stopping)?;
+        let mut tolerance = stopping.tolerance;
+        for _ in 1..ROUNDS {
+            if !total.converged || total.relative_residual <= stopping.tolerance {
+                break;
+            }
+            tolerance *= 0.5 * stopping.tolerance / total.relative_residual;
+            let max_sweeps = stopping.max_sweeps.saturating_sub(total.sweeps);
+            let round = self.relax(displacement, force, &Stopping { tolerance, max_sweeps })?;
+            total.sweeps += round.sweeps;
+            total.relative_residual *= round.relative_residual;
+        }
+        total.converged &= total.relative_residual <= stopping.tolerance;
+        total.error = total.error.max(total.relative_residual);
+        Ok(total)
+    }
+
+    /// The factor by which the largest load becomes one shortest edge.
     fn unit(&self, displacement: &[DVec3], force: Option<&[DVec3]>) -> f64 {
         let network = self.network();
         let loads = network.residual(displacement, force);
         let loads = loads.iter().zip(&network.inverse_length).map(|(load, inverse)| load.abs().max_element() * inverse);
         let largest = loads.fold(0.0, f64::max);
-        if largest > 0.0 { (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2() } else { 1.0 }
+        if largest > 0.0 { 1.0 / largest.max(f64::MIN_POSITIVE) } else { 1.0 }
     }
 }
