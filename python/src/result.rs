@@ -188,8 +188,8 @@ impl MoveResult {
     ///
     /// - displacements: by prescribed family, (k, 3) in the order of `family_vertices`
     /// - profiles: there are no products of profiles yet
-    /// - frozen: take what steps and local optimisation added as constant; where they moved vertices
-    ///   the derivative is off by an unknown amount
+    /// - frozen: take what steps and local optimisation added as constant; where they moved
+    ///   vertices the derivative is off by an unknown amount
     ///
     /// Raises NotDifferentiable, or InputError for a direction that does not fit the mesh.
     #[pyo3(signature = (profiles = None, displacements = None, *, frozen = false))]
@@ -231,8 +231,8 @@ impl MoveResult {
         py.import("idmesh._design")?.getattr("Gradient")?.call1((PyDict::new(py), displacements))
     }
 
-    /// Writes the moved mesh, as an output of `idmesh run`. The extension selects the format. In the
-    /// format of the mesh's own file every byte that is no coordinate is kept. The file appears
+    /// Writes the moved mesh, as an output of `idmesh run`. The extension selects the format. In
+    /// the format of the mesh's own file every byte that is no coordinate is kept. The file appears
     /// whole or not at all, and a result of the same name goes before.
     ///
     /// A mesh that is not valid gets the name NAME.invalid.EXT, with its faulty cells beside it in
