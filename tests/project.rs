@@ -150,7 +150,7 @@ fn wide_comments(text: &str) -> Vec<(usize, usize)> {
 #[test]
 fn comments_are_at_most_100_columns_wide() {
     let mut files = Vec::new();
-    for folder in ["src", "tests", "benches", "examples", "kernels"] {
+    for folder in ["src", "python/src", "tests", "benches", "examples", "kernels"] {
         sources(&root().join(folder), &mut files);
     }
     let wide: Vec<String> = files

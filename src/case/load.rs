@@ -9,12 +9,12 @@ use thiserror::Error;
 
 use super::displaced_surface::{self, Family};
 use super::displacement::{self, DisplacementError};
-use super::{Case, CaseError};
+use super::{Case, CaseError, Output, Position, ProfileSource};
 use crate::backend::Backend;
-use crate::families::Role;
-use crate::formats::{self, MeshFile, ReadError, read_lines, read_named};
+use crate::families::{Role, SetupError};
+use crate::formats::{self, MeshFile, ReadError, mesh_path, read_lines, read_named};
 use crate::mesh::{self, FamilyId, HybridMesh, OtherCells, TetMesh};
-use crate::mover::{Design, MoveError, Mover, MoverBuilder};
+use crate::mover::{Design, MoveError, Mover, MoverBuilder, Settings};
 use crate::profile::{self, Plane, Profile, ProfileError, csv, files, files::Placement};
 use crate::text::decode;
 
@@ -204,6 +204,65 @@ impl Case {
 }
 
 impl LoadedCase {
+    /// What a case would hold, from a mesh file and from what a program gives for it. The design
+    /// has the old profiles as new ones, and no prescribed displacements. The mesh's path stands
+    /// for that of the case file.
+    ///
+    /// - `roles`: of each family on the boundary, by its name
+    /// - `old`: the old profiles of each family with the role [`Role::Wing`], by its name, in the
+    ///   mesh's unit
+    ///
+    /// # Errors
+    /// The mesh cannot be read, a role is for no family of the mesh, or only one of two cyclic
+    /// families has the role plane. [`LoadedCase::mover`] has the errors of the set-up.
+    pub fn of_mesh(
+        mesh: impl AsRef<Path>,
+        mut roles: BTreeMap<String, Role>,
+        old: BTreeMap<String, Vec<Profile>>,
+        settings: Settings,
+    ) -> Result<Self, LoadError> {
+        let path = mesh_path(mesh.as_ref());
+        let file = formats::read_mixed(&path)?;
+        let families = &file.mesh.families;
+        let wrong = |error: SetupError| LoadError::InFile { path: path.clone(), error: Box::new(error.into()) };
+        if let Some(name) = roles.keys().chain(old.keys()).find(|name| !families.contains(name)) {
+            return Err(wrong(SetupError::UnknownFamily { name: name.clone(), known: families.clone() }));
+        }
+        let inside = mesh::families_inside(file.cells());
+        let without = families.iter().zip(&inside).filter(|&(name, inside)| !inside && !roles.contains_key(name));
+        let without: Vec<String> = without.map(|(name, _)| name.clone()).collect();
+        if !without.is_empty() {
+            return Err(wrong(SetupError::NoRole { families: without }));
+        }
+        let mut in_order: Vec<Role> =
+            families.iter().map(|name| roles.remove(name).unwrap_or(Role::Interior)).collect();
+        join_cyclic(&file, &mut in_order)?;
+        let position = Position { line: 1, column: 1 };
+        let source = |name: &String| ProfileSource {
+            families: vec![name.clone()],
+            mirror: None,
+            position,
+            new: Vec::new(),
+            old: None,
+            placements: BTreeMap::new(),
+        };
+        let case = Case {
+            path: path.clone(),
+            mesh: path.clone(),
+            profiles: old.keys().map(|name| (name.clone(), source(name))).collect(),
+            families: BTreeMap::new(),
+            settings,
+            output: Output { mesh: Vec::new(), histogram: None },
+        };
+        let design = Design { profiles: old.clone(), ..Design::default() };
+        Ok(Self { case, file, design, inputs: vec![path], roles: in_order, old: old.into_values().collect() })
+    }
+
+    /// The role of each family of the mesh `[n_families]`.
+    pub fn roles(&self) -> &[Role] {
+        &self.roles
+    }
+
     /// The old profiles of each wing with the wing's name, in the mesh's unit.
     pub fn old_profiles(&self) -> impl Iterator<Item = (&str, &[Profile])> {
         self.case.profiles.keys().map(String::as_str).zip(self.old.iter().map(Vec::as_slice))

@@ -33,6 +33,8 @@ pub(super) struct SourceFile {
     pub siblings: NamedFiles,
     /// Pairs of families that the file declares periodic.
     pub partners: Vec<[String; 2]>,
+    /// Families with a symmetry condition in the file.
+    pub symmetries: Vec<String>,
     /// What a user must know before the mesh is moved, in words.
     pub warnings: Vec<String>,
     /// What is otherwise in a file that is written back, besides moved coordinates, in words.
@@ -80,6 +82,7 @@ impl SourceFile {
             companion: None,
             siblings: Vec::new(),
             partners: Vec::new(),
+            symmetries: Vec::new(),
             warnings: Vec::new(),
             changes: Vec::new(),
         }

@@ -56,6 +56,13 @@ impl MeshFile {
     pub fn partners(&self) -> &[[String; 2]] {
         self.document.as_ref().map_or(&[], |document| &document.partners)
     }
+
+    /// Families with a symmetry condition in the file: patches of OpenFOAM of the types
+    /// `symmetryPlane` and `symmetry`, and CGNS families with `BCSymmetryPlane`. The family may be
+    /// curved.
+    pub fn symmetries(&self) -> &[String] {
+        self.document.as_ref().map_or(&[], |document| &document.symmetries)
+    }
 }
 
 /// Reads a mesh of tets from a file, plain or gzipped. The extension selects the format.

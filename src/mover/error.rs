@@ -85,6 +85,10 @@ pub enum MoveError {
         /// The bytes needed and available.
         error: MemoryError,
     },
+    /// The progress function stopped the update; see
+    /// [`Mover::update_telling`](super::Mover::update_telling).
+    #[error("the update was stopped")]
+    Stopped,
     /// A stage could not be run: the memory does not suffice for a path of steps.
     #[error(transparent)]
     Stage(StageError),

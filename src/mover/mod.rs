@@ -30,7 +30,7 @@ mod settings;
 mod simplex_view;
 mod warnings;
 
-use std::{collections::BTreeMap, sync::Arc, time::Instant};
+use std::{collections::BTreeMap, ops::ControlFlow, sync::Arc, time::Instant};
 
 use glam::DVec3;
 
@@ -243,7 +243,21 @@ impl Mover {
     ///
     /// Inverted tets and relaxations that did not converge are no errors; see [`Outcome`].
     pub fn update(&mut self, design: &Design) -> Result<Outcome, MoveError> {
-        self.run(design, None)
+        self.run(design, None, &|_| ControlFlow::Continue(()))
+    }
+
+    /// [`Mover::update`] with a function that may stop the update. The function hears what the
+    /// progress function hears; see [`MoverBuilder::progress`]. After [`ControlFlow::Break`] the
+    /// present stage goes on to its end, and no further stage begins.
+    ///
+    /// # Errors
+    /// [`MoveError::Stopped`]: the function stopped the update. Otherwise as [`Mover::update`].
+    pub fn update_telling(
+        &mut self,
+        design: &Design,
+        progress: &dyn Fn(&str) -> ControlFlow<()>,
+    ) -> Result<Outcome, MoveError> {
+        self.run(design, None, progress)
     }
 
     /// [`Mover::update`] with a function that may change the displacements after each stage.
@@ -260,12 +274,24 @@ impl Mover {
         design: &Design,
         amend: &mut dyn FnMut(&str, &mut Displacement),
     ) -> Result<Outcome, MoveError> {
-        self.run(design, Some(amend))
+        self.run(design, Some(amend), &|_| ControlFlow::Continue(()))
     }
 
-    fn run(&mut self, design: &Design, mut amend: Option<&mut Amend>) -> Result<Outcome, MoveError> {
+    fn run(
+        &mut self,
+        design: &Design,
+        mut amend: Option<&mut Amend>,
+        tell: &dyn Fn(&str) -> ControlFlow<()>,
+    ) -> Result<Outcome, MoveError> {
         self.check_names(design)?;
-        let Self { ordered: mesh, cells, order, surface, edge_angles, families, stages, progress: observer, .. } = self;
+        let Self { ordered: mesh, cells, order, surface, edge_angles, families, stages, progress, .. } = self;
+        let is_stopped = std::cell::Cell::new(false);
+        let observer = |what: &str| {
+            progress(what);
+            if tell(what).is_break() {
+                is_stopped.set(true);
+            }
+        };
         let (backend, method, stopping) = (self.backend.as_ref(), self.method, self.stopping);
         let set_up = SetUp { mesh, cells, surface, families, backend, method, stopping };
         let mut watch = StageWatch { cells: cells.clone(), last: Instant::now(), stages: Vec::new() };
@@ -304,13 +330,19 @@ impl Mover {
             if row.placed_by > PlacedBy::Wing {
                 observer(row.name);
             }
-            ends.push((row.name, (row.of)(stages).run(&set_up, &mut displacement, observer)?));
+            if is_stopped.get() {
+                return Err(MoveError::Stopped);
+            }
+            ends.push((row.name, (row.of)(stages).run(&set_up, &mut displacement, &observer)?));
             here = end(row.name, row.placed_by, &mut displacement);
             if row.placed_by == PlacedBy::Plane {
                 let corrected_beta =
                     quality::betas_after(std::mem::take(&mut deformed_beta), &deformed, &here, &mesh.tets);
                 watch.record(StageName::Corrected, &corrected_beta);
             }
+        }
+        if is_stopped.get() {
+            return Err(MoveError::Stopped);
         }
         let VolumeResult { vertices, beta, convergence: volume, path, smoothed, kept, jump_converged } =
             stages.volume.take_result().expect("the volume is the last stage");

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// The moved vertices of a design. Tets, triangles and families are those of [`Outcome::mesh`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moved {
     pub(super) vertices: Vec<DVec3>,
     pub(super) displacement: Displacement,
@@ -37,6 +37,16 @@ impl Moved {
     /// and order.
     pub fn displacement(&self) -> &[DVec3] {
         &self.displacement
+    }
+
+    /// The vertices and the displacement, without a copy.
+    pub fn into_arrays(self) -> (Vec<DVec3>, Vec<DVec3>) {
+        (self.vertices, self.displacement)
+    }
+
+    /// The inverse of [`Moved::into_arrays`].
+    pub fn from_arrays(vertices: Vec<DVec3>, displacement: Vec<DVec3>) -> Self {
+        Self { vertices, displacement }
     }
 }
 
@@ -150,6 +160,13 @@ impl Outcome {
     /// compute a flow.
     pub fn even_if_invalid(&self) -> &Moved {
         &self.moved
+    }
+
+    /// Exchanges the moved mesh. A front end with arrays of its own takes the moved mesh out, and
+    /// puts it back before it writes or checks the outcome.
+    #[doc(hidden)]
+    pub fn replace_moved(&mut self, moved: Moved) -> Moved {
+        std::mem::replace(&mut self.moved, moved)
     }
 
     /// Whether the moved mesh is valid. A valid mesh meets these conditions:

@@ -236,6 +236,24 @@ pub(super) fn types_of_conditions<'a>(zones: impl Iterator<Item = &'a Node<'a>>)
     Ok((!types.is_empty()).then(|| format!("types of boundary conditions ({})", types.join(", "))))
 }
 
+/// The families of a zone with a symmetry condition, of their own or of their `Family_t`.
+pub(super) fn symmetries(base: &Node, zone: &Node) -> Result<Vec<String>, ReadError> {
+    let mut found = Vec::new();
+    for zone_bc in zone.children("ZoneBC_t")? {
+        for bc in zone_bc.children("BC_t")? {
+            let family = family_name(base, &bc)?;
+            let mut kinds = vec![bc.text().unwrap_or_default()];
+            if let Some(node) = base.find(&family) {
+                kinds.extend(node.children("FamilyBC_t")?.iter().filter_map(|of_family| of_family.text().ok()));
+            }
+            if kinds.iter().any(|kind| kind == "BCSymmetryPlane") && !found.contains(&family) {
+                found.push(family);
+            }
+        }
+    }
+    Ok(found)
+}
+
 /// Name of a boundary condition's family. There may be two levels of names.
 fn family_name(base: &Node, bc: &Node) -> Result<String, ReadError> {
     let names = bc.children("FamilyName_t")?;

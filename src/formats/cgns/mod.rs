@@ -37,7 +37,7 @@ use super::mesh_builder::MeshBuilder;
 
 use adf::{Adf, is_adf};
 use columns::{Column, Columns, ZoneColumns};
-use conditions::types_of_conditions;
+use conditions::{symmetries, types_of_conditions};
 use coordinates::read_coordinates;
 use create::{create, limits};
 use data::{Shared, Source};
@@ -69,7 +69,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let shared = Shared::new(bytes);
     let contents = read_contents(path, &shared)?;
     apart::check(path, &shared, &contents)?;
-    let Contents { mesh_builder, positions, columns, names, beside, warnings } = contents;
+    let Contents { mesh_builder, positions, columns, names, symmetries, beside, warnings } = contents;
     let changes = match columns.all().any(Column::is_packed) {
         true => vec!["coordinates: packed in the file that was read, and not where they move".to_owned()],
         false => Vec::new(),
@@ -78,7 +78,8 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     // HDF5 has released the bytes.
     let bytes = Arc::unwrap_or_clone(shared.bytes);
     let coordinates = Box::new(columns);
-    let document = SourceFile { warnings, changes, ..SourceFile::of_file(NAME, extension, bytes, coordinates, beside) };
+    let of_file = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
+    let document = SourceFile { warnings, changes, symmetries, ..of_file };
     Ok(Parsed { mesh, others, document })
 }
 
@@ -89,6 +90,8 @@ struct Contents {
     columns: Columns,
     /// Name of each tag of the faces.
     names: Vec<String>,
+    /// Families with a symmetry condition.
+    symmetries: Vec<String>,
     beside: Vec<String>,
     warnings: Vec<String>,
 }
@@ -158,6 +161,10 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
     let Reader { mesh_builder, names, warnings, .. } = reader;
     let mut beside = mesh_builder.passed_over();
     beside.extend(types_of_conditions(nodes.iter().map(|(_, zone)| zone))?);
+    let mut of_symmetry = Vec::new();
+    for (base, zone) in &nodes {
+        of_symmetry.extend(symmetries(base, zone)?);
+    }
     let mut others = Vec::new();
     for base in &bases {
         others.extend(base.labelled()?);
@@ -171,7 +178,7 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
         }
     }
     let columns = Columns { zones: columns };
-    Ok(Contents { mesh_builder, positions, columns, names, beside, warnings })
+    Ok(Contents { mesh_builder, positions, columns, names, symmetries: of_symmetry, beside, warnings })
 }
 
 /// Reads several zones into one mesh, and returns the positions of its vertices.

@@ -142,6 +142,8 @@ fn read_folder(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<P
     // The faces of patches of type cyclicAMI do not match one by one.
     let cyclic = patches.iter().filter(|patch| patch.kind == "cyclic");
     let partners = cyclic.filter_map(|patch| Some([patch.name.clone(), patch.neighbour.clone()?])).collect();
+    let symmetric = patches.iter().filter(|patch| matches!(&*patch.kind, "symmetryPlane" | "symmetry"));
+    let symmetries = symmetric.map(|patch| patch.name.clone()).collect();
     let mut warnings = Vec::new();
     if is_part(path) || patches.iter().any(|patch| patch.kind.starts_with("processor")) {
         let warning = "this is one part of a divided mesh: moved alone, it does not fit the other parts; join them first \
@@ -152,6 +154,7 @@ fn read_folder(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<P
         siblings,
         warnings,
         partners,
+        symmetries,
         ..SourceFile::of_file(NAME, extension, bytes, Box::new(slots), beside)
     };
     Ok(Parsed { mesh, others, document })

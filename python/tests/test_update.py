@@ -1,0 +1,371 @@
+"""Updates, what they raise, and what goes on beside them."""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from box import Box, Floats, turned, volumes
+from conftest import ROLES
+
+import idmesh
+
+Turn = Callable[..., dict[str, Floats]]
+
+
+def test_a_turned_body_moves_its_mesh(mover: idmesh.Mover, box: Box, turn: Turn) -> None:
+    result = mover.update(displacements=turn(0.3, 0.1))
+    body = mover.family_vertices("body")
+    assert np.allclose(result.vertices[body], turned(box.points[body], 0.3, 0.1), rtol=0, atol=1e-15)
+    far = mover.family_vertices("farfield")
+    assert np.array_equal(result.vertices[far], box.points[far])
+    plane = mover.family_vertices("symmetry")
+    assert np.array_equal(result.vertices[plane, 1], box.points[plane, 1])
+    assert volumes(result.vertices, box.tets).min() > 0
+    assert result.valid and result.converged and result.inverted == 0
+    edges = [np.linalg.norm(result.vertices[mover.tets[:, i]] - result.vertices[mover.tets[:, j]], axis=1)
+             for i in range(4) for j in range(i)]
+    beta = volumes(result.vertices, mover.tets.astype(np.int64)) / 6 / np.max(edges, axis=0) ** 3
+    assert np.allclose(result.beta, beta, rtol=1e-12)
+
+
+def test_a_surface_that_shifts_as_a_whole_shifts_every_vertex(box_path: Path) -> None:
+    mover = idmesh.Mover(box_path, dict.fromkeys(ROLES, "prescribed"), backend="cpu", tolerance=1e-12)
+    shift = np.array([0.25, -0.5, 1.0])
+    by = {family: np.broadcast_to(shift, (len(mover.family_vertices(family)), 3)) for family in ROLES}
+    assert np.allclose(mover.update(displacements=by).displacement, shift, rtol=0, atol=1e-12)
+
+
+def test_what_is_left_out_is_the_designs(example: idmesh.Mover) -> None:
+    design = example.design
+    (wing,) = design.profiles
+    whole = example.update().vertices
+    assert np.array_equal(example.update(profiles=design.profiles).vertices, whole)
+    (first, *_) = design.profiles[wing]
+    one = example.update(profiles={wing: {first: design.profiles[wing][first]}})
+    assert np.array_equal(one.vertices, whole)
+    other = example.update(profiles={wing: {first: example.old_profiles[wing][first]}})
+    assert not np.array_equal(other.vertices, whole)
+    # The design that was handed out is the caller's.
+    design.profiles[wing][first][:] = 0.0
+    assert np.array_equal(example.update().vertices, whole)
+
+
+def test_a_mover_without_a_case_does_the_same(case: Path, example: idmesh.Mover) -> None:
+    roles: dict[str, Any] = {
+        "wing": "wing",
+        "wingtip": {"role": "wingtip", "coefficient": 0.5},
+        "trailing_edge": "trailing-edge",
+        "carenage": "fuselage",
+        "symmetry": "plane",
+        "farfield": "fixed",
+    }
+    mesh = case.parent / "wing-body.msh.gz"
+    mover = idmesh.Mover(mesh, roles, old_profiles=example.old_profiles, backend="cpu")
+    moved = mover.update(profiles=example.design.profiles)
+    assert np.array_equal(moved.vertices, example.update().vertices)
+    unmoved = mover.update()
+    assert np.abs(unmoved.displacement).max() < 1e-12
+
+
+def test_the_files_are_the_command_lines(example: idmesh.Mover, case: Path, program: str, tmp_path: Path) -> None:
+    subprocess.run([program, "run", case, "--backend", "cpu", "-q", "--out", tmp_path / "cli"], check=True)
+    written = example.update().write(tmp_path / "moved.vtu")
+    assert written == [tmp_path / "moved.vtu"]
+    assert (tmp_path / "moved.vtu").read_bytes() == (tmp_path / "cli" / "moved.vtu").read_bytes()
+
+
+def test_the_report_is_the_command_lines(example: idmesh.Mover, case: Path, program: str, tmp_path: Path) -> None:
+    import json
+
+    out = tmp_path / "report.json"
+    subprocess.run([program, "run", case, "--backend", "cpu", "-q", "--out", tmp_path, "--json", out], check=True)
+    told = json.loads(out.read_text())
+    report = example.update().report
+    assert set(report) == set(told)
+    for key in ["valid", "converged", "exit", "checks", "mesh", "families", "profiles", "solver", "path", "warnings"]:
+        assert report[key] == told[key], key
+    assert [stage["beta_min"] for stage in report["stages"]] == [stage["beta_min"] for stage in told["stages"]]
+
+
+def test_updates_do_not_change_later_ones(mover: idmesh.Mover, turn: Turn) -> None:
+    first = mover.update(displacements=turn(0.2)).vertices
+    mover.update(displacements=turn(0.9, 0.3))
+    assert np.array_equal(mover.update(displacements=turn(0.2)).vertices, first)
+
+
+def test_a_start_from_the_last_design_is_within_the_tolerance(box_path: Path, turn: Turn) -> None:
+    mover = idmesh.Mover(box_path, ROLES, backend="cpu", tolerance=1e-8)
+    expected = mover.update(displacements=turn(0.21)).vertices
+    mover.start_from("last")
+    assert mover.starts_from_last
+    mover.update(displacements=turn(0.2))
+    assert np.allclose(mover.update(displacements=turn(0.21)).vertices, expected, rtol=0, atol=1e-7)
+    with pytest.raises(idmesh.InputError, match='"undeformed" or "last"'):
+        mover.start_from("first")  # type: ignore[arg-type]
+
+
+# ---------------------------------------------------------------- exceptions
+
+
+def test_an_invalid_mesh_raises_and_carries_its_result(mover: idmesh.Mover, turn: Turn, tmp_path: Path) -> None:
+    through = {"body": turn(0.0)["body"] + [0.0, 0.6, 0.0]}
+    with pytest.raises(idmesh.InvalidMesh, match="inverted|passes through") as caught:
+        mover.update(displacements=through)
+    result = caught.value.result
+    assert not result.valid and caught.value.hint
+    unchecked = mover.update(displacements=through, check=False)
+    assert not unchecked.valid and unchecked.report["exit"] == 5
+    assert np.array_equal(unchecked.vertices, result.vertices)
+    # It never gets the name of a valid mesh.
+    written = unchecked.write(tmp_path / "moved.su2")
+    assert tmp_path / "moved.invalid.su2" in written and not (tmp_path / "moved.su2").exists()
+
+
+def test_an_exception_goes_to_another_process_without_its_result(mover: idmesh.Mover, turn: Turn) -> None:
+    with pytest.raises(idmesh.InvalidMesh) as caught:
+        mover.update(displacements={"body": turn(0.0)["body"] + [0.0, 0.6, 0.0]})
+    sent = pickle.loads(pickle.dumps(caught.value))
+    assert type(sent) is idmesh.InvalidMesh and str(sent) == str(caught.value) and sent.hint == caught.value.hint
+    assert sent.result is None
+
+
+def test_too_few_sweeps_raise_not_converged(box_path: Path, turn: Turn) -> None:
+    mover = idmesh.Mover(box_path, ROLES, backend="cpu", method="jacobi", max_sweeps=2, quality="off", max_steps=1)
+    with pytest.raises((idmesh.NotConverged, idmesh.InvalidMesh)) as caught:
+        mover.update(displacements=turn(0.01))
+    assert isinstance(caught.value, idmesh.NotConverged) and not caught.value.result.converged
+
+
+def test_a_gpu_that_is_not_there_is_a_device_error(box_path: Path) -> None:
+    script = (
+        "import idmesh, sys\n"
+        f"try: idmesh.Mover({str(box_path)!r}, {ROLES!r}, backend='gpu')\n"
+        "except idmesh.DeviceError as error: assert isinstance(error, RuntimeError); print(error.hint)\n"
+    )
+    # Without drivers there is no adapter.
+    gone = {"VK_DRIVER_FILES": "/none", "VK_ICD_FILENAMES": "/none"}
+    told = subprocess.run([sys.executable, "-c", script], env=os.environ | gone, capture_output=True, text=True)
+    assert told.returncode == 0, told.stderr
+    assert "cpu" in told.stdout
+
+
+@pytest.mark.parametrize(
+    "make, told",
+    [
+        (lambda path: idmesh.Mover(path.with_name("none.su2"), ROLES), "none.su2"),
+        (lambda path: idmesh.Mover(path, {**ROLES, "bodi": "fixed"}), "did you mean `body`"),
+        (lambda path: idmesh.Mover(path, {"body": "prescribed"}), "no role is given for"),
+        (lambda path: idmesh.Mover(path, {**ROLES, "body": "wings"}), '"wings" is no role'),
+        (lambda path: idmesh.Mover(path, {**ROLES, "body": {"role": "plane", "flet": 1}}), 'unknown key "flet"'),
+        (lambda path: idmesh.Mover(path, {**ROLES, "body": {"flat": 1}}), 'under the key "role"'),
+        (lambda path: idmesh.Mover(path, {**ROLES, "symmetry": {"role": "plane", "flat": 7.0}}), "above 0"),
+        (lambda path: idmesh.Mover(path, {**ROLES, "body": 3}), "expected a name"),  # type: ignore[dict-item]
+        (lambda path: idmesh.Mover(path, {**ROLES, "body": "wing"}), "body"),
+        (lambda path: idmesh.Mover(path, ROLES, backend="gpus"), "`backend`"),  # type: ignore[arg-type]
+        (lambda path: idmesh.Mover(path, ROLES, springs="torsion"), "`springs`"),
+        (lambda path: idmesh.Mover(path, ROLES, method="cg"), "`method`"),  # type: ignore[arg-type]
+        (lambda path: idmesh.Mover(path, ROLES, quality="best"), "`quality`"),  # type: ignore[arg-type]
+        (lambda path: idmesh.Mover(path, ROLES, tolerance=float("nan")), "`tolerance`"),
+        (lambda path: idmesh.Mover(path, ROLES, max_sweeps=0), "`max_sweeps`"),
+        (lambda path: idmesh.Mover(path, ROLES, max_steps=-1), "`max_steps`"),
+        (lambda path: idmesh.Mover.from_case(path), "expected"),
+        (lambda path: idmesh.Mover.from_case("none.toml"), "none.toml"),
+        (lambda path: idmesh.Mesh.read("none.msh"), "none.msh"),
+        (lambda path: idmesh.read_profiles("none.csv"), "none.csv"),
+    ],
+)
+def test_bad_input_is_an_input_error(box_path: Path, make: Callable[[Path], Any], told: str) -> None:
+    with pytest.raises(idmesh.InputError) as caught:
+        make(box_path)
+    assert told in str(caught.value) and isinstance(caught.value, ValueError)
+
+
+def test_bad_designs_are_input_errors(mover: idmesh.Mover, example: idmesh.Mover) -> None:
+    (wing,) = example.design.profiles
+    profiles = example.design.profiles[wing]
+    number = next(iter(profiles))
+    hole = profiles[number].copy()
+    hole[3, 2] = np.nan
+    for given, told in [
+        ({"wng": profiles}, "did you mean"),
+        ({wing: {number: hole}}, "finite"),
+        ({wing: {number: hole[:, :2]}}, "(k, 3)|(n, 3)"),
+        ({wing: {**profiles, 77: profiles[number]}}, "77"),
+        ({wing: profiles[number]}, "no mapping"),
+    ]:
+        with pytest.raises(idmesh.InputError, match=told.replace("(", r"\(").replace(")", r"\)")):
+            example.update(profiles=given)  # type: ignore[arg-type]
+    with pytest.raises(idmesh.InputError, match="none of the mover's"):
+        mover.update(displacements={"farfield": np.zeros((len(mover.family_vertices("farfield")), 3))})
+    with pytest.raises(idmesh.InputError, match="did you mean `body`"):
+        mover.family_vertices("bdy")
+
+
+def test_every_exception_has_its_place() -> None:
+    for kind, base in [
+        (idmesh.InputError, ValueError), (idmesh.DeviceError, RuntimeError), (idmesh.NotConverged, Exception),
+        (idmesh.InvalidMesh, Exception), (idmesh.NotDifferentiable, Exception),
+    ]:
+        assert issubclass(kind, idmesh.IdmeshError) and issubclass(kind, base)
+
+
+# ---------------------------------------------------------------- progress, signals, threads, processes
+
+
+def test_progress_hears_the_stages(example: idmesh.Mover) -> None:
+    heard: list[str] = []
+    example.update(progress=heard.append)
+    stages = ["wing", "trailing edge", "wingtip", "carenage", "planes", "volume"]
+    assert [stage for stage in heard if stage in stages] == stages
+
+
+def test_an_exception_in_progress_stops_the_update(mover: idmesh.Mover, turn: Turn) -> None:
+    expected = mover.update(displacements=turn(0.2)).vertices
+    heard: list[str] = []
+
+    def stop(stage: str) -> None:
+        heard.append(stage)
+        if stage == "planes":
+            raise KeyError(stage)
+
+    with pytest.raises(KeyError, match="planes"):
+        mover.update(displacements=turn(0.2), progress=stop)
+    assert heard[-1] == "planes"
+    assert np.array_equal(mover.update(displacements=turn(0.2)).vertices, expected)
+
+
+def test_a_mover_does_not_wait_for_itself(mover: idmesh.Mover, turn: Turn) -> None:
+    with pytest.raises(idmesh.IdmeshError, match="would wait for itself"):
+        mover.update(displacements=turn(0.1), progress=lambda stage: mover.update())
+    assert mover.update(displacements=turn(0.1)).valid
+
+
+def test_ctrl_c_ends_an_update(mover: idmesh.Mover, turn: Turn) -> None:
+    def press(stage: str) -> None:
+        if stage == "wing":
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        mover.update(displacements=turn(0.1), progress=press)
+    assert mover.update(displacements=turn(0.1)).valid
+
+
+def test_other_threads_run_during_an_update(example: idmesh.Mover) -> None:
+    count = [0]
+    stop = threading.Event()
+
+    def run() -> None:
+        while not stop.is_set():
+            count[0] += 1
+
+    # Turns so short that the thread counts little in the turns beside the updates.
+    interval = sys.getswitchinterval()
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        sys.setswitchinterval(1e-5)
+        before = count[0]
+        for _ in range(5):
+            example.update()
+        during = count[0] - before
+    finally:
+        sys.setswitchinterval(interval)
+        stop.set()
+        thread.join()
+    assert during > 10_000
+
+
+def test_threads_share_a_mover(mover: idmesh.Mover, turn: Turn) -> None:
+    expected = {angle: mover.update(displacements=turn(angle)).vertices for angle in (0.1, 0.2, 0.3, 0.4)}
+    found: dict[float, Floats] = {}
+
+    def run(angle: float) -> None:
+        found[angle] = mover.update(displacements=turn(angle)).vertices
+
+    threads = [threading.Thread(target=run, args=(angle,)) for angle in expected]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(found[angle], expected[angle]) for angle in expected)
+
+
+def in_child(mover: Any, displacements: dict[str, Floats], connection: Any) -> None:
+    try:
+        connection.send(np.array(mover.update(displacements=displacements).vertices))
+    except idmesh.IdmeshError as error:
+        connection.send(str(error))
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
+def test_a_forked_child_gets_an_error_and_a_spawned_one_an_answer(
+    mover: idmesh.Mover, turn: Turn, method: str
+) -> None:
+    if method not in multiprocessing.get_all_start_methods():
+        pytest.skip(f"this system has no start method {method}")
+    expected = mover.update(displacements=turn(0.2)).vertices
+    here, there = multiprocessing.Pipe()
+    context: Any = multiprocessing.get_context(method)
+    child = context.Process(target=in_child, args=(mover, turn(0.2), there))
+    child.start()
+    assert here.poll(60), "the child hangs"
+    answer = here.recv()
+    child.join(60)
+    if method == "fork":
+        assert "spawn" in answer
+    else:
+        assert np.array_equal(answer, expected)
+
+
+def test_a_pickled_mover_is_made_again_once(box_path: Path, turn: Turn, tmp_path: Path) -> None:
+    path = tmp_path / "box.su2"
+    path.write_bytes(box_path.read_bytes())
+    roles = dict(ROLES)
+    mover = idmesh.Mover(path, roles, backend="cpu", tolerance=1e-6)
+    # What the caller does to his mapping later does not reach the copy.
+    roles["body"] = "fixed"
+    sent = pickle.dumps(mover)
+    assert len(sent) < 2000
+    one, other = pickle.loads(sent), pickle.loads(sent)
+    assert one is other
+    expected = mover.update(displacements=turn(0.2)).vertices
+    assert np.array_equal(one.update(displacements=turn(0.2)).vertices, expected)
+    # A mesh that has changed is read again.
+    path.write_text(path.read_text() + "\n")
+    assert pickle.loads(sent) is not one
+    one.start_from("last")
+    assert pickle.loads(pickle.dumps(one)).starts_from_last
+    with pytest.raises(TypeError, match="cannot be pickled"):
+        pickle.dumps(mover.update(displacements=turn(0.2)))
+
+
+def test_a_pickled_mover_of_a_case_holds_in_another_folder(
+    case: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(case.parent)
+    mover = idmesh.Mover.from_case("case.toml", backend="cpu", quality="off")
+    sent = pickle.dumps(mover)
+    monkeypatch.chdir(tmp_path)
+    assert np.array_equal(pickle.loads(sent).update().vertices, mover.update().vertices)
+
+
+def test_outputs_do_not_overwrite_inputs(mover: idmesh.Mover, box_path: Path, turn: Turn, tmp_path: Path) -> None:
+    result = mover.update(displacements=turn(0.1))
+    before = box_path.read_bytes()
+    with pytest.raises(idmesh.InputError, match="overwrite"):
+        result.write(box_path)
+    assert box_path.read_bytes() == before
+    with pytest.raises(idmesh.InputError):
+        result.write(tmp_path / "moved.xyz")
+    # The written mesh is the result, to the bit.
+    result.write(tmp_path / "moved.su2")
+    assert np.array_equal(idmesh.Mesh.read(tmp_path / "moved.su2").vertices, result.vertices)
