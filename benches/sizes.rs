@@ -4,8 +4,8 @@
 //! `cargo bench --bench sizes -- [--refine N] [MESH ...]`: meshes with a family `wing`, in the
 //! order of their sizes; the last is refined N times. Without any those of the tests and the
 //! example, the last refined once. A mesh's surfaces pitch by 10 degrees, but for families
-//! `symmetry`, `..._plane` and `farfield`. The GPU may be a software adapter; it is named. Where there is none
-//! its rows are left out. `RAYON_NUM_THREADS` limits the CPU's threads.
+//! `symmetry`, `..._plane` and `farfield`. The GPU may be a software adapter; it is named. Where
+//! there is none its rows are left out. `RAYON_NUM_THREADS` limits the CPU's threads.
 
 mod common;
 

@@ -49,8 +49,8 @@ use crate::text::shown;
 /// families, and 74 with a list of a million numbers.
 const OF_BYTE: u64 = 80;
 
-/// Least size of a case file for which the memory is checked. A smaller one must say which files are
-/// its results, also under a limit that is too low for anything else.
+/// Least size of a case file for which the memory is checked. A smaller one must say which files
+/// are its results, also under a limit that is too low for anything else.
 const LONG: usize = 1 << 16;
 
 /// The bytes of a case file, if the memory holds what becomes of them. So no case exhausts the

@@ -30,8 +30,8 @@ impl NamedFiles {
         Self { inputs: case.inputs(), output: case.output.clone(), tables }
     }
 
-    /// The files of a case file, as far as it can be read. `None` if it is no TOML, and if the memory
-    /// does not hold it.
+    /// The files of a case file, as far as it can be read. `None` if it is no TOML, and if the
+    /// memory does not hold it.
     pub fn read(path: &Path) -> Option<Self> {
         Self::parse(&String::from_utf8(read_case(path).ok()?).ok()?, path)
     }

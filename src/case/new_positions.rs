@@ -1,6 +1,6 @@
 //! Tables of new positions: rows of an index and a position, in this order without a header, as SU2
-//! writes `surface_positions.dat`, or in the columns that a header names. The index is the vertex of
-//! the mesh, from 0.
+//! writes `surface_positions.dat`, or in the columns that a header names. The index is the vertex
+//! of the mesh, from 0.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -32,8 +32,8 @@ impl Columns {
         fields.len() == Self::DEFAULT.n
     }
 
-    /// Whether a row is one of these columns, which a comment names. Other words in the comment count
-    /// as columns too, so a row of the default columns is read as without a header.
+    /// Whether a row is one of these columns, which a comment names. Other words in the comment
+    /// count as columns too, so a row of the default columns is read as without a header.
     pub fn of_comment_fit(&self, fields: &[&str]) -> bool {
         !Self::fit(fields) || self.n == fields.len() || !self.of.is_sorted()
     }

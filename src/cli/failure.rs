@@ -26,7 +26,8 @@ impl Failure {
         Self::new(Exit::BadInput, message)
     }
 
-    /// Says that results of an earlier run may have stayed, because the case file does not name them.
+    /// Says that results of an earlier run may have stayed, because the case file does not name
+    /// them.
     ///
     /// - `are_named`: whether it does
     pub(super) fn with_results_left(mut self, case: &Path, are_named: bool) -> Self {

@@ -9,8 +9,8 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 use super::failure::Failure;
 use crate::memory::check_memory;
 
-/// Bytes of each stack, also of the one on which a command runs. The stack of the main thread grows,
-/// and the process is ended where a limit keeps it from growing.
+/// Bytes of each stack, also of the one on which a command runs. The stack of the main thread
+/// grows, and the process is ended where a limit keeps it from growing.
 const STACK: usize = 2 << 20;
 
 /// Bytes of a thread: its stack, with what belongs to it.

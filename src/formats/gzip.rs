@@ -122,9 +122,9 @@ mod tests {
 
     use super::*;
 
-    /// A mesh in text with many equal digits shrinks to a twelfth, and is unpacked once. A file that is
-    /// made to fill the memory shrinks to a thousandth. Of the latter no more than a twentieth of its
-    /// plain bytes is unpacked before it is refused.
+    /// A mesh in text with many equal digits shrinks to a twelfth, and is unpacked once. A file
+    /// that is made to fill the memory shrinks to a thousandth. Of the latter no more than a
+    /// twentieth of its plain bytes is unpacked before it is refused.
     ///
     /// Fails if `UNCOUNTED` is 8 or 64.
     #[test]

@@ -149,7 +149,8 @@ mod tests {
         }
     }
 
-    /// Lines of many lengths, also of more than a part: the pieces end with a line, and are the file.
+    /// Lines of many lengths, also of more than a part: the pieces end with a line, and are the
+    /// file.
     #[test]
     fn pieces_are_whole_lines() {
         let folder = tempfile::tempdir().unwrap();

@@ -143,11 +143,11 @@ fn designs_that_are_not_known_are_those_of_the_lines() {
     assert_eq!(fixture.read("all.jsonl"), "my notes\n");
 }
 
-/// Where the memory does not hold the case, or the case is no TOML, nothing says which files are its
-/// results. Then they stay, and the message says so.
+/// Where the memory does not hold the case, or the case is no TOML, nothing says which files are
+/// its results. Then they stay, and the message says so.
 ///
-/// Fails if `OF_BYTE` of the case is 0 or half as much: the memory is then exhausted later, without a
-/// word on the results.
+/// Fails if `OF_BYTE` of the case is 0 or half as much: the memory is then exhausted later, without
+/// a word on the results.
 #[test]
 fn results_that_are_not_named_stay_and_this_is_told() {
     let fixture = Fixture::new();

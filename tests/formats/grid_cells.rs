@@ -60,8 +60,8 @@ fn vtk() -> String {
     )
 }
 
-/// A voxel is a hexahedron and a pixel a quadrilateral, with corners that go around. The file that is
-/// written back has its own types and its own order.
+/// A voxel is a hexahedron and a pixel a quadrilateral, with corners that go around. The file that
+/// is written back has its own types and its own order.
 ///
 /// Fails if the corners keep the order of the file, above and below.
 #[test]

@@ -8,9 +8,10 @@ use crate::fixture::{assert_good, command, stderr, stdout};
 use crate::gpu::gpu_tests_are_off;
 
 /// Beginnings of commands that do not run here.
-const NOT_RUN: [(&str, &str); 5] = [
+const NOT_RUN: [(&str, &str); 6] = [
     ("tests/run", "it runs this test"),
     ("cargo install --path .", "it builds in release for minutes; `cargo build` of this test builds the same program"),
+    ("pip install .", "it builds in release for minutes; the tests of the Python package build the same package"),
     ("cargo install cargo-fuzz", "it needs a registry"),
     ("cargo +nightly fuzz", "it needs a nightly toolchain"),
     (
