@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use idmesh::formats::{FileSet, WriteError};
+use idmesh::mesh::CellMeasures;
 use idmesh::mover::{Derivative, Design, Moved, Outcome, Refused};
 use idmesh::report::{RunReport, Seconds};
 use idmesh::session::{Exit, Outputs, SessionError};
@@ -80,12 +81,15 @@ impl MoveResult {
         })
     }
 
-    fn optional<'py>(
+    fn of_cells<'py>(
         &self,
         py: Python<'py>,
-        field: impl FnOnce(&Outcome) -> Option<Vec<f64>> + Send,
+        measure: fn(&CellMeasures) -> f64,
     ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.with(py, field).map(|numbers| read_only_flat(py, numbers)).transpose()
+        let all = |outcome: &Outcome| {
+            outcome.cell_measures.as_ref().map(|cells| cells.iter().map(measure).collect::<Vec<f64>>())
+        };
+        self.with(py, all).map(|numbers| read_only_flat(py, numbers)).transpose()
     }
 }
 
@@ -118,14 +122,14 @@ impl MoveResult {
     /// None for a mesh of tets.
     #[getter]
     fn jacobian<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.optional(py, |outcome| outcome.jacobian.clone())
+        self.of_cells(py, |cell| cell.jacobian)
     }
 
     /// Shape (m,) of the worst corner of each cell against the undeformed mesh, in the same order.
     /// None for a mesh of tets.
     #[getter]
     fn shape<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.optional(py, |outcome| outcome.shape.clone())
+        self.of_cells(py, CellMeasures::shape)
     }
 
     /// The undeformed mesh.
