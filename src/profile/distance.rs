@@ -19,7 +19,7 @@ pub fn max_distance(points: &[DVec3], curve: &[DVec3]) -> f64 {
 /// Distance of a point from the polyline through `curve`, in the mesh's unit. NaN if `curve` is
 /// empty, infinite if the point is NaN.
 ///
-/// For many points [`Polyline`] takes less time.
+/// For many points `Polyline` takes less time.
 pub fn distance(point: DVec3, curve: &[DVec3]) -> f64 {
     match curve {
         [] => f64::NAN,
