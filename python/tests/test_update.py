@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -249,6 +249,15 @@ def test_a_mover_does_not_wait_for_itself(mover: idmesh.Mover, turn: Turn) -> No
     assert mover.update(displacements=turn(0.1)).valid
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Python's own handler of Ctrl-C. A shell starts its background jobs with Ctrl-C ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_an_update(mover: idmesh.Mover, turn: Turn) -> None:
     def press(stage: str) -> None:
         if stage == "wing":
