@@ -9,19 +9,6 @@ use crate::wing_box::*;
 
 const BATCH: [&str; 6] = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs"];
 
-/// A case with designs whose wings go up by these at their tips, and with old profiles, so that
-/// every run pairs the same.
-fn designs(raised: &[(&str, f64)]) -> Fixture {
-    let fixture = Fixture::new();
-    fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
-    fixture.write("old.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
-    fs::create_dir(fixture.path("designs")).unwrap();
-    for &(name, dz) in raised {
-        fixture.write(&format!("designs/{name}.csv"), &profiles(&[(0, 0.3, 0.02), (1, 1.2, dz)]));
-    }
-    fixture
-}
-
 fn batch(fixture: &Fixture, more: &[&str]) -> std::process::Output {
     fixture.idmesh(&[&BATCH, more].concat())
 }
@@ -55,7 +42,7 @@ fn listed(fixture: &Fixture, folder: &str) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn a_batch_gives_what_single_runs_give() {
-    let fixture = designs(&[("c", 0.03), ("a", 0.06), ("b.2", -0.05)]);
+    let fixture = Fixture::with_raised_designs(&[("c", 0.03), ("a", 0.06), ("b.2", -0.05)]);
     fixture.write("designs/notes.md", "no design");
     assert_good(&batch(&fixture, &["--out", "moved", "--json", "all.jsonl"]));
     let lines = lines(&fixture.read("all.jsonl"));
@@ -75,7 +62,7 @@ fn a_batch_gives_what_single_runs_give() {
 
 #[test]
 fn designs_come_from_a_list_and_lines_go_to_standard_output() {
-    let fixture = designs(&[("a", 0.06), ("b", 0.03)]);
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06), ("b", 0.03)]);
     fixture.write("list.txt", "# the second first\ndesigns/b.csv # well\n\n  designs/a.csv\n");
     let output =
         fixture.idmesh(&["batch", "case.toml", "--backend", "cpu", "--designs", "list.txt", "--json", "-", "-q"]);
@@ -90,7 +77,7 @@ fn designs_come_from_a_list_and_lines_go_to_standard_output() {
 /// other.
 #[test]
 fn failed_designs_stop_no_other() {
-    let fixture = designs(&[("a", 0.06), ("c", 0.05), ("e", 0.03)]);
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06), ("c", 0.05), ("e", 0.03)]);
     fixture.write("designs/b.csv", "profile,x,y,z\n0,1,zwei,3\n");
     fixture.write("designs/d.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
     // Results of earlier designs of these names.
@@ -118,7 +105,7 @@ fn failed_designs_stop_no_other() {
 
 #[test]
 fn a_stopped_batch_is_taken_up_again() {
-    let fixture = designs(&[("a", 0.06), ("b", 0.05), ("c", 0.04), ("d", 0.03)]);
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06), ("b", 0.05), ("c", 0.04), ("d", 0.03)]);
     assert_good(&batch(&fixture, &["--out", "whole", "--json", "whole.jsonl"]));
     let whole = fixture.read("whole.jsonl");
     let ends: Vec<usize> = whole.match_indices('\n').map(|(at, _)| at + 1).collect();
@@ -165,7 +152,7 @@ fn a_failed_design_stays_failed_when_a_batch_is_taken_up_again() {
         let lines = lines(&fixture.read("all.jsonl"));
         lines.iter().map(|line| (line["design"].as_str().unwrap().to_owned(), line["exit"].as_u64())).collect()
     };
-    let fixture = designs(&[("a", 0.06), ("b", 0.05)]);
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06), ("b", 0.05)]);
     let case = CASE.replace("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
     fixture.write("case.toml", &case.replace("1e-4", "1e-9\nmethod = \"jacobi\"\nmax_sweeps = 2"));
     assert_eq!(batch(&fixture, &resume[..4]).status.code(), Some(1));
@@ -178,7 +165,7 @@ fn a_failed_design_stays_failed_when_a_batch_is_taken_up_again() {
     }
     assert_eq!(exits(&fixture), [("a".to_owned(), Some(4)), ("b".to_owned(), Some(4))]);
 
-    let fixture = designs(&[("a", 0.06)]);
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06)]);
     fixture.write("designs/b.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
     fixture.write("designs/c.csv", "profile,x,y,z\n0,1,zwei,3\n");
     let failed = [("a".to_owned(), Some(0)), ("b".to_owned(), Some(5)), ("c".to_owned(), Some(3))];
@@ -198,7 +185,7 @@ fn a_failed_design_stays_failed_when_a_batch_is_taken_up_again() {
 
 #[test]
 fn shards_share_the_designs() {
-    let fixture = designs(&[("a", 0.06), ("b", 0.05), ("c", 0.04)]);
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06), ("b", 0.05), ("c", 0.04)]);
     for (shard, expected) in [("1/2", &["a", "c"][..]), ("2/2", &["b"]), ("4/4", &[])] {
         let output = batch(&fixture, &["--out", "moved", "--json", "-", "--shard", shard]);
         assert_good(&output);
@@ -213,7 +200,7 @@ fn shards_share_the_designs() {
 
 #[test]
 fn prescribed_displacements_are_designs_too() {
-    let fixture = designs(&[]);
+    let fixture = Fixture::with_raised_designs(&[]);
     let mesh = WingBox::new();
     let rows = |dz: f64| -> String {
         let wing = mesh.family_vertices(0).into_iter().map(|vertex| mesh.vertices[vertex]);
@@ -249,7 +236,7 @@ fn raised_stl(mesh: &WingBox, dz: f64) -> String {
 /// Fails if results in the folder are taken for designs.
 #[test]
 fn displaced_surfaces_are_designs_too() {
-    let fixture = designs(&[]);
+    let fixture = Fixture::with_raised_designs(&[]);
     let mesh = WingBox::new();
     let dz = 0.03125;
     let rows = |separator: &str| -> String {
@@ -302,7 +289,7 @@ fn a_surface_that_does_not_fit_is_refused() {
 /// Airfoils without a place take that of the case's.
 #[test]
 fn airfoils_take_the_cases_place() {
-    let fixture = designs(&[]);
+    let fixture = Fixture::with_raised_designs(&[]);
     // Points close enough for a curve through them to keep to the box.
     let airfoil = |thickness: f64| {
         let side = |x: i32, y: f64| format!("{} {}\n", f64::from(x) / 24.0, y * thickness);
@@ -330,7 +317,7 @@ fn airfoils_take_the_cases_place() {
 /// Fails if `PLANES` is 1e-2 or 1e-12.
 #[test]
 fn designs_in_other_planes_need_old_profiles() {
-    let fixture = designs(&[("a", 0.06)]);
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06)]);
     fixture.write("case.toml", CASE);
     fixture.write("designs/b.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.1, 0.05)]));
     fixture.write("designs/c.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.2 + 1e-8, 0.05)]));
@@ -349,7 +336,7 @@ fn bad_batches_write_nothing() {
     let refuses = |fixture: &Fixture, more: &[&str], words: &[&str]| {
         fixture.refuses_command(&[&BATCH, &["--out", "moved"][..], more].concat(), 3, words);
     };
-    let fixture = designs(&[]);
+    let fixture = Fixture::with_raised_designs(&[]);
     refuses(&fixture, &["--json", "all.jsonl"], &["designs: no designs"]);
     fixture.write("designs/a.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
     refuses(&fixture, &["--json", "designs/a.csv"], &["would overwrite the input"]);

@@ -48,6 +48,32 @@ impl Fixture {
         fixture
     }
 
+    /// A case with a folder of this number of designs, all alike.
+    pub fn with_designs(number: usize) -> Self {
+        let fixture = Self::new();
+        fs::create_dir(fixture.path("designs")).unwrap();
+        for index in 0..number {
+            fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{index}.csv"))).unwrap();
+        }
+        fixture
+    }
+
+    /// A case with a folder of designs whose wings go up by these at their tips, and with old
+    /// profiles, so that every run pairs the same.
+    pub fn with_raised_designs(raised: &[(&str, f64)]) -> Self {
+        let fixture = Self::new();
+        fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
+        fixture.write("old.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
+        fs::create_dir(fixture.path("designs")).unwrap();
+        raised.iter().for_each(|&(name, by)| fixture.raised_design(name, by));
+        fixture
+    }
+
+    /// A design whose wing goes up by this at its tip.
+    pub fn raised_design(&self, name: &str, by: f64) {
+        self.write(&format!("designs/{name}.csv"), &profiles(&[(0, 0.3, 0.02), (1, 1.2, by)]));
+    }
+
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }

@@ -10,16 +10,6 @@ use serde_json::Value;
 
 use crate::fixture::*;
 
-/// A case with this number of designs, all alike.
-fn designs(number: usize) -> Fixture {
-    let fixture = Fixture::new();
-    fs::create_dir(fixture.path("designs")).unwrap();
-    for index in 0..number {
-        fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{index}.csv"))).unwrap();
-    }
-    fixture
-}
-
 fn start(fixture: &Fixture, arguments: &[&str]) -> Child {
     let mut command = command(fixture.folder.path(), arguments);
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
@@ -64,7 +54,7 @@ fn numbered(number: usize) -> Vec<String> {
 /// Jobs of an array that start together make one new folder, and append to one file.
 #[test]
 fn jobs_of_an_array_share_a_folder_and_a_file_of_reports() {
-    let fixture = designs(8);
+    let fixture = Fixture::with_designs(8);
     let all = numbered(8);
     for round in 0..8 {
         fs::remove_dir_all(fixture.path("new")).ok();
@@ -88,7 +78,7 @@ fn jobs_of_an_array_share_a_folder_and_a_file_of_reports() {
 /// A job that would replace the lines of a running job is refused; one that resumes is not.
 #[test]
 fn lines_of_a_running_job_are_not_replaced() {
-    let fixture = designs(2);
+    let fixture = Fixture::with_designs(2);
     fs::create_dir(fixture.path("more")).unwrap();
     fs::copy(fixture.path("new.csv"), fixture.path("more/c.csv")).unwrap();
     // A job that waits for its designs holds the file as long as the test needs.
@@ -114,7 +104,7 @@ fn lines_of_a_running_job_are_not_replaced() {
 /// Jobs that do the same designs at once leave one line for each design.
 #[test]
 fn a_design_that_two_jobs_do_has_one_line() {
-    let fixture = designs(8);
+    let fixture = Fixture::with_designs(8);
     for _ in 0..4 {
         fs::remove_file(fixture.path("all.jsonl")).ok();
         batches_at_once(&fixture, &[&["--resume"][..]; 3]);
@@ -125,7 +115,7 @@ fn a_design_that_two_jobs_do_has_one_line() {
 /// A link to a file of reports is that file.
 #[test]
 fn a_link_to_a_file_of_reports_is_that_file() {
-    let fixture = designs(1);
+    let fixture = Fixture::with_designs(1);
     std::os::unix::fs::symlink("all.jsonl", fixture.path("link.jsonl")).unwrap();
     fs::write(fixture.path(".idmesh-elsewhere-1-abc-writes-all.jsonl"), "").unwrap();
     let refused = fixture.idmesh(&[&BATCH[..], &["--json", "link.jsonl"]].concat());
@@ -136,7 +126,7 @@ fn a_link_to_a_file_of_reports_is_that_file() {
 /// A batch that cannot begin leaves no results of its designs, and the lines of others.
 #[test]
 fn a_batch_that_cannot_begin_leaves_no_earlier_result() {
-    let fixture = designs(2);
+    let fixture = Fixture::with_designs(2);
     let batch = |more: &[&str]| fixture.idmesh(&[&BATCH[..], &["--json", "all.jsonl"], more].concat());
     for more in [&[][..], &["--shard", "1/2"], &["--resume"]] {
         fixture.write("case.toml", CASE);
@@ -157,7 +147,7 @@ fn a_batch_that_cannot_begin_leaves_no_earlier_result() {
 /// Designs whose results would have one name are refused, valid or not.
 #[test]
 fn designs_whose_results_share_a_name_are_refused() {
-    let fixture = designs(1);
+    let fixture = Fixture::with_designs(1);
     let copy = |name: &str| fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{name}.csv"))).unwrap();
     copy("0.invalid");
     let refuses = |words: &[&str]| {
@@ -173,7 +163,7 @@ fn designs_whose_results_share_a_name_are_refused() {
 /// A pipe that nobody writes to, a device, a folder and a link to nothing are designs that fail.
 #[test]
 fn a_design_that_blocks_or_is_no_file_stops_no_other() {
-    let fixture = designs(2);
+    let fixture = Fixture::with_designs(2);
     assert!(Command::new("mkfifo").arg(fixture.path("designs/pipe.csv")).status().unwrap().success());
     fs::create_dir(fixture.path("designs/folder.csv")).unwrap();
     std::os::unix::fs::symlink("/dev/zero", fixture.path("designs/zero.csv")).unwrap();
@@ -204,7 +194,7 @@ fn a_design_that_blocks_or_is_no_file_stops_no_other() {
 /// after the next one, and no file that is not whole.
 #[test]
 fn killed_jobs_leave_nothing_behind() {
-    let fixture = designs(6);
+    let fixture = Fixture::with_designs(6);
     let outputs = "mesh = [\"moved.msh\", \"moved.vtu\", \"moved.su2.gz\"]\nhistogram = \"beta.svg\"";
     fixture.case("mesh = \"moved.msh\"", outputs);
     let batch = [&BATCH[..], &["--json", "all.jsonl", "--resume"]].concat();

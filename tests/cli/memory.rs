@@ -301,11 +301,7 @@ fn too_many_threads_are_refused() {
 /// Fails if the memory of one mover is checked.
 #[test]
 fn designs_at_once_need_the_memory_of_all() {
-    let fixture = Fixture::new();
-    fs::create_dir(fixture.path("designs")).unwrap();
-    for index in 0..64 {
-        fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{index}.csv"))).unwrap();
-    }
+    let fixture = Fixture::with_designs(64);
     let batch = |jobs: &str, out: &str| {
         let words = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "--out", out, "-q"];
         let words = [&words[..], &["--max-memory", "150M", "--jobs", jobs]].concat();

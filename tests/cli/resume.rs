@@ -1,6 +1,5 @@
 //! `idmesh batch --resume` leaves out what is done and has not changed, by checksums.
 
-use std::fs;
 use std::process::Command;
 
 use serde_json::Value;
@@ -12,14 +11,7 @@ const BATCH: [&str; 10] =
 
 /// A case with old profiles and two designs.
 fn designs() -> Fixture {
-    let fixture = Fixture::new();
-    fixture.case("new = \"new.csv\"", "new = \"new.csv\"\nold = \"old.csv\"");
-    fixture.write("old.csv", &profiles(&[(0, 0.3, 0.0), (1, 1.2, 0.0)]));
-    fs::create_dir(fixture.path("designs")).unwrap();
-    for (name, dz) in [("a", 0.06), ("b", 0.03)] {
-        fixture.write(&format!("designs/{name}.csv"), &profiles(&[(0, 0.3, 0.02), (1, 1.2, dz)]));
-    }
-    fixture
+    Fixture::with_raised_designs(&[("a", 0.06), ("b", 0.03)])
 }
 
 fn lines(fixture: &Fixture) -> Vec<Value> {

@@ -26,16 +26,6 @@ fn run(fixture: &Fixture, name: &str, arguments: &[&str], variables: &[(&str, &s
     without_gpu(&mut command).envs(variables.iter().copied()).output().unwrap()
 }
 
-/// A folder with designs, as the scripts of arrays expect it.
-fn designs(number: usize) -> Fixture {
-    let fixture = Fixture::new();
-    fs::create_dir(fixture.path("designs")).unwrap();
-    for index in 0..number {
-        fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{index}.csv"))).unwrap();
-    }
-    fixture
-}
-
 /// The reports of all jobs, joined.
 fn joined(fixture: &Fixture, number: usize) -> Vec<String> {
     let files: Vec<String> = fixture.files().into_iter().filter(|name| name.starts_with("reports.")).collect();
@@ -77,7 +67,7 @@ fn scripts_of_arrays_do_each_design_once() {
     for (name, variables, jobs) in
         [("slurm.sh", slurm, 3), ("slurm-claims.sh", slurm, 3), ("aws-batch.sh", aws, 3), ("pbs.sh", pbs, 10)]
     {
-        let fixture = designs(4);
+        let fixture = Fixture::with_designs(4);
         for number in 1..=jobs {
             let variables = variables(&number.to_string());
             let variables: Vec<(&str, &str)> = variables.iter().map(|(name, value)| (*name, value.as_str())).collect();

@@ -8,15 +8,6 @@ use crate::fixture::*;
 const BATCH: [&str; 9] =
     ["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "--out", "moved", "--no-wait"];
 
-fn designs(number: usize) -> Fixture {
-    let fixture = Fixture::new();
-    fs::create_dir(fixture.path("designs")).unwrap();
-    for index in 0..number {
-        fs::copy(fixture.path("new.csv"), fixture.path(&format!("designs/{index}.csv"))).unwrap();
-    }
-    fixture
-}
-
 /// Runs a job with `--shard auto` and these variables.
 fn job(fixture: &Fixture, variables: &[(&str, &str)]) -> std::process::Output {
     let mut command = command(fixture.folder.path(), &[&BATCH[..8], &["--shard", "auto"]].concat());
@@ -38,7 +29,7 @@ fn moved(fixture: &Fixture) -> BTreeSet<String> {
 
 #[test]
 fn jobs_of_an_array_take_each_design_once() {
-    let fixture = designs(5);
+    let fixture = Fixture::with_designs(5);
     let mut all = BTreeSet::new();
     for index in ["0", "1", "2"] {
         let output = job(&fixture, &[("AWS_BATCH_JOB_ARRAY_INDEX", index), ("AWS_BATCH_JOB_ARRAY_SIZE", "3")]);
@@ -57,7 +48,7 @@ fn jobs_of_an_array_take_each_design_once() {
 /// A job that does not know its share moves nothing, and takes no result of another away.
 #[test]
 fn a_job_without_a_share_is_refused() {
-    let fixture = designs(2);
+    let fixture = Fixture::with_designs(2);
     fs::create_dir(fixture.path("moved")).unwrap();
     fixture.write("moved/0.msh", "of another job");
     let refused = |variables: &[(&str, &str)], words: &[&str]| {

@@ -1,0 +1,98 @@
+//! Local optimisation of cells that are no tets, and of tets beside them.
+
+use super::*;
+
+/// Local optimisation brings bad corners back, and leaves an unmoved mesh as it is.
+#[test]
+fn local_optimisation_mends_corners() {
+    const SIDE: u32 = 6;
+    let at = |i: u32, j: u32, k: u32| (SIDE + 1) * ((SIDE + 1) * k + j) + i;
+    let n = (SIDE + 1).pow(3);
+    let place = |vertex: u32| [vertex % (SIDE + 1), vertex / (SIDE + 1) % (SIDE + 1), vertex / (SIDE + 1).pow(2)];
+    let mesh = TetMesh {
+        vertices: (0..n).map(|vertex| DVec3::from_array(place(vertex).map(f64::from))).collect(),
+        ..TetMesh::default()
+    };
+    let mut others = OtherCells::default();
+    for cell in 0..SIDE.pow(3) {
+        let [i, j, k] = [cell % SIDE, cell / SIDE % SIDE, cell / SIDE.pow(2)];
+        let base = |k| [at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k)];
+        let ([a, b, c, d], [e, f, g, h]) = (base(k), base(k + 1));
+        others.hexahedra.push([a, b, c, d, e, f, g, h]);
+    }
+    let hybrid = HybridMesh { mesh: &mesh, others: &others };
+    let (simplices, cells) = CornerCells::new(hybrid);
+    let inside = |vertex: u32| place(vertex).iter().all(|&at| at > 0 && at < SIDE);
+    let constraint: Vec<Constraint> =
+        (0..n).map(|vertex| if inside(vertex) { Constraint::Free } else { Constraint::Held }).collect();
+    let merit = Merit::new(Arc::new(cells), &simplices.tets, &mesh.vertices, 0.75);
+    let mut tangled = mesh.vertices.clone();
+    for vertex in (0..n).filter(|&vertex| inside(vertex)) {
+        tangled[vertex as usize] += 0.8 * common::brick::noise_vector(vertex as usize);
+    }
+    let n_bad = |at: &[DVec3]| measures(hybrid, at, None).iter().filter(|cell| cell.inverted).count();
+    assert!(n_bad(&tangled) > 50, "{}", n_bad(&tangled));
+    let backend = cpu();
+    let mut smoother =
+        Smoother::new(backend.as_ref(), &simplices.tets, &mesh.vertices, &constraint, &[], QualityTarget::Original)
+            .with_merit(merit.clone());
+    // An unmoved mesh is at its optimum.
+    let goal = Goal { beta: 1.0, max_sweeps: 400 };
+    let mut still = mesh.vertices.clone();
+    let mut of_still = merit.of_all(&simplices.tets, &still);
+    assert_eq!(smoother.run(&mut still, &mut of_still, &goal, None).unwrap().moved, 0);
+    let mut of_tangled = merit.of_all(&simplices.tets, &tangled);
+    let smoothed = smoother.run(&mut tangled, &mut of_tangled, &goal, None).unwrap();
+    assert_eq!((smoothed.inverted, n_bad(&tangled)), (0, 0));
+    let shape = measures(hybrid, &tangled, Some(&mesh.vertices)).iter().map(|cell| cell.shape()).fold(1.0, f64::min);
+    assert!(shape > 0.3, "{shape}");
+}
+
+/// Tets that are merely bad do not move the vertices of the layers beside them.
+#[test]
+fn bad_tets_do_not_move_layers() {
+    let file = small();
+    let hybrid = HybridMesh { mesh: &file.mesh, others: &file.others };
+    let (simplices, cells) = CornerCells::new(hybrid);
+    let (n_tets, undeformed) = (file.mesh.tets.len(), &file.mesh.vertices);
+    let marked = |lists: &mut dyn Iterator<Item = &[u32]>| {
+        let mut marked = vec![false; undeformed.len()];
+        lists.flatten().for_each(|&vertex| marked[vertex as usize] = true);
+        marked
+    };
+    let of_layers = marked(&mut simplices.tets[n_tets..].iter().map(|tet| &tet[..]));
+    let faces = file.mesh.triangles.iter().map(|face| &face[..]);
+    let on_surface = marked(&mut faces.chain(file.others.quadrilaterals.iter().map(|face| &face[..])));
+    let constraint: Vec<Constraint> =
+        on_surface.iter().map(|&held| if held { Constraint::Held } else { Constraint::Free }).collect();
+    let lowest =
+        file.mesh.tets.iter().map(|tet| beta(tet.map(|vertex| undeformed[vertex as usize]))).fold(1.0, f64::min);
+    let merit = Merit::new(Arc::new(cells), &simplices.tets, undeformed, lowest);
+    // Vertices of tets alone, each near a vertex of the layers that may move.
+    let mut at = undeformed.clone();
+    for tet in &file.mesh.tets {
+        let inner = tet.iter().find(|&&vertex| !of_layers[vertex as usize] && !on_surface[vertex as usize]);
+        let layer = tet.iter().find(|&&vertex| of_layers[vertex as usize] && !on_surface[vertex as usize]);
+        if let (Some(&inner), Some(&layer)) = (inner, layer)
+            && at[inner as usize] == undeformed[inner as usize]
+        {
+            at[inner as usize] = undeformed[inner as usize].lerp(undeformed[layer as usize], 0.9);
+            let of_tets = merit.of_all(&simplices.tets, &at);
+            if of_tets.iter().any(|&merit| merit <= 0.0) {
+                at[inner as usize] = undeformed[inner as usize];
+            }
+        }
+    }
+    let mut of_tets = merit.of_all(&simplices.tets, &at);
+    let bad = of_tets.iter().filter(|&&merit| merit < 0.9 * lowest).count();
+    assert!(bad > 10, "{bad}");
+    let goal = Goal { beta: lowest, max_sweeps: 400 };
+    let backend = cpu();
+    let mut smoother =
+        Smoother::new(backend.as_ref(), &simplices.tets, undeformed, &constraint, &[], QualityTarget::Original)
+            .with_merit(merit);
+    let smoothed = smoother.run(&mut at, &mut of_tets, &goal, None).unwrap();
+    assert!(smoothed.moved > 10 && of_tets.iter().fold(1.0, |a: f64, &b| a.min(b)) > 0.9 * lowest, "{smoothed:?}");
+    let moved = |vertex: &usize| of_layers[*vertex] && at[*vertex] != undeformed[*vertex];
+    assert_eq!((0..at.len()).filter(moved).count(), 0);
+}
