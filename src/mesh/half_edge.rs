@@ -444,3 +444,33 @@ fn join_edges(mesh: HybridMesh, triangles: &[[u32; 3]]) -> Result<Vec<u32>, Mesh
     }
     Ok(opposite)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The diagonals of a rectangle are equally long. Whatever the numbers of its vertices and the
+    /// rounding of its coordinates are, it is divided along the same one.
+    ///
+    /// Fails if `SAME_LENGTH` is 0.
+    #[test]
+    fn numbers_and_rounding_do_not_divide_a_rectangle() {
+        let corners = [[0.1, 0.2, 0.3], [1.3, 0.2, 0.8], [1.3, 0.9, 0.8], [0.1, 0.9, 0.3]].map(DVec3::from_array);
+        for (rounding, turn) in (-3..=3).flat_map(|rounding| (0..4).map(move |turn| (rounding, turn))) {
+            let mut vertices = corners;
+            vertices[2].x += f64::from(rounding) * 1e-16;
+            vertices.rotate_left(turn);
+            for face in [[0, 1, 2, 3], [3, 2, 1, 0]] {
+                let [first, second] = halves(face, &vertices);
+                let mut shared: Vec<DVec3> = first
+                    .iter()
+                    .filter(|vertex| second.contains(vertex))
+                    .map(|&vertex| vertices[vertex as usize])
+                    .collect();
+                shared.sort_by(|a, b| a.x.total_cmp(&b.x));
+                // Both diagonals point forward along x; this one rises along y.
+                assert!(shared[0].y < 0.5 && shared[1].y > 0.5, "{rounding} {turn} {shared:?}");
+            }
+        }
+    }
+}

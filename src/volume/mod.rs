@@ -253,7 +253,12 @@ impl Stage for VolumeStage {
             && self.stepping.max_steps > 1
             && !self.surfaces_invert(&state, mesh)
         {
-            let mut repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
+            // Optimisation of inverted corners of other cells changes the thickness of layers, so steps
+            // come first there.
+            let mut repaired = None;
+            if set_up.cells.are_tets() {
+                repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
+            }
             if !repaired.as_ref().is_some_and(|(state, _)| self.stepping.is_good(state)) {
                 let route = self.bodies.route(mesh, set_up.families, &surfaces);
                 let (stepping, volume) = (self.stepping.clone(), self.volume.take());
@@ -263,6 +268,8 @@ impl Stage for VolumeStage {
                 stuck = path.reached < 1.0;
                 if path.reached >= 1.0 {
                     (state, smoothed, repaired) = (followed.state, followed.smoothed, None);
+                } else if !set_up.cells.are_tets() {
+                    repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
                 }
             }
             if let Some((better, by)) = repaired {

@@ -109,6 +109,13 @@ impl Stepping {
                 }
             }
             let mut tried = MovedMesh::new(vertices, &mesh.tets, &self.merit);
+            // Optimisation of inverted corners of other cells changes the thickness of layers. A shorter
+            // step keeps it.
+            if tried.inverted > 0 && !set_up.cells.are_tets() {
+                path.given_up += 1;
+                step *= 0.5;
+                continue;
+            }
             if progress == 1.0 {
                 let repaired = self.repair_last(&tried, smoothing.as_deref_mut(), set_up, observer)?;
                 if let Some((good, by)) = repaired.filter(|(state, _)| self.is_good(state)) {

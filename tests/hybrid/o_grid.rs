@@ -159,3 +159,25 @@ fn local_optimisation_spares_layers() {
     let (low, high) = range(&layers(HybridMesh { mesh: &mesh, others: &others }, &["wing"], outcome.vertices()));
     assert!(low > 0.999 && high < 1.001);
 }
+
+/// A wing twisted so that a jump inverts corners of its layers: steps keep the first layer, which
+/// local optimisation of the jump would make up to twice as thick.
+#[test]
+fn steps_come_before_local_optimisation() {
+    let (mesh, others) = o_grid();
+    let mut mover = o_grid_builder(&mesh, &others).build(cpu()).unwrap();
+    let twisted = |at: DVec3| {
+        let (sin, cos) = f64::to_radians(TWIST * at.y.powi(3)).sin_cos();
+        DVec3::new(at.x * cos + at.z * sin, at.y, at.z * cos - at.x * sin)
+    };
+    let vertices = mover.family_vertices("wing").unwrap();
+    let by = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).map(|at| twisted(at) - at).collect();
+    let outcome = mover.update(&Design::of_prescribed("wing", by)).unwrap();
+    assert!(outcome.path.steps > 1, "{:?}", outcome.path);
+    let (low, high) =
+        range(&layers(HybridMesh { mesh: &mesh, others: &others }, &["wing"], outcome.valid().unwrap().vertices()));
+    assert!(low > 0.9 && high < 1.1, "{low} {high}");
+}
+
+/// Twist of the wing's tip against its root, in degrees. A jump inverts a few corners.
+const TWIST: f64 = 57.0;
