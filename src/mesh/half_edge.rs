@@ -265,14 +265,18 @@ fn oriented_triangles(mesh: HybridMesh, faces: &half_face::HalfFaces) -> Result<
     Ok(triangles)
 }
 
+/// Two diagonals have one length, and two directions one component, if they differ by less than this
+/// share of the length. Rounding must not decide between the diagonals of a rectangle.
+const SAME_LENGTH: f64 = 1e-9;
+
 /// The triangles of a face, each with its lowest vertex first. A quadrilateral is divided along its
-/// shorter diagonal. Of two diagonals of one length the one from the lowest vertex is taken.
+/// shorter diagonal. Of two diagonals of one length, as in a rectangle, their directions decide, so
+/// that the numbers of the vertices do not.
 fn triangles_of_face(face: &[u32], vertices: &[DVec3]) -> impl Iterator<Item = [u32; 3]> + use<> {
     let halves = match *face {
         [a, b, c, d] => {
-            let length = |from: u32, to: u32| vertices[from as usize].distance_squared(vertices[to as usize]);
-            let (one, other) = (length(a, c), length(b, d));
-            if one < other || (one == other && a.min(c) < b.min(d)) {
+            let diagonal = |from: u32, to: u32| vertices[to as usize] - vertices[from as usize];
+            if is_taken(diagonal(a, c), diagonal(b, d)).unwrap_or(a.min(c) < b.min(d)) {
                 [Some([a, b, c]), Some([a, c, d])]
             } else {
                 [Some([b, c, d]), Some([b, d, a])]
@@ -286,6 +290,23 @@ fn triangles_of_face(face: &[u32], vertices: &[DVec3]) -> impl Iterator<Item = [
         triangle.rotate_left(lowest);
         triangle
     })
+}
+
+/// Whether a quadrilateral is divided along one diagonal and not along the other: the shorter one,
+/// or of two of one length the one that rises more along the other axes where both point forward
+/// along the first one. `None` if the two are one line.
+fn is_taken(one: DVec3, other: DVec3) -> Option<bool> {
+    let lengths = [one, other].map(DVec3::length);
+    let same = SAME_LENGTH * lengths[0].max(lengths[1]);
+    if (lengths[0] - lengths[1]).abs() > same {
+        return Some(lengths[0] < lengths[1]);
+    }
+    let forward = |way: DVec3| {
+        let first = way.to_array().into_iter().find(|component| component.abs() > same);
+        way * first.map_or(1.0, f64::signum)
+    };
+    let [one, other] = [one, other].map(|way| forward(way).to_array());
+    one.into_iter().zip(other).find(|(one, other)| (one - other).abs() > same).map(|(one, other)| one > other)
 }
 
 /// The two triangles of a quadrilateral. If it is degenerate, the second repeats the first.

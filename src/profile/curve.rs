@@ -44,6 +44,11 @@ const CLOSED: f64 = 1e-9;
 /// point.
 const CORNER: f64 = 100.0;
 
+/// Places whose distance from the trailing edge is less than the largest one by less than this
+/// share are leading edges as well. The two corners of a slab are; a section with a round leading
+/// edge has one farthest place.
+const AS_FAR: f64 = 0.05;
+
 /// Longest tangent of a piece, over its chord. A spline has tangents of length 1, and up to 1.3
 /// where it turns by 90 degrees between two knots. Longer ones come from knots out of order; cut to
 /// this length they make no loops.
@@ -268,7 +273,8 @@ pub(super) struct Measured {
 impl Measured {
     /// Measures the two sides: tau is 0 at the start, 1 at the leading edge and 2 at the end.
     ///
-    /// The leading edge is the point farthest from the middle of the trailing edge. Along a side
+    /// The leading edge is the point farthest from the middle of the trailing edge. The two corners
+    /// of a blunt leading edge are about as far; there it lies between them. Along a side
     /// tau is the mean of two shares: of the arc length, and of the decrease of the distance from
     /// the trailing edge. The arc length alone shifts when the thickness changes. The distance
     /// alone is constant at the leading edge.
@@ -277,21 +283,7 @@ impl Measured {
         let n = path.len();
         let te = (path[0] + path[n - 1]) / 2.0;
         let d: Vec<f64> = path.iter().map(|p| p.distance(te)).collect();
-        let i = (0..n).max_by(|&a, &b| d[a].total_cmp(&d[b])).unwrap_or(0).clamp(1, n.saturating_sub(2).max(1));
-        let (mut le_s, mut le_d) = (s[i], d[i]);
-        if n >= 3 {
-            // Vertex of the parabola through the farthest step and its neighbours.
-            let (left, right) = (s[i] - s[i - 1], s[i + 1] - s[i]);
-            let (before, after) = ((d[i] - d[i - 1]) / left, (d[i + 1] - d[i]) / right);
-            let curvature = (after - before) / (left + right);
-            let slope = (before * right + after * left) / (left + right);
-            let shift = -slope / (2.0 * curvature);
-            if shift.is_finite() {
-                let shift = shift.max(-0.5 * left).min(0.5 * right);
-                le_s += shift;
-                le_d += slope * shift + curvature * shift * shift;
-            }
-        }
+        let (le_s, le_d) = leading_edge(&s, &d);
         let mut tau = vec![1.0; n];
         let mut measure = |steps: &mut dyn Iterator<Item = usize>, te_s: f64, te_d: f64, sign: f64| {
             let mut nearest: f64 = 0.0;
@@ -344,6 +336,40 @@ impl Measured {
         let (i, t) = bracket(&self.tau, tau);
         self.s[i] + (self.s[i + 1] - self.s[i]) * t
     }
+}
+
+/// Arc length and distance from the trailing edge at the leading edge.
+///
+/// The weights of equally far places make the leading edge change continuously with the section.
+/// One of two corners alone would be chosen by rounding.
+///
+/// - `s`, `d` `[n_steps]`: arc length, and distance from the middle of the trailing edge
+fn leading_edge(s: &[f64], d: &[f64]) -> (f64, f64) {
+    let n = s.len();
+    let i = (0..n).max_by(|&a, &b| d[a].total_cmp(&d[b])).unwrap_or(0).clamp(1, n.saturating_sub(2).max(1));
+    let least = d[i] * (1.0 - AS_FAR);
+    let is_peak = |j: &usize| d[*j] >= d[j - 1] && d[*j] > d[j + 1] && d[*j] > least;
+    let peaks: Vec<usize> = (1..n.saturating_sub(1)).filter(is_peak).collect();
+    if peaks.len() > 1 {
+        let weight: f64 = peaks.iter().map(|&j| d[j] - least).sum();
+        let le_s = peaks.iter().map(|&j| (d[j] - least) * s[j]).sum::<f64>() / weight;
+        let (step, t) = bracket(s, le_s);
+        return (le_s, d[step] + (d[step + 1] - d[step]) * t);
+    }
+    if n < 3 {
+        return (s[i], d[i]);
+    }
+    // Vertex of the parabola through the farthest step and its neighbours.
+    let (left, right) = (s[i] - s[i - 1], s[i + 1] - s[i]);
+    let (before, after) = ((d[i] - d[i - 1]) / left, (d[i + 1] - d[i]) / right);
+    let curvature = (after - before) / (left + right);
+    let slope = (before * right + after * left) / (left + right);
+    let shift = -slope / (2.0 * curvature);
+    if !shift.is_finite() {
+        return (s[i], d[i]);
+    }
+    let shift = shift.max(-0.5 * left).min(0.5 * right);
+    (s[i] + shift, d[i] + (slope * shift + curvature * shift * shift))
 }
 
 pub(super) fn arc_length(path: &[DVec3]) -> Vec<f64> {

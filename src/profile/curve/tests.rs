@@ -155,3 +155,25 @@ fn the_queue_removes_what_a_look_at_all_pairs_removes() {
     }
     assert!(n_removed > 1000, "{n_removed}");
 }
+
+/// A slab of length 1 whose front leans forward at the top by `lean`, through its corners alone.
+fn slab(lean: f64, n: usize) -> Measured {
+    let corners = [[1.0, -0.2], [0.0, -0.2], [-lean, 0.2], [1.0, 0.2]].map(|[x, z]| DVec3::new(x, 0.0, z));
+    let steps = corners.windows(2).flat_map(|ends| (0..n).map(move |i| ends[0].lerp(ends[1], i as f64 / n as f64)));
+    Measured::sides(steps.chain([corners[3]]).collect())
+}
+
+/// Both corners of a slab's front are farthest from its trailing edge. Its leading edge lies between
+/// them, whatever rounding says, and goes on continuously to the corner that becomes the farthest.
+///
+/// Fails if `AS_FAR` is 0.
+#[test]
+fn a_slab_has_its_leading_edge_between_its_corners() {
+    let at = |lean: f64| slab(lean, 100).point(1.0);
+    for lean in [0.0, 1e-15, -1e-15] {
+        assert!(at(lean).distance(DVec3::ZERO) < 1e-9, "{}", at(lean));
+    }
+    let heights: Vec<f64> = (0..=100).map(|i| at(i as f64 * 1e-3).z).collect();
+    assert!(heights.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12 && pair[1] - pair[0] < 0.02), "{heights:?}");
+    assert!(heights[100] > 0.19, "{}", heights[100]);
+}
