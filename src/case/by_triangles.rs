@@ -6,15 +6,12 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::displacement_error::DisplacementError;
+use super::plausible::SIZE;
 use super::same_triangles::{Reading, Triangles, Unread, readings, together};
 use crate::formats::Surface;
 use crate::mesh::{FamilyId, TetMesh};
 use crate::text::figures::length;
 use crate::text::shorten;
-
-/// Largest factor between the sizes of a family before and after. Designs change sizes by less, and
-/// units of length differ by more.
-const SIZE: f64 = 2.5;
 
 /// A family of the mesh.
 pub(super) struct Family<'a> {

@@ -52,7 +52,7 @@ pub(super) fn match_points(
     };
     let by_position = |original: &[DVec3], displacement: Option<&[DVec3]>| {
         let rows = rows(surface, original, displacement);
-        let table = DisplacementTable { path: path.to_path_buf(), rows, new_positions: Vec::new() };
+        let table = DisplacementTable { path: path.to_path_buf(), rows, new_positions: Vec::new(), is_named: true };
         match_rows(&table, &mesh.vertices, family.vertices, tolerance)
     };
     let moved = |row: DisplacementRow, vertex: u32| {

@@ -29,6 +29,8 @@ pub struct DisplacementTable {
     pub rows: Vec<DisplacementRow>,
     /// The rows of a table of new positions, which has no other rows.
     pub new_positions: Vec<NewPosition>,
+    /// Whether a header names the columns.
+    pub is_named: bool,
 }
 
 /// One row: the original position and the displacement of a vertex.
@@ -73,7 +75,7 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
     let (mut table, mut new_positions) = (Vec::new(), Vec::new());
     let mut columns: Option<Columns> = None;
     let mut of_positions: Option<new_positions::Columns> = None;
-    let mut is_empty = true;
+    let (mut is_empty, mut is_named) = (true, false);
     for Row { line, text: row, comment } in rows(text, Mark::Any) {
         let line = line + 1;
         let bad = |what: String| DisplacementError::BadLine { path: path.to_path_buf(), line, what };
@@ -94,6 +96,9 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
             // Other words in the comment count as columns too. If the comment names the columns in
             // the default order, the row is read as without a header.
             columns = columns.filter(|of_comment| of_comment.n == fields.len() || !of_comment.of.is_sorted());
+        }
+        if is_empty {
+            is_named = is_header || columns.is_some() || of_positions.is_some();
         }
         is_empty = false;
         if is_header {
@@ -129,7 +134,7 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
     if table.is_empty() && new_positions.is_empty() {
         return Err(DisplacementError::Empty { path: path.to_path_buf() });
     }
-    Ok(DisplacementTable { path: path.to_path_buf(), rows: table, new_positions })
+    Ok(DisplacementTable { path: path.to_path_buf(), rows: table, new_positions, is_named })
 }
 
 /// The number of columns of a table, and the columns with x, y, z, dx, dy and dz.

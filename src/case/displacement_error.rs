@@ -156,6 +156,31 @@ pub enum DisplacementError {
         /// Original position of this vertex.
         position: DVec3,
     },
+    /// The displaced family is much larger or smaller than the family.
+    #[error(
+        "{}: the displaced family `{family}` is {times:.3e} times as large as before, expected 0.4 to 2.5 times: displacements \
+         in another unit of length, or new positions in place of displacements?", path.display()
+    )]
+    Size {
+        /// The file.
+        path: PathBuf,
+        /// The family.
+        family: String,
+        /// Its size after over its size before: the lengths of all edges.
+        times: f64,
+    },
+    /// Columns without names are rather new positions than displacements, or the other way round.
+    #[error("{}: {}", path.display(), readings(*as_positions, [*taken, *other]))]
+    TwoReadings {
+        /// The file.
+        path: PathBuf,
+        /// Whether the columns would be taken for new positions.
+        as_positions: bool,
+        /// Mean share by which lengths on the surface change then.
+        taken: f64,
+        /// The same for the other reading.
+        other: f64,
+    },
     /// Two files move a vertex that both families have to different places.
     #[error(
         "{}{row} and {}{other_row}: the vertex at {} belongs to the families of both files, and its \
@@ -176,4 +201,21 @@ pub enum DisplacementError {
         /// Distance between the two places.
         difference: f64,
     },
+}
+
+/// The two readings of columns without names, in words.
+fn readings(as_positions: bool, [taken, other]: [f64; 2]) -> String {
+    let [taken, other] = [taken, other].map(|share| format!("{:.0} %", 100.0 * share));
+    match as_positions {
+        false => format!(
+            "the last three columns have no names; as displacements they change lengths on the surface by {taken} in the mean, as \
+             new positions by {other}: a header x,y,z,dx,dy,dz says that they are displacements, and new positions stand \
+             in rows index,x,y,z"
+        ),
+        true => format!(
+            "the last three columns have no names; as new positions they change lengths on the surface by {taken} in the mean, as \
+             displacements by {other}: a header index,x,y,z says that they are new positions, and displacements stand in \
+             rows x,y,z,dx,dy,dz"
+        ),
+    }
 }

@@ -5,103 +5,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use thiserror::Error;
-
 use super::displaced_surface::{self, Family};
 use super::displacement::{self, DisplacementError};
-use super::{Case, CaseError, Output, Position, ProfileSource};
+use super::load_error::LoadError;
+use super::plausible::Displaced;
+use super::profile_files::{at_fault, profiles_of};
+use super::{Case, Output, Position, ProfileSource};
 use crate::backend::Backend;
 use crate::families::{Role, SetupError};
-use crate::formats::{self, MeshFile, ReadError, mesh_path, read_lines, read_named};
+use crate::formats::{self, MeshFile, mesh_path};
 use crate::mesh::{self, FamilyId, HybridMesh, OtherCells, TetMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder, Settings};
-use crate::profile::{self, Plane, Profile, ProfileError, csv, files, files::Placement};
-use crate::text::decode;
+use crate::profile::{self, Plane, Profile, ProfileError};
 
 /// A row of prescribed displacements belongs to a vertex within this fraction of the family's
 /// shortest edge. Text files with seven digits match, and a row never matches a neighbour of its
 /// vertex.
 const MATCH: f64 = 1e-3;
-
-/// An error of a case and of the files that it names.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum LoadError {
-    /// The case file is wrong, or its families are not those of the mesh.
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    /// The mesh file cannot be read.
-    #[error(transparent)]
-    Mesh(#[from] ReadError),
-    /// The mesh file calls two families cyclic, but only one of them has the role plane.
-    #[error(
-        "the mesh calls `{family}` and `{neighbour}` cyclic, each the neighbour of the other, but one has the role plane \
-         and the other has not, expected it for both or none"
-    )]
-    Cyclic {
-        /// The first family.
-        family: String,
-        /// The second family.
-        neighbour: String,
-    },
-    /// A table of displacements is wrong, or does not fit its family.
-    #[error(transparent)]
-    Displacement(#[from] DisplacementError),
-    /// A file of profiles cannot be read.
-    #[error("{}: cannot read the profiles: {source}", path.display())]
-    UnreadableProfiles {
-        /// The file.
-        path: PathBuf,
-        /// The error of the system.
-        source: std::io::Error,
-    },
-    /// Profiles in a file are wrong. The error names the place.
-    #[error(transparent)]
-    ProfileFile(ProfileError),
-    /// Several files of profiles do not fit together.
-    #[error("{}: {error}", list(paths))]
-    ProfileFiles {
-        /// The files.
-        paths: Vec<PathBuf>,
-        /// The cause.
-        error: ProfileError,
-    },
-    /// The new profiles of a wing do not fit its old ones, or cannot be cut from the mesh.
-    #[error("{}: profiles of `{wing}`: {error}", list(paths))]
-    Profiles {
-        /// The files of the new profiles.
-        paths: Vec<PathBuf>,
-        /// The wing.
-        wing: String,
-        /// The cause.
-        error: ProfileError,
-    },
-    /// The roles or the profiles do not fit the mesh, or a design does not fit both.
-    #[error("{}: {error}", path.display())]
-    InFile {
-        /// The file at fault: the mesh or the case.
-        path: PathBuf,
-        /// The cause.
-        error: Box<MoveError>,
-    },
-    /// The mover failed, and no file is at fault.
-    #[error(transparent)]
-    Move(Box<MoveError>),
-}
-
-impl LoadError {
-    /// The mover's error, if the mover failed.
-    pub fn of_mover(&self) -> Option<&MoveError> {
-        match self {
-            Self::InFile { error, .. } | Self::Move(error) => Some(error),
-            _ => None,
-        }
-    }
-}
-
-fn list(paths: &[PathBuf]) -> String {
-    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
-}
 
 /// A case with its mesh, its old and new profiles and its prescribed displacements. Lengths are in
 /// the mesh's unit.
@@ -182,7 +102,7 @@ impl Case {
         for (name, source) in &case.profiles {
             let new = profiles_of(&source.new, &source.placements)?;
             inputs.extend(source.new.iter().cloned());
-            let about = |error| LoadError::Profiles { paths: source.new.clone(), wing: name.clone(), error };
+            let about = |error| at_fault(&source.new, &source.placements, name.clone(), error);
             let old = match &source.old {
                 Some(paths) => {
                     inputs.extend(paths.iter().cloned());
@@ -295,8 +215,32 @@ impl LoadedCase {
         self.builder().build(backend).map_err(|error| self.about(error))
     }
 
+    /// [`LoadedCase::about`] for an error of a design. If the design's profiles are the case's, the
+    /// file at fault is the file of the new profile.
+    ///
+    /// - `design`: the design that the mover was given
+    pub fn about_design(&self, error: MoveError, design: &Design) -> LoadError {
+        match error {
+            MoveError::Profiles { family, error }
+                if design.profiles.get(&family) == self.design.profiles.get(&family) =>
+            {
+                match self.case.profiles.get(&family).filter(|source| !source.new.is_empty()) {
+                    Some(source) => at_fault(&source.new, &source.placements, family, error),
+                    None => self.about(MoveError::Profiles { family, error }),
+                }
+            }
+            error => self.about(error),
+        }
+    }
+
     /// Adds the name of the file at fault to a mover's error.
     pub fn about(&self, error: MoveError) -> LoadError {
+        if let MoveError::Setup(SetupError::Profiles { family, error }) = &error
+            && let Some(source) = self.case.profiles.get(family)
+            && let Some(old) = &source.old
+        {
+            return at_fault(old, &source.placements, family.clone(), error.clone());
+        }
         let path = match &error {
             MoveError::Mesh(_) | MoveError::Setup(_) => &self.case.mesh,
             MoveError::Profiles { .. }
@@ -350,63 +294,23 @@ pub(crate) fn prescribed(
         displaced_surface::match_points(&formats::read_surface(path)?, path, mesh, &family)?
     } else {
         let table = displacement::read(path)?;
-        displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?
+        let rows = displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?;
+        let original: Vec<_> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
+        let displacement: Vec<_> = rows.iter().map(|row| row.displacement).collect();
+        let displaced = Displaced {
+            name: family,
+            vertices: &vertices,
+            original: &original,
+            displacement: &displacement,
+            triangles: &triangles,
+        };
+        if !table.is_named {
+            displaced.check_reading(path, !table.new_positions.is_empty())?;
+        }
+        displaced.check_size(path)?;
+        rows
     };
     Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows })
-}
-
-/// Reads the profiles of a file (CSV, Tecplot, or slices of a surface), in the mesh's unit. Airfoil
-/// files have no place in space and need a case file with a placement.
-///
-/// # Errors
-/// The file cannot be read, or its profiles are wrong. The message names the file and the line.
-pub fn read_profiles(path: impl AsRef<Path>) -> Result<Vec<Profile>, LoadError> {
-    profiles_of(&[path.as_ref().to_path_buf()], &BTreeMap::new())
-}
-
-/// Reads the profiles of several files, in the mesh's unit.
-///
-/// - `placements`: the placement of the airfoil in each file without units
-///
-/// # Errors
-/// A file cannot be read, or its profiles are wrong.
-pub(crate) fn profiles_of(
-    paths: &[PathBuf],
-    placements: &BTreeMap<PathBuf, Placement>,
-) -> Result<Vec<Profile>, LoadError> {
-    if paths.iter().all(|path| files::is_csv(path) && !placements.contains_key(path)) {
-        return profiles_of_tables(paths);
-    }
-    let mut contents = Vec::new();
-    for path in paths {
-        let bytes = read_named(path).map_err(|source| LoadError::UnreadableProfiles { path: path.clone(), source })?;
-        contents.push(bytes);
-    }
-    let source = |(path, bytes)| files::Source { path, bytes, placement: placements.get(path) };
-    let sources: Vec<_> =
-        paths.iter().map(PathBuf::as_path).zip(contents.iter().map(Vec::as_slice)).map(source).collect();
-    files::parse(&sources).map_err(|error| in_files(paths, error))
-}
-
-/// [`profiles_of`] for tables. A table may be several times as large as its profiles, so it is read
-/// in pieces.
-fn profiles_of_tables(paths: &[PathBuf]) -> Result<Vec<Profile>, LoadError> {
-    let mut reader = csv::Reader::default();
-    for path in paths {
-        reader.begin(path);
-        let unreadable = |source| LoadError::UnreadableProfiles { path: path.clone(), source };
-        read_lines(path, unreadable, |piece| reader.add(&decode(piece)).map_err(|error| in_files(paths, error)))?;
-        reader.end().map_err(|error| in_files(paths, error))?;
-    }
-    reader.profiles().map_err(|error| in_files(paths, error))
-}
-
-/// Adds the names of the files to an error that names no file.
-fn in_files(paths: &[PathBuf], error: ProfileError) -> LoadError {
-    match error {
-        error @ (ProfileError::Line { .. } | ProfileError::File { .. }) => LoadError::ProfileFile(error),
-        error => LoadError::ProfileFiles { paths: paths.to_vec(), error },
-    }
 }
 
 /// The old profiles, cut from the mesh at the new ones' planes.

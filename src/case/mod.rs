@@ -14,6 +14,7 @@
 mod document;
 mod families;
 mod load;
+mod load_error;
 mod named;
 mod parse;
 mod paths;
@@ -27,6 +28,8 @@ mod displaced_surface;
 pub mod displacement;
 mod displacement_error;
 mod new_positions;
+mod plausible;
+mod profile_files;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -34,9 +37,12 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 pub use displacement::DisplacementError;
-pub use load::{LoadError, LoadedCase, read_profiles};
-pub(crate) use load::{prescribed, profiles_of};
+pub use load::LoadedCase;
+pub(crate) use load::prescribed;
+pub use load_error::LoadError;
 pub use named::NamedFiles;
+pub(crate) use profile_files::profiles_of;
+pub use profile_files::read_profiles;
 
 use crate::families::Role;
 use crate::formats::read_named;

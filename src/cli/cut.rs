@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use glam::DVec3;
+
 use super::console::Console;
 use super::failure::Failure;
 use super::warn_of_file;
@@ -29,6 +31,14 @@ pub(super) struct Arguments {
     /// Write the profiles to this file.
     #[arg(long, value_name = "FILE.csv")]
     out: PathBuf,
+}
+
+/// Least cosine of the angle between a plane's normal and the span: 60 degrees.
+const ACROSS: f64 = 0.5;
+
+/// The name of the axis along a direction.
+fn axis(direction: DVec3) -> &'static str {
+    ["x", "y", "z"][direction.abs().max_position()]
 }
 
 fn plane(text: &str) -> Result<Plane, String> {
@@ -63,6 +73,15 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         Some(count) => stations::evenly(&mesh.vertices, &triangles, count.into()),
         None => Ok(arguments.at.clone()),
     };
+    let span = stations::span_axis(&mesh.vertices, &triangles).ok();
+    let is_along = |plane: &&Plane| span.is_some_and(|span| plane.normal.dot(span).abs() < ACROSS);
+    for plane in arguments.at.iter().filter(is_along) {
+        let [across, along] = [plane.normal, span.unwrap_or_default()].map(axis);
+        console.warn(format_args!(
+            "{}: a plane {across} = const runs along the span, which is along {along}: what it cuts is no profile of a wing",
+            arguments.mesh.display()
+        ));
+    }
     let profiles = planes
         .and_then(|planes| {
             let numbered: Vec<_> = (0..).zip(planes).collect();

@@ -213,7 +213,7 @@ impl<'a> Batch<'a> {
         let design = self.replaced.read(self.case, files)?;
         let read_seconds = started.elapsed().as_secs_f64();
         let name = Some(files.name.as_str());
-        session.finish(Job {
+        let job = Job {
             design: &design,
             name,
             started,
@@ -222,6 +222,7 @@ impl<'a> Batch<'a> {
             report: None::<&Path>,
             checksums,
             claim: held,
-        })
+        };
+        session.finish(job).map_err(|error| self.replaced.about(files, error))
     }
 }

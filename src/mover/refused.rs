@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::fault::{Fault, FaultKind, Place};
 use super::simplex_view::SimplexView;
-use super::{Beyond, Deviation, MISSED, Moved, Outcome, StageName, warnings::counts};
+use super::{Beyond, Deviation, MISSED, Moved, Outcome, StageName, Warning, warnings::counts};
 use crate::geometry::triangle_normal;
 use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh};
 use crate::projection::crossing::crosses;
@@ -271,7 +271,27 @@ fn stages(outcome: &Outcome) -> String {
     moved.map(|stage| format!("{} {}", name(stage.name), stage.inverted)).collect::<Vec<_>>().join(", ")
 }
 
+/// A remedy, and the profile that may be the cause.
 fn hint(outcome: &Outcome) -> String {
+    remedy(outcome) + &suspect(outcome).map_or(String::new(), |suspect| format!("; {suspect}"))
+}
+
+/// A check of profiles that is nearer to a refusal than this share is worth a word.
+const SUSPECT: f64 = 0.5;
+
+/// The profile that is odd or nearly refused, in words.
+fn suspect(outcome: &Outcome) -> Option<String> {
+    let odd = outcome.warnings.iter().find_map(|warning| match warning {
+        Warning::OddProfile { wing, remark, .. } if remark.is_suspect() => {
+            Some(format!("the most suspect of the profiles of `{wing}`: {remark}"))
+        }
+        _ => None,
+    });
+    let near = outcome.nearest_to_refusal.as_ref().filter(|(_, closeness)| closeness.share >= SUSPECT);
+    odd.or_else(|| near.map(|(wing, closeness)| format!("of the profiles of `{wing}` {closeness}")))
+}
+
+fn remedy(outcome: &Outcome) -> String {
     if outcome.held_back.iter().any(|held| held.beyond.is_some()) {
         return "give what holds them a role that lets them move, such as carenage or plane, or profiles that leave them \
                 where they are"
@@ -281,13 +301,8 @@ fn hint(outcome: &Outcome) -> String {
         return "the relaxation did not converge either: raise max_sweeps or tolerance in [solver] first".to_owned();
     }
     if !outcome.self_intersecting.is_empty() {
-        let suspect = match &outcome.nearest_to_refusal {
-            Some((wing, closeness)) => format!("; of the profiles of `{wing}` {closeness}"),
-            None => String::new(),
-        };
-        return format!(
-            "no volume fits a surface that passes through itself: correct its profiles or displacements first{suspect}"
-        );
+        return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
+            .to_owned();
     }
     if !outcome.parted.is_empty() {
         return "partners that a design prescribes must move alike: correct their displacements first".to_owned();

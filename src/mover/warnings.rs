@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::{Design, HeldBack, Mover};
 use crate::families::{Misplaced, Role};
-use crate::profile::Missed;
+use crate::profile::{Missed, Remark};
 use crate::text::figures::place;
 
 /// A warning tells that planes have parted if the distance exceeds this fraction of their size.
@@ -53,6 +53,15 @@ pub enum Warning {
         /// The families.
         families: Vec<String>,
     },
+    /// A new profile may not be what was meant.
+    OddProfile {
+        /// The wing.
+        wing: String,
+        /// What is odd.
+        remark: Remark,
+        /// Number of further profiles of the wing with a remark of the same kind.
+        others: usize,
+    },
     /// A family has a role that cannot be meant.
     Misplaced {
         /// The family.
@@ -92,6 +101,10 @@ impl fmt::Display for Warning {
                 "wingtips that touch nothing that moves with a wing stay where they are: {}; is `wingtip` their role?",
                 families.join(", ")
             ),
+            Self::OddProfile { wing, remark, others: 0 } => write!(f, "profiles of `{wing}`: {remark}"),
+            Self::OddProfile { wing, remark, others } => {
+                write!(f, "profiles of `{wing}`: {remark} (and so it is with {others} more)")
+            }
             Self::Misplaced { family, role, misplaced } => match misplaced {
                 Misplaced::Untouched => write!(
                     f,
@@ -109,6 +122,27 @@ impl fmt::Display for Warning {
             },
         }
     }
+}
+
+/// The warnings of odd profiles, one for each wing and kind of remark.
+fn odd<'a>(remarks: impl Iterator<Item = (&'a str, &'a Remark)>) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = Vec::new();
+    for (of, found) in remarks {
+        let kind = std::mem::discriminant(found);
+        let others = warnings.iter_mut().find_map(|warning| match warning {
+            Warning::OddProfile { wing, remark, others } if wing == of && std::mem::discriminant(remark) == kind => {
+                Some(others)
+            }
+            _ => None,
+        });
+        match others {
+            Some(others) => *others += 1,
+            None => {
+                warnings.push(Warning::OddProfile { wing: of.to_owned(), remark: found.clone(), others: 0 });
+            }
+        }
+    }
+    warnings
 }
 
 /// A list of counts by family, such as `wing 3, wingtip 1`.
@@ -161,6 +195,7 @@ impl Mover {
         });
         folds
             .into_iter()
+            .chain(odd(self.stages.wings.remarks()))
             .chain(parted)
             .chain(loose.chain(misplaced).filter(|_| !nothing_moves))
             .chain(held_back)
@@ -172,6 +207,21 @@ impl Mover {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// One remark a wing and kind stands for all of them.
+    #[test]
+    fn odd_profiles_are_told_once() {
+        let open = |profile| Remark::Open { profile, gap: 0.25 };
+        let alone = Remark::Alone { profile: 4, reach: 2.0, chord: 1.0 };
+        let (one, two, three) = (open(1), open(2), open(3));
+        let all = [("wing", &one), ("wing", &alone), ("tail", &two), ("wing", &three)];
+        let texts: Vec<String> = odd(all.into_iter()).iter().map(Warning::to_string).collect();
+        assert_eq!(texts.len(), 3, "{texts:?}");
+        assert!(texts[0].starts_with("profiles of `wing`: profile 1: "), "{texts:?}");
+        assert!(texts[0].ends_with("(and so it is with 1 more)"), "{texts:?}");
+        assert!(texts[1].starts_with("profiles of `wing`: profile 4 is the only one"), "{texts:?}");
+        assert!(texts[2].starts_with("profiles of `tail`: profile 2: ") && !texts[2].contains("more)"), "{texts:?}");
+    }
 
     #[test]
     fn folds_are_told_by_family() {

@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::chord::{Chord, begins_at_nose};
 use super::curve::Outline;
 use super::cut::{carried, flat_section};
 use super::kept::KeptSection;
@@ -13,8 +14,9 @@ use super::matching::OldSection;
 use super::near::Near;
 use super::section::{OwnForms, OwnSection};
 use super::span::Span;
+use super::spanwise::along_span;
 use super::wing_surface::WingSurface;
-use super::{Plane, Profile, ProfileError, extent};
+use super::{Plane, Profile, ProfileError, Remark, extent};
 use crate::text::figures::length;
 
 /// Largest distance between an old profile and the wing's section in its plane, as a share of the
@@ -51,6 +53,10 @@ const FAR: f64 = 2.0;
 /// Two neighbouring sections are in the wrong order if one has passed the other by this share of
 /// their distance.
 const PASSED: f64 = 0.5;
+
+/// Two profiles lie in one plane if no point of one is farther from the other's plane than this
+/// share of a chord.
+const SAME_PLANE: f64 = 1e-6;
 
 /// Least thickness of a blunt trailing edge of an old profile, as a share of its length.
 const BLUNT: f64 = 2e-3;
@@ -243,10 +249,12 @@ fn of_size(new: &Profile, old: f64) -> Result<(), ProfileError> {
     Err(ProfileError::Size { profile: new.number, times, of: "the old one" })
 }
 
-/// Compares new profiles with the old ones.
+/// Compares new profiles with the old ones. Returns the check that comes nearest to refusing them,
+/// and what is odd about them.
 ///
 /// - `new`: in the order of the sections
 /// - `wing`: extent of the wing, in the mesh's unit
+/// - `ends`: least and greatest place of the wing along the span's normal
 ///
 /// # Errors
 /// The variants of [`ProfileError`] for new profiles that are no changed old ones.
@@ -255,9 +263,11 @@ pub(super) fn against_old(
     new: &[&Profile],
     span: &Span,
     wing: f64,
-) -> Result<Closeness, ProfileError> {
+    ends: [f64; 2],
+) -> Result<(Closeness, Vec<Remark>), ProfileError> {
     let mut closeness = Closeness::default();
-    let mut middles = Vec::new();
+    let mut remarks = Vec::new();
+    let (mut middles, mut planes, mut moves) = (Vec::new(), Vec::new(), Vec::new());
     for (section, new) in old.iter().zip(new) {
         let profile = new.number;
         let plane = Plane::of_profile(new)?;
@@ -281,13 +291,26 @@ pub(super) fn against_old(
         let [lies, refused] = [way, far].map(|value| length(value, far));
         let what = format!("profile {profile} lies {lies} away from the old one (refused beyond {refused})");
         closeness = closeness.max(Closeness { share: way / far, what });
-        if section.gap() > BLUNT * section.length() && !section.is_same(new) {
-            let gap = Outline::new(new, &plane)?.gap();
-            if gap < CLOSED * section.gap() {
-                return Err(ProfileError::Sharp { profile, old: section.gap(), new: gap });
-            }
+        planes.push(plane);
+        if section.is_same(new) {
+            moves.push([section.chord().middle.dot(span.normal); 2]);
+            continue;
         }
+        let side = section.plane().normal;
+        let plane = if plane.normal.dot(side) < 0.0 { Plane { normal: -plane.normal, ..plane } } else { plane };
+        let outline = Outline::new(new, &plane)?;
+        let chord = Chord::new(&outline, plane.normal);
+        if section.chord().is_reversed(&chord) && begins_at_nose(&outline) {
+            return Err(ProfileError::Swapped { profile });
+        }
+        if section.gap() > BLUNT * section.length() && outline.gap() < CLOSED * section.gap() {
+            return Err(ProfileError::Sharp { profile, old: section.gap(), new: outline.gap() });
+        }
+        remarks.extend(section.chord().compare(&chord, profile, [section.gap(), outline.gap()])?);
+        moves.push([section.chord().middle, chord.middle].map(|middle| middle.dot(span.normal)));
     }
+    in_one_plane(new, &planes)?;
+    remarks.extend(along_span(new, span, &moves, ends));
     // A section that has passed none before it lies, up to rounding, ahead of all of them in this
     // measure. Only the others are compared pair by pair.
     let place = |i: usize| middles[i].dot(span.normal) + PASSED * span.eta[i];
@@ -305,5 +328,25 @@ pub(super) fn against_old(
             }
         }
     }
-    Ok(closeness)
+    Ok((closeness, remarks))
+}
+
+/// Refuses two new profiles in one plane.
+///
+/// - `planes`: of the profiles
+fn in_one_plane(new: &[&Profile], planes: &[Plane]) -> Result<(), ProfileError> {
+    // Profiles in one plane are neighbours in the order of the planes' distances from the origin,
+    // or at least in the order of the span.
+    let mut order: Vec<usize> = (0..new.len()).collect();
+    let height = |&i: &usize| planes[i].point.dot(planes[i].normal);
+    order.sort_by(|a, b| height(a).total_cmp(&height(b)));
+    let pairs = order.windows(2).map(|pair| [pair[0].min(pair[1]), pair[0].max(pair[1])]);
+    for [one, other] in pairs.chain((1..new.len()).map(|i| [i - 1, i])) {
+        let (first, second) = (new[one], new[other]);
+        let off = second.points.iter().map(|&point| planes[one].distance(point).abs()).fold(0.0, f64::max);
+        if off <= SAME_PLANE * extent(&first.points) {
+            return Err(ProfileError::OnePlane { first: first.number, second: second.number });
+        }
+    }
+    Ok(())
 }

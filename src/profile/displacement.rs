@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::checks::Closeness;
-use super::{Plane, Profile};
+use super::{Plane, Profile, Remark};
 
 /// The displacement of the wing by new profiles.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,8 @@ pub struct ProfileDisplacement {
     pub(super) planes: Vec<Plane>,
     /// The check that comes nearest to refusing the profiles.
     pub closeness: Closeness,
+    /// What is odd about the new profiles.
+    pub remarks: Vec<Remark>,
     /// Whether the new profiles were compared with flat cuts through the wing's facets.
     pub flat_cuts: bool,
 }

@@ -177,7 +177,8 @@ pub enum ProfileError {
     /// A new profile closes a blunt trailing edge.
     #[error(
         "profile {profile}: the new trailing edge is {new:.2e} thick, the old one {old:.2e}: a blunt trailing edge cannot \
-         become sharp, its base would have no area"
+         become sharp, its base would have no area; open the new profile to about the old thickness, by moving its \
+         points apart in proportion to their distance from the leading edge"
     )]
     Sharp {
         /// Number of the profile.
@@ -186,6 +187,46 @@ pub enum ProfileError {
         old: f64,
         /// Thickness of the new trailing edge, in the mesh's unit.
         new: f64,
+    },
+    /// A new profile points the other way, as no turn of the old one does.
+    #[error(
+        "profile {profile}: the new profile points the other way, its leading edge stands where the old trailing edge stood, and \
+         no turn makes such a section: leading and trailing edge are swapped, as in a mirror, or an open profile begins at \
+         its leading edge; expected the points from one side of the trailing edge round the leading edge to the other"
+    )]
+    Swapped {
+        /// Number of the profile.
+        profile: i64,
+    },
+    /// One side of a new profile ends far before the other.
+    #[error(
+        "profile {profile}: one side ends at {}, {:.1} % of the chord before the rear of the section{}: does the side lack \
+         its last points at the trailing edge?",
+        near(*at),
+        100.0 * share,
+        if *sharp { ", and the mesh's trailing edge is sharp, expected the first point repeated at the end" } else { "" }
+    )]
+    LacksPoints {
+        /// Number of the profile.
+        profile: i64,
+        /// The end of the short side.
+        at: DVec3,
+        /// Distance of the end from the rear along the chord, as a share of the chord, beyond the
+        /// old section's.
+        share: f64,
+        /// Whether the mesh's trailing edge is sharp.
+        sharp: bool,
+    },
+    /// Two new profiles lie in one plane.
+    #[error(
+        "the new profiles {first} and {second} lie in one plane, and the old ones do not: the same file or the same placement \
+         for both?"
+    )]
+    OnePlane {
+        /// Number of the first profile.
+        first: i64,
+        /// Number of the second profile.
+        second: i64,
     },
     /// The two sides of a section cross each other.
     #[error("profile {profile} crosses itself near {}, expected a curve round a wing section", near(*at))]
@@ -314,6 +355,31 @@ pub enum ProfileError {
         /// The writer's message.
         what: String,
     },
+}
+
+impl ProfileError {
+    /// Number of the profile at fault, if it is a single one.
+    pub fn profile(&self) -> Option<i64> {
+        match *self {
+            Self::NotFinite { profile, .. }
+            | Self::TooFewPoints { profile, .. }
+            | Self::OnOneLine { profile }
+            | Self::NotPlane { profile, .. }
+            | Self::NotInOrder { profile, .. }
+            | Self::ProfileCutShort { profile, .. }
+            | Self::OffWing { profile, .. }
+            | Self::Size { profile, .. }
+            | Self::OffMirror { profile, .. }
+            | Self::Turned { profile }
+            | Self::TooManyPoints { profile, .. }
+            | Self::FarAway { profile, .. }
+            | Self::Sharp { profile, .. }
+            | Self::Swapped { profile }
+            | Self::LacksPoints { profile, .. }
+            | Self::CrossesItself { profile, .. } => Some(profile),
+            _ => None,
+        }
+    }
 }
 
 /// Compares a profile of `times` the length of another curve with it, in words.

@@ -47,9 +47,10 @@ use super::matching::OldSection;
 use super::places::{Place, places};
 use super::section::{Change, Changes, Forms};
 use super::span::Span;
+use super::spanwise;
 use super::trend::{Trend, TrendMap};
 use super::wing_surface::WingSurface;
-use super::{Plane, Profile, ProfileError, extent};
+use super::{Plane, Profile, ProfileError, Remark, extent};
 
 /// Largest distance from the straight interpolation between two neighbouring sections, as a share
 /// of the change. The change is the largest displacement of the sections that count, or the largest
@@ -75,6 +76,11 @@ pub struct ProfileInterpolation {
     places: Vec<Place>,
     watch: Watch,
     extent: f64,
+    /// Least and greatest place of the wing along the span's normal.
+    ends: [f64; 2],
+    /// Reach of a wing beyond the plane of its only section, if the wing is not the same all along
+    /// the span.
+    alone: Option<f64>,
     /// The check that comes nearest to refusing the old profiles.
     closeness: Closeness,
 }
@@ -128,6 +134,12 @@ impl ProfileInterpolation {
         let (places, off) = places(sections, &arcs, &tau, &span, surface);
         checks::beside_wing(sections, compared, &span, surface, &off)?;
         let extent = extent(surface.positions);
+        let along = surface.positions.iter().map(|position| position.dot(span.normal));
+        let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
+        let alone = match &sections[..] {
+            [only] => spanwise::reach_of_other_sections(only, surface.positions, &off),
+            _ => None,
+        };
         let mut interpolation = Self {
             span,
             forms,
@@ -140,6 +152,8 @@ impl ProfileInterpolation {
             watch: Watch::default(),
             closeness: Closeness::default(),
             extent,
+            ends,
+            alone,
         };
         let along = |place: usize| interpolation.along(&interpolation.places[place]);
         let (span, sections) = (&interpolation.span, &interpolation.forms.smooth);
@@ -160,12 +174,14 @@ impl ProfileInterpolation {
     /// - [`ProfileError::Numbers`]: the numbers differ from the old ones
     /// - [`ProfileError::Doubled`]: two profiles have one number
     /// - [`ProfileError::Size`], [`ProfileError::Order`], [`ProfileError::NotInOrder`],
-    ///   [`ProfileError::Turned`], [`ProfileError::FarAway`], [`ProfileError::Sharp`]: new profiles
-    ///   that are no changed old ones
+    ///   [`ProfileError::Turned`], [`ProfileError::FarAway`], [`ProfileError::Sharp`],
+    ///   [`ProfileError::Swapped`], [`ProfileError::LacksPoints`], [`ProfileError::OnePlane`]: new
+    ///   profiles that are no changed old ones
     /// - the errors of profiles that are no plane curves
     pub fn displacements(&self, new: &[Profile]) -> Result<ProfileDisplacement, ProfileError> {
         let new = self.paired(new)?;
-        let closeness = checks::against_old(self.forms.given(), &new, &self.span, self.extent)?;
+        let (closeness, mut remarks) =
+            checks::against_old(self.forms.given(), &new, &self.span, self.extent, self.ends)?;
         let closeness = self.closeness.clone().max(closeness);
         let mut normal = DVec3::ZERO;
         for (section, profile) in self.forms.given().iter().zip(&new) {
@@ -173,6 +189,12 @@ impl ProfileInterpolation {
         }
         let normal = normal.normalize_or(self.span.normal);
         let Changes { form, of_section, flat } = self.forms.changes(&new, &self.trend, self.flat_trend.as_ref())?;
+        if let (Some(reach), [only]) = (self.alone, &of_section[..])
+            && !spanwise::is_shift(&only.knots, self.forms.smooth[0].length())
+        {
+            let (profile, chord) = (self.numbers[0], self.forms.smooth[0].length());
+            remarks.push(Remark::Alone { profile, reach, chord });
+        }
         let trend = self.flat_trend.as_ref().filter(|_| flat).unwrap_or(&self.trend);
         let targets: Vec<DVec3> = of_section.iter().flat_map(|change| change.at_probes).collect();
         let map = trend.fit(&targets);
@@ -226,6 +248,7 @@ impl ProfileInterpolation {
             carried: carried.collect(),
             planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
             closeness,
+            remarks,
             flat_cuts: flat,
         })
     }

@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::chord::Chord;
 use super::matching::{OldSection, identical};
 use super::{Plane, Profile, ProfileError};
 
@@ -18,6 +19,7 @@ pub(super) struct KeptSection {
     middle: DVec3,
     gap: f64,
     has_base: bool,
+    chord: Chord,
 }
 
 impl KeptSection {
@@ -33,9 +35,10 @@ impl KeptSection {
     pub fn of(section: OldSection) -> Self {
         let (length, middle, gap) = (section.length(), section.middle(), section.gap());
         let has_base = section.measured_base.is_some();
+        let chord = Chord::new(section.outline(), section.plane().normal);
         let (mut profile, plane) = section.into_profile();
         profile.points.shrink_to_fit();
-        Self { profile, plane, length, middle, gap, has_base }
+        Self { profile, plane, length, middle, gap, has_base, chord }
     }
 
     /// The section with its curves. The same points give the same bits each time.
@@ -77,6 +80,11 @@ impl KeptSection {
     /// Distance between the ends of the two sides: the thickness of a blunt trailing edge.
     pub fn gap(&self) -> f64 {
         self.gap
+    }
+
+    /// The chord of the section.
+    pub fn chord(&self) -> &Chord {
+        &self.chord
     }
 
     /// Whether the base of a blunt trailing edge is part of the curve.

@@ -179,6 +179,11 @@ impl OldSection {
         &self.profile
     }
 
+    /// The plane of the section.
+    pub fn plane(&self) -> &Plane {
+        &self.plane
+    }
+
     /// The profile as given, and its plane.
     pub fn into_profile(self) -> (Profile, Plane) {
         (self.profile, self.plane)

@@ -18,8 +18,9 @@
 //!   the planes, so the moved wing passes through the new profiles. See [`interpolation`].
 //! - The paper cuts old profiles from the surface. Here the vertices beside a plane define them
 //!   (`cut::carry`). A design that continues flat cuts is compared with flat cuts (`section`).
-//! - The paper has no checks. Here profiles are checked against the wing and each other (`checks`),
-//!   and the wing's vertices against the new profiles (`accuracy`).
+//! - The paper has no checks. Here profiles are checked against the wing and each other (`checks`,
+//!   `chord`), and the wing's vertices against the new profiles (`accuracy`). What is odd about
+//!   new profiles gets a [`Remark`].
 //!
 //! Use: [`files::parse`], [`csv::parse`] or [`cut::cut_at_planes`] for the old profiles;
 //! [`ProfileInterpolation::new`] once per mesh; [`ProfileInterpolation::displacements`] once per
@@ -28,6 +29,7 @@
 mod accuracy;
 mod along;
 mod checks;
+mod chord;
 pub mod csv;
 mod curve;
 pub mod cut;
@@ -49,9 +51,11 @@ mod near;
 mod path_boxes;
 mod places;
 mod plane;
+mod remarks;
 mod section;
 mod simple;
 mod span;
+mod spanwise;
 #[doc(hidden)]
 pub mod stations;
 mod trend;
@@ -67,6 +71,7 @@ pub use files::Placement;
 pub use interpolation::ProfileInterpolation;
 pub(crate) use places::SECTIONS_AT_ONCE;
 pub use plane::Plane;
+pub use remarks::Remark;
 pub use wing_surface::WingSurface;
 
 /// One section of the wing.

@@ -188,7 +188,7 @@ impl<'a> Session<'a> {
     /// The design does not fit the mesh, or the backend failed.
     pub fn update(&mut self, design: &Design) -> Result<(Outcome, f64), SessionError> {
         let start = Instant::now();
-        let outcome = self.mover.update(design).map_err(|error| self.case.about(error))?;
+        let outcome = self.mover.update(design).map_err(|error| self.case.about_design(error, design))?;
         Ok((outcome, start.elapsed().as_secs_f64()))
     }
 

@@ -6,9 +6,9 @@ use std::path::Path;
 use super::SessionError;
 use super::designs::DesignFiles;
 use super::outputs::Outputs;
-use crate::case::{LoadedCase, NamedFiles, displacement, prescribed, profiles_of};
+use crate::case::{LoadError, LoadedCase, NamedFiles, displacement, prescribed, profiles_of};
 use crate::formats::real_path;
-use crate::mover::Design;
+use crate::mover::{Design, MoveError};
 use crate::profile::{Plane, Profile, files};
 
 /// A profile lies in a plane if its points do within this fraction of its size. The points of one
@@ -107,6 +107,27 @@ impl ReplacedInputs {
             }
         }
         Ok(design)
+    }
+
+    /// Names the design's file in an error of the design's profiles.
+    pub fn about(&self, design_files: &DesignFiles, error: SessionError) -> SessionError {
+        let SessionError::Load(load) = &error else { return error };
+        let (wing, fault) = match &**load {
+            LoadError::Profiles { wing, error, .. } => (wing, error),
+            LoadError::InFile { error: moved, .. } => match &**moved {
+                MoveError::Profiles { family, error } => (family, error),
+                _ => return error,
+            },
+            _ => return error,
+        };
+        let path = match design_files.is_single() {
+            true => design_files.only(),
+            false => design_files.of_table(wing),
+        };
+        match path {
+            Ok(path) if self.tables().contains(wing) => SessionError::of_profiles(path, wing, fault.clone()),
+            _ => error,
+        }
     }
 }
 

@@ -34,7 +34,7 @@ use crate::{
     geometry::vertex_normals,
     mesh::FamilyId,
     profile::{
-        Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, WingSurface,
+        Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, Remark, WingSurface,
     },
     relaxation::Convergence,
 };
@@ -248,6 +248,12 @@ impl Wings {
             .zip(&self.moved)
             .map(|(wing, displacement)| (wing.name.clone(), displacement.closeness.clone()));
         all.max_by(|a, b| a.1.share.total_cmp(&b.1.share))
+    }
+
+    /// What was odd about the new profiles of the last design, each with the name of its wing.
+    pub fn remarks(&self) -> impl Iterator<Item = (&str, &Remark)> {
+        let all = self.wings.iter().zip(&self.moved);
+        all.flat_map(|(wing, moved)| moved.remarks.iter().map(|remark| (wing.name.as_str(), remark)))
     }
 
     /// The wings with new profiles that were compared with flat cuts in the last design.

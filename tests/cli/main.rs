@@ -21,6 +21,7 @@ mod join;
 mod left_handed;
 #[cfg(target_os = "linux")]
 mod memory;
+mod odd;
 mod refine;
 mod refusals;
 mod results;
