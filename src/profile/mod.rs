@@ -49,6 +49,7 @@ mod near;
 mod path_boxes;
 mod places;
 mod plane;
+mod pose;
 mod section;
 mod simple;
 mod span;
@@ -67,6 +68,7 @@ pub use files::Placement;
 pub use interpolation::ProfileInterpolation;
 pub(crate) use places::SECTIONS_AT_ONCE;
 pub use plane::Plane;
+pub use pose::Pose;
 pub use wing_surface::WingSurface;
 
 /// One section of the wing.
