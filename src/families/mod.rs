@@ -175,8 +175,8 @@ pub enum SetupError {
 /// A larger `flat` is refused: such a family is no plane.
 pub const MOST_FLAT: f64 = 0.1;
 
-/// A family that lies farther off its plane than so many times the allowed distance may be no plane,
-/// and no `flat` is advised that would make it one.
+/// A family that lies farther off its plane than so many times the allowed distance may be no
+/// plane, and no `flat` is advised that would make it one.
 const NEARLY: f64 = 10.0;
 
 fn advice(least: f64, times: f64) -> String {

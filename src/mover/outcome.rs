@@ -77,7 +77,8 @@ pub struct Outcome {
     pub cell_measures: Option<Vec<CellMeasures>>,
     /// Quality of each kind of cell of the final mesh. `None` for a mesh of tets.
     pub kinds: Option<Vec<KindQuality>>,
-    /// Quality of each kind of cell of the original mesh, without shapes. `None` for a mesh of tets.
+    /// Quality of each kind of cell of the original mesh, without shapes. `None` for a mesh of
+    /// tets.
     pub original_kinds: Option<Vec<KindQuality>>,
     /// Deviations of families from their shapes, by family name. Families with nothing to report
     /// are left out.

@@ -73,8 +73,8 @@ pub fn kind_table(kinds: &BTreeMap<&'static str, Kind>, original: Option<&BTreeM
     aligned(&rows)
 }
 
-/// Beta, or another measure, with the paper's number of decimals, or in powers of ten where the decimals would leave few
-/// digits (boundary layers).
+/// Beta, or another measure, with the paper's number of decimals, or in powers of ten where the
+/// decimals would leave few digits (boundary layers).
 pub(crate) fn beta_text(beta: f64, decimals: usize) -> String {
     if beta.is_nan() {
         return "-".to_owned();

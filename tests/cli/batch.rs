@@ -314,8 +314,8 @@ fn airfoils_take_the_cases_place() {
     assert_ne!(fixture.read("moved.msh"), fixture.read("box.msh"));
 }
 
-/// An airfoil with two places in the case is one with two places in a design. Where the case has two
-/// airfoils, nothing says which of them a design replaces.
+/// An airfoil with two places in the case is one with two places in a design. Where the case has
+/// two airfoils, nothing says which of them a design replaces.
 #[test]
 fn airfoils_take_all_places_of_the_cases_one() {
     let fixture = Fixture::with_raised_designs(&[]);
@@ -380,7 +380,8 @@ fn a_list_from_a_pipe_names_files_of_the_working_folder() {
     let fixture = Fixture::with_raised_designs(&[("a", 0.06)]);
     for list in ["/dev/stdin", "/proc/self/fd/0"] {
         let arguments = ["batch", "case.toml", "--backend", "cpu", "--designs", list, "--out", "moved"];
-        let mut child = command(fixture.folder.path(), &arguments).stdin(Stdio::piped()).spawn().unwrap();
+        let mut child =
+            command(fixture.folder.path(), &arguments).stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         child.stdin.take().unwrap().write_all(b"designs/a.csv\n").unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(0), "{list}");
         fs::remove_file(fixture.path("moved/a.msh")).unwrap();

@@ -190,8 +190,8 @@ fn prescribed_families_must_agree_where_they_touch() {
     fixture.refuses(3, &[&place, "1.000e-7", "expected the same in both"]);
 }
 
-/// The prescribed wing moves along the span, off the symmetry plane: its vertices there are not slid
-/// back, as those of a wing with profiles would be.
+/// The prescribed wing moves along the span, off the symmetry plane: its vertices there are not
+/// slid back, as those of a wing with profiles would be.
 #[test]
 fn prescribed_junctions_that_leave_their_plane_are_told() {
     let fixture = Fixture::new();

@@ -119,8 +119,8 @@ fn thicker(y: f64, factor: f64) -> Vec<DVec3> {
     airfoil(y, 0.0, |at| DVec3::new(at.x, at.y, factor * at.z))
 }
 
-/// Wings of chord 1 that gmsh meshed from the airfoil's formula, with the leading edge on the y axis,
-/// are measured so. An airfoil file placed by the printed values moves nothing.
+/// Wings of chord 1 that gmsh meshed from the airfoil's formula, with the leading edge on the y
+/// axis, are measured so. An airfoil file placed by the printed values moves nothing.
 #[test]
 fn cut_prints_where_an_airfoil_goes() {
     for (mesh, base) in [("dent.msh.gz", 0.0), ("blunt6.msh.gz", 0.02)] {
