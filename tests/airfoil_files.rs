@@ -22,7 +22,7 @@ const BLUNT: [[f64; 2]; 9] = [
 
 fn read(text: &str) -> Result<Vec<DVec3>, String> {
     let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
-    let source = Source { path: Path::new("a.dat"), bytes: text.as_bytes(), placement: Some(&placement) };
+    let source = Source { path: Path::new("a.dat"), bytes: text.as_bytes(), placements: &[placement] };
     parse(&[source]).map(|mut profiles| profiles.remove(0).points).map_err(|error| error.to_string())
 }
 

@@ -71,7 +71,8 @@ fn bad_displacement_lines() {
     let other_order = error("# dx dy dz x y z in m\n1 2 3 4 5 6\n");
     assert_eq!(other_order, format!("d.csv:2: 6 columns under a header of 8, {expected}"));
     assert_eq!(error("1,2,3,,5,6\n"), format!("d.csv:1: \"\" is not a number, {expected}"));
-    assert_eq!(error("0,5;2;3;4;5;6\n"), format!("d.csv:1: \"0,5\" is not a number, {expected}"));
+    let comma = "\"0,5\" is not a number: it has a decimal comma, expected a decimal point";
+    assert_eq!(error("0,5;2;3;4;5;6\n"), format!("d.csv:1: {comma}, {expected}"));
     assert_eq!(error("1 2 3 4 5 6\nx y z dx dy dz\n"), format!("d.csv:2: \"x\" is not a number, {expected}"));
     assert_eq!(error("x,y,z,dx,dy,dz\n"), "d.csv: no displacements, expected rows x,y,z,dx,dy,dz");
 }
@@ -113,6 +114,47 @@ fn displacements_that_do_not_fit_the_family() {
         error("0,0,0,1,1,1\n"),
         "d.csv: 2 of the family's 3 vertices have no row, the first is vertex 1 at (1, 0, 0)"
     );
+}
+
+/// What all rows have in common says why none fits: another unit, few digits, or numbers from 1.
+#[test]
+fn what_all_rows_have_in_common_is_told() {
+    let vertices: Vec<DVec3> = (0..8).map(|i| DVec3::new(f64::from(i) / 3.0, f64::from(i % 3) / 7.0, 2.0)).collect();
+    let family = [1, 2, 4, 6, 7];
+    let error = |text: &str| {
+        displacement::match_displacements(&rows(text).unwrap(), &vertices, &family, 1e-5).unwrap_err().to_string()
+    };
+    let table = |position: &dyn Fn(DVec3) -> String| -> String {
+        family.iter().map(|&vertex| format!("{},0,0,1\n", position(vertices[vertex as usize]))).collect()
+    };
+    let times = |factor: f64| move |at: DVec3| format!("{},{},{}", factor * at.x, factor * at.y, factor * at.z);
+    for (factor, back) in [(1e3, "0.001"), (1e-3, "1000"), (1.0 / 0.0254, "0.0254"), (0.3048, "3.280839895013123")] {
+        let message = error(&table(&times(factor)));
+        let expected = format!("with all coordinates times {back} every row fits: is the file in another unit");
+        assert!(message.contains(&expected), "{message}");
+    }
+    let rounded = error(&table(&|at| format!("{:.3},{:.3},{:.3}", at.x, at.y, at.z)));
+    assert!(rounded.contains("of a vertex of its own: are the positions rounded?"), "{rounded}");
+    // Any other row has nothing in common, and so have too few rows.
+    for text in [table(&times(7.0)), table(&times(1e3)).lines().take(2).collect::<Vec<_>>().join("\n")] {
+        let message = error(&text);
+        assert!(message.ends_with("expected one within 1e-5"), "{message}");
+    }
+    let numbered = |more: u32| -> String { family.iter().map(|vertex| format!("{} 0 0 1\n", vertex + more)).collect() };
+    assert!(displacement::match_displacements(&rows(&numbered(0)).unwrap(), &vertices, &family, 1e-5).is_ok());
+    let from_one = error(&numbered(1));
+    assert!(from_one.contains("every number less one is a vertex of the family: does the file number them from 1?"));
+    assert!(error(&numbered(2)).ends_with("numbered as in the mesh from 0 to 7"), "{}", error(&numbered(2)));
+}
+
+#[test]
+fn decimal_commas_are_told() {
+    let error = |text: &str| rows(text).unwrap_err().to_string();
+    let words = ": it has a decimal comma, expected a decimal point";
+    let of_rows = error("0;-2;0,5;0;0;0\n");
+    assert!(of_rows.contains(&format!("\"0,5\" is not a number{words}")), "{of_rows}");
+    assert!(error("3;0,5;1;2\n").contains(words));
+    assert!(!error("0;-2;0,5,5;0;0;0\n").contains(words));
 }
 
 /// Exact positions match with tolerance zero, also far from the origin.

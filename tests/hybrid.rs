@@ -129,6 +129,10 @@ fn a_wing_body_with_layers_moves_and_keeps_its_layers() {
             assert_eq!(kind.jacobian_min, after[kind.kind.name()], "{set}: the report");
             assert!(kind.inverted == 0 && kind.shape_min.unwrap() >= 0.64, "{set}: {kind:?}");
         }
+        for kind in outcome.original_kinds.as_ref().unwrap() {
+            assert_eq!(kind.jacobian_min, before[kind.kind.name()], "{set}: the report of the original");
+            assert!(kind.inverted == 0 && kind.shape_min.is_none(), "{set}: {kind:?}");
+        }
         // The wing alone, moved without the volume, makes bad cells: the test would see them.
         let deformed = outcome.stages[1].inverted;
         assert!(deformed > 50, "{set}: {deformed}");

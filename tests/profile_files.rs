@@ -12,7 +12,11 @@ use idmesh::profile::{Profile, ProfileError};
 const DIAMOND: [[f64; 2]; 5] = [[1.0, 0.0], [0.5, 0.1], [0.0, 0.0], [0.5, -0.1], [1.0, 0.0]];
 
 fn read(name: &str, text: &str, placement: Option<&Placement>) -> Result<Vec<Profile>, ProfileError> {
-    parse(&[Source { path: Path::new(name), bytes: text.as_bytes(), placement }])
+    parse(&[Source {
+        path: Path::new(name),
+        bytes: text.as_bytes(),
+        placements: placement.map_or(&[], std::slice::from_ref),
+    }])
 }
 
 fn close(points: &[DVec3], expected: &[[f64; 3]]) -> bool {
@@ -46,7 +50,7 @@ fn thick(column: &str, last: &str) -> String {
 fn airfoils_are_read_as_others_write_them() {
     let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
     let read = |text: &[u8]| {
-        let source = Source { path: Path::new("a.dat"), bytes: text, placement: Some(&placement) };
+        let source = Source { path: Path::new("a.dat"), bytes: text, placements: &[placement] };
         parse(&[source]).unwrap_or_else(|error| panic!("{error}:\n{}", String::from_utf8_lossy(text))).remove(0).points
     };
     let expected = DIAMOND.map(|[x, y]| [x, 0.0, y]);
@@ -139,7 +143,7 @@ fn tables_of_profiles_are_read_as_others_write_them() {
     let both = "# z,y,x,profile\nprofile,x,y,z\n0,1,2,0\n0,0.5,2,0.1\n1,0,3,0.25\n";
     assert_eq!(read("a.csv", both, None).unwrap(), plain);
     let latin = b"# d\xe9j\xe0 vu\nprofile,x,y,z\n0,1,2,0\n0,0.5,2,0.1\n1,0,3,0.25\n";
-    assert_eq!(parse(&[Source { path: Path::new("a.csv"), bytes: latin, placement: None }]).unwrap(), plain);
+    assert_eq!(parse(&[Source { path: Path::new("a.csv"), bytes: latin, placements: &[] }]).unwrap(), plain);
 }
 
 /// Selig and Lednicer order give the same curve, put where the placement says.
@@ -181,7 +185,7 @@ fn tecplot_zones_are_curves() {
     let others =
         two.replace("9 0.5 2 0.1\n", "9, 5.0D-01 2 1.d-1 # thick\n# nose\n").replacen("TITLE", "# by a tool\nTITLE", 1);
     let title: Vec<u8> = others.replace("slices", "\u{e9}").chars().map(|letter| letter as u8).collect();
-    assert_eq!(parse(&[Source { path: Path::new("a.dat"), bytes: &title, placement: None }]).unwrap(), profiles);
+    assert_eq!(parse(&[Source { path: Path::new("a.dat"), bytes: &title, placements: &[] }]).unwrap(), profiles);
     // The same points as segments in any order, of a closed curve and of an open one.
     let nodes = "9 1 2 0\n9 0 2 0\n9 0.5 2 0.1\n9 0.5 2 -0.1\n";
     let header = "Nodes=4, Elements=4, ZONETYPE=FELineSeg\nDATAPACKING=POINT\nDT=(SINGLE SINGLE SINGLE SINGLE)";
@@ -201,7 +205,7 @@ fn polylines_of_vtk_are_curves() {
     for name in ["diamonds.vtp", "diamonds.vtk"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/sections").join(name);
         let bytes = fs::read(&path).unwrap();
-        let profiles = parse(&[Source { path: &path, bytes: &bytes, placement: None }]).unwrap();
+        let profiles = parse(&[Source { path: &path, bytes: &bytes, placements: &[] }]).unwrap();
         assert_eq!(profiles.len(), 2, "{name}");
         for (profile, (scale, y)) in profiles.iter().zip([(1.0, 0.0), (2.0, 3.0)]) {
             assert_eq!((profile.points.len(), profile.points[0]), (5, profile.points[4]), "{name}");
@@ -212,7 +216,7 @@ fn polylines_of_vtk_are_curves() {
         }
         for length in (0..bytes.len() - 40).step_by(7) {
             // Whatever is missing: no panic.
-            drop(parse(&[Source { path: &path, bytes: &bytes[..length], placement: None }]));
+            drop(parse(&[Source { path: &path, bytes: &bytes[..length], placements: &[] }]));
         }
     }
 }
@@ -222,13 +226,13 @@ fn polylines_of_vtk_are_curves() {
 fn files_of_several_formats_go_together() {
     let json = r#"[{"profile": 0, "points": [[1, 0, 0], [0, 0, 0.1], [0, 0, 0], [1, 0, 0]]}]"#;
     let csv = "profile,x,y,z\n1,1,3,0\n1,0,3,0.1\n1,0,3,0\n";
-    let placement = Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
-    let source = |name: &'static str, text: &'static str, placement| Source {
+    const PLACEMENT: &Placement = &Placement { chord: 1.0, twist: 0.0, position: DVec3::ZERO, span: SpanAxis::Y };
+    let source = |name: &'static str, text: &'static str, placement: Option<&'static Placement>| Source {
         path: Path::new(name),
         bytes: text.as_bytes(),
-        placement,
+        placements: placement.map_or(&[], std::slice::from_ref),
     };
-    let sources = [source("a.json", json, None), source("b.csv", csv, None), source("c.DAT", SELIG, Some(&placement))];
+    let sources = [source("a.json", json, None), source("b.csv", csv, None), source("c.DAT", SELIG, Some(PLACEMENT))];
     let profiles = parse(&sources).unwrap();
     assert_eq!(profiles.iter().map(|profile| profile.number).collect::<Vec<_>>(), [0, 1, 2]);
     assert_eq!(profiles[0].points[1], DVec3::new(0.0, 0.0, 0.1));
@@ -321,6 +325,6 @@ fn broken_files_are_refused_with_their_line() {
     }
     let error = read("a.json", "[]", Some(&placement)).unwrap_err().to_string();
     assert!(error.contains("a placement is given, but the file says itself"), "{error}");
-    let error = parse(&[Source { path: Path::new("a.json"), bytes: b"[\n\xff]", placement: None }]).unwrap_err();
+    let error = parse(&[Source { path: Path::new("a.json"), bytes: b"[\n\xff]", placements: &[] }]).unwrap_err();
     assert!(error.to_string().contains("a.json:2: bytes that are no text"), "{error}");
 }

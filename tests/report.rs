@@ -10,8 +10,8 @@ use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{FamilyReport, ProfileReport, Solver, StageName, StageQuality};
 use idmesh::quality::Statistics;
 use idmesh::report::{
-    Backend, Checks, Checksums, FamilySize, Kind, Mesh, Repaired, ReportError, RunReport, Seconds, Series, Smoothing,
-    histogram_svg, stage_table,
+    Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, Repaired, ReportError, RunReport, Seconds, Series,
+    Smoothing, histogram_svg, kind_table, stage_remark, stage_table,
 };
 use idmesh::volume::Path;
 use schema::assert_report;
@@ -76,6 +76,10 @@ fn report() -> RunReport {
             "prisms",
             Kind { count: 7, inverted: 2, jacobian_min: -0.5, jacobian_mean: 0.75, shape_min: Some(-0.25) },
         )])),
+        cells_original: Some(BTreeMap::from([(
+            "prisms",
+            Kind { count: 7, inverted: 0, jacobian_min: 0.5, jacobian_mean: 0.875, shape_min: None },
+        )])),
         families: Some(families),
         profiles: Some(BTreeMap::from([(
             "wing".into(),
@@ -111,6 +115,7 @@ fn json_has_the_promised_names() {
             { "name": "final", "beta_min": 0.004392, "beta_max": 0.107143, "beta_mean": 0.0361874, "inverted": 0, "seconds": 12.0 }
         ],
         "cells": { "prisms": { "count": 7, "inverted": 2, "jacobian_min": -0.5, "jacobian_mean": 0.75, "shape_min": -0.25 } },
+        "cells_original": { "prisms": { "count": 7, "inverted": 0, "jacobian_min": 0.5, "jacobian_mean": 0.875 } },
         "families": { "carenage": { "max_distance_to_original_surface": 1e-9 }, "symmetry": { "max_distance_to_plane": 0.0 },
                       "wing": { "folded_triangles": 2, "pierced_triangles": 1 } },
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why" } },
@@ -182,6 +187,31 @@ Final       0.004392  0.107143  0.0361874         0   12.000
     assert_eq!(stage_table(&stages()), expected);
 }
 
+/// The line below the table says what its columns count; in a mesh of tets there is nothing to say.
+#[test]
+fn the_table_tells_which_cells_it_counts() {
+    let mesh = |tets, prisms| Mesh { tets, prisms, ..Mesh::default() };
+    assert_eq!(stage_remark(&mesh(5, 0)), "");
+    assert_eq!(stage_remark(&mesh(5, 2)), "beta is that of the 5 tets; inverted counts all 7 cells\n");
+    assert_eq!(stage_remark(&mesh(0, 2)), "no cell is a tet, so there is no beta; inverted counts all 2 cells\n");
+}
+
+/// Before and after stand one below the other. Small values keep their digits.
+#[test]
+fn kinds_are_shown_before_and_after() {
+    let RunReport { cells, cells_original, .. } = report();
+    let mut cells = cells.unwrap();
+    let expected = "\
+cells             count  inverted  jacobian min  jacobian mean  shape min
+prisms, original      7         0        0.5000         0.8750
+prisms, final         7         2       -0.5000         0.7500    -0.2500
+";
+    assert_eq!(kind_table(&cells, cells_original.as_ref()), expected);
+    cells.get_mut("prisms").unwrap().jacobian_min = 1.25e-5;
+    let alone = kind_table(&cells, None);
+    assert!(alone.lines().nth(1).unwrap().split_whitespace().eq(["prisms", "7", "2", "1.250e-5", "0.7500", "-0.2500"]));
+}
+
 /// A boundary layer's betas would all read 0.000007 with the paper's six decimals.
 #[test]
 fn table_keeps_digits_of_small_values() {
@@ -243,8 +273,8 @@ fn assert_well_formed(svg: &str) {
 fn histogram_is_svg_with_title_axes_and_legend() {
     let original: Vec<f64> = (0..1000).map(|i| 0.01 + 1e-4 * f64::from(i)).collect();
     let last: Vec<f64> = original.iter().map(|beta| beta - 0.03).collect();
-    let series = [Series { name: "original", beta: &original }, Series { name: "final <1>", beta: &last }];
-    let svg = histogram_svg("wing & body", &series);
+    let series = [Series { name: "original", values: &original }, Series { name: "final <1>", values: &last }];
+    let svg = histogram_svg(Measured::Beta, "wing & body", &series);
     assert_well_formed(&svg);
     for text in
         ["wing &amp; body", "original (1000 tets, mean 0.05995)", "final &lt;1&gt; (1000", "beta = V", "inverted"]
@@ -252,7 +282,7 @@ fn histogram_is_svg_with_title_axes_and_legend() {
         assert!(svg.contains(text), "{text} is missing");
     }
     assert_eq!(svg.matches("<path").count(), 2);
-    assert_eq!(svg, histogram_svg("wing & body", &series), "the same numbers give the same bytes");
+    assert_eq!(svg, histogram_svg(Measured::Beta, "wing & body", &series), "the same numbers give the same bytes");
 }
 
 /// The outline's highest point is where its largest bin is: bins of 10, 30 and 20 tets, axis to 30
@@ -262,7 +292,7 @@ fn histogram_heights_are_counts() {
     let mut beta = vec![0.011; 10];
     beta.extend([0.0135; 30]);
     beta.extend([0.016; 20]);
-    let svg = histogram_svg("t", &[Series { name: "a", beta: &beta }]);
+    let svg = histogram_svg(Measured::Beta, "t", &[Series { name: "a", values: &beta }]);
     let path = svg.lines().find(|line| line.starts_with("<path")).unwrap();
     let heights: Vec<f64> = path
         .split(['M', 'V'])
@@ -277,10 +307,28 @@ fn histogram_heights_are_counts() {
     assert!((above[0] * 2.0 - above[2]).abs() <= 0.4, "{above:?}");
 }
 
+/// Bins of the scaled Jacobian are a fortieth wide, and 1 is in the last one. An empty series has
+/// no mean.
+#[test]
+fn histogram_of_the_scaled_jacobian() {
+    let series = [Series { name: "a", values: &[1.0, 1.0, 0.51, -0.01] }, Series { name: "b", values: &[] }];
+    let svg = histogram_svg(Measured::ScaledJacobian, "t", &series);
+    assert_well_formed(&svg);
+    for text in ["scaled Jacobian of the worst corner", "cells per 0.025", "a (4 cells, mean 0.62500)", "b (0 cells)"] {
+        assert!(svg.contains(text), "{text} is missing");
+    }
+    assert!(!svg.contains("NaN") && svg.contains(">1.0<") && !svg.contains("beta"));
+    // One bin left of zero and 40 right of it; the last one is as high as its two cells.
+    let path = svg.lines().find(|line| line.starts_with("<path")).unwrap();
+    let heights: Vec<&str> = path.split(" V").skip(1).map(|step| step.split([' ', '"']).next().unwrap()).collect();
+    assert_eq!(heights.len(), 42);
+    assert!(heights[0] != heights[1] && heights[40] != heights[39], "{heights:?}");
+}
+
 #[test]
 fn histogram_survives_odd_input() {
-    assert_well_formed(&histogram_svg("empty", &[]));
-    assert_well_formed(&histogram_svg("none", &[Series { name: "a", beta: &[] }]));
+    assert_well_formed(&histogram_svg(Measured::Beta, "empty", &[]));
+    assert_well_formed(&histogram_svg(Measured::Beta, "none", &[Series { name: "a", values: &[] }]));
     let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.11785];
-    assert_well_formed(&histogram_svg("wild", &[Series { name: "a", beta: &wild }]));
+    assert_well_formed(&histogram_svg(Measured::Beta, "wild", &[Series { name: "a", values: &wild }]));
 }

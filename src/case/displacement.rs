@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-pub use super::displacement_error::{DisplacementError, RowPlace};
+pub use super::displacement_error::{DisplacementError, Misfit, RowPlace};
 use super::new_positions::{self, NewPosition};
 use crate::formats::read_named;
 use crate::mover::prescribed::differ;
 use crate::text::header::{self, Header};
-use crate::text::{Mark, Row, decode, fields, parse_number, rows, shorten};
+use crate::text::{Mark, Row, comma_advice, decode, fields, parse_number, rows, shorten};
 
 /// The extensions of files of displacements: tables, and displaced surfaces.
 pub const EXTENSIONS: &[&str] = &["csv", "dat", "txt", "tsv", "vtp", "vtu", "stl", "msh"];
@@ -122,7 +122,8 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         let mut numbers = [0.0f64; 6];
         for (number, &column) in numbers.iter_mut().zip(of) {
             let field = fields[column];
-            *number = parse_number(field).ok_or_else(|| bad(format!("\"{}\" is not a number", shorten(field))))?;
+            *number = parse_number(field)
+                .ok_or_else(|| bad(format!("\"{}\" is not a number{}", shorten(field), comma_advice(field))))?;
             if !number.is_finite() {
                 return Err(bad(format!("\"{field}\" is not finite")));
             }
@@ -209,6 +210,7 @@ pub fn match_rows(
                 position: row.position,
                 distance: distances.min_by(f64::total_cmp).unwrap_or(f64::INFINITY),
                 tolerance,
+                misfit: misfit(table, vertices, family_vertices, tolerance),
             });
         };
         if let Some(first) = row_of[local].replace(index) {
@@ -231,6 +233,37 @@ pub fn match_rows(
         });
     }
     Ok(row_of.into_iter().flatten().map(|row| table.rows[row]).collect())
+}
+
+/// Factors by which programs' units of length differ: m, dm, cm, mm, um, inch, foot.
+const UNITS: [f64; 14] = [1e3, 1e-3, 1e2, 1e-2, 1e1, 1e-1, 1e6, 1e-6, 0.0254, 25.4, 2.54, 0.3048, 304.8, 12.0];
+
+/// A rounded position is nearer to its vertex than to any other, by so many tolerances: half the
+/// shortest edge.
+const NEAREST: f64 = 500.0;
+
+/// What all rows have in common that do not fit a family, if there is such a thing.
+fn misfit(table: &DisplacementTable, vertices: &[DVec3], family_vertices: &[u32], tolerance: f64) -> Option<Misfit> {
+    let near = Grid::new(vertices, family_vertices, NEAREST * tolerance);
+    // The largest distance of a row, if every row has a vertex of its own.
+    let farthest = |factor: f64| {
+        let mut taken = vec![false; family_vertices.len()];
+        table.rows.iter().try_fold(0.0, |farthest: f64, row| {
+            let local = near.nearest(factor * row.position)?;
+            let distance = vertices[family_vertices[local] as usize].distance(factor * row.position);
+            (!std::mem::replace(&mut taken[local], true)).then_some(farthest.max(distance))
+        })
+    };
+    if let Some(distance) = farthest(1.0) {
+        return Some(Misfit::Rounded(distance));
+    }
+    // So few rows, or some of a family's, may fit by chance.
+    if table.rows.len() < 3 || table.rows.len() != family_vertices.len() {
+        return None;
+    }
+    let factors = UNITS.into_iter().chain(UNITS[8..].iter().map(|unit| 1.0 / unit));
+    let fits = |factor: &f64| farthest(*factor).is_some();
+    factors.into_iter().find(fits).map(Misfit::Unit)
 }
 
 /// The vertices of one family with their rows.

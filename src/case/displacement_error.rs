@@ -39,6 +39,33 @@ impl fmt::Display for RowPlace {
     }
 }
 
+/// What all rows of a table have in common that do not fit their family.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Misfit {
+    /// With all coordinates times this factor every row fits.
+    Unit(f64),
+    /// Every row is nearest to a vertex of its own, at most this far away, but too far.
+    Rounded(f64),
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Unit(factor) => {
+                write!(
+                    f,
+                    "; with all coordinates times {factor} every row fits: is the file in another unit than the mesh?"
+                )
+            }
+            Self::Rounded(distance) => write!(
+                f,
+                "; every row is within {distance:.1e} of a vertex of its own: are the positions rounded? Give more digits, or in a \
+                 table a column `index` with the vertices' numbers, and their new positions"
+            ),
+        }
+    }
+}
+
 /// An error of prescribed displacements. Lengths are in the mesh's unit.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -94,8 +121,8 @@ pub enum DisplacementError {
     /// No vertex of the family is where a row says.
     #[error(
         "{}{row}: no vertex of the family at {}, the nearest is {distance:e} away, expected one within \
-         {tolerance:e}",
-        path.display(), place(*position)
+         {tolerance:e}{}",
+        path.display(), place(*position), misfit.map(|misfit| misfit.to_string()).unwrap_or_default()
     )]
     NoVertex {
         /// The file.
@@ -108,11 +135,16 @@ pub enum DisplacementError {
         distance: f64,
         /// The largest distance at which a row belongs to a vertex.
         tolerance: f64,
+        /// What all rows have in common that do not fit.
+        misfit: Option<Misfit>,
     },
     /// A row of a table of new positions is for no vertex of the family.
     #[error(
         "{}:{line}: vertex {vertex} is none of the family, expected the vertices of the family, numbered as in the mesh from 0 \
-         to {}", path.display(), n_vertices.saturating_sub(1)
+         to {}{}",
+        path.display(),
+        n_vertices.saturating_sub(1),
+        if *from_one { "; every number less one is a vertex of the family: does the file number them from 1?" } else { "" }
     )]
     NotOfFamily {
         /// The file.
@@ -123,6 +155,8 @@ pub enum DisplacementError {
         vertex: u32,
         /// Number of vertices of the mesh.
         n_vertices: usize,
+        /// Whether every row would fit with its number less one.
+        from_one: bool,
     },
     /// Two rows are for one vertex.
     #[error(

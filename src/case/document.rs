@@ -29,7 +29,9 @@ impl<'d> CaseDocument<'d> {
     pub fn parse(self) -> Result<Spanned<DeTable<'d>>, CaseError> {
         DeTable::parse(self.text).map_err(|error| {
             let message = error.message().trim().replace('\n', ", ");
-            self.error(error.span().map_or(0, |span| span.start), message)
+            let offset = error.span().map_or(0, |span| span.start);
+            let advice = toml_advice(self.text, offset).unwrap_or_default();
+            self.error(offset, message + &advice)
         })
     }
 
@@ -57,6 +59,35 @@ impl<'d> CaseDocument<'d> {
         self.last.set((offset, position));
         position
     }
+}
+
+/// What may be wrong with the value at a byte offset where TOML cannot be read.
+fn toml_advice(text: &str, offset: usize) -> Option<String> {
+    let (before, after) = text.split_at_checked(offset)?;
+    let start = before.rfind(['\n', '=', '[', ',', '{']).map_or(0, |at| at + 1);
+    let head = text[..start].rsplit('\n').next()?.trim();
+    let is_in_list = head.is_empty() && before[..start].trim_end().ends_with(['[', ',']);
+    if !is_in_list && head.chars().all(|letter| letter == '[') {
+        // A key, or the head of a table.
+        return None;
+    }
+    let end = offset + after.find(['\n', ',', ']', '}', '#']).unwrap_or(after.len());
+    let value = text[start..end].trim();
+    if value.contains('=') {
+        return None;
+    }
+    let first = value.chars().next()?;
+    if matches!(first, '\u{201c}'..='\u{201f}' | '\u{2018}'..='\u{201b}' | '\u{ab}' | '\u{bb}') {
+        let inner = value.trim_matches(|letter: char| !letter.is_ascii());
+        return Some(format!("; a text needs straight quotes: \"{inner}\""));
+    }
+    if first == '"' {
+        let is_escape = value[1..].contains('\\');
+        return is_escape
+            .then(|| "; in double quotes a backslash begins an escape: use / or single quotes for a path".to_owned());
+    }
+    let is_text = first != '\'' && value.contains(|letter: char| letter.is_alphabetic());
+    is_text.then(|| format!("; a text needs quotes: \"{}\"", value.trim_end_matches('"')))
 }
 
 /// A table of the document. All its keys are known.
@@ -251,24 +282,45 @@ impl<'d> Value<'d> {
         TomlTable { document: self.document, name: self.name.clone(), offset: self.key, table }.with_known_keys(known)
     }
 
+    /// For each key of a table, one table or a list of at least one, with these keys only. In the
+    /// order of the file.
+    pub fn lists_of_sections(&self, known: &[&str]) -> Result<Vec<(&'d str, Vec<TomlTable<'d>>)>, CaseError> {
+        let lists = self.children()?.into_iter().map(|(key, child)| {
+            let DeValue::Array(array) = child.value else { return Ok((key, vec![child.section(known)?])) };
+            if array.is_empty() {
+                return Err(child.error(format!("`{}` is an empty list, expected at least one table", child.name)));
+            }
+            let entry = |value: &'d Spanned<DeValue<'d>>| {
+                // The place of a list's entry is its own, and not the list's key.
+                let offset = value.span().start;
+                Value { name: child.name.clone(), key: offset, offset, value: value.get_ref(), ..child }.section(known)
+            };
+            Ok((key, array.iter().map(entry).collect::<Result<_, _>>()?))
+        });
+        lists.collect()
+    }
+
     /// The tables in a table, with their names, in the order of the file. Each may have these keys
     /// only.
     pub fn sections(&self, known: &[&str]) -> Result<Vec<(&'d str, TomlTable<'d>)>, CaseError> {
+        self.children()?.into_iter().map(|(key, child)| Ok((key, child.section(known)?))).collect()
+    }
+
+    /// The values in a table, with their names, in the order of the file.
+    fn children(&self) -> Result<Vec<(&'d str, Value<'d>)>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
-        entries
-            .into_iter()
-            .map(|(key, value)| {
-                let child = Value {
-                    document: self.document,
-                    name: format!("{}.{}", self.name, key.get_ref()),
-                    key: key.span().start,
-                    offset: value.span().start,
-                    value: value.get_ref(),
-                };
-                Ok((key.get_ref().as_ref(), child.section(known)?))
-            })
-            .collect()
+        let child = |(key, value): (&'d Spanned<Cow<'d, str>>, &'d Spanned<DeValue<'d>>)| {
+            let child = Value {
+                document: self.document,
+                name: format!("{}.{}", self.name, key.get_ref()),
+                key: key.span().start,
+                offset: value.span().start,
+                value: value.get_ref(),
+            };
+            (key.get_ref().as_ref(), child)
+        };
+        Ok(entries.into_iter().map(child).collect())
     }
 }

@@ -101,8 +101,8 @@ pub struct ProfileSource {
     /// Files of the old profiles. With `None` the old profiles are cut from the mesh in the planes
     /// of the new ones.
     pub old: Option<Vec<PathBuf>>,
-    /// The placement of the airfoil in each file without units, by path.
-    pub placements: BTreeMap<PathBuf, Placement>,
+    /// The placements of the airfoil in each file without units, by path. Each makes a profile.
+    pub placements: BTreeMap<PathBuf, Vec<Placement>>,
 }
 
 /// The settings of one family.
@@ -165,6 +165,18 @@ pub enum CaseError {
         /// The families that differ.
         message: String,
     },
+}
+
+impl CaseError {
+    /// Adds words to the message of a mistake, if it has no such advice yet.
+    fn with_advice(mut self, advice: &str) -> Self {
+        if let Self::Invalid { message, .. } = &mut self
+            && !message.contains("did you mean")
+        {
+            *message += advice;
+        }
+        self
+    }
 }
 
 impl Case {

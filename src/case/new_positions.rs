@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::displacement_error::{DisplacementError, RowPlace};
 use crate::text::header::{self, Header};
-use crate::text::{parse_number, shorten};
+use crate::text::{comma_advice, parse_number, shorten};
 
 /// Names of a column with indices, in lower case. A program that extracts a surface counts the
 /// surface's own points, and calls their numbers `Point ID` or `id`. These are no indices of the
@@ -86,7 +86,7 @@ pub(super) fn row(line: usize, fields: &[&str], columns: &Columns) -> Result<New
     let vertex = vertex.parse().map_err(|_| format!("\"{}\" is no index of a vertex, {of_new}", shorten(vertex)))?;
     let number = |field: &str| match parse_number(field) {
         Some(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("\"{}\" is not a finite number, {of_new}", shorten(field))),
+        _ => Err(format!("\"{}\" is not a finite number{}, {of_new}", shorten(field), comma_advice(field))),
     };
     Ok(NewPosition { line, vertex, position: DVec3::new(number(x)?, number(y)?, number(z)?) })
 }
@@ -114,7 +114,10 @@ pub(super) fn match_indices(
         let NewPosition { line, vertex, .. } = row;
         let path = path.to_path_buf();
         let Some(&place) = place_of.get(&vertex) else {
-            return Err(DisplacementError::NotOfFamily { path, line, vertex, n_vertices: vertices.len() });
+            let less_one =
+                |row: &NewPosition| row.vertex.checked_sub(1).is_some_and(|less| place_of.contains_key(&less));
+            let from_one = table.iter().all(less_one);
+            return Err(DisplacementError::NotOfFamily { path, line, vertex, n_vertices: vertices.len(), from_one });
         };
         if let Some(first) = row_of[place].replace(row) {
             let position = vertices[vertex as usize];

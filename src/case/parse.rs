@@ -131,7 +131,10 @@ fn role(section: &TomlTable) -> Result<Role, CaseError> {
     let value = section.require("role", &format!("one of {}", quoted_list(&names)))?;
     let name = match value.text() {
         Ok(alias) if RoleRow::named(alias).is_some() => alias,
-        _ => value.one_of(&names)?,
+        text => value.one_of(&names).map_err(|error| match text.map(RoleRow::called).as_deref() {
+            Ok([]) | Err(_) => error,
+            Ok(meant) => error.with_advice(&format!("; did you mean {}?", quoted_list(meant))),
+        })?,
     };
     let row = RoleRow::named(name).expect("it is one of the names");
     for owner in ROLES.iter().filter(|owner| owner.name != row.name) {
@@ -215,14 +218,14 @@ fn profiles(
         let mut placements = BTreeMap::new();
         if let Some(table) = section.get("placement") {
             let files: HashSet<&PathBuf> = new.iter().chain(old.iter().flatten()).collect();
-            for (file, section) in table.sections(&["chord", "twist", "position", "plane"])? {
+            for (file, sections) in table.lists_of_sections(&["chord", "twist", "position", "plane"])? {
                 let path = folder.join(file);
                 if !files.contains(&path) {
-                    return Err(section.error(format!(
+                    return Err(sections[0].error(format!(
                         "a placement is given for \"{file}\", which is none of the profile files of `{name}`"
                     )));
                 }
-                placements.insert(path, placement(&section)?);
+                placements.insert(path, sections.iter().map(placement).collect::<Result<Vec<_>, _>>()?);
             }
         }
         let position = section.position();

@@ -19,13 +19,13 @@ pub fn read_profiles(path: impl AsRef<Path>) -> Result<Vec<Profile>, LoadError> 
 
 /// Reads the profiles of several files, in the mesh's unit.
 ///
-/// - `placements`: the placement of the airfoil in each file without units
+/// - `placements`: the placements of the airfoil in each file without units
 ///
 /// # Errors
 /// A file cannot be read, or its profiles are wrong.
 pub(crate) fn profiles_of(
     paths: &[PathBuf],
-    placements: &BTreeMap<PathBuf, Placement>,
+    placements: &BTreeMap<PathBuf, Vec<Placement>>,
 ) -> Result<Vec<Profile>, LoadError> {
     if paths.iter().all(|path| files::is_csv(path) && !placements.contains_key(path)) {
         return profiles_of_tables(paths);
@@ -35,7 +35,8 @@ pub(crate) fn profiles_of(
         let bytes = read_named(path).map_err(|source| LoadError::UnreadableProfiles { path: path.clone(), source })?;
         contents.push(bytes);
     }
-    let source = |(path, bytes)| files::Source { path, bytes, placement: placements.get(path) };
+    let source =
+        |(path, bytes)| files::Source { path, bytes, placements: placements.get(path).map_or(&[], Vec::as_slice) };
     let sources: Vec<_> =
         paths.iter().map(PathBuf::as_path).zip(contents.iter().map(Vec::as_slice)).map(source).collect();
     files::parse(&sources).map_err(|error| in_files(paths, error))
@@ -57,7 +58,9 @@ fn profiles_of_tables(paths: &[PathBuf]) -> Result<Vec<Profile>, LoadError> {
 /// Adds the names of the files to an error that names no file.
 fn in_files(paths: &[PathBuf], error: ProfileError) -> LoadError {
     match error {
-        error @ (ProfileError::Line { .. } | ProfileError::File { .. }) => LoadError::ProfileFile(error),
+        error @ (ProfileError::Line { .. } | ProfileError::File { .. } | ProfileError::NoPlacement { .. }) => {
+            LoadError::ProfileFile(error)
+        }
         error => LoadError::ProfileFiles { paths: paths.to_vec(), error },
     }
 }
@@ -65,7 +68,7 @@ fn in_files(paths: &[PathBuf], error: ProfileError) -> LoadError {
 /// The error of profiles of several files, with the file of the profile at fault.
 pub(super) fn at_fault(
     paths: &[PathBuf],
-    placements: &BTreeMap<PathBuf, Placement>,
+    placements: &BTreeMap<PathBuf, Vec<Placement>>,
     wing: String,
     error: ProfileError,
 ) -> LoadError {

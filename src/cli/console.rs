@@ -105,9 +105,12 @@ impl Console {
         }
     }
 
-    /// Prints the failure that ends the command.
+    /// Prints the failure that ends the command, with each of its lines on a line of its own.
     pub(super) fn fail(&self, failure: &Failure) {
         self.to_stderr(format_args!("error: {}", failure.message));
+        for line in &failure.lines {
+            self.to_stderr(format_args!("  {line}"));
+        }
         if let Some(hint) = &failure.hint {
             self.to_stderr(format_args!("hint: {hint}"));
         }

@@ -1,16 +1,21 @@
-//! `idmesh cut` cuts the old profiles from the mesh's surface.
+//! `idmesh cut` cuts the old profiles from the mesh's surface, and prints where they stand in the
+//! terms in which a case places an airfoil.
 
 use std::path::PathBuf;
 
 use glam::DVec3;
+use serde::Serialize;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::warn_of_file;
+use super::json::{check_json, write_json};
+use super::{JsonTarget, json_target, warn_of_file};
 use crate::formats::{self, write_atomically};
 use crate::mesh::{check_size, triangles_of_families};
-use crate::profile::{Plane, csv, cut, stations};
+use crate::profile::{Plane, Pose, Profile, csv, cut, stations};
+use crate::report::aligned;
 use crate::session::{check_distinct, check_writable};
+use crate::text::figures::Shortest;
 use crate::text::nearest::did_you_mean;
 
 /// Arguments of `idmesh cut`.
@@ -31,6 +36,82 @@ pub(super) struct Arguments {
     /// Write the profiles to this file.
     #[arg(long, value_name = "FILE.csv")]
     out: PathBuf,
+    /// Write the place and the size of each section as JSON; `-` is standard output.
+    #[arg(long, value_name = "FILE", value_parser = json_target)]
+    json: Option<JsonTarget>,
+}
+
+/// The sections of a wing. The keys of a section are those of a placement in a case, and more.
+#[derive(Debug, Serialize)]
+struct Sections {
+    idmesh: String,
+    file: String,
+    families: Vec<String>,
+    sections: Vec<Section>,
+}
+
+/// Where a section stands. Lengths are in the mesh's unit, `thickness` and `trailing_edge` in
+/// chords.
+#[derive(Debug, Default, Serialize)]
+struct Section {
+    number: i64,
+    /// The axis across the section's plane. `None` for an oblique plane.
+    plane: Option<&'static str>,
+    /// Place of the plane along this axis.
+    at: Option<f64>,
+    position: Option<[f64; 3]>,
+    chord: Option<f64>,
+    twist: Option<f64>,
+    thickness: Option<f64>,
+    trailing_edge: Option<f64>,
+    /// Why nothing was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_measured: Option<String>,
+}
+
+impl Section {
+    fn new(profile: &Profile, plane: &Plane) -> Self {
+        let axes = [("x", plane.normal.x, plane.point.x), ("y", plane.normal.y, plane.point.y)];
+        let axes = axes.into_iter().chain([("z", plane.normal.z, plane.point.z)]);
+        let axis = axes.into_iter().find(|(_, across, _)| across.abs() == 1.0).map(|(name, _, at)| (name, at));
+        let (name, at) = axis.unzip();
+        let section = Self { number: profile.number, plane: name, at, ..Self::default() };
+        match Pose::of(profile, plane) {
+            Err(error) => Self { not_measured: Some(error.to_string()), ..section },
+            Ok(pose) => Self {
+                position: Some(pose.leading_edge.to_array()),
+                chord: Some(pose.chord),
+                twist: pose.twist.map(|(_, twist)| twist),
+                thickness: Some(pose.thickness),
+                trailing_edge: Some(pose.trailing_edge),
+                ..section
+            },
+        }
+    }
+
+    /// Whether an airfoil that is placed here has its upper side below.
+    fn is_turned(&self) -> bool {
+        self.twist.is_some_and(|twist| twist.abs() > 90.0)
+    }
+}
+
+/// The sections as text.
+fn table(sections: &[Section]) -> String {
+    let header = ["section", "plane", "position x", "y", "z", "chord", "twist", "thickness", "trailing edge"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    // A placement with so many digits is right to 1e-8 of the mesh's size.
+    let short = |x: f64| Shortest(format!("{x:.8e}").parse().unwrap_or(x)).to_string();
+    for section in sections {
+        let length = |x: Option<f64>| x.map_or("-".to_owned(), short);
+        let decimals = |x: Option<f64>, n: usize| x.map_or("-".to_owned(), |x| format!("{x:.n$}"));
+        let plane = section.plane.zip(section.at).map(|(name, at)| format!("{name}={}", short(at)));
+        let mut row = vec![section.number.to_string(), plane.unwrap_or_else(|| "oblique".to_owned())];
+        row.extend((0..3).map(|axis| length(section.position.map(|position| position[axis]))));
+        row.extend([length(section.chord), decimals(section.twist, 4)]);
+        row.extend([decimals(section.thickness, 4), decimals(section.trailing_edge, 5)]);
+        rows.push(row);
+    }
+    aligned(&rows)
 }
 
 /// Least cosine of the angle between a plane's normal and the span: 60 degrees.
@@ -48,7 +129,12 @@ fn plane(text: &str) -> Result<Plane, String> {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     check_writable(&arguments.out)?;
-    check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
+    check_json(arguments.json.as_ref())?;
+    let mut written = vec![arguments.out.as_path()];
+    if let Some(JsonTarget::File(path)) = &arguments.json {
+        written.push(path);
+    }
+    check_distinct(std::slice::from_ref(&arguments.mesh), &written)?;
     console.step(&format!("reading {}", arguments.mesh.display()));
     let file = formats::read_mixed(&arguments.mesh)?;
     warn_of_file(&arguments.mesh, &file, console);
@@ -82,14 +168,38 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             arguments.mesh.display()
         ));
     }
-    let profiles = planes
+    let (profiles, planes) = planes
         .and_then(|planes| {
             let numbered: Vec<_> = (0..).zip(planes).collect();
-            cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)
+            Ok((cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)?, numbered))
         })
         .map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
         .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
+    let sections = profiles.iter().zip(&planes).map(|(profile, (_, plane))| Section::new(profile, plane));
+    let sections = Sections {
+        idmesh: env!("CARGO_PKG_VERSION").to_owned(),
+        file: arguments.mesh.display().to_string(),
+        families: arguments.family.clone(),
+        sections: sections.collect(),
+    };
+    for section in &sections.sections {
+        if let Some(error) = &section.not_measured {
+            console.warn(format_args!("section {} was cut, but cannot be measured: {error}", section.number));
+        }
+        if section.is_turned() {
+            console.warn(format_args!(
+                "section {} has its leading edge downstream along x: an airfoil placed with this twist has its upper side below",
+                section.number
+            ));
+        }
+    }
+    if let Some(target) = &arguments.json {
+        write_json(target, &sections, console)?;
+    }
+    if arguments.json != Some(JsonTarget::StandardOutput) {
+        console.data(&table(&sections.sections))?;
+    }
     let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
     console.note(format_args!("wrote {} profiles, {points} points, to {}", profiles.len(), arguments.out.display()));
     Ok(())

@@ -14,12 +14,14 @@ use crate::session::SessionError;
 pub(super) struct Failure {
     pub(super) exit: Exit,
     pub(super) message: String,
+    /// Lines that follow the message.
+    pub(super) lines: Vec<String>,
     pub(super) hint: Option<String>,
 }
 
 impl Failure {
     pub(super) fn new(exit: Exit, message: impl Into<String>) -> Self {
-        Self { exit, message: message.into(), hint: None }
+        Self { exit, message: message.into(), lines: Vec::new(), hint: None }
     }
 
     pub(super) fn bad_input(message: impl Into<String>) -> Self {
@@ -70,12 +72,19 @@ impl From<BackendError> for Failure {
 
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
-        Self { exit: error.exit(), message: error.to_string(), hint: error.hint() }
+        Self { exit: error.exit(), message: error.to_string(), lines: Vec::new(), hint: error.hint() }
     }
 }
 
 impl From<Refused> for Failure {
     fn from(refused: Refused) -> Self {
-        Self { exit: Exit::from(&refused), message: refused.message, hint: refused.hint }
+        let exit = Exit::from(&refused);
+        match refused.lines() {
+            lines if lines.len() > 1 => {
+                let message = format!("the moved mesh may not be used, for {} reasons:", refused.faults.len());
+                Self { exit, message, lines, hint: refused.hint }
+            }
+            _ => Self { exit, message: refused.message, lines: Vec::new(), hint: refused.hint },
+        }
     }
 }

@@ -45,14 +45,18 @@ Exit codes:
   0  good
   1  compare: out of tolerance; batch: a design failed
   2  wrong usage
-  3  bad input, nothing was written
-  4  not converged
-  5  inverted tets remain, the surface passes through itself, or the
-     wing misses its new profiles: the mesh is written as
-     NAME.invalid.EXT, the tets in question as NAME.inverted.vtu
-  6  no usable GPU";
+  3  bad input, or an output that cannot be written: no mesh was written
+  4  not converged: the mesh is written, unless a vertex has no finite
+     position
+  5  the moved mesh may not be used: inverted cells remain, the surface
+     passes through itself, vertices left the surface they slide on or
+     are held back, periodic planes no longer match, or the wing misses
+     its new profiles. The mesh is written as NAME.invalid.EXT, the cells
+     in question as NAME.inverted.vtu
+  6  no usable GPU, or the GPU failed";
 
-/// Moves an aircraft's tetrahedral CFD mesh when its wing profiles change, without remeshing.
+/// Moves an aircraft's CFD mesh of tets or mixed cells when its wing profiles change, without
+/// remeshing.
 #[derive(Debug, Parser)]
 #[command(name = "idmesh", version, after_help = EXIT_CODES)]
 struct Arguments {
@@ -85,7 +89,7 @@ enum Command {
     Cut(cut::Arguments),
     /// Write a mesh in another format, with its families.
     Convert(convert::Arguments),
-    /// Cut every tet into eight, families kept.
+    /// Cut every cell into eight, a pyramid into ten; families are kept.
     Refine(refine::Arguments),
     /// List the GPUs and say which one would be taken.
     Adapters(adapters::Arguments),

@@ -13,18 +13,23 @@ use super::{JsonTarget, json_target, warn_of_families, warn_of_file};
 use crate::formats;
 use crate::mesh::{OtherCells, by_kind, check_size, measures};
 use crate::quality::{Statistics, betas};
-use crate::report::{self, Series, aligned, beta_text, histogram_svg, kind_table};
+use crate::report::{self, Measured, Series, aligned, beta_text, histogram_svg, kind_table};
 use crate::session::{check_distinct, check_writable, write_text};
 
 /// Arguments of `idmesh quality`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "\
+beta of a tet is V / l_max^3, signed: 0.118 for the regular tet, negative for an
+inverted one. The scaled Jacobian of a corner is the determinant of its three
+edges, divided by the product of their lengths; that of a cell is its worst
+corner's: 1 for a box, 0.707 for the regular tet.")]
 pub(super) struct Arguments {
     /// The mesh file.
     mesh: PathBuf,
     /// Write the figures as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE", value_parser = json_target)]
     json: Option<JsonTarget>,
-    /// Write the distribution of beta as a picture.
+    /// Write the distribution of beta as a picture; of the scaled Jacobian if no cell is a tet.
     #[arg(long, value_name = "FILE.svg")]
     histogram: Option<PathBuf>,
 }
@@ -76,7 +81,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_size(corners).map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     let beta = betas(&mesh.vertices, &mesh.tets);
     let Statistics { min, max, mean, inverted } = Statistics::new(&beta);
-    let kinds = (others.n_cells() > 0).then(|| by_kind(hybrid, &measures(hybrid, &mesh.vertices, None), false));
+    let measures = (others.n_cells() > 0).then(|| measures(hybrid, &mesh.vertices, None));
+    let kinds = measures.as_ref().map(|measures| by_kind(hybrid, measures, false));
     let inverted = kinds.as_ref().map_or(inverted, |kinds| kinds.iter().map(|kind| kind.inverted).sum());
     let figures = Figures {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
@@ -92,7 +98,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     };
     if let Some(path) = &arguments.histogram {
         let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy();
-        let svg = histogram_svg(&format!("Quality of {name}"), &[Series { name: "mesh", beta: &beta }]);
+        let title = format!("Quality of {name}{}", report::share_of_tets(hybrid));
+        let jacobians: Vec<f64>;
+        let (measured, values) = match mesh.tets.len() {
+            0 => {
+                jacobians = measures.iter().flatten().map(|cell| cell.jacobian).collect();
+                (Measured::ScaledJacobian, &jacobians)
+            }
+            _ => (Measured::Beta, &beta),
+        };
+        let svg = histogram_svg(measured, &title, &[Series { name: "mesh", values }]);
         write_text(path, &svg)?;
     }
     if let Some(target) = &arguments.json {
@@ -121,7 +136,7 @@ fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
     let mut text = aligned(&rows);
     if !figures.cells.is_empty() {
         text.push('\n');
-        text += &kind_table(&figures.cells);
+        text += &kind_table(&figures.cells, None);
     }
     let mut rows = vec![["family", "vertices", "triangles"].map(str::to_owned).to_vec()];
     if !others.quadrilaterals.is_empty() {

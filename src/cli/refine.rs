@@ -1,4 +1,4 @@
-//! `idmesh refine` splits every tet of a mesh into eight.
+//! `idmesh refine` cuts every cell of a mesh into eight, a pyramid into ten.
 
 use std::path::PathBuf;
 

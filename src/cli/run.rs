@@ -9,7 +9,7 @@ use super::json::{check_json, print_json, write_json};
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, read_case};
 use crate::case::{LoadedCase, NamedFiles};
 use crate::formats::read_file;
-use crate::report::{kind_table, stage_table};
+use crate::report::{kind_table, stage_remark, stage_table};
 use crate::session::{Folder, Job, Outputs, Session, SessionError, check_distinct, remove_file, sums_of_case};
 
 /// Arguments of `idmesh run`.
@@ -77,8 +77,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let told = match &arguments.json {
         Some(JsonTarget::StandardOutput) => print_json(report, console),
         _ => {
-            let kinds = report.cells.as_ref().map_or(String::new(), |kinds| format!("\n{}", kind_table(kinds)));
-            console.data(&(stage_table(report.stages.as_deref().unwrap_or_default()) + &kinds))
+            let original = report.cells_original.as_ref();
+            let kinds =
+                report.cells.as_ref().map_or(String::new(), |kinds| format!("\n{}", kind_table(kinds, original)));
+            let stages = stage_table(report.stages.as_deref().unwrap_or_default());
+            console.data(&(stages + &stage_remark(&report.mesh) + &kinds))
         }
     };
     if let Err(failure) = told {

@@ -13,11 +13,20 @@ use super::lines::Lines;
 use super::queue::Queue;
 use super::threads;
 use crate::case::LoadedCase;
-use crate::report::{Checksums, RunReport};
+use crate::report::{Checksums, RunReport, beta_text};
 use crate::session::{
     ClaimError, DesignFiles, Done, EarlierResults, Finished, Held, Job, Outputs, ReplacedInputs, Session, SessionError,
     of_design,
 };
+
+/// The worst measures of a result in words, for its line on a terminal.
+fn worst(report: &RunReport) -> String {
+    let last = report.stages.iter().flatten().next_back().filter(|_| report.mesh.tets > 0);
+    let beta = last.map(|stage| format!(", worst beta {}", beta_text(stage.beta_min, 4)));
+    let jacobians = report.cells.iter().flat_map(|cells| cells.values()).map(|kind| kind.jacobian_min);
+    let jacobian = jacobians.reduce(f64::min).map(|least| format!(", worst scaled Jacobian {}", beta_text(least, 4)));
+    beta.into_iter().chain(jacobian).collect()
+}
 
 /// What all workers share.
 pub(super) struct Batch<'a> {
@@ -161,7 +170,8 @@ impl<'a> Batch<'a> {
             Ok(finished) => finished,
             Err(error) if error.backend().is_some() => return Err(error.into()),
             Err(error) => {
-                console.warn(format_args!("{name}: {error}"));
+                let hint = error.hint().map(|hint| format!("; {hint}")).unwrap_or_default();
+                console.warn(format_args!("{name}: {error}{hint}"));
                 let report = session.failed(Some(name), &error, checksums.as_ref());
                 // The job that has the design now tells of it.
                 if is_lost(&error) || held.is_some_and(|held| held.check().is_err()) {
@@ -184,7 +194,7 @@ impl<'a> Batch<'a> {
         match &finished.verdict {
             Ok(()) => {
                 let seconds = finished.report.seconds.map_or(0.0, |seconds| seconds.total);
-                console.note(format_args!("{name}: moved in {seconds:.3} s"));
+                console.note(format_args!("{name}: moved in {seconds:.3} s{}", worst(&finished.report)));
             }
             Err(refused) => console.warn(format_args!("{name}: {refused}")),
         }

@@ -34,7 +34,7 @@ pub enum SetupError {
     #[error(
         "family `{family}` has the role plane, but its vertices lie up to {distance:e} off the plane fitted to them \
          (allowed: {allowed:e}){}",
-        advice(*least)
+        advice(*least, distance / allowed)
     )]
     NotPlane {
         /// Name of the family.
@@ -175,9 +175,16 @@ pub enum SetupError {
 /// A larger `flat` is refused: such a family is no plane.
 pub const MOST_FLAT: f64 = 0.1;
 
-fn advice(least: f64) -> String {
+/// A family that lies farther off its plane than so many times the allowed distance may be no
+/// plane, and no `flat` is advised that would make it one.
+const NEARLY: f64 = 10.0;
+
+fn advice(least: f64, times: f64) -> String {
     if least > MOST_FLAT {
         return ": it is no plane, expected another role".to_owned();
+    }
+    if times > NEARLY {
+        return "; is `plane` its role? If it is a plane with noise, a key `flat` in its table allows it".to_owned();
     }
     format!("; with `flat = {least:e}` in its table every vertex keeps its own distance from that plane")
 }

@@ -106,6 +106,9 @@ pub struct RoleRow {
     pub name: &'static str,
     /// Other names in case files.
     pub aliases: &'static [&'static str],
+    /// Words by which other programs call what may have this role, in small letters alone. No case
+    /// file may use them, but an error that meets one tells of the role.
+    pub called: &'static [&'static str],
     /// The keys that only this role has.
     pub keys: &'static [&'static str],
     /// The stage that places the vertices.
@@ -116,10 +119,18 @@ pub struct RoleRow {
 
 /// All roles.
 pub const ROLES: &[RoleRow] = &[
-    RoleRow { name: "wing", aliases: &[], keys: &[], placed_by: PlacedBy::Wing, make: |_| Role::Wing },
+    RoleRow {
+        name: "wing",
+        aliases: &[],
+        called: &["mainwing", "airfoil", "blade", "lifting", "tail", "canard", "profile", "profiles", "wall"],
+        keys: &[],
+        placed_by: PlacedBy::Wing,
+        make: |_| Role::Wing,
+    },
     RoleRow {
         name: "trailing-edge",
         aliases: &[],
+        called: &["te", "trailing", "edge", "base", "blunt"],
         keys: &[],
         placed_by: PlacedBy::TrailingEdge,
         make: |_| Role::TrailingEdge,
@@ -127,6 +138,7 @@ pub const ROLES: &[RoleRow] = &[
     RoleRow {
         name: "wingtip",
         aliases: &[],
+        called: &["tip", "cap", "winglet", "tipcap"],
         keys: &["coefficient", "start"],
         placed_by: PlacedBy::Wingtip,
         make: |options| Role::Wingtip { coefficient: options.coefficient.unwrap_or(0.5), start: options.start },
@@ -134,6 +146,7 @@ pub const ROLES: &[RoleRow] = &[
     RoleRow {
         name: "carenage",
         aliases: &["fuselage", "fairing"],
+        called: &["body", "hull", "nacelle", "pylon", "engine", "slip", "slide", "sliding", "surface", "wall"],
         keys: &[],
         placed_by: PlacedBy::Carenage,
         make: |_| Role::Carenage,
@@ -141,19 +154,64 @@ pub const ROLES: &[RoleRow] = &[
     RoleRow {
         name: "plane",
         aliases: &[],
+        called: &[
+            "symmetry",
+            "symmetryplane",
+            "sym",
+            "periodic",
+            "cyclic",
+            "mirror",
+            "flat",
+            "slip",
+            "slide",
+            "sliding",
+        ],
         keys: &["flat", "partner"],
         placed_by: PlacedBy::Plane,
         make: |options| Role::Plane { flat: options.flat, partner: options.partner },
     },
-    RoleRow { name: "fixed", aliases: &[], keys: &[], placed_by: PlacedBy::Fixed, make: |_| Role::Fixed },
+    RoleRow {
+        name: "fixed",
+        aliases: &[],
+        called: &[
+            "farfield",
+            "far",
+            "freestream",
+            "inlet",
+            "inflow",
+            "outlet",
+            "outflow",
+            "static",
+            "still",
+            "held",
+            "none",
+            "rigid",
+            "opening",
+            "external",
+            "boundary",
+            "wall",
+            "slip",
+        ],
+        keys: &[],
+        placed_by: PlacedBy::Fixed,
+        make: |_| Role::Fixed,
+    },
     RoleRow {
         name: "prescribed",
         aliases: &[],
+        called: &["moving", "moved", "displaced", "displacement", "motion", "deforming", "deformed", "given"],
         keys: &["displacement"],
         placed_by: PlacedBy::Prescribed,
         make: |_| Role::Prescribed,
     },
-    RoleRow { name: "interior", aliases: &[], keys: &[], placed_by: PlacedBy::Volume, make: |_| Role::Interior },
+    RoleRow {
+        name: "interior",
+        aliases: &[],
+        called: &["internal", "inside", "inner", "volume", "fluid", "interface", "wake", "fan", "disk", "actuator"],
+        keys: &[],
+        placed_by: PlacedBy::Volume,
+        make: |_| Role::Interior,
+    },
 ];
 
 impl Role {
@@ -188,6 +246,13 @@ impl Role {
 }
 
 impl RoleRow {
+    /// The names of the roles that a word of another program may mean.
+    pub fn called(word: &str) -> Vec<&'static str> {
+        let letters: String = word.chars().filter(|letter| letter.is_alphanumeric()).collect();
+        let letters = letters.to_lowercase();
+        ROLES.iter().filter(|row| row.called.contains(&letters.as_str())).map(|row| row.name).collect()
+    }
+
     /// The row with this name or alias.
     pub fn named(name: &str) -> Option<&'static Self> {
         ROLES.iter().find(|row| row.name == name || row.aliases.contains(&name))
@@ -217,5 +282,17 @@ mod tests {
         }
         assert_eq!(Role::named("fuselage", RoleOptions::default()), Some(Role::Carenage));
         assert_eq!(Role::named("winglet", RoleOptions::default()), None);
+    }
+
+    /// A word that is a name itself would never be asked for.
+    #[test]
+    fn words_of_others_are_no_names() {
+        for word in ROLES.iter().flat_map(|row| row.called) {
+            assert_eq!(Role::named(word, RoleOptions::default()), None, "{word}");
+            assert!(word.chars().all(|letter| letter.is_ascii_lowercase()), "{word}");
+        }
+        assert_eq!(RoleRow::called("Far-Field"), ["fixed"]);
+        assert_eq!(RoleRow::called("wall"), ["wing", "carenage", "fixed"]);
+        assert_eq!(RoleRow::called("?"), [""; 0]);
     }
 }

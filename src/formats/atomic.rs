@@ -326,7 +326,8 @@ fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
     };
     if !folder.is_dir() {
         let named = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(&folder);
-        let message = format!("there is no folder {}", named.display());
+        let advice = if named.exists() { "" } else { ": make it first" };
+        let message = format!("there is no folder {}{advice}", named.display());
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
     Ok((target, folder))

@@ -49,9 +49,9 @@ impl fmt::Display for Location {
 #[non_exhaustive]
 pub enum ReadError {
     /// The file is missing or cannot be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: cannot read the mesh: {source}", path.display())]
     Io {
-        /// Path of the mesh file.
+        /// Path of the mesh file, or of a file beside it.
         path: PathBuf,
         /// The system's error.
         source: io::Error,

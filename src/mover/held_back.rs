@@ -12,7 +12,12 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Mover;
-use crate::{geometry, mesh::Displacement, mesh::FamilyId, stage::Wanted};
+use crate::{
+    families::Families,
+    geometry,
+    mesh::{Displacement, FamilyId, TetMesh, half_edge::Surface},
+    stage::Wanted,
+};
 
 /// A vertex held back by at most this fraction of its family's size does not count.
 const BACK: f64 = 1e-9;
@@ -45,63 +50,74 @@ pub struct Beyond {
     pub at: DVec3,
 }
 
-impl Mover {
-    /// Finds the vertices that are held back, in pairs of families.
-    ///
-    /// - `wanted`: displacements by families that do not place the vertex
-    /// - `displacement` `[n_vertices]`: displacements by the families that place the vertices
-    pub(super) fn held_back(&self, wanted: &[Wanted], displacement: &Displacement) -> Vec<HeldBack> {
-        let mut edges_of: BTreeMap<FamilyId, (f64, BTreeMap<u32, f64>)> = BTreeMap::new();
-        let mut found: BTreeMap<(FamilyId, FamilyId), HeldBack> = BTreeMap::new();
-        for &Wanted { family, vertex, displacement: wanted } in wanted {
-            let distance = wanted.distance(displacement[vertex as usize]);
-            let (size, edges) = edges_of.entry(family).or_insert_with(|| (self.size_of(family), self.edges_of(family)));
-            if distance <= BACK * *size {
-                continue;
-            }
-            let Some(by) = self.families.holder(&self.surface, vertex) else { continue };
-            let name = |family: FamilyId| self.mesh.families[family.index()].clone();
-            let held = found.entry((by, family)).or_insert_with(|| HeldBack {
-                by: name(by),
-                family: name(family),
-                vertices: 0,
-                max_distance: 0.0,
-                at: DVec3::ZERO,
-                beyond: None,
-            });
-            let at = self.ordered.vertices[vertex as usize];
-            held.vertices += 1;
-            // NaN counts as the largest distance.
-            if held.max_distance.is_finite() && (distance.is_nan() || distance > held.max_distance) {
-                (held.max_distance, held.at) = (distance, at);
-            }
-            let edge = edges[&vertex];
-            let worst = held.beyond.map_or(1.0, |beyond| beyond.distance / beyond.edge);
-            if distance.is_nan() || distance / edge > worst {
-                held.beyond = Some(Beyond { distance, edge, at });
+/// Finds the vertices that are held back, in pairs of families.
+///
+/// - `mesh`: in the mover's order
+/// - `wanted`: displacements by families that do not place the vertex
+/// - `displacement` `[n_vertices]`: displacements by the families that place the vertices
+pub(super) fn held_back(
+    mesh: &TetMesh,
+    surface: &Surface,
+    families: &Families,
+    wanted: &[Wanted],
+    displacement: &Displacement,
+) -> Vec<HeldBack> {
+    let mut measured: BTreeMap<FamilyId, (f64, BTreeMap<u32, f64>)> = BTreeMap::new();
+    let mut found: BTreeMap<(FamilyId, FamilyId), HeldBack> = BTreeMap::new();
+    for &Wanted { family, vertex, displacement: wanted } in wanted {
+        let distance = wanted.distance(displacement[vertex as usize]);
+        let (size, edges) =
+            measured.entry(family).or_insert_with(|| (size_of(mesh, surface, family), edges_of(mesh, surface, family)));
+        if distance <= BACK * *size {
+            continue;
+        }
+        let Some(by) = families.holder(surface, vertex) else { continue };
+        let name = |family: FamilyId| mesh.families[family.index()].clone();
+        let held = found.entry((by, family)).or_insert_with(|| HeldBack {
+            by: name(by),
+            family: name(family),
+            vertices: 0,
+            max_distance: 0.0,
+            at: DVec3::ZERO,
+            beyond: None,
+        });
+        let at = mesh.vertices[vertex as usize];
+        held.vertices += 1;
+        // NaN counts as the largest distance.
+        if held.max_distance.is_finite() && (distance.is_nan() || distance > held.max_distance) {
+            (held.max_distance, held.at) = (distance, at);
+        }
+        let edge = edges[&vertex];
+        let worst = held.beyond.map_or(1.0, |beyond| beyond.distance / beyond.edge);
+        if distance.is_nan() || distance / edge > worst {
+            held.beyond = Some(Beyond { distance, edge, at });
+        }
+    }
+    found.into_values().collect()
+}
+
+/// The diagonal of a family's bounding box, in the mesh's unit.
+fn size_of(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> f64 {
+    geometry::diagonal(surface.vertices_of(family).iter().map(|&vertex| mesh.vertices[vertex as usize]))
+}
+
+/// The shortest edge of a family's triangles at each of the family's vertices, in the mesh's unit.
+fn edges_of(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> BTreeMap<u32, f64> {
+    let mut shortest = BTreeMap::new();
+    for [a, b, c] in surface.corners_of(family) {
+        for [a, b] in [[a, b], [b, c], [c, a]] {
+            let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]);
+            for end in [a, b] {
+                shortest.entry(end).and_modify(|least: &mut f64| *least = least.min(length)).or_insert(length);
             }
         }
-        found.into_values().collect()
     }
+    shortest
+}
 
+impl Mover {
     /// The diagonal of a family's bounding box, in the mesh's unit.
     pub(super) fn size_of(&self, family: FamilyId) -> f64 {
-        let at = |vertex: &u32| self.ordered.vertices[*vertex as usize];
-        geometry::diagonal(self.surface.vertices_of(family).iter().map(at))
-    }
-
-    /// The shortest edge of a family's triangles at each of the family's vertices, in the mesh's
-    /// unit.
-    fn edges_of(&self, family: FamilyId) -> BTreeMap<u32, f64> {
-        let mut shortest = BTreeMap::new();
-        for [a, b, c] in self.surface.corners_of(family) {
-            for [a, b] in [[a, b], [b, c], [c, a]] {
-                let length = self.ordered.vertices[a as usize].distance(self.ordered.vertices[b as usize]);
-                for end in [a, b] {
-                    shortest.entry(end).and_modify(|least: &mut f64| *least = least.min(length)).or_insert(length);
-                }
-            }
-        }
-        shortest
+        size_of(&self.ordered, &self.surface, family)
     }
 }

@@ -65,7 +65,9 @@ use crate::{
     families::{Families, PlacedBy, Role, SetupError},
     memory::check_memory,
     mesh::Displacement,
-    mesh::{self, CornerCells, FamilyId, HybridMesh, Order, OtherCells, TetMesh, Topology, half_edge::Surface},
+    mesh::{
+        self, CornerCells, FamilyId, HybridMesh, KindQuality, Order, OtherCells, TetMesh, Topology, half_edge::Surface,
+    },
     quality::{self, Statistics, faults::EdgeAngles},
     stage::SetUp,
     stages::{STAGES, Stages, WingProfiles},
@@ -92,6 +94,8 @@ pub struct Mover {
     method: Method,
     backend: Arc<dyn Backend>,
     original_beta: Vec<f64>,
+    /// Quality of each kind of cell of the undeformed mesh. `None` for a mesh of tets.
+    original_kinds: Option<Vec<KindQuality>>,
     /// The families of each wing, by name.
     wing_families: BTreeMap<String, Vec<FamilyId>>,
     stages: Stages,
@@ -165,6 +169,8 @@ impl Mover {
             || quality::betas(&ordered.vertices, &ordered.tets),
             || EdgeAngles::new(&ordered.vertices, &surface.triangles, &surface.opposite),
         );
+        let original_kinds =
+            (!cells.are_tets()).then(|| mesh::by_kind(given, &mesh::measures(given, &mesh.vertices, None), false));
         // Without tets beta has no meaning, and any scale does.
         let lowest = if cells.n_tets > 0 { Statistics::new(&original_beta[..cells.n_tets]).min } else { 1.0 };
         let volume = VolumeSettings { springs, quality, max_steps };
@@ -177,6 +183,7 @@ impl Mover {
         };
         Ok(Self {
             family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
+            original_kinds,
             mesh,
             others,
             progress: observer,
@@ -324,11 +331,17 @@ impl Mover {
         watch.record(StageName::Deformed, &deformed_beta);
 
         let mut here = Vec::new();
+        let mut held_back = Vec::new();
         let mut ends = Vec::with_capacity(STAGES.len());
         for row in STAGES {
             // The first stage began with the interpolation of the profiles.
             if row.placed_by > PlacedBy::Wing {
                 observer(row.name);
+            }
+            if row.placed_by == PlacedBy::Volume {
+                // Vertices that are held have their final displacement since the wing's stage.
+                held_back = held_back::held_back(mesh, surface, families, &wanted, &displacement);
+                stages.volume.expect_refusal(held_back.iter().any(|held| held.beyond.is_some()));
             }
             if is_stopped.get() {
                 return Err(MoveError::Stopped);
@@ -376,8 +389,6 @@ impl Mover {
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let self_intersecting = self.stages.volume.newly_self_intersecting(&self.ordered, &vertices);
-        // Vertices that are held have their final displacement since the wing's stage.
-        let held_back = self.held_back(&wanted, &displacement);
         let distances_off = self.distances_off(&vertices);
         let families = self.family_reports(&vertices, &distances_off, &folded, &self_intersecting, &held_back);
         let missed = self
@@ -401,6 +412,7 @@ impl Mover {
             beta: self.order.of_tets(&beta[..self.cells.n_tets]),
             cell_measures: measures,
             kinds,
+            original_kinds: self.original_kinds.clone(),
             converged: unconverged.is_empty(),
             unconverged,
             inverted,

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{HeldBack, Warning, differentiable::Differentiable};
 use crate::{
-    mesh::{CellMeasures, Displacement, KindQuality, OtherCells, TetMesh},
+    mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed},
     quality::Statistics,
     smoothing::Smoothed,
@@ -77,6 +77,9 @@ pub struct Outcome {
     pub cell_measures: Option<Vec<CellMeasures>>,
     /// Quality of each kind of cell of the final mesh. `None` for a mesh of tets.
     pub kinds: Option<Vec<KindQuality>>,
+    /// Quality of each kind of cell of the original mesh, without shapes. `None` for a mesh of
+    /// tets.
+    pub original_kinds: Option<Vec<KindQuality>>,
     /// Deviations of families from their shapes, by family name. Families with nothing to report
     /// are left out.
     pub families: BTreeMap<String, FamilyReport>,
@@ -134,6 +137,8 @@ pub struct Deviation {
     pub vertices: usize,
     /// The worst vertex, in the mesh's order.
     pub vertex: usize,
+    /// A prescribed family that has moved such a vertex. No stage slides its vertices back.
+    pub prescribed: Option<FamilyId>,
 }
 
 /// Whether a result is good, as the update found.

@@ -46,6 +46,26 @@ pub struct Refused {
     pub hint: Option<String>,
 }
 
+impl Refused {
+    /// The message in lines, for a reader: each fault, and then what goes for all of them. One line
+    /// if there is one fault.
+    pub fn lines(&self) -> Vec<String> {
+        let own: Vec<&str> = self.faults.iter().map(|fault| fault.message.as_str()).collect();
+        // Relaxations that did not converge stand among what goes for all, where there are other
+        // faults.
+        let n = (0..=own.len()).rev().find(|&n| self.message.starts_with(&own[..n].join(JOINT))).unwrap_or(0);
+        if n < 2 {
+            return vec![self.message.clone()];
+        }
+        let rest = self.message[own[..n].join(JOINT).len()..].trim_start_matches("; ");
+        let rest = (!rest.is_empty()).then(|| rest.to_owned());
+        own[..n].iter().map(|text| (*text).to_owned()).chain(rest).collect()
+    }
+}
+
+/// What stands between two faults in a message.
+const JOINT: &str = ", and ";
+
 /// As a program prints an error that it returns from `main`: the faults, and what may help.
 impl fmt::Debug for Refused {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -138,11 +158,18 @@ impl Outcome {
         for (kind, by_family, what) in deviations {
             let farther = |a: &(&String, &Deviation), b: &(&String, &Deviation)| a.1.distance.total_cmp(&b.1.distance);
             let Some((family, worst)) = by_family.iter().max_by(farther) else { continue };
-            let each: Vec<_> =
-                by_family.iter().map(|(name, by)| format!("{name} by {}", Shortest(short(by.distance)))).collect();
+            let each: Vec<_> = by_family
+                .iter()
+                .map(|(name, by)| {
+                    let (count, at) = (by.vertices, short_place(moved[by.vertex]));
+                    format!("{name} by {}, {count} vertices, the worst at {at}", Shortest(short(by.distance)))
+                })
+                .collect();
             let place = Place::new(moved[worst.vertex], Some(family));
             let count = by_family.values().map(|by| by.vertices).sum();
-            add(kind, count, Some(place), format!("{what} ({})", each.join(", ")));
+            let by = by_family.values().find_map(|by| by.prescribed).filter(|_| kind == FaultKind::OffSurface);
+            let by = by.map(|by| format!("; `{}` prescribes where they are", self.mesh.families[by.index()]));
+            add(kind, count, Some(place), format!("{what} ({}){}", each.join("; "), by.unwrap_or_default()));
         }
         for held in &self.held_back {
             let Some(Beyond { distance, edge, at }) = held.beyond else { continue };
@@ -168,7 +195,7 @@ impl Outcome {
             add(FaultKind::MissedProfiles, 1, Some(Place::new(at, Some(wing))), message);
         }
         let texts: Vec<_> = faults.iter().map(|fault| fault.message.as_str()).collect();
-        let mut message = texts.join(", and ");
+        let mut message = texts.join(JOINT);
         if let Some(worst) = clusters.first() {
             let near = family(worst).map(|family| format!(" near `{family}`")).unwrap_or_default();
             message += &format!("; {}, the worst tet at {}{near}", places(clusters.len()), short_place(worst.at));
@@ -190,7 +217,6 @@ impl Outcome {
         Refused { why: Why::Invalid, message, faults, hint: Some(hint(self)) }
     }
 
-    /// The stages that did not converge, with the error that each left.
     /// The inverted cells of each kind, and the first of them with its corner and its place.
     fn inverted_cells(&self, kinds: &[KindQuality]) -> String {
         let mesh = HybridMesh { mesh: &self.mesh, others: &self.others };
@@ -217,6 +243,7 @@ impl Outcome {
         format!("{} of {n_cells} cells are inverted ({}){first}", self.inverted, each.join(", "))
     }
 
+    /// The stages that did not converge, with the error that each left.
     fn not_converged(&self) -> Fault {
         let stages = self.unconverged.iter();
         // One sweep alone gives no measure.
@@ -312,6 +339,11 @@ fn remedy(outcome: &Outcome) -> String {
             "the moved surface itself is folded ({}), and no volume fits it: correct its profiles or displacements first",
             counts(&outcome.folded)
         );
+    }
+    if outcome.off_surface.values().any(|by| by.prescribed.is_some()) {
+        return "the junction of a prescribed family is not slid back onto the surface, as that of a wing with profiles is: give \
+                its vertices displacements that lead along the surface"
+            .to_owned();
     }
     if outcome.inverted == 0 && !outcome.missed.is_empty() {
         return "a family that holds the wing back, or a change too uneven along the span for these profiles: give more of \

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{Design, Deviation, FamilyReport, HeldBack, MISSED, Mover, ProfileReport, Solver};
 use crate::{
-    families::shape::FamilyShape,
+    families::{PlacedBy, shape::FamilyShape},
     mesh::FamilyId,
     profile::{Missed, Plane, ProfileError, cut, distance},
     relaxation::Convergence,
@@ -88,7 +88,12 @@ impl Mover {
     fn deviation(&self, distances: impl Iterator<Item = (u32, f64)>, allowed: f64) -> Option<Deviation> {
         let beyond: Vec<_> = distances.filter(|(_, distance)| distance.is_nan() || *distance > allowed).collect();
         let &(vertex, distance) = beyond.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Deviation { distance, vertices: beyond.len(), vertex: self.order.vertex(vertex) as usize })
+        let prescribed = beyond.iter().find_map(|&(vertex, _)| {
+            let is_prescribed = self.families.placed_by[vertex as usize] == PlacedBy::Prescribed;
+            is_prescribed.then(|| self.families.holder(&self.surface, vertex)).flatten()
+        });
+        let vertex = self.order.vertex(vertex) as usize;
+        Some(Deviation { distance, vertices: beyond.len(), vertex, prescribed })
     }
 
     pub(super) fn family_reports(

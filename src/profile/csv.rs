@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::{Profile, ProfileError};
 use crate::text::header::{self, Header};
-use crate::text::{Mark, Row, fields, parse_number, rows, shorten};
+use crate::text::{Mark, Row, comma_advice, fields, parse_number, rows, shorten};
 
 const HEADER: &str = "profile,x,y,z";
 const EXPECTED: &str = "the header profile,x,y,z";
@@ -122,7 +122,13 @@ impl Reader {
         for ((column, axis), coordinate) in columns.position.into_iter().zip(["x", "y", "z"]).zip(&mut coordinates) {
             *coordinate = match parse_number(fields[column]) {
                 Some(value) if value.is_finite() => value,
-                _ => return Err(file.fail(line, format!("{axis} = '{}'", shorten(fields[column])), "a finite number")),
+                _ => {
+                    return Err(file.fail(
+                        line,
+                        format!("{axis} = '{}'{}", shorten(fields[column]), comma_advice(fields[column])),
+                        "a finite number",
+                    ));
+                }
             };
         }
         if file.profile != Some(number) {

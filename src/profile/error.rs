@@ -30,6 +30,16 @@ pub enum ProfileError {
         /// File, place and cause, in words.
         what: String,
     },
+    /// The case does not say where an airfoil goes.
+    #[error(
+        "{}:1: the coordinates of an airfoil do not say where it is; expected a placement in the case: \
+         [profiles.NAME.placement.\"FILE\"], with the chord and the leading edge that `idmesh cut` prints",
+        path.display()
+    )]
+    NoPlacement {
+        /// Path of the file.
+        path: PathBuf,
+    },
     /// A coordinate is NaN, infinite or beyond 1e100.
     #[error("profile {profile}: point {point} is {position}, expected finite coordinates")]
     NotFinite {

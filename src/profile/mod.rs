@@ -51,6 +51,7 @@ mod near;
 mod path_boxes;
 mod places;
 mod plane;
+mod pose;
 mod remarks;
 mod section;
 mod simple;
@@ -71,6 +72,7 @@ pub use files::Placement;
 pub use interpolation::ProfileInterpolation;
 pub(crate) use places::SECTIONS_AT_ONCE;
 pub use plane::Plane;
+pub use pose::Pose;
 pub use remarks::Remark;
 pub use wing_surface::WingSurface;
 

@@ -1,4 +1,4 @@
-//! The distribution of beta as a chart (the paper's Fig. 9).
+//! The distribution of a measure of quality as a chart (the paper's Fig. 9).
 
 use std::fmt::Display;
 
@@ -10,8 +10,66 @@ use crate::quality::Statistics;
 pub struct Series<'a> {
     /// Name in the legend.
     pub name: &'a str,
-    /// Beta of each tet `[n_tets]`. Values that are not finite are left out.
-    pub beta: &'a [f64],
+    /// The measure of each tet or cell `[n]`. Values that are not finite are left out.
+    pub values: &'a [f64],
+}
+
+/// The measure that a [`histogram_svg`] shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measured {
+    /// Beta of each tet.
+    Beta,
+    /// Scaled Jacobian of the worst corner of each cell. A mesh without tets has no beta.
+    ScaledJacobian,
+}
+
+impl Measured {
+    /// Width of a bin. The largest beta is 0.11785 (the regular tet), so a valid mesh fills at most
+    /// 48 bins. The largest scaled Jacobian is 1.
+    fn bin(self) -> f64 {
+        match self {
+            Self::Beta => 0.0025,
+            Self::ScaledJacobian => 0.025,
+        }
+    }
+
+    /// Number of bins right of zero.
+    fn positive_bins(self) -> i64 {
+        match self {
+            Self::Beta => 48,
+            Self::ScaledJacobian => 40,
+        }
+    }
+
+    /// Number of decimals that the labels of the axis need, every eighth bin.
+    fn decimals(self) -> usize {
+        match self {
+            Self::Beta => 2,
+            Self::ScaledJacobian => 1,
+        }
+    }
+
+    /// What has the measure.
+    fn noun(self) -> &'static str {
+        match self {
+            Self::Beta => "tets",
+            Self::ScaledJacobian => "cells",
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Self::Beta => "beta = V / l_max\u{b3}",
+            Self::ScaledJacobian => "scaled Jacobian of the worst corner",
+        }
+    }
+
+    fn bin_of(self, value: f64) -> i64 {
+        // The clamp limits the number of bins for values that cannot be a measure, and puts 1 into
+        // the last bin.
+        let n = self.positive_bins();
+        ((value / self.bin()).floor() as i64).clamp(-n, n - 1)
+    }
 }
 
 const WIDTH: f64 = 760.0;
@@ -21,19 +79,15 @@ const RIGHT: f64 = 24.0;
 const TOP: f64 = 52.0;
 const BOTTOM: f64 = 64.0;
 
-/// Width of a bin. The largest beta is 0.11785 (the regular tet), so a valid mesh fills at most 48
-/// bins.
-const BIN: f64 = 0.0025;
-/// Number of bins right of zero.
-const POSITIVE_BINS: i64 = 48;
-
-/// A chart of the number of tets in each bin of beta, as an SVG document. Each series has one
-/// outline.
-pub fn histogram_svg(title: &str, series: &[Series]) -> String {
-    let first_bin = series.iter().flat_map(|series| series.beta).filter(|beta| beta.is_finite()).map(|&beta| bin(beta));
-    let first_bin = first_bin.fold(0, i64::min);
-    let n_bins = (POSITIVE_BINS - first_bin) as usize;
-    let counts: Vec<Vec<usize>> = series.iter().map(|series| count(series.beta, first_bin, n_bins)).collect();
+/// A chart of the number of tets or cells in each bin of a measure, as an SVG document. Each series
+/// has one outline.
+pub fn histogram_svg(measure: Measured, title: &str, series: &[Series]) -> String {
+    let finite = series.iter().flat_map(|series| series.values).filter(|value| value.is_finite());
+    let first_bin = finite.map(|&value| measure.bin_of(value)).fold(0, i64::min);
+    let last_bin = measure.positive_bins();
+    let n_bins = (last_bin - first_bin) as usize;
+    let counts: Vec<Vec<usize>> =
+        series.iter().map(|series| count(measure, series.values, first_bin, n_bins)).collect();
     let largest = counts.iter().flatten().copied().max().unwrap_or(0).max(1);
     let tick = tick_size(largest);
     let top = largest.div_ceil(tick) * tick;
@@ -44,23 +98,18 @@ pub fn histogram_svg(title: &str, series: &[Series]) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
     let middle = (LEFT + WIDTH - RIGHT) / 2.0;
     svg.label(&[("x", &middle), ("y", &28), ("font-size", &16), ("text-anchor", &"middle")], title);
-    axes(&mut svg, (first_bin, POSITIVE_BINS), (tick, top), &x, &y);
+    axes(&mut svg, measure, (first_bin, last_bin), (tick, top), &x, &y);
     for (index, counts) in counts.iter().enumerate() {
         outline(&mut svg, COLOURS[index % COLOURS.len()], counts, first_bin, &x, &y);
     }
-    legend(&mut svg, series);
+    legend(&mut svg, measure, series);
     svg.finish()
 }
 
-fn bin(beta: f64) -> i64 {
-    // The clamp limits the number of bins for values that cannot be a beta.
-    ((beta / BIN).floor() as i64).clamp(-POSITIVE_BINS, POSITIVE_BINS - 1)
-}
-
-fn count(beta: &[f64], first_bin: i64, n_bins: usize) -> Vec<usize> {
+fn count(measure: Measured, values: &[f64], first_bin: i64, n_bins: usize) -> Vec<usize> {
     let mut counts = vec![0; n_bins];
-    for &beta in beta.iter().filter(|beta| beta.is_finite()) {
-        counts[(bin(beta) - first_bin) as usize] += 1;
+    for &value in values.iter().filter(|value| value.is_finite()) {
+        counts[(measure.bin_of(value) - first_bin) as usize] += 1;
     }
     counts
 }
@@ -78,6 +127,7 @@ fn tick_size(largest: usize) -> usize {
 
 fn axes(
     svg: &mut Svg,
+    measure: Measured,
     (first_bin, last_bin): (i64, i64),
     (tick, top): (usize, usize),
     x: &impl Fn(i64) -> f64,
@@ -89,25 +139,25 @@ fn axes(
         line(svg, [left, y], [right, y], &[("stroke", &"#ddd")]);
         label(svg, [left - 8.0, y + 4.5], "end", count);
     }
-    // A label every eight bins, that is every 0.02.
+    // A label every eight bins, at a round number.
     for bin in (first_bin..=last_bin).filter(|bin| bin.rem_euclid(8) == 0) {
         let x = x(bin);
         line(svg, [x, bottom], [x, bottom + 5.0], &[("stroke", &"#222")]);
-        label(svg, [x, bottom + 20.0], "middle", format_args!("{:.2}", bin as f64 * BIN));
+        label(svg, [x, bottom + 20.0], "middle", format_args!("{:.*}", measure.decimals(), bin as f64 * measure.bin()));
     }
     line(svg, [left, bottom], [right, bottom], &[("stroke", &"#222")]);
     if first_bin < 0 {
-        // The line separates inverted tets, on its left, from valid ones.
+        // The line separates inverted tets or cells, on its left, from valid ones.
         let zero = x(0);
         line(svg, [zero, y(top)], [zero, bottom], &[("stroke", &"#222"), ("stroke-dasharray", &"4 3")]);
         label(svg, [zero - 6.0, y(top) + 12.0], "end", "inverted");
     }
-    label(svg, [(left + right) / 2.0, HEIGHT - 20.0], "middle", "beta = V / l_max\u{b3}");
+    label(svg, [(left + right) / 2.0, HEIGHT - 20.0], "middle", measure.label());
     let middle = (y(0) + y(top)) / 2.0;
     let upright = format_args!("rotate(-90 22 {})", Pixels(middle));
     svg.label(
         &[("x", &22), ("y", &Pixels(middle)), ("text-anchor", &"middle"), ("transform", &upright)],
-        format_args!("tets per {BIN}"),
+        format_args!("{} per {}", measure.noun(), measure.bin()),
     );
 }
 
@@ -130,7 +180,7 @@ fn outline(
     );
 }
 
-fn legend(svg: &mut Svg, series: &[Series]) {
+fn legend(svg: &mut Svg, measure: Measured, series: &[Series]) {
     for (index, series) in series.iter().enumerate() {
         let (x, y) = (WIDTH - RIGHT - 250.0, TOP + 18.0 + 20.0 * index as f64);
         let colour = COLOURS[index % COLOURS.len()];
@@ -147,8 +197,13 @@ fn legend(svg: &mut Svg, series: &[Series]) {
                 ("stroke-width", &1.6),
             ],
         );
-        let mean = Statistics::new(series.beta).mean;
-        let text = format_args!("{} ({} tets, mean {mean:.5})", series.name, series.beta.len());
+        let (count, noun) = (series.values.len(), measure.noun());
+        // Nothing has no mean.
+        let mean = match count {
+            0 => String::new(),
+            _ => format!(", mean {:.5}", Statistics::new(series.values).mean),
+        };
+        let text = format_args!("{} ({count} {noun}{mean})", series.name);
         svg.label(&[("x", &Pixels(x + 22.0)), ("y", &Pixels(y))], text);
     }
 }

@@ -19,11 +19,11 @@ use serde::Serialize;
 use crate::mesh::{CellKind, FamilyId, HybridMesh, KindQuality};
 
 pub use checksums::{Checksums, Sums};
-pub use histogram::{Series, histogram_svg};
+pub use histogram::{Measured, Series, histogram_svg};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
 
 pub(crate) use table::{aligned, beta_text};
-pub use table::{kind_table, stage_table};
+pub use table::{kind_table, stage_remark, stage_table};
 
 /// The JSON Schema (draft 2020-12) of [`RunReport`], which is a report of `idmesh run --json` and a
 /// line of `idmesh batch --json`.
@@ -67,7 +67,7 @@ pub struct Kind {
     pub count: usize,
     /// Number of inverted cells: the volume of a corner or of the cell is not positive.
     pub inverted: usize,
-    /// Smallest scaled Jacobian of a corner.
+    /// Smallest scaled Jacobian of a corner; see [`crate::quality::scaled_jacobian`].
     pub jacobian_min: f64,
     /// Mean over the cells of the smallest scaled Jacobian.
     pub jacobian_mean: f64,
@@ -84,6 +84,17 @@ pub fn by_kind(kinds: &[KindQuality]) -> BTreeMap<&'static str, Kind> {
         (kind.plural(), Kind { count, inverted, jacobian_min, jacobian_mean, shape_min })
     };
     kinds.iter().map(of_kind).collect()
+}
+
+/// The end of a histogram's title that tells how many of a mesh's cells have a beta. Empty where
+/// all have one, or none has.
+pub(crate) fn share_of_tets(mesh: HybridMesh) -> String {
+    let n_cells = mesh.n_cells();
+    match mesh.count(CellKind::Tet) {
+        0 => String::new(),
+        tets if tets == n_cells => String::new(),
+        tets => format!(": the tets, {:.1} % of the cells", 100.0 * tets as f64 / n_cells as f64),
+    }
 }
 
 /// Size of a family.
@@ -103,6 +114,11 @@ fn is_zero(count: &usize) -> bool {
 }
 
 impl Mesh {
+    /// Number of cells, of all kinds.
+    pub fn n_cells(&self) -> usize {
+        self.tets + self.pyramids + self.prisms + self.hexahedra
+    }
+
     /// Counts the entities of a mesh.
     pub fn of<'a>(mesh: impl Into<HybridMesh<'a>>) -> Self {
         let hybrid = mesh.into();

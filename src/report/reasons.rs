@@ -28,7 +28,7 @@ impl RunReport {
             "/error/hint" => "nothing is known to help",
             "/error/count" => "nothing was counted",
             "/checksums" => "no checksums were asked for",
-            "/cells" if has_moved => "all cells are tets; `stages` has their quality",
+            "/cells" | "/cells_original" if has_moved => "all cells are tets; `stages` has their quality",
             _ if self.mesh.tets == 0 && last.starts_with("beta_") => "no cell is a tet",
             "/smoothing" if has_moved => "it is off, or no tet needed it",
             "/checks/max_distance_off_surface" => "no family is a carenage or a plane",

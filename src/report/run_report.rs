@@ -41,6 +41,8 @@ pub struct RunReport {
     /// Quality of each kind of cell of the moved mesh, by the plural of its name. `None` for a mesh
     /// of tets.
     pub cells: Option<BTreeMap<&'static str, Kind>>,
+    /// The same of the original mesh. The moved mesh is judged by comparison with these values.
+    pub cells_original: Option<BTreeMap<&'static str, Kind>>,
     /// Deviations of each family from its shape, by name. Families with nothing to report are left
     /// out.
     pub families: Option<BTreeMap<String, FamilyReport>>,
@@ -194,6 +196,7 @@ impl RunReport {
             repaired: None,
             stages: None,
             cells: None,
+            cells_original: None,
             families: None,
             profiles: None,
             solver: None,
@@ -217,6 +220,7 @@ impl RunReport {
         self.repaired = Some(Repaired::of(outcome));
         self.stages = Some(outcome.stages.clone());
         self.cells = outcome.kinds.as_deref().map(by_kind);
+        self.cells_original = outcome.original_kinds.as_deref().map(by_kind);
         self.families = Some(outcome.families.clone());
         self.profiles = Some(outcome.profiles.clone());
         self.solver = Some(outcome.solver.clone());

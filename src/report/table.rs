@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::Kind;
+use super::{Kind, Mesh};
 use crate::mover::{StageName, StageQuality};
 use crate::text::cell;
 
@@ -30,28 +30,51 @@ pub fn stage_table(stages: &[StageQuality]) -> String {
     aligned(&rows)
 }
 
+/// What the columns of [`stage_table`] count in a mesh with other cells than tets. Empty for a mesh
+/// of tets.
+pub fn stage_remark(mesh: &Mesh) -> String {
+    let n_cells = mesh.n_cells();
+    match mesh.tets {
+        tets if tets == n_cells => String::new(),
+        0 => format!("no cell is a tet, so there is no beta; inverted counts all {n_cells} cells\n"),
+        tets => format!("beta is that of the {tets} tets; inverted counts all {n_cells} cells\n"),
+    }
+}
+
 /// The kinds of cells as aligned columns: a header line, then one line per kind.
-pub fn kind_table(kinds: &BTreeMap<&'static str, Kind>) -> String {
+///
+/// - `original`: the kinds of the original mesh, if the mesh was moved. Then each kind has two
+///   lines.
+pub fn kind_table(kinds: &BTreeMap<&'static str, Kind>, original: Option<&BTreeMap<&'static str, Kind>>) -> String {
     let has_shape = kinds.values().any(|kind| kind.shape_min.is_some());
     let mut header = ["cells", "count", "inverted", "jacobian min", "jacobian mean"].map(str::to_owned).to_vec();
     header.extend(has_shape.then(|| "shape min".to_owned()));
     let mut rows = vec![header];
-    for (name, kind) in kinds {
+    let row = |name: String, kind: &Kind| {
         let mut row = vec![
-            (*name).to_owned(),
+            name,
             kind.count.to_string(),
             kind.inverted.to_string(),
-            format!("{:.4}", kind.jacobian_min),
-            format!("{:.4}", kind.jacobian_mean),
+            beta_text(kind.jacobian_min, 4),
+            beta_text(kind.jacobian_mean, 4),
         ];
-        row.extend(kind.shape_min.map(|shape| format!("{shape:.4}")));
-        rows.push(row);
+        row.extend(kind.shape_min.map(|shape| beta_text(shape, 4)));
+        row
+    };
+    for (name, kind) in kinds {
+        match original.and_then(|original| original.get(name)) {
+            None => rows.push(row((*name).to_owned(), kind)),
+            Some(before) => {
+                rows.push(row(format!("{name}, original"), before));
+                rows.push(row(format!("{name}, final"), kind));
+            }
+        }
     }
     aligned(&rows)
 }
 
-/// Beta with the paper's number of decimals, or in powers of ten where the decimals would leave few
-/// digits (boundary layers).
+/// Beta, or another measure, with the paper's number of decimals, or in powers of ten where the
+/// decimals would leave few digits (boundary layers).
 pub(crate) fn beta_text(beta: f64, decimals: usize) -> String {
     if beta.is_nan() {
         return "-".to_owned();

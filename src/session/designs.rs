@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use crate::case::design_list;
-use crate::formats::read_named;
+use crate::formats::{is_special, read_named};
 use crate::text::decode;
 
 /// The name of a design and its files.
@@ -67,8 +67,8 @@ pub struct Listed {
 /// Lists the designs of a folder, sorted by name, or the designs that a text file names, in its
 /// order.
 ///
-/// The text file holds one path a line, relative to the text file's folder. A comment begins with
-/// `#`.
+/// The text file holds one path a line, relative to the text file's folder. Those of a pipe or a
+/// device, such as `/dev/stdin`, are relative to the working folder. A comment begins with `#`.
 ///
 /// | tables of the case | a design is |
 /// |---|---|
@@ -90,7 +90,9 @@ pub fn list_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Resu
         paths.retain(|path| is_design(path, extensions) || !of_folder(path, extensions, tables).is_empty());
         paths
     } else {
-        let listed = design_list::parse(&decode(&read_named(path).map_err(cannot_read)?), path);
+        // What a shell makes of `<(...)` is no file beside which designs could be.
+        let beside = if is_special(path) { Path::new("") } else { path };
+        let listed = design_list::parse(&decode(&read_named(path).map_err(cannot_read)?), beside);
         // Text files of both kinds have the extension txt.
         let is_profile = path.extension().is_none_or(|extension| extension != "txt") && is_design(path, extensions);
         if is_profile && !listed.iter().any(|path| path.exists()) {

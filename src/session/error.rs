@@ -164,6 +164,21 @@ pub enum SessionError {
         /// Largest distance of the profile's points from the plane, in the mesh's unit.
         off: f64,
     },
+    /// A design is one airfoil, and the case has several files of profiles, whose placements it
+    /// could take.
+    #[error(
+        "{}: one airfoil in place of the {n_files} files that `new` of [profiles.{wing}] lists: which of them it replaces \
+         cannot be told",
+        path.display()
+    )]
+    WhichPlacement {
+        /// The design's file.
+        path: PathBuf,
+        /// Number of the case's files.
+        n_files: usize,
+        /// The wing.
+        wing: String,
+    },
     /// Another job writes reports into the same file, which this job would replace.
     #[error("another job writes its reports into {} now, and this one would replace them", path.display())]
     InUse {
@@ -273,6 +288,10 @@ impl SessionError {
                 ));
             }
             Self::OtherPlane { .. } => "name the old profiles in the case: old = \"FILE\"",
+            Self::WhichPlacement { .. } => {
+                "a design replaces all sections: give all in one CSV; or let the case have one airfoil with several \
+                 placements ([[profiles.NAME.placement.\"FILE\"]]), which the design's airfoil then takes"
+            }
             Self::InUse { .. } => {
                 "jobs share a file of reports with --resume, or with --shard if they share the designs; else each has its own"
             }

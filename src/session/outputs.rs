@@ -17,8 +17,9 @@ use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, SessionError};
 use crate::case::{Case, LoadedCase, Output};
 use crate::formats::{Fields, FileSet, WriteError, has_format, is_special, mesh_path, real_path};
+use crate::mesh::{self, CellMeasures};
 use crate::mover::{Outcome, Why};
-use crate::report::{Series, histogram_svg};
+use crate::report::{Measured, Series, histogram_svg, share_of_tets};
 
 /// The files of one design's results, and the rule for their names:
 ///
@@ -237,10 +238,22 @@ impl Outputs {
         let Some(path) = &self.histogram else { return Ok(()) };
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let design = design.map(|name| format!(", {name}")).unwrap_or_default();
-        let title = format!("Quality of {}, {}{design}", name(&case.case.mesh), name(&case.case.path));
-        let original = Series { name: "original", beta: &outcome.original_beta };
-        let last = Series { name: "final", beta: &outcome.beta };
-        let svg = histogram_svg(&title, &[original, last]);
+        let hybrid = case.file.cells();
+        let share = share_of_tets(hybrid);
+        let title = format!("Quality of {}, {}{design}{share}", name(&case.case.mesh), name(&case.case.path));
+        let chart = |measured, original: &[f64], last: &[f64]| {
+            let series = [("original", original), ("final", last)].map(|(name, values)| Series { name, values });
+            histogram_svg(measured, &title, &series)
+        };
+        let svg = match &outcome.cell_measures {
+            Some(last) if outcome.beta.is_empty() => {
+                let original = mesh::measures(hybrid, &outcome.mesh().vertices, None);
+                let jacobians =
+                    |cells: &[CellMeasures]| -> Vec<f64> { cells.iter().map(|cell| cell.jacobian).collect() };
+                chart(Measured::ScaledJacobian, &jacobians(&original), &jacobians(last))
+            }
+            _ => chart(Measured::Beta, &outcome.original_beta, &outcome.beta),
+        };
         files.add(path, move |out| out.write_all(svg.as_bytes())).map_err(|error| cannot_write(path, error))
     }
 }

@@ -9,7 +9,7 @@ use super::outputs::Outputs;
 use crate::case::{LoadError, LoadedCase, NamedFiles, displacement, prescribed, profiles_of};
 use crate::formats::real_path;
 use crate::mover::{Design, MoveError};
-use crate::profile::{Plane, Profile, files};
+use crate::profile::{Plane, Profile, ProfileError, files};
 
 /// A profile lies in a plane if its points do within this fraction of its size. The points of one
 /// profile lie in its plane within the same fraction.
@@ -134,14 +134,19 @@ impl ReplacedInputs {
 /// Reads the new profiles of a wing from a design's file.
 fn profiles(case: &LoadedCase, wing: &str, path: &Path) -> Result<Vec<Profile>, SessionError> {
     let mut source = case.case.profiles[wing].clone();
-    // An airfoil takes the placement of the case's airfoil.
+    // An airfoil takes the placements of the case's airfoil.
     if let [only] = source.new.as_slice()
-        && let Some(placement) = source.placements.get(only).cloned()
+        && let Some(placements) = source.placements.get(only).cloned()
     {
-        source.placements.insert(path.to_path_buf(), placement);
+        source.placements.insert(path.to_path_buf(), placements);
     }
     let paths = [path.to_path_buf()];
-    let new = profiles_of(&paths, &source.placements)?;
+    let new = profiles_of(&paths, &source.placements).map_err(|error| match error {
+        LoadError::ProfileFile(ProfileError::NoPlacement { path }) if source.new.len() > 1 => {
+            SessionError::WhichPlacement { path, n_files: source.new.len(), wing: wing.to_owned() }
+        }
+        error => error.into(),
+    })?;
     if source.old.is_none() {
         same_planes(&case.design.profiles[wing], &new, path, wing)?;
     }

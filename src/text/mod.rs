@@ -8,6 +8,6 @@ mod number;
 mod rows;
 mod shown;
 
-pub(crate) use number::{parse_double, parse_number};
+pub(crate) use number::{comma_advice, parse_double, parse_number};
 pub(crate) use rows::{Mark, Row, decode, fields, rows};
 pub(crate) use shown::{cell, shorten, shown, shown_json, shown_lines};

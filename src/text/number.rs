@@ -16,6 +16,12 @@ pub(crate) fn parse_number(word: &str) -> Option<f64> {
     parse_double(word.as_bytes())
 }
 
+/// Words about a number with a decimal comma. Empty for every other word.
+pub(crate) fn comma_advice(word: &str) -> &'static str {
+    let is_comma = word.matches(',').count() == 1 && parse_number(&word.replace(',', ".")).is_some();
+    if is_comma { ": it has a decimal comma, expected a decimal point" } else { "" }
+}
+
 /// Fortran writes no number with more bytes.
 const LONGEST: usize = 64;
 

@@ -74,6 +74,8 @@ pub struct VolumeStage {
     stepping: Stepping,
     /// Of the surfaces.
     crossings: Crossings,
+    /// Whether the next result will be refused in any case.
+    refusal_expected: bool,
     /// What the last run made, until it is taken.
     result: Option<VolumeResult>,
 }
@@ -176,6 +178,7 @@ impl VolumeStage {
             smoothing,
             stepping,
             crossings,
+            refusal_expected: false,
             result: None,
         })
     }
@@ -183,6 +186,12 @@ impl VolumeStage {
     /// The method that relaxes the volume's springs; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// Says whether the result of the next run will be refused for the places of surfaces, whatever
+    /// the volume does. Then a run makes one jump, and repairs nothing.
+    pub fn expect_refusal(&mut self, is_expected: bool) {
+        self.refusal_expected = is_expected;
     }
 
     /// Sets the start of the springs for further updates.
@@ -250,6 +259,7 @@ impl Stage for VolumeStage {
         if state.inverted > 0
             && somewhere
             && !stuck
+            && !self.refusal_expected
             && self.stepping.max_steps > 1
             && !self.surfaces_invert(&state, mesh)
         {
@@ -278,6 +288,7 @@ impl Stage for VolumeStage {
         }
         if let Some(smoothing) = &mut self.smoothing
             && smoothed.is_none()
+            && !self.refusal_expected
             && (!stuck || state.is_local())
             && state.worst < smoothing.enough
         {

@@ -1,7 +1,10 @@
 //! `idmesh batch`: many designs give what as many runs give, and one that fails stops no other.
 
 use std::fs;
+use std::io::Write;
+use std::process::Stdio;
 
+use idmesh::formats;
 use serde_json::Value;
 
 use crate::fixture::*;
@@ -309,6 +312,80 @@ fn airfoils_take_the_cases_place() {
     assert_good(&fixture.run());
     assert!(fixture.read("moved/a.msh") == fixture.read("moved.msh"));
     assert_ne!(fixture.read("moved.msh"), fixture.read("box.msh"));
+}
+
+/// An airfoil with two places in the case is one with two places in a design. Where the case has
+/// two airfoils, nothing says which of them a design replaces.
+#[test]
+fn airfoils_take_all_places_of_the_cases_one() {
+    let fixture = Fixture::with_raised_designs(&[]);
+    let side = |x: i32, y: f64| format!("{} {}\n", f64::from(x) / 24.0, y * 0.33);
+    let front = (1..16).map(|i| side(0, 1.0 - f64::from(i) / 8.0));
+    let upper = (0..=24).rev().map(|x| side(x, 1.0));
+    let points: String = upper.chain(front).chain((0..=24).map(|x| side(x, -1.0))).collect();
+    fixture.write("new.dat", &points);
+    fixture.write("tip.dat", &points);
+    fixture.write("designs/a.dat", &points);
+    let place = |name: &str, y: f64, z: f64| {
+        format!("[[profiles.wing.placement.\"{name}\"]]\nchord = 0.75\nposition = [1.0, {y}, {z}]\n")
+    };
+    let case = |new: &str, tip: &str| {
+        let places = place("new.dat", 0.3, 0.02) + &place(tip, 1.2, 0.05);
+        let text = CASE.replace("new = \"new.csv\"\n", &format!("new = {new}\nold = \"old.csv\"\n{places}"));
+        fixture.write("case.toml", &text);
+    };
+    case("\"new.dat\"", "new.dat");
+    let output = batch(&fixture, &["--out", "moved"]);
+    assert_good(&output);
+    // The worst beta of the result stands in the design's line.
+    let line = stderr(&output).lines().find(|line| line.starts_with("a: moved in ")).unwrap().to_owned();
+    let worst: f64 = line.split("worst beta ").nth(1).unwrap().parse().unwrap();
+    assert!(worst > 0.0 && worst < 0.118, "{line}");
+    assert_good(&fixture.run());
+    assert!(fixture.read("moved/a.msh") == fixture.read("moved.msh"));
+    // Each place counts: both sections as a table give the same.
+    let table = |points: &str| -> String {
+        let row = |number: i32, y: f64, z: f64| {
+            let rows = points.lines().map(move |line| {
+                let (x, up) = line.split_once(' ').unwrap();
+                let [x, up]: [f64; 2] = [x, up].map(|number| number.parse().unwrap());
+                format!("{number},{},{y},{}\n", 1.0 + 0.75 * x, z + 0.75 * up)
+            });
+            rows.collect::<String>()
+        };
+        format!("profile,x,y,z\n{}{}", row(0, 0.3, 0.02), row(1, 1.2, 0.05))
+    };
+    let by_places = formats::read(&fixture.path("moved.msh")).unwrap().mesh.vertices;
+    fixture.write("new.csv", &table(&points));
+    fixture.case("new = \"new.csv\"\n", "new = \"new.csv\"\nold = \"old.csv\"\n");
+    assert_good(&fixture.run());
+    let by_table = formats::read(&fixture.path("moved.msh")).unwrap().mesh.vertices;
+    assert!(by_places.iter().zip(&by_table).all(|(a, b)| a.abs_diff_eq(*b, 1e-9)));
+
+    case("[\"new.dat\", \"tip.dat\"]", "tip.dat");
+    assert_good(&fixture.run());
+    let output = batch(&fixture, &["--out", "moved"]);
+    assert_eq!(output.status.code(), Some(1));
+    for words in
+        ["a.dat: one airfoil in place of the 2 files", "a design replaces all sections", "[[profiles.NAME.placement"]
+    {
+        assert!(stderr(&output).contains(words), "{words}: {}", stderr(&output));
+    }
+}
+
+/// Names of designs that come through a pipe are those of the working folder.
+#[cfg(unix)]
+#[test]
+fn a_list_from_a_pipe_names_files_of_the_working_folder() {
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06)]);
+    for list in ["/dev/stdin", "/proc/self/fd/0"] {
+        let arguments = ["batch", "case.toml", "--backend", "cpu", "--designs", list, "--out", "moved"];
+        let mut child =
+            command(fixture.folder.path(), &arguments).stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(b"designs/a.csv\n").unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{list}");
+        fs::remove_file(fixture.path("moved/a.msh")).unwrap();
+    }
 }
 
 /// Old profiles cut at other planes than a design's would move the wing otherwise than in a run of

@@ -73,6 +73,8 @@ fn cut_profiles_lie_on_their_planes() {
         |family: &'static str, at: &'static str| ["cut", "box.msh", "--family", family, "--at", at, "--out", "o.csv"];
     fixture.refuses_command(&cut("wings", "y=1"), 3, &["no family `wings`", "did you mean `wing`?"]);
     fixture.refuses_command(&cut("wing", "y=1.7"), 3, &["misses the wing"]);
+    let twice = [&cut("wing", "y=1")[..], &["--json", "o.csv"]].concat();
+    fixture.refuses_command(&twice, 3, &["o.csv is the name of two outputs"]);
 }
 
 #[test]

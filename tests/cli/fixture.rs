@@ -127,7 +127,7 @@ impl Fixture {
         self.idmesh(&["run", "case.toml", "--backend", "cpu"])
     }
 
-    /// Runs the case, expects one error line with these words and this exit code, and no file more
+    /// Runs the case, expects one error with these words and this exit code, and no file more
     /// or less.
     #[track_caller]
     pub fn refuses(&self, exit: i32, words: &[&str]) {
@@ -144,8 +144,12 @@ impl Fixture {
         assert_eq!(output.status.code(), Some(exit), "{errors}");
         let lines: Vec<_> = errors.lines().filter(|line| line.starts_with("error: ")).collect();
         assert_eq!(lines.len(), 1, "{errors}");
+        // A message of several faults has each on a line of its own.
+        let more = errors.lines().skip_while(|line| *line != lines[0]).skip(1);
+        let message = std::iter::once(lines[0]).chain(more.take_while(|line| line.starts_with("  ")));
+        let message = message.collect::<Vec<_>>().join("\n");
         for word in words {
-            assert!(lines[0].contains(word), "\"{word}\" is not in: {}", lines[0]);
+            assert!(message.contains(word), "\"{word}\" is not in: {message}");
         }
         assert!(!errors.contains("panicked"), "{errors}");
         assert_eq!(kept(), before, "files were left behind or lost");

@@ -281,6 +281,34 @@ fn openfoam_folders_are_moved() {
     assert_eq!(formats::read(&mesh).unwrap().mesh.vertices, before.vertices);
 }
 
+/// Without tets there is no beta: the histogram shows the scaled Jacobian, of `quality` and of
+/// `run`. Of a mesh with one tet in four cells it says so.
+#[test]
+fn histograms_show_what_is_there() {
+    let fixture = Fixture::new();
+    let cube = "NDIME= 3\nNELEM= 1\n12 0 1 2 3 4 5 6 7 0\nNPOIN= 8\n0 0 0 0\n1 0 0 1\n1 1 0 2\n0 1 0 3\n0 0 1 4\n1 0 1 5\n\
+                1 1 1 6\n0 1 1 7\nNMARK= 1\nMARKER_TAG= wall\nMARKER_ELEMS= 6\n9 0 3 2 1\n9 4 5 6 7\n9 0 1 5 4\n\
+                9 3 7 6 2\n9 0 4 7 3\n9 1 2 6 5\n";
+    fixture.write("cube.su2", cube);
+    assert_good(&fixture.idmesh(&["quality", "cube.su2", "--histogram", "beta.svg"]));
+    let svg = fixture.read("beta.svg");
+    assert!(svg.contains("mesh (1 cells, mean 1.00000)") && !svg.contains("NaN"), "{svg}");
+    let case = "mesh = \"cube.su2\"\n[family.wall]\nrole = \"fixed\"\n[output]\nhistogram = \"moved.svg\"\n";
+    fixture.write("case.toml", case);
+    let output = fixture.run();
+    assert_good(&output);
+    let svg = fixture.read("moved.svg");
+    assert!(svg.contains("original (1 cells, mean 1.0") && svg.contains("final (1 cells, mean 1.0"), "{svg}");
+    assert!(!svg.contains("NaN"));
+    let text = stdout(&output);
+    assert!(text.contains("no cell is a tet, so there is no beta; inverted counts all 1 cells"), "{text}");
+    assert!(text.contains("hexahedra, original") && text.contains("hexahedra, final"), "{text}");
+
+    let mesh = data("mixed/gmsh.v41.ascii.msh");
+    assert_good(&fixture.idmesh(&["quality", mesh.to_str().unwrap(), "--histogram", "mixed.svg"]));
+    assert!(fixture.read("mixed.svg").contains(": the tets, 25.0 % of the cells"));
+}
+
 /// `mixed` holds a cell of each kind, a unit cube among them.
 #[test]
 fn mixed_meshes_are_measured() {

@@ -131,6 +131,21 @@ fn vertices_that_are_held_back_are_told() {
     let expected = "`symmetry` holds vertices of `wing` back by more than their shortest edge, at (1";
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     assert!(stderr(&output).contains("by 0.3 where that is 0.25"), "{}", stderr(&output));
+    // Inverted cells would otherwise ask for steps and for local optimisation, in vain.
+    fixture.write("new.csv", &profiles(&[(0, 0.45, 0.55), (1, 1.4, 0.55)]));
+    let output = run();
+    let report: serde_json::Value = serde_json::from_str(&fixture.read("report.json")).unwrap();
+    assert!(report["checks"]["inverted_tets"].as_u64().unwrap() > 0, "{}", stderr(&output));
+    assert_eq!((&report["path"]["steps"], &report["smoothing"]), (&1.into(), &serde_json::Value::Null));
+    // Each fault has a line of its own.
+    let errors = stderr(&output);
+    let mut lines = errors.lines().skip_while(|line| !line.starts_with("error: "));
+    assert!(lines.next().unwrap().starts_with("error: the moved mesh may not be used, for "), "{errors}");
+    assert!(lines.next().unwrap().ends_with(" tets are inverted"), "{errors}");
+    let rest: Vec<&str> = lines.collect();
+    assert!(rest[0].starts_with("  `symmetry` holds vertices of `wing` back"), "{errors}");
+    assert!(rest.last().unwrap().starts_with("hint: give what holds them"), "{errors}");
+    assert!(rest[..rest.len() - 1].iter().all(|line| line.starts_with("  ")), "{errors}");
     assert!(fixture.path("moved.invalid.msh").is_file() && !fixture.path("moved.msh").exists());
 }
 

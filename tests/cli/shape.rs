@@ -119,6 +119,66 @@ fn thicker(y: f64, factor: f64) -> Vec<DVec3> {
     airfoil(y, 0.0, |at| DVec3::new(at.x, at.y, factor * at.z))
 }
 
+/// Wings of chord 1 that gmsh meshed from the airfoil's formula, with the leading edge on the y
+/// axis, are measured so. An airfoil file placed by the printed values moves nothing.
+#[test]
+fn cut_prints_where_an_airfoil_goes() {
+    for (mesh, base) in [("dent.msh.gz", 0.0), ("blunt6.msh.gz", 0.02)] {
+        let wing = Wing::new(mesh);
+        let path = data(mesh);
+        let cut = |more: &[&str]| {
+            let arguments =
+                [&["cut", path.to_str().unwrap(), "--family", "wing", "--at", "y=0.5,y=1.5", "--out", "old.csv"], more];
+            let output = command(wing.folder.path(), &arguments.concat()).output().unwrap();
+            assert_good(&output);
+            String::from_utf8(output.stdout).unwrap()
+        };
+        let sections: serde_json::Value = serde_json::from_str(&cut(&["--json", "-"])).unwrap();
+        let table = cut(&[]);
+        let mut placements = String::new();
+        for (number, y) in [0.5, 1.5].into_iter().enumerate() {
+            let section = &sections["sections"][number];
+            let near = |key: &str, expected: f64, tolerance: f64| {
+                let found = section[key].as_f64().unwrap();
+                assert!((found - expected).abs() <= tolerance, "{mesh}: {key} is {found}, not {expected}");
+            };
+            near("number", number as f64, 0.0);
+            near("at", y, 0.0);
+            near("chord", 1.0, 2e-3);
+            near("twist", 0.0, 0.1);
+            near("thickness", 0.12, 2e-3 + 0.4 * base);
+            near("trailing_edge", base, 1e-3);
+            assert_eq!(section["plane"], "y");
+            let position: Vec<f64> =
+                section["position"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+            assert!(DVec3::from_slice(&position).distance(DVec3::new(0.0, y, 0.0)) < 2e-3, "{position:?}");
+            let line = table.lines().nth(number + 1).unwrap();
+            let cells: Vec<&str> = line.split_whitespace().collect();
+            assert_eq!(cells[1], format!("y={y}"), "{line}");
+            let [x, y, z, chord, twist] = [2, 3, 4, 5, 6].map(|cell| cells[cell]);
+            placements += &format!(
+                "[[profiles.wing.placement.\"naca.dat\"]]\nposition = [{x}, {y}, {z}]\nchord = {chord}\ntwist = {twist}\n"
+            );
+        }
+        let points = airfoil(0.0, base, same);
+        let run = |thicker: f64| {
+            let rows: String = points.iter().map(|point| format!("{} {}\n", point.x, thicker * point.z)).collect();
+            fs::write(wing.folder.path().join("naca.dat"), format!("NACA 0012\n{rows}")).unwrap();
+            assert_good(&wing.run(&format!("[profiles.wing]\nnew = \"naca.dat\"\n{placements}")));
+            wing.moved()
+        };
+        let worst = run(1.0).iter().map(|(from, to)| from.distance(*to)).fold(0.0, f64::max);
+        assert!(worst < 5e-3, "{mesh}: {worst:e}");
+        // A thicker airfoil moves the wing at both places.
+        let thicker = run(1.2);
+        for y in [0.5, 1.5] {
+            let beside = thicker.iter().filter(|(from, _)| (from.y - y).abs() < 0.2);
+            let most = beside.map(|(from, to)| from.distance(*to)).fold(0.0, f64::max);
+            assert!((most - 0.012).abs() < 4e-3, "{mesh} {y}: {most}");
+        }
+    }
+}
+
 const NEW: &str = "[profiles.wing]\nnew = \"new.csv\"\n";
 
 /// Flat cuts through the facets lie 0.8 % of the chord below the airfoil; the vertices stand on it.

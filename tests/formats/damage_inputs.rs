@@ -137,7 +137,9 @@ fn case(text: &str) -> bool {
     match Case::parse(text, Path::new("case.toml")) {
         Ok(case) => {
             let placements = case.profiles.values().flat_map(|source| source.placements.values());
-            assert!(placements.into_iter().all(|place| place.position.is_finite() && place.chord.is_finite()));
+            assert!(
+                placements.into_iter().flatten().all(|place| place.position.is_finite() && place.chord.is_finite())
+            );
             assert!(case.settings.stopping.tolerance > 0.0 && !case.output.mesh.is_empty());
             true
         }
@@ -186,8 +188,8 @@ fn surface(name: &str, bytes: &[u8]) -> bool {
 
 fn profiles(name: &str, bytes: &[u8]) -> bool {
     let placement = Placement { chord: 2.0, twist: 3.0, position: DVec3::new(5.0, 6.0, 7.0), span: SpanAxis::Y };
-    let placement = matches!(name, "selig.dat" | "lednicer.txt" | "sides.dat").then_some(&placement);
-    match parse(&[Source { path: Path::new(name), bytes, placement }]) {
+    let placement = matches!(name, "selig.dat" | "lednicer.txt" | "sides.dat").then_some(placement);
+    match parse(&[Source { path: Path::new(name), bytes, placements: placement.as_slice() }]) {
         Ok(profiles) => {
             assert!(profiles.iter().flat_map(|profile| &profile.points).all(|point| point.is_finite()), "{name}");
             // What was read is written so that it comes back.

@@ -34,8 +34,8 @@ pub struct Source<'a> {
     pub path: &'a Path,
     /// Contents of the file.
     pub bytes: &'a [u8],
-    /// Placement in space, for a file of airfoil coordinates.
-    pub placement: Option<&'a Placement>,
+    /// Placements in space, for a file of airfoil coordinates. Each makes a profile.
+    pub placements: &'a [Placement],
 }
 
 /// Whether a file is read as [`csv`], as its extension says.
@@ -63,20 +63,22 @@ impl Source<'_> {
 /// | extension | contents |
 /// |---|---|
 /// | `.csv`, and any other extension | [`csv`] |
-/// | `.dat`, `.tec`, `.plt`, `.txt` | Tecplot zones if the file has any; otherwise the coordinates of one airfoil in Selig's or Lednicer's order, placed in space by a [`Placement`] |
+/// | `.dat`, `.tec`, `.plt`, `.txt` | Tecplot zones if the file has any; otherwise the coordinates of one airfoil in Selig's or Lednicer's order, placed in space by each [`Placement`] |
 /// | `.json` | `[{"profile": 0, "points": [[x, y, z], ...]}, ...]` |
 /// | `.vtp`, `.vtk` | polylines, each connected one is a profile |
 ///
 /// # Errors
 /// - [`ProfileError::Line`] with path and line
 /// - [`ProfileError::File`]: a file cannot be read in its format
+/// - [`ProfileError::NoPlacement`]: an airfoil has no placement
 /// - [`ProfileError::Doubled`]: two profiles have one number
 /// - [`ProfileError::NoProfiles`]
 pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
     let texts: Vec<Cow<str>> = sources.iter().map(|source| decode(source.bytes)).collect();
     let kinds: Vec<Kind> = sources.iter().zip(&texts).map(|(source, text)| Kind::of(source, text)).collect();
     let all = || sources.iter().zip(&texts).zip(&kinds).map(|((source, text), &kind)| (source, &**text, kind));
-    if let Some((source, ..)) = all().find(|(source, _, kind)| source.placement.is_some() && *kind != Kind::Airfoil) {
+    if let Some((source, ..)) = all().find(|(source, _, kind)| !source.placements.is_empty() && *kind != Kind::Airfoil)
+    {
         let what = "a placement is given, but the file says itself where its profiles are".to_string();
         return Err(fail(source.path, 0, what, "none, or a file with the coordinates of one airfoil"));
     }
@@ -98,11 +100,11 @@ pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
             Kind::Tecplot => tecplot::parse(source.path, text)?,
             Kind::Airfoil => {
                 let airfoil = airfoil::parse(source.path, text)?;
-                let placement = source.placement.ok_or_else(|| {
-                    let expected = "a placement in the case: [profiles.NAME.placement.\"FILE\"]";
-                    fail(source.path, 0, "the coordinates of an airfoil do not say where it is".into(), expected)
-                })?;
-                vec![airfoil.into_iter().map(|point| placement.place(point)).collect()]
+                if source.placements.is_empty() {
+                    return Err(ProfileError::NoPlacement { path: source.path.to_path_buf() });
+                }
+                let place = |by: &Placement| airfoil.iter().map(|&point| by.place(point)).collect();
+                source.placements.iter().map(place).collect()
             }
         };
         let first = profiles.len() as i64;
