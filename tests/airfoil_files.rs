@@ -53,6 +53,9 @@ fn titles_are_no_points() {
         "0012\n",
         "23012\n",
         "63 2 0215\n",
+        "63 2 15\n",
+        "1 2 3 4 5\n",
+        "2 0 1 5 12 30\n",
         "Re 1.0e6\nMach 0.3\n x y\n",
         "12% thick\n",
         "64 12% thick\n",
@@ -151,6 +154,80 @@ fn a_curve_may_start_anywhere() {
     }
 }
 
+/// Three whole numbers on the first line are a point if the other rows have three numbers too.
+#[test]
+fn a_first_point_of_whole_numbers_is_no_title() {
+    let rows: String = BLUNT.iter().map(|[x, y]| format!("{x} {y} 3\n")).collect();
+    is(&rows.replacen("1 0.004 3", "1 0 3", 1), &[&[[1.0, 0.0]], &BLUNT[1..]].concat());
+    let [upper, lower] = sides();
+    is(&format!("63 2 15\n5 5\n\n{upper}\n{lower}"), &BLUNT);
+}
+
+/// A thick airfoil with a base of 0.0084 of the chord, its points evenly in angle (NACA report 460,
+/// the thickness doubled at the trailing edge). From the upper corner of the base to the lower one.
+fn fine() -> Vec<[f64; 2]> {
+    let half =
+        |x: f64| 0.6 * (0.2969 * x.sqrt() - 0.126 * x - 0.3516 * x.powi(2) + 0.2843 * x.powi(3) - 0.0965 * x.powi(4));
+    let x = |step: i32| 0.5 - 0.5 * (f64::from(step) * std::f64::consts::PI / 66.0).cos();
+    (-66..=66).map(|step| [x(step), -f64::from(step.signum()) * half(x(step))]).collect()
+}
+
+/// A curve of close points may start anywhere too, and at any place of its base: near the trailing
+/// edge a wrong start would shift the airfoil by little.
+#[test]
+fn a_fine_curve_may_start_anywhere() {
+    let selig = fine();
+    let n = selig.len();
+    let back: Vec<[f64; 2]> = selig.iter().rev().copied().collect();
+    for curve in [&selig, &back] {
+        for start in 0..n {
+            let mut turned = curve.clone();
+            turned.rotate_left(start);
+            is(&rows(&turned), curve);
+            turned.push(turned[0]);
+            is(&rows(&turned), curve);
+        }
+        // A point of the base, and several: they stay, and the curve is closed.
+        for shares in [&[0.5][..], &[0.25], &[0.9], &[0.2, 0.4, 0.8]] {
+            let [[_, first], [_, last]] = [curve[0], curve[n - 1]];
+            let base: Vec<[f64; 2]> = shares.iter().map(|share| [1.0, last + share * (first - last)]).collect();
+            let ring = [&curve[..], &base].concat();
+            let expected = [&ring[..], &ring[..1]].concat();
+            for start in 0..ring.len() {
+                let mut turned = ring.clone();
+                turned.rotate_left(start);
+                is(&rows(&turned), &expected);
+                turned.push(turned[0]);
+                is(&rows(&turned), &expected);
+            }
+        }
+    }
+    // A sharp trailing edge that the file does not repeat.
+    let mut sharp = selig.clone();
+    sharp.iter_mut().for_each(|[x, y]| *y -= 0.0042 * y.signum() * *x);
+    let expected = [&sharp[..n - 1], &sharp[..1]].concat();
+    for start in 0..n - 1 {
+        let mut turned = sharp[..n - 1].to_vec();
+        turned.rotate_left(start);
+        is(&rows(&turned), &expected);
+        turned.push(turned[0]);
+        is(&rows(&turned), &expected);
+    }
+}
+
+/// Files in Selig's order stay as they are: an oblique base, and a tab below the trailing edge.
+#[test]
+fn the_ends_of_seligs_order_are_the_trailing_edge() {
+    let mut oblique = fine();
+    let n = oblique.len();
+    oblique[n - 1] = [0.998, oblique[n - 1][1]];
+    is(&rows(&oblique), &oblique);
+    let mut tab = fine();
+    tab[n - 1] = [0.99, -0.005];
+    tab.extend([[0.99, -0.02], [1.0, -0.02]]);
+    is(&rows(&tab), &tab);
+}
+
 #[test]
 fn percent_of_the_chord_is_a_unit() {
     let percent: Vec<[f64; 2]> = BLUNT.iter().map(|[x, y]| [100.0 * x, 100.0 * y]).collect();
@@ -172,9 +249,16 @@ fn several_elements_are_refused() {
     let main = rows(&BLUNT);
     let flap = rows(&BLUNT.map(|[x, y]| [1.0 + 0.3 * x, 0.3 * y - 0.02 - 0.1 * x]));
     let ring = rows(&[&BLUNT[..1], &BLUNT[1..8], &BLUNT[..1]].concat());
-    for (between, first) in
-        [("999.0 999.0\n", &main), ("999. 999.\n", &main), ("\n", &main), ("FLAP\n", &main), ("", &ring)]
-    {
+    let fine_main = rows(&fine());
+    for (between, first) in [
+        ("", &main),
+        ("", &fine_main),
+        ("999.0 999.0\n", &main),
+        ("999. 999.\n", &main),
+        ("\n", &main),
+        ("FLAP\n", &main),
+        ("", &ring),
+    ] {
         let error = read(&format!("title\n{first}{between}{flap}")).unwrap_err();
         assert!(error.contains("give each element a file of its own"), "{between}: {error}");
     }
@@ -199,10 +283,11 @@ fn doubtful_rows_are_refused() {
         (format!("title\n5\n{upper}6\n{lower}"), "a.dat:8: 5 points after the number 6"),
         (format!("title\n5\n{upper}{lower}"), "a.dat:2: 10 points after the number 5"),
         (format!("upper\n{upper}lower\n{lower}top\n{upper}"), "a.dat:14: a third side begins"),
+        (format!("title\n4 6\n{upper}{lower}"), "a.dat:8: the second side begins here, after 5 points, not after 4"),
         (format!("title\n1.0 0.0x\n{curve}"), "a.dat:2: found '0.0x'; expected a finite number"),
         (format!("title\n{curve}1 2 3 4\n"), "a.dat:11: 4 words; expected two numbers: x y"),
         // The lower side ends at half the chord.
-        (rows(&BLUNT[..6]), "a.dat:6: the points begin or end at x = 0.1"),
+        (rows(&BLUNT[..6]), "a.dat:6: the points begin or end at x = 0.1, which is not the trailing edge"),
     ] {
         let error = read(&text).unwrap_err();
         assert!(error.contains(expected), "expected: {expected}\nfound:    {error}");

@@ -45,6 +45,9 @@ mod su2;
 mod vtu;
 #[path = "formats/vtu_broken.rs"]
 mod vtu_broken;
+#[cfg(feature = "cgns")]
+#[path = "formats/zones.rs"]
+mod zones;
 
 use std::fs;
 use std::io::{Read, Write};

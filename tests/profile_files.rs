@@ -199,10 +199,10 @@ fn tecplot_zones_are_curves() {
     assert_eq!(open[0].points.iter().map(|point| point.z).collect::<Vec<_>>(), [0.0, -0.1, 0.0, 0.1]);
 }
 
-/// Slices as VTK 9.7.2 wrote them.
+/// Slices as VTK 9.7.2 wrote them, in one data set and in two that were put together.
 #[test]
 fn polylines_of_vtk_are_curves() {
-    for name in ["diamonds.vtp", "diamonds.vtk"] {
+    for name in ["diamonds.vtp", "diamonds.vtk", "appended.ascii.vtk", "appended.binary.vtk"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/sections").join(name);
         let bytes = fs::read(&path).unwrap();
         let profiles = parse(&[Source { path: &path, bytes: &bytes, placements: &[] }]).unwrap();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::{tell_of_file, warn_of_families};
+use super::{tell_of_file, warn_of_mesh};
 use crate::formats::{self, Fields};
 use crate::session::check_distinct;
 
@@ -30,7 +30,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     console.step(&format!("reading {}", input.display()));
     let file = formats::read_mixed(input)?;
     tell_of_file(input, &file, console);
-    warn_of_families(input, &file, console);
+    warn_of_mesh(input, &file, console);
     file.check_output(output)?;
     for loss in file.losses(output)? {
         console.warn(format_args!("{}: {loss}", output.display()));

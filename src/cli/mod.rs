@@ -35,7 +35,7 @@ use crate::backend::{self, Backend, Selection};
 use crate::case::{Case, LoadError, LoadedCase};
 use crate::formats::{MeshFile, has_format};
 use crate::memory::set_most;
-use crate::mesh::partly_inside;
+use crate::mesh::{mostly_left_handed, partly_inside};
 use crate::text::shown;
 use console::Console;
 use failure::{Exit, Failure};
@@ -178,9 +178,10 @@ fn warn_of_file(path: &Path, file: &MeshFile, console: &Console) {
     }
 }
 
-/// Warns of families that lie partly inside the volume, which a run would refuse.
-fn warn_of_families(path: &Path, file: &MeshFile, console: &Console) {
-    for error in partly_inside(file.cells()) {
+/// Warns of families that lie partly inside the volume, and of cells of which most are left-handed.
+/// A run would refuse both.
+fn warn_of_mesh(path: &Path, file: &MeshFile, console: &Console) {
+    for error in partly_inside(file.cells()).into_iter().chain(mostly_left_handed(file.cells())) {
         console.warn(format_args!("{}: {error}; a run refuses this mesh", path.display()));
     }
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::console::Console;
 use super::failure::Failure;
 use super::json::{check_json, write_json};
-use super::{JsonTarget, json_target, warn_of_families, warn_of_file};
+use super::{JsonTarget, json_target, warn_of_file, warn_of_mesh};
 use crate::formats;
 use crate::mesh::{OtherCells, by_kind, check_size, measures};
 use crate::quality::{Statistics, betas};
@@ -73,7 +73,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     console.step(&format!("reading {}", arguments.mesh.display()));
     let file = formats::read_mixed(&arguments.mesh)?;
     warn_of_file(&arguments.mesh, &file, console);
-    warn_of_families(&arguments.mesh, &file, console);
+    warn_of_mesh(&arguments.mesh, &file, console);
     let (mesh, others) = (&file.mesh, &file.others);
     console.step("measuring");
     let hybrid = file.cells();

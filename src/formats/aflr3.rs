@@ -316,7 +316,7 @@ fn companion(new_file: &NewFile) -> Companion {
 /// Losses of a new file: boundary conditions, spaces in names, perhaps double precision.
 fn limits(new_file: &NewFile) -> Vec<String> {
     let mut limits = mapbc::limits(new_file);
-    limits.push("boundary conditions: the .mapbc file beside it gives every family the number 0".to_string());
+    limits.push(mapbc::NO_CONDITIONS.to_string());
     if Variant::of(new_file.extension).width == Width::Single {
         limits.push("coordinates are rounded to single precision".to_string());
     }

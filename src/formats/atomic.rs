@@ -21,6 +21,8 @@ use super::temporary::{remove_abandoned, temporary};
 #[derive(Default)]
 pub struct FileSet<'a> {
     files: Vec<Waiting<'a>>,
+    /// Files that would hide a file of the set from a reader.
+    stale: Vec<PathBuf>,
     folders: NewFolders,
     summed: bool,
 }
@@ -83,6 +85,12 @@ impl<'a> FileSet<'a> {
         Ok(())
     }
 
+    /// Removes a file when the set is placed, before the first file has its name. Of a link the
+    /// link is removed. Nothing happens if there is no such file.
+    pub(super) fn remove_stale(&mut self, path: PathBuf) {
+        self.stale.push(path);
+    }
+
     /// Makes a folder for files of the set, if it is missing.
     ///
     /// # Errors
@@ -123,6 +131,12 @@ impl<'a> FileSet<'a> {
         for Waiting { path, content } in &self.files {
             if let Content::Complete { file, .. } = content {
                 to_disk(path, file.as_file(), sync).map_err(|source| PlaceError { path: path.clone(), source })?;
+            }
+        }
+        for path in self.stale {
+            match fs::remove_file(&path) {
+                Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(PlaceError { path, source }),
+                _ => {}
             }
         }
         let mut placed = Placed { files: Vec::new(), folders: self.folders };

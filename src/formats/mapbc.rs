@@ -34,6 +34,9 @@ pub(super) struct Mapbc {
 /// Header lines of VGRID's form.
 const HEADER: usize = 4;
 
+/// What a new file says about conditions.
+pub(super) const NO_CONDITIONS: &str = "boundary conditions: the .mapbc file beside it gives every family the number 0";
+
 /// Path of the file with the names of a mesh: `wing.mapbc` for `wing.b8.ugrid.gz`.
 ///
 /// - `extensions`: extensions of the mesh's format
@@ -187,6 +190,9 @@ pub(super) fn check(path: &Path, companion: &Companion) -> Result<(), WriteError
     if let Some(reference) = difference(&there.names, &companion.names) {
         let [found, own] = [&there.names, &companion.names].map(|names| name(names, reference));
         let found = quoted(format!("'{found}'"));
+        if !companion.names.contains_key(&reference) {
+            return Err(stale(format!("it calls family {reference} {found}, and the mesh has no such family")));
+        }
         return Err(stale(format!("it calls family {reference} {found}, the mesh '{own}'")));
     }
     // Without conditions of the mesh those that are there are its owner's work.

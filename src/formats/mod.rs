@@ -56,3 +56,4 @@ pub use table::FORMATS;
 pub(crate) use table::has_format;
 pub(crate) use temporary::{Claim, host, temporary as temporary_file};
 pub use vtk::{Polylines, read_polylines, vtu_bytes, write_vtu};
+pub(crate) use write::twin;

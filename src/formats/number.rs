@@ -27,7 +27,8 @@ impl Number {
             "UInt8" | "unsigned_char" => Number::U8,
             "Int16" | "short" => Number::I16,
             "UInt16" | "unsigned_short" => Number::U16,
-            "Int32" | "int" => Number::I32,
+            // VTK writes its type of indices into legacy files as `int`.
+            "Int32" | "int" | "vtktypeint32" | "vtkIdType" => Number::I32,
             "UInt32" | "unsigned_int" => Number::U32,
             "Int64" | "long" | "vtktypeint64" | "vtkIdType64" | "long_long" => Number::I64,
             "UInt64" | "unsigned_long" | "vtktypeuint64" => Number::U64,

@@ -29,6 +29,10 @@ const NAME: &str = "SU2";
 /// of the same mesh. The marker has no faces.
 const SEND_RECEIVE: &str = "SEND_RECEIVE";
 
+/// Keywords before the partner of a marker [`SEND_RECEIVE`]: of SU2's output, and of its
+/// documentation.
+const PARTNER: [&[u8]; 2] = [b"SEND_TO", b"SEND_RECV"];
+
 /// The type of a vertex as an element.
 const VERTEX: u64 = 1;
 
@@ -94,6 +98,10 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     }
     mesh_builder.orient_prisms(&positions);
     beside.extend(mesh_builder.passed_over());
+    let used = mesh_builder.used_tags();
+    let is_empty = |(tag, name): &(i32, &String)| !used.contains(tag) && *name != SEND_RECEIVE;
+    beside
+        .extend((0..).zip(&markers).filter(is_empty).map(|(_, name)| format!("the marker '{name}' without elements")));
     let (mesh, others) = mesh_builder.finish(path, positions, |marker| markers[marker as usize].clone())?;
     let coordinates = Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots });
     let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
@@ -161,9 +169,9 @@ fn read_section(lines: &mut Lines, key: &[u8], value: &mut Line, parts: &mut Par
             }
         }
         // SU2 writes the partner after the number of elements, other programs before it.
-        b"SEND_RECV" => {
+        key if PARTNER.contains(&key) => {
             if !parts.open_marker || parts.markers.last().is_none_or(|marker| marker != SEND_RECEIVE) {
-                let expected = format!("SEND_RECV= in a marker {SEND_RECEIVE}");
+                let expected = format!("{}= in a marker {SEND_RECEIVE}", String::from_utf8_lossy(key));
                 return Err(lines.malformed(value.start, expected, "another marker, or none"));
             }
             read_partner(lines, value)?;
@@ -206,7 +214,7 @@ fn read_shared_vertices(lines: &mut Lines, value: &mut Line, parts: &mut Parts) 
     let count = lines.checked(at, "the number of elements", count, 4)?;
     let before = lines.at();
     match lines.next_line().and_then(|line| line.split(b'=')) {
-        Some((b"SEND_RECV", mut value)) => read_partner(lines, &mut value)?,
+        Some((key, mut value)) if PARTNER.contains(&key) => read_partner(lines, &mut value)?,
         _ => lines.go_to(before),
     }
     let mut greatest = 0;

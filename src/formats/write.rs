@@ -54,6 +54,9 @@ impl MeshFile {
         if format.is_folder() && names_folder(path) {
             return self.add_folder(files, path, format, vertices);
         }
+        if let Some(twin) = twin(path) {
+            files.remove_stale(twin);
+        }
         if let Some(document) = self.source(format, extension) {
             check_finite(vertices)?;
             add_companion(files, path, document.companion.as_ref())?;
@@ -183,6 +186,11 @@ impl MeshFile {
         let beside = self.document.iter().flat_map(|document| &document.beside);
         let mut losses: Vec<String> = beside.map(|what| format!("{what}: not carried into the new file")).collect();
         losses.extend((format.limits)(&new_file));
+        // A file that is there stays, with its conditions.
+        let beside = format.companion.map(|companion| (companion(&new_file).path)(path));
+        if beside.is_some_and(|beside| mapbc::read(&beside).is_ok_and(|there| there.has_conditions())) {
+            losses.retain(|loss| loss != mapbc::NO_CONDITIONS);
+        }
         Ok(losses)
     }
 
@@ -213,6 +221,9 @@ impl MeshFile {
             (None, _) => return Err(needs_folder(path)),
         };
         files.make_folder(path).map_err(io)?;
+        let is_written = |name: &str| contents.iter().any(|(written, _)| written == name);
+        let twins: Vec<String> = contents.iter().map(|(name, _)| openfoam::twin(name)).collect();
+        twins.iter().filter(|twin| !is_written(twin)).for_each(|twin| files.remove_stale(path.join(twin)));
         for (name, bytes) in contents {
             files.add(&path.join(name), move |out| out.write_all(&bytes)).map_err(io)?;
         }
@@ -233,6 +244,15 @@ impl MeshFile {
 
 fn output_format(path: &Path) -> Result<(&'static Format, &'static str), WriteError> {
     format_of(path).ok_or_else(|| WriteError::UnknownFormat { path: path.into(), known: known() })
+}
+
+/// The file beside an output that a reader could take for it: a zipped one beside a plain one, or
+/// the other way round. `None` if the mesh at `path` is no file of a folder. Writing the mesh
+/// removes the file.
+pub fn twin(path: &Path) -> Option<PathBuf> {
+    let (format, _) = format_of(path)?;
+    let name = path.file_name()?.to_str()?;
+    (format.is_folder() && !names_folder(path)).then(|| path.with_file_name(openfoam::twin(name)))
 }
 
 /// Whether a path in a folder's format names the folder, and not the file in it.

@@ -41,7 +41,7 @@ pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
 pub use refine_others::refine_hybrid;
 pub use size::SIZES;
-pub use validate::{Topology, check, check_size, validate};
+pub use validate::{Topology, check, check_size, mostly_left_handed, validate};
 
 use crate::{geometry, quality};
 

@@ -96,6 +96,16 @@ pub(super) fn check_corners(mesh: HybridMesh, kind: CellKind) -> Result<(), Mesh
     })
 }
 
+/// The kinds of cells of which most are left-handed, each as [`MeshError::LeftHanded`], which
+/// [`check`] returns.
+///
+/// The cells name only vertices that exist.
+pub fn mostly_left_handed<'a>(mesh: impl Into<HybridMesh<'a>>) -> Vec<MeshError> {
+    let mesh = mesh.into();
+    let errors = CellKind::ALL.into_iter().filter_map(|kind| check_corners(mesh, kind).err());
+    errors.filter(|error| matches!(error, MeshError::LeftHanded { .. })).collect()
+}
+
 /// Checks the size of a mesh: the largest extent of its vertices along an axis. Beyond [`SIZES`]
 /// volumes and squares of lengths would be zero or infinite.
 ///

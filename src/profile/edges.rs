@@ -33,7 +33,7 @@ const ALIKE: f64 = 1.3;
 /// base turns twice by 90.
 const SHARP: f64 = 125.0;
 /// Least turn of a corner of a blunt trailing edge, in degrees.
-const CORNER: f64 = 40.0;
+pub(super) const CORNER: f64 = 40.0;
 
 /// Finds the trailing edge of a closed curve of at least three different points. The first point is
 /// not repeated.
@@ -99,7 +99,7 @@ fn width(points: &[DVec3], end: usize, other: usize) -> f64 {
 }
 
 /// Angle in degrees by which a closed curve turns at a point.
-fn turn(points: &[DVec3], i: usize) -> f64 {
+pub(super) fn turn(points: &[DVec3], i: usize) -> f64 {
     let n = points.len();
     let (before, after) = (points[i] - points[(i + n - 1) % n], points[(i + 1) % n] - points[i]);
     before.angle_between(after).to_degrees()

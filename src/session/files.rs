@@ -103,7 +103,10 @@ pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), Sessi
     let places: Vec<PathBuf> = outputs.iter().map(|output| real_path(output)).collect();
     let of_inputs: Vec<PathBuf> = inputs.iter().map(|input| real_path(&formats::mesh_path(input))).collect();
     for (index, (output, place)) in outputs.iter().zip(&places).enumerate() {
-        if let Some(at) = of_inputs.iter().position(|input| same_place(input, place)) {
+        // Writing an output removes the file that could be taken for it.
+        let twin = formats::twin(output).map(|twin| real_path(&twin));
+        let is_lost = |input: &PathBuf| same_place(input, place) || twin.as_ref().is_some_and(|twin| input == twin);
+        if let Some(at) = of_inputs.iter().position(is_lost) {
             let (output, input) = (output.to_path_buf(), inputs[at].clone());
             return Err(SessionError::Overwrites { output, input });
         }

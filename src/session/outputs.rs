@@ -16,7 +16,7 @@ use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, SessionError};
 use crate::case::{Case, LoadedCase, Output};
-use crate::formats::{Fields, FileSet, WriteError, has_format, is_special, mesh_path, real_path};
+use crate::formats::{Fields, FileSet, WriteError, has_format, is_special, mesh_path, real_path, twin};
 use crate::mesh::{self, CellMeasures};
 use crate::mover::{Outcome, Why};
 use crate::report::{Measured, Series, histogram_svg, share_of_tets};
@@ -68,7 +68,8 @@ impl Outputs {
 
     /// Every name that a result may have, valid or not.
     pub fn names(&self) -> Vec<PathBuf> {
-        let meshes = self.meshes.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
+        let meshes = self.meshes.iter().flat_map(|path| [Some(path.clone()), Some(invalid_name(path)), twin(path)]);
+        let meshes = meshes.flatten();
         let inverted = self.meshes.first().map(|path| inverted_name(path));
         meshes.chain(inverted).chain(self.histogram.clone()).collect()
     }

@@ -33,3 +33,24 @@ writer.SetFileName(os.path.join(here, "diamonds.vtk"))
 writer.SetInputData(data)
 writer.SetFileTypeToBinary()
 writer.Write()
+
+# Both diamonds again, each in a data set of its own, put together: VTK then numbers the cells by its type of indices.
+slices = vtk.vtkAppendPolyData()
+for first in (0, 4):
+    chosen = vtk.vtkCellArray()
+    for a, b in [(0, 3), (1, 2), (3, 1), (2, 0)]:
+        chosen.InsertNextCell(2, [a, b])
+    corners = vtk.vtkPoints()
+    corners.SetDataTypeToDouble()
+    for index in range(first, first + 4):
+        corners.InsertNextPoint(points.GetPoint(index))
+    one = vtk.vtkPolyData()
+    one.SetPoints(corners)
+    one.SetLines(chosen)
+    slices.AddInputData(one)
+for name, kind in (("appended.ascii.vtk", "SetFileTypeToASCII"), ("appended.binary.vtk", "SetFileTypeToBinary")):
+    writer = vtk.vtkPolyDataWriter()
+    writer.SetFileName(os.path.join(here, name))
+    writer.SetInputConnection(slices.GetOutputPort())
+    getattr(writer, kind)()
+    writer.Write()

@@ -135,7 +135,7 @@ fn another_meshs_mapbc_is_refused() {
     };
     fs::write(&beside, "2\n1 4000 mine\n2 0 farfield\n").unwrap();
     refused(&file, "moved.b8.ugrid", "it calls family 1 'mine', the mesh 'wing_skin'");
-    refused(&file, "moved.ugrid", "it calls family 1 'mine', the mesh 'surface 1'");
+    refused(&file, "moved.ugrid", "it calls family 1 'mine', and the mesh has no such family");
     refused(&file, "moved.meshb.gz", "it calls family 1 'mine', the mesh 'wing_skin'");
     refused(&unnamed, "moved.ugrid.gz", "it calls family 1 'mine'");
     // A text file of Medit says the names itself, but other programs read the file beside.
@@ -149,7 +149,7 @@ fn another_meshs_mapbc_is_refused() {
     refused(&file, "moved.ugrid", "it gives family 12 the boundary condition 0, the mesh 5000");
     refused(&unnamed, "moved.ugrid", "it calls family 7 'wing skin', the mesh 'surface 7'");
     fs::write(&beside, "3\n1 3000 wing_skin\n2 5000 farfield\n3 0 tip\n").unwrap();
-    refused(&file, "moved.lb8.ugrid", "it calls family 3 'tip', the mesh 'surface 3'");
+    refused(&file, "moved.lb8.ugrid", "it calls family 3 'tip', and the mesh has no such family");
     fs::write(&beside, "1 3000 wing_skin\n2 5000 farfield\n").unwrap();
     taken(&file, "moved.lb8.ugrid");
     taken(&file, "moved.meshb");
@@ -218,4 +218,23 @@ fn broken_files_are_refused_with_their_place() {
             }
         }
     }
+}
+
+/// Where a `.mapbc` with conditions is there and stays, no warning says that it has none.
+#[test]
+fn conditions_that_stay_are_not_said_to_be_lost() {
+    let mesh = boxed("box.v41.ascii.msh").mesh;
+    let file = MeshFile::from_mesh(mesh.clone());
+    let here = tempfile::tempdir().unwrap();
+    let (path, beside) = (here.path().join("x.lb8.ugrid"), here.path().join("x.mapbc"));
+    let lost = "boundary conditions: the .mapbc file beside it gives every family the number 0";
+    let is_told = || file.losses(&path).unwrap().iter().any(|loss| loss == lost);
+    assert!(is_told());
+    file.write(&path, &mesh.vertices, &Fields::default()).unwrap();
+    assert!(is_told());
+    let with_conditions = fs::read_to_string(&beside).unwrap().replace(" 0 ", " 3000 ");
+    fs::write(&beside, &with_conditions).unwrap();
+    assert!(!is_told());
+    file.write(&path, &mesh.vertices, &Fields::default()).unwrap();
+    assert_eq!(fs::read_to_string(&beside).unwrap(), with_conditions);
 }

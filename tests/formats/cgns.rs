@@ -73,7 +73,7 @@ fn sections_hold_what_they_say() {
     let at = bytes.windows(8).position(|window| window == said).unwrap();
     for (first, last, words) in [
         (1, n - 1, format!("tets/ElementConnectivity: expected the elements 1 to {}, found more", n - 1)),
-        (1, n + 1, format!("tets/ElementConnectivity: expected the elements 1 to {}, found fewer", n + 1)),
+        (1, n + 1, format!("numbers of its elements that no other section has, found {} to ", n + 1)),
         (0, n, format!("/Base/Zone/tets/ElementRange: expected a range that ascends from 1 or more, found 0 to {n}")),
         (5, 4, "found 5 to 4".to_owned()),
         (i32::MAX, i32::MIN, "that ascends".to_owned()),
@@ -85,20 +85,20 @@ fn sections_hold_what_they_say() {
     }
 }
 
-fn node(name: &str, label: &str) -> hdf5_pure::GroupBuilder {
+pub(super) fn node(name: &str, label: &str) -> hdf5_pure::GroupBuilder {
     let mut node = hdf5_pure::FileBuilder::new().create_group(name);
     node.set_attr("label", hdf5_pure::AttrValue::AsciiString(label.into()));
     node
 }
 
 /// A node with whole numbers.
-fn numbers(name: &str, label: &str, values: &[i32]) -> hdf5_pure::GroupBuilder {
+pub(super) fn numbers(name: &str, label: &str, values: &[i32]) -> hdf5_pure::GroupBuilder {
     let mut node = node(name, label);
     node.create_dataset(" data").with_i32_data(values).with_shape(&[values.len() as u64]);
     node
 }
 
-fn text(name: &str, label: &str, text: &str) -> hdf5_pure::GroupBuilder {
+pub(super) fn text(name: &str, label: &str, text: &str) -> hdf5_pure::GroupBuilder {
     let mut node = node(name, label);
     let letters: Vec<i8> = text.bytes().map(|byte| byte as i8).collect();
     node.create_dataset(" data").with_i8_data(&letters).with_shape(&[letters.len() as u64]);

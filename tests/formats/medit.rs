@@ -171,3 +171,20 @@ fn no_mapbc_of_another_mesh_stays_beside() {
         }
     }
 }
+
+/// Comments after keywords and rows, and between them. The families may be named in any of them.
+#[test]
+fn comments_may_stand_before_every_row() {
+    let plain = read_bytes("tet.mesh", TET.as_bytes()).unwrap();
+    let unnamed = TET.replace("# families: 1=wing, 2=far field\n", "");
+    let (head, rows) = unnamed.split_at(unnamed.find("Vertices").unwrap());
+    let commented: String = rows.lines().map(|line| format!("{line} # a remark: 7 8\n#more\n")).collect();
+    let text = format!("{head}{}", commented.replacen("a remark: 7 8", "families: 1=wing, 2=far field", 1));
+    let file = read_bytes("tet.mesh", text.as_bytes()).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    assert_eq!(file.mesh, plain.mesh);
+    let mut vertices = file.mesh.vertices.clone();
+    assert!(written(&file, "same.mesh", &vertices) == text.as_bytes());
+    vertices[3].z = 1.25;
+    let moved = text.replace("0 0 1.50 0", "0 0 1.25 0");
+    assert_eq!(String::from_utf8(written(&file, "moved.mesh", &vertices)).unwrap(), moved);
+}

@@ -437,3 +437,53 @@ fn damaged_folders_are_survived() {
     }
     assert!((30..800).contains(&n_read), "{n_read} of 900");
 }
+
+/// The names of the files of a folder.
+fn names(folder: &Path) -> Vec<String> {
+    files(folder).into_iter().map(|(name, _)| name).collect()
+}
+
+/// OpenFOAM reads `faces` where `faces.gz` is too. So a file of an earlier mesh must not stay under
+/// the other name.
+#[test]
+fn no_file_of_an_earlier_mesh_hides_one() {
+    let here = tempfile::tempdir().unwrap();
+    let (packed, out) = (here.path().join("a/polyMesh"), here.path().join("b/polyMesh"));
+    [&packed, &out].into_iter().for_each(|folder| fs::create_dir_all(folder).unwrap());
+    let gzipped = |bytes: &[u8]| {
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        gzip.write_all(bytes).unwrap();
+        gzip.finish().unwrap()
+    };
+    for (name, bytes) in files(&folder("ascii")) {
+        fs::write(packed.join(format!("{name}.gz")), gzipped(&bytes)).unwrap();
+    }
+    let (packed, plain) = (read_mixed(&packed).unwrap(), read_mixed(&folder("ascii")).unwrap());
+    let other = boxed("box.v41.ascii.msh").mesh;
+    // An earlier mesh under plain names, and then one under the other names, with a file of the
+    // user's.
+    MeshFile::from_mesh(other.clone()).write(&out, &other.vertices, &Fields::default()).unwrap();
+    fs::write(out.join("points.gz"), gzipped(b"earlier")).unwrap();
+    fs::write(out.join("notes.gz"), b"mine").unwrap();
+    for (file, expected) in [
+        (&packed, ["boundary.gz", "faces.gz", "neighbour.gz", "notes.gz", "owner.gz", "points"]),
+        (&plain, ["boundary", "faces", "neighbour", "notes.gz", "owner", "points"]),
+        (&packed, ["boundary.gz", "faces.gz", "neighbour.gz", "notes.gz", "owner.gz", "points"]),
+    ] {
+        file.write(&out, &file.mesh.vertices, &Fields::default()).unwrap();
+        assert_eq!(names(&out), expected);
+        let again = read_mixed(&out).unwrap();
+        assert_eq!(
+            (&again.mesh, again.others.counts().collect::<Vec<_>>()),
+            (&file.mesh, file.others.counts().collect())
+        );
+    }
+    // Points alone, as in the folder of a time.
+    let time = here.path().join("0.1");
+    fs::create_dir(&time).unwrap();
+    for (output, hidden) in [("points", "points.gz"), ("points.gz", "points")] {
+        fs::write(time.join(hidden), b"earlier").unwrap();
+        plain.write(&time.join(output), &plain.mesh.vertices, &Fields::default()).unwrap();
+        assert_eq!(names(&time), [output]);
+    }
+}

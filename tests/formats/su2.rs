@@ -161,7 +161,9 @@ SEND_RECV= -2
 #[test]
 fn shared_vertices_are_named_as_what_they_are() {
     let before = SHARED.replace("MARKER_ELEMS= 2\nSEND_RECV= 2", "SEND_RECV= 2\nMARKER_ELEMS= 2");
-    for shared in [SHARED, &before, &SHARED.replace("SEND_RECV= 2\n", "% no partner\n")] {
+    // SU2 itself writes SEND_TO=, for both directions.
+    let of_su2 = SHARED.replace("SEND_RECV", "SEND_TO");
+    for shared in [SHARED, &before, &of_su2, &SHARED.replace("SEND_RECV= 2\n", "% no partner\n")] {
         let text = TET.replace("NMARK= 2", "NMARK= 4").replace("FFD_NBOX", &format!("{shared}FFD_NBOX"));
         let file = read_bytes("tet.su2", text.as_bytes()).unwrap();
         assert_eq!(file.mesh.families, ["wing", "far field"]);
@@ -199,4 +201,19 @@ fn shared_vertices_are_named_as_what_they_are() {
         let found = message(&text.replace(from, to));
         assert!(found.contains(expected), "{from:?} -> {to:?}\n expected: {expected}\n found:    {found}");
     }
+}
+
+/// A marker without elements is no family. A new file of another format has no such marker.
+#[test]
+fn markers_without_elements_are_told_of() {
+    let text = TET.replace("NMARK= 2", "NMARK= 3").replace("FFD_NBOX", "MARKER_TAG= slot\nMARKER_ELEMS= 0\nFFD_NBOX");
+    let file = read_bytes("tet.su2", text.as_bytes()).unwrap();
+    assert_eq!(file.mesh.families, ["wing", "far field"]);
+    let losses = file.losses(Path::new("a.msh")).unwrap();
+    assert!(
+        losses.contains(&"the marker 'slot' without elements: not carried into the new file".to_owned()),
+        "{losses:?}"
+    );
+    assert!(file.losses(Path::new("a.su2")).unwrap().is_empty());
+    assert!(written(&file, "same.su2", &file.mesh.vertices) == text.as_bytes());
 }

@@ -79,6 +79,18 @@ impl<'a> Condition<'a> {
         let family = family_name(base, &node)?;
         Ok(Self { node, kind, numbers, family })
     }
+
+    /// The error of a face that a condition of another family holds too.
+    fn shares(&self, earlier: &Self, face: i64) -> ReadError {
+        let found = format!(
+            "face {face} of the family '{}', which {} puts into the family '{}'; leave each face in one condition, or give \
+             both conditions one FamilyName",
+            self.family,
+            earlier.node.path(),
+            earlier.family
+        );
+        self.node.malformed("faces that no condition of another family holds", found)
+    }
 }
 
 impl Reader<'_> {
@@ -109,11 +121,14 @@ impl Reader<'_> {
         // Indices of the conditions.
         let mut of_faces = self.faces.each_ref().map(|of_shape| vec![None; of_shape.len()]);
         let mut has_faces = vec![false; on_faces.len()];
-        // If conditions overlap, the first one counts.
-        for (index, condition) in on_faces.iter().enumerate().rev() {
+        for (index, condition) in on_faces.iter().enumerate() {
+            self.check_elements(condition)?;
             for (of_faces, of_shape) in of_faces.iter_mut().zip(&self.faces) {
                 for place in condition.numbers.places(of_shape) {
-                    of_faces[place] = Some(index);
+                    let earlier = *of_faces[place].get_or_insert(index);
+                    if on_faces[earlier].family != condition.family {
+                        return Err(condition.shares(&on_faces[earlier], of_shape[place].0));
+                    }
                     has_faces[index] = true;
                 }
             }
@@ -160,6 +175,28 @@ impl Reader<'_> {
         self.names.extend(conditions.into_iter().map(|condition| condition.family));
         self.names.extend(names);
         Ok(())
+    }
+
+    /// Checks that the elements of a condition are there.
+    ///
+    /// # Errors
+    /// [`ReadError::Malformed`]
+    fn check_elements(&self, condition: &Condition) -> Result<(), ReadError> {
+        let is_there = |&number: &i64| {
+            let after = self.ranges.partition_point(|range| *range.start() <= number);
+            after.checked_sub(1).is_some_and(|place| self.ranges[place].contains(&number))
+        };
+        let wrong = match &condition.numbers {
+            Numbers::Range(first, last) if first > last => {
+                return Err(condition.node.malformed("a range that ascends", format_args!("{first} to {last}")));
+            }
+            Numbers::Range(first, last) => [*first, *last].into_iter().find(|number| !is_there(number)),
+            Numbers::List(list) => list.iter().copied().find(|number| !is_there(number)),
+        };
+        let Some(wrong) = wrong else { return Ok(()) };
+        let last = self.ranges.last().map_or(0, |range| *range.end());
+        let what = format!("elements of the zone, 1 to {last} (is it on vertices, with another GridLocation?)");
+        Err(condition.node.malformed(what, wrong))
     }
 
     fn remark(&mut self, condition: &Condition, what: &str) {

@@ -80,6 +80,8 @@ pub(super) struct Reader<'a> {
     pub n_cells_before: [usize; 4],
     /// Names of the zone's sections.
     pub sections: Vec<String>,
+    /// Numbers of the elements of the zone's sections, ascending.
+    pub ranges: Vec<RangeInclusive<i64>>,
 }
 
 impl<'a> Reader<'a> {
@@ -96,6 +98,7 @@ impl<'a> Reader<'a> {
             n_before: [0; 2],
             n_cells_before: [0; 4],
             sections: Vec::new(),
+            ranges: Vec::new(),
         }
     }
 
@@ -111,7 +114,9 @@ impl<'a> Reader<'a> {
             [self.mesh_builder.tets.len(), others.pyramids.len(), others.prisms.len(), others.hexahedra.len()];
         self.faces = [Vec::new(), Vec::new()];
         self.sections.clear();
-        sorted_sections(zone)?.iter().try_for_each(|section| self.elements(section))
+        let sections = sorted_sections(zone)?;
+        self.ranges = sections.iter().map(|(range, _)| range.clone()).collect();
+        sections.iter().try_for_each(|section| self.elements(section))
     }
 
     /// Reads a section of elements.
@@ -205,5 +210,19 @@ fn sorted_sections<'a>(zone: &Node<'a>) -> Result<Vec<(RangeInclusive<i64>, Node
         sections.push((first..=last, section));
     }
     sections.sort_by_key(|(range, _)| *range.start());
+    // Boundary conditions name elements by their numbers.
+    if let Some([(before, other), (range, section)]) =
+        sections.array_windows().find(|[(before, _), (range, _)]| range.start() <= before.end())
+    {
+        let found = format!(
+            "{} to {}, and {} has {} to {}",
+            range.start(),
+            range.end(),
+            other.path(),
+            before.start(),
+            before.end()
+        );
+        return Err(section.malformed("numbers of its elements that no other section has", found));
+    }
     Ok(sections)
 }

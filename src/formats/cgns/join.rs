@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::face_pairs::{Side, ZoneFaces, pairs_of_points};
 use super::tree::Node;
 use crate::formats::error::ReadError;
 use crate::geometry::bounds;
@@ -83,8 +84,9 @@ pub(super) fn join(zones: &[ZonePoints]) -> Result<Joined, ReadError> {
     let mut sets = Sets { parents: (0..positions.len() as u32).collect() };
     let mut is_connected = vec![false; positions.len()];
     let size = bounds(positions.iter().copied()).map_or(0.0, |[low, high]| (high - low).max_element());
-    for (index, zone) in zones.iter().enumerate() {
-        for (donor, node, pairs) in connections(zones, zone)? {
+    let mut faces = ZoneFaces::default();
+    for index in 0..zones.len() {
+        for (donor, node, pairs) in connections(zones, index, &mut faces, APART * size)? {
             for [own, other] in pairs {
                 let [own, other] = [firsts[index] + own, firsts[donor] + other];
                 let distance = positions[own].distance(positions[other]);
@@ -169,9 +171,21 @@ fn numbered(firsts: &[usize], positions: &[DVec3], sets: &mut Sets) -> Joined {
 /// A connection of a zone: the index of the other zone, the node, and the points that are one.
 type Connection<'a> = (usize, Node<'a>, Vec<[usize; 2]>);
 
-/// The connections of a zone that give points. Others are of equal points.
-fn connections<'a>(zones: &[ZonePoints<'a>], of: &ZonePoints<'a>) -> Result<Vec<Connection<'a>>, ReadError> {
-    let hint = "mesh the zones so that they share points, and save them with 1-to-1 connectivity";
+/// The hint of errors about zones that are not joined.
+pub(super) const HOW_ZONES_MEET: &str =
+    "mesh the zones so that they share points, and save them with 1-to-1 connectivity";
+
+/// The connections of a zone. Without them, zones meet in equal points.
+///
+/// - `index`: the zone's
+/// - `most`: greatest distance of points that are one
+fn connections<'a>(
+    zones: &'a [ZonePoints<'a>],
+    index: usize,
+    faces: &mut ZoneFaces<'a>,
+    most: f64,
+) -> Result<Vec<Connection<'a>>, ReadError> {
+    let (of, hint) = (&zones[index], HOW_ZONES_MEET);
     let mut connections = Vec::new();
     for all in of.zone.children("ZoneGridConnectivity_t")? {
         for (label, node) in all.labelled()? {
@@ -189,7 +203,7 @@ fn connections<'a>(zones: &[ZonePoints<'a>], of: &ZonePoints<'a>) -> Result<Vec<
             }
             let location = node.children("GridLocation_t")?;
             let location = location.first().map_or_else(|| Ok("Vertex".to_owned()), Node::text)?;
-            if location != "Vertex" || is_periodic(&node)? {
+            if is_periodic(&node)? {
                 continue;
             }
             let name = node.text()?;
@@ -198,13 +212,25 @@ fn connections<'a>(zones: &[ZonePoints<'a>], of: &ZonePoints<'a>) -> Result<Vec<
                 None => zone.zone.name() == name && zone.base.path() == of.base.path(),
             };
             let donor = zones.iter().position(is_donor).ok_or_else(|| node.malformed("the name of a zone", &name))?;
-            let own = numbers(&node, "PointList", "PointRange", of.positions.len())?;
-            let other = numbers(&node, "PointListDonor", "PointRangeDonor", zones[donor].positions.len())?;
-            if own.len() != other.len() {
-                let found = format!("{} and {}", own.len(), other.len());
-                return Err(node.malformed("as many points in both zones", found));
-            }
-            let pairs = own.into_iter().zip(other).map(|(own, other)| [own, other]).collect();
+            let pairs = match &*location {
+                "Vertex" => {
+                    let own = indices(&numbers(&node, "PointList", "PointRange")?, of.positions.len())?;
+                    let other = numbers(&node, "PointListDonor", "PointRangeDonor")?;
+                    let other = indices(&other, zones[donor].positions.len())?;
+                    as_many(&node, "points", [own.len(), other.len()])?;
+                    own.into_iter().zip(other).map(|(own, other)| [own, other]).collect()
+                }
+                "FaceCenter" => {
+                    let side = |zone: usize, (node, numbers)| Side { zone, points: &zones[zone], node, numbers };
+                    let own = side(index, numbers(&node, "PointList", "PointRange")?);
+                    let other = side(donor, numbers(&node, "PointListDonor", "PointRangeDonor")?);
+                    as_many(&node, "faces", [own.numbers.len(), other.numbers.len()])?;
+                    faces.read(index, of)?;
+                    faces.read(donor, &zones[donor])?;
+                    pairs_of_points(&node, faces, [&own, &other], most)?
+                }
+                _ => return Err(node.unsupported(format!("a connectivity with the GridLocation {location}"), hint)),
+            };
             connections.push((donor, node, pairs));
         }
     }
@@ -221,24 +247,35 @@ fn is_periodic(connection: &Node) -> Result<bool, ReadError> {
     Ok(false)
 }
 
-/// Indices of points from a list or a range of their numbers.
-fn numbers(connection: &Node, list: &str, range: &str, count: usize) -> Result<Vec<usize>, ReadError> {
+/// Checks that a connection names as many points or faces of both zones.
+fn as_many(connection: &Node, what: &str, [own, other]: [usize; 2]) -> Result<(), ReadError> {
+    let found = || format!("{own} and {other}");
+    if own == other { Ok(()) } else { Err(connection.malformed(format!("as many {what} in both zones"), found())) }
+}
+
+/// A node with numbers, and the numbers.
+type Numbers<'a> = (Node<'a>, Vec<i64>);
+
+/// Numbers of points or faces, from a list or a range.
+fn numbers<'a>(connection: &Node<'a>, list: &str, range: &str) -> Result<Numbers<'a>, ReadError> {
     let node = connection.find(list).map_or_else(|| connection.child(range), Ok)?;
-    let mut numbers = node.integers()?;
-    let mut indices = Vec::new();
-    let mut add = |number: i64| {
+    let mut integers = node.integers()?;
+    let mut numbers: Vec<i64> = (0..integers.len()).filter_map(|place| integers.get(place)).collect();
+    if let (true, &[first, last]) = (node.name() == range, &numbers[..]) {
+        if first > last || last.saturating_sub(first) > i64::from(u32::MAX) {
+            return Err(node.malformed("a range that ascends", format_args!("{first} to {last}")));
+        }
+        numbers = (first..=last).collect();
+    }
+    Ok((node, numbers))
+}
+
+/// Indices of points from their numbers, which count from 1.
+fn indices((node, numbers): &Numbers, count: usize) -> Result<Vec<usize>, ReadError> {
+    let index = |&number: &i64| {
         let index = usize::try_from(number).ok().and_then(|number| number.checked_sub(1));
         let index = index.filter(|&index| index < count);
-        indices.push(index.ok_or_else(|| node.malformed(format!("points, 1 to {count}"), number))?);
-        Ok(())
+        index.ok_or_else(|| node.malformed(format!("points, 1 to {count}"), number))
     };
-    match (node.name() == range, numbers.get(0), numbers.get(1)) {
-        (true, Some(first), Some(last)) => {
-            [first, last].into_iter().try_for_each(&mut add)?;
-            indices.clear();
-            indices.extend(first as usize - 1..last as usize);
-        }
-        _ => (0..numbers.len()).filter_map(|place| numbers.get(place)).try_for_each(add)?,
-    }
-    Ok(indices)
+    numbers.iter().map(index).collect()
 }

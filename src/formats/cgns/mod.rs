@@ -18,6 +18,7 @@ mod coordinates;
 mod create;
 mod data;
 mod elements;
+mod face_pairs;
 mod hdf5;
 mod headers;
 mod interfaces;
@@ -43,7 +44,7 @@ use create::{create, limits};
 use data::{Shared, Source};
 use elements::{Reader, Vertices};
 use interfaces::Interfaces;
-use join::{Joined, ZonePoints, join};
+use join::{HOW_ZONES_MEET, Joined, ZonePoints, join};
 use tree::Node;
 
 /// The format's name in [`super::FORMATS`].
@@ -192,7 +193,7 @@ fn read_joined(
     let mut interfaces = Interfaces::new(&is_shared);
     for ((zone, columns), vertex_of) in zones.iter().zip(columns).zip(vertex_of) {
         if !vertex_of.iter().any(|&vertex| is_shared[vertex as usize]) {
-            reader.warnings.push(format!("{}: the zone shares no vertex with the others", zone.zone.path()));
+            return Err(zone.zone.unsupported("a zone that shares no point with the others", HOW_ZONES_MEET));
         }
         columns.set_vertices(&zone.positions, vertex_of.clone(), &positions);
         reader.zone(zone.zone, Vertices { count: vertex_of.len(), of_mesh: Some(vertex_of) })?;

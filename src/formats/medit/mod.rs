@@ -100,7 +100,7 @@ impl Reader<'_> {
                 b"" => return Ok(()),
                 _ if token[0] == b'#' => {
                     let comment = [token, self.scanner.rest_of_line()].concat();
-                    self.names.extend(parse_names(&String::from_utf8_lossy(&comment)));
+                    self.comment(&comment);
                 }
                 _ if token.eq_ignore_ascii_case(b"MeshVersionFormatted") => {
                     begun = true;
@@ -115,12 +115,10 @@ impl Reader<'_> {
                         Some(keyword) => self.section(keyword)?,
                         None if token[0].is_ascii_alphabetic() => {
                             // Skips the numbers of an unknown section.
-                            while self
-                                .scanner
-                                .peek_byte()
-                                .is_some_and(|byte| !byte.is_ascii_alphabetic() && byte != b'#')
-                            {
+                            self.comments();
+                            while self.scanner.peek_byte().is_some_and(|byte| !byte.is_ascii_alphabetic()) {
                                 self.scanner.token();
+                                self.comments();
                             }
                             self.beside.push(name);
                         }
@@ -128,6 +126,22 @@ impl Reader<'_> {
                     }
                 }
             }
+        }
+    }
+
+    fn comment(&mut self, comment: &[u8]) {
+        self.names.extend(parse_names(&String::from_utf8_lossy(comment)));
+    }
+
+    /// Reads the comments before the next number of a text file.
+    #[inline]
+    fn comments(&mut self) {
+        while self.scanner.encoding == Encoding::Text && self.scanner.peek_byte() == Some(b'#') {
+            let comment = self.scanner.rest_of_line().trim_ascii_start().to_vec();
+            if comment.is_empty() {
+                continue;
+            }
+            self.comment(&comment);
         }
     }
 
@@ -209,6 +223,7 @@ impl Reader<'_> {
             MeditSection::PassedOver(_) => (6, 3 * index_bytes),
             MeditSection::Refused(_) => (2, index_bytes),
         };
+        self.comments();
         let count = self.index("the number of entries of a section")?;
         let count = u64::try_from(count)
             .map_err(|_| self.scanner.malformed("the number of entries of a section", count.to_string()))?;
@@ -218,7 +233,10 @@ impl Reader<'_> {
             MeditSection::Elements(shape) => self.elements(shape, count),
             MeditSection::PassedOver(name) => {
                 self.mesh_builder.pass_over(name, count);
-                for _ in 0..3 * count {
+                for number in 0..3 * count {
+                    if number % 3 == 0 {
+                        self.comments();
+                    }
                     self.index("a vertex of an edge")?;
                 }
                 Ok(())
@@ -244,6 +262,7 @@ impl Reader<'_> {
         let mut positions = Vec::with_capacity(count);
         self.slots.reserve(count);
         for vertex in 1..=count as u64 {
+            self.comments();
             self.slots.push(self.scanner.next_number());
             positions.push(self.scanner.coordinates(vertex)?.into());
             self.index("the reference of a vertex")?;
@@ -258,6 +277,7 @@ impl Reader<'_> {
         };
         self.mesh_builder.reserve(shape, count);
         for element in 1..=count as u64 {
+            self.comments();
             let mut corners = [0; 8];
             for corner in &mut corners[..shape.n_vertices()] {
                 let vertex = self.index("a vertex of an element")?;

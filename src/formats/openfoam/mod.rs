@@ -81,6 +81,11 @@ pub(super) fn points_path(path: &Path) -> PathBuf {
     if zipped.exists() && !plain.exists() { zipped } else { plain }
 }
 
+/// The name of the same file zipped, or plain if it is zipped. OpenFOAM reads the plain one of both.
+pub(super) fn twin(name: &str) -> String {
+    name.strip_suffix(".gz").map_or_else(|| format!("{name}.gz"), str::to_owned)
+}
+
 /// Reads a mesh from the (decompressed) bytes of its points at `path`. The other files are in the
 /// same folder.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
@@ -139,6 +144,8 @@ fn read_folder(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<P
     }
     let further = siblings.iter().map(|(name, _)| name.trim_end_matches(".gz")).filter(|name| !FILES.contains(name));
     beside.extend(further.map(|name| format!("the file {name}")));
+    let empty = patches.iter().filter(|patch| patch.faces.is_empty());
+    beside.extend(empty.map(|patch| format!("the patch '{}' without faces", patch.name)));
     // The faces of patches of type cyclicAMI do not match one by one.
     let cyclic = patches.iter().filter(|patch| patch.kind == "cyclic");
     let partners = cyclic.filter_map(|patch| Some([patch.name.clone(), patch.neighbour.clone()?])).collect();

@@ -62,6 +62,7 @@ impl Table {
         let mut table = Table::default();
         let (mut n_columns, mut is_first, mut blank, mut has_limits) = (0, true, false, false);
         let (mut separated, mut remark) = (None, None);
+        let mut may_be_title = false;
         for Row { line, text: row, comment } in rows(text, Mark::Any) {
             let words = fields(row);
             if words.is_empty() {
@@ -70,6 +71,11 @@ impl Table {
             }
             let numbers: Option<Vec<f64>> = words.iter().map(|word| parse_number(word)).collect();
             let is_first = std::mem::take(&mut is_first);
+            // Three whole numbers may be a point of three coordinates. Then the next row has three
+            // numbers too.
+            if std::mem::take(&mut may_be_title) && numbers.as_ref().is_none_or(|numbers| numbers.len() != n_columns) {
+                table = Table::default();
+            }
             let is_before = table.rows.is_empty();
             let at = table.rows.len();
             match numbers.as_deref() {
@@ -100,7 +106,8 @@ impl Table {
                     table.heading = Some(Heading { line, numbers: [x, y], is_title });
                     continue;
                 }
-                // Titles such as `63 2 215`.
+                // Titles such as `63 2 215` or `1 2 3 4 5`.
+                Some([_, _, _, _, _, ..]) if is_first => continue,
                 Some(&[_, _, _]) if is_first && words.iter().all(|word| is_whole(word)) && is_designation(&words) => {
                     continue;
                 }
@@ -136,6 +143,7 @@ impl Table {
                 table.after_blank.push(at);
             }
             n_columns = n;
+            may_be_title = is_first && n == 3 && words.iter().all(|word| is_whole(word));
             table.lines.push(line);
             table.rows.push(values);
         }

@@ -7,6 +7,7 @@
 
 mod airfoil;
 mod airfoil_rows;
+mod around;
 mod chain;
 mod json;
 mod sides;

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
+use super::around::{is_smooth, turned_to_trailing_edge};
 use super::fail;
 use crate::geometry::nearest_on_segment;
 use crate::profile::ProfileError;
-use crate::profile::edges::{TrailingEdge, trailing_edge};
 
 /// Two points farther apart than this share of the chord do not follow each other along a side. A
 /// side has at least this extent.
@@ -113,7 +113,13 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
     let starts_again =
         |at: &usize| (points[*at].x - points[*at - 1].x).abs() > FAR * chord && divided.is_between_sides(*at);
     let meeting = match *second {
-        Break::At(at) => Some(at).filter(|at| (1..points.len()).contains(at)),
+        Break::At(at) => {
+            let at = Some(at).filter(|at| (1..points.len()).contains(at));
+            if let Some(at) = at {
+                check_break(path, lines, points, at, (1..points.len()).find(starts_again))?;
+            }
+            at
+        }
         Break::Perhaps(blanks) => {
             let mut again = (1..points.len()).filter(starts_again);
             let at = again.next();
@@ -142,21 +148,47 @@ pub(super) fn join(path: &Path, lines: &[usize], points: &[DVec2], second: &Brea
         return Ok(curve);
     }
     let is_at_end = |point: &DVec2| point.x >= high - END * chord;
-    if is_at_end(first) && is_at_end(last) {
-        return Ok(points.to_vec());
-    }
-    if let Some(curve) = from_trailing_edge(points).filter(|curve| is_at_end(&curve[0])) {
+    if let Some(curve) = turned_to_trailing_edge(points).filter(|curve| is_at_end(&curve[0])) {
         return Ok(curve);
     }
     for (point, line) in [(first, lines[0]), (last, lines[lines.len() - 1])] {
-        if !is_trailing(point) && chord > 0.0 {
-            let what = format!("the points begin or end at x = {}, nearer to the leading edge", point.x);
-            let expected = "points from the trailing edge round the leading edge and back, or two sides with a blank line \
-                            between them";
+        if !is_at_end(point) && chord > 0.0 {
+            let what = format!("the points begin or end at x = {}, which is not the trailing edge", point.x);
+            let expected = "points from the trailing edge round the leading edge and back, a curve that comes back to its \
+                            start, or two sides with a blank line between them";
             return Err(fail(path, line, what, expected));
         }
     }
     Ok(points.to_vec())
+}
+
+/// Checks that the second side begins where the file says. There the points jump from edge to edge,
+/// or the sides meet at an edge. No jump is anywhere else.
+///
+/// - `at`: the first point of the second side, as the file says
+/// - `jump`: the first point after a jump
+///
+/// # Errors
+/// [`ProfileError::Line`] of a first point of a side that the file does not give.
+fn check_break(
+    path: &Path,
+    lines: &[usize],
+    points: &[DVec2],
+    at: usize,
+    jump: Option<usize>,
+) -> Result<(), ProfileError> {
+    let expected = "the second side where the numbers of points or the label before the points say";
+    if let Some(jump) = jump.filter(|&jump| jump != at) {
+        let what = format!("the second side begins here, after {jump} points, not after {at}");
+        return Err(fail(path, lines[jump], what, expected));
+    }
+    let (low, high) = range(points);
+    let is_trailing = |point: &DVec2| point.x > 0.5 * (low + high);
+    if jump.is_none() && is_trailing(&points[at]) && is_trailing(&points[at - 1]) && is_smooth(points, at) {
+        let what = format!("no side begins here, after {at} points");
+        return Err(fail(path, lines[at], what, expected));
+    }
+    Ok(())
 }
 
 /// The first point of a second element: of a second block that is a closed curve of its own, or the
@@ -173,34 +205,16 @@ fn second_element(divided: &Divided, second: &Break) -> Option<usize> {
     let jump = |at: usize| points[at].distance(points[at - 1]);
     let chord = divided.chord();
     let closes = |at: &usize| points[*at] == points[0] && jump(*at) <= FAR * chord && divided.is_ring_before(at + 1);
-    in_blocks.copied().or_else(|| (4..points.len().saturating_sub(3)).find(closes).map(|at| at + 1))
-}
-
-/// A gap wider than this multiple of the segments beside it is no segment of a curve.
-const GAP: f64 = 3.0;
-
-/// A curve that comes back to its start, from the trailing edge round to the trailing edge. The
-/// curve is open where a single segment is the blunt trailing edge. `None` if the curve does not
-/// come back.
-fn from_trailing_edge(points: &[DVec2]) -> Option<Vec<DVec2>> {
-    let n = points.len();
-    let (low, high) = range(points);
-    if n < 4 {
-        return None;
-    }
-    let gap = points[0].distance(points[n - 1]);
-    let beside = points[0].distance(points[1]).max(points[n - 2].distance(points[n - 1]));
-    if gap > GAP * beside || gap > FAR * (high - low) {
-        return None;
-    }
-    let mut curve = points[usize::from(gap == 0.0)..].to_vec();
-    let ring: Vec<_> = curve.iter().map(|point| point.extend(0.0)).collect();
-    let TrailingEdge { start, end } = trailing_edge(&ring);
-    curve.rotate_left(start);
-    if start == end || (end + 1) % curve.len() != start {
-        curve.push(curve[0]);
-    }
-    Some(curve)
+    // From the trailing edge of an element to the one of the next it is far for either of them.
+    let is_apart = |at: &usize| {
+        let length = |(low, high): (f64, f64)| high - low;
+        let shorter = length(divided.before[*at]).min(length(divided.from[*at]));
+        // Points of a base have no length along the chord.
+        shorter > END * chord && jump(*at) > FAR * shorter && divided.is_ring_before(*at) && divided.is_ring_from(*at)
+    };
+    let inside = 4..points.len().saturating_sub(3);
+    let after = || inside.clone().find(closes).map(|at| at + 1).or_else(|| inside.clone().find(is_apart));
+    in_blocks.copied().or_else(after)
 }
 
 /// Brings an airfoil in percent of its chord to chord 1.
