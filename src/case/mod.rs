@@ -16,6 +16,7 @@ mod families;
 mod load;
 mod load_error;
 mod named;
+mod names;
 mod parse;
 mod paths;
 mod same_triangles;

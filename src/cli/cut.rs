@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// Cut at these planes, such as y=1.0,y=2.4.
     #[arg(long, value_name = "PLANES", value_delimiter = ',', value_parser = plane)]
     at: Vec<Plane>,
-    /// Write the profiles to this file.
+    /// Write the profiles to this file; `-` is standard output.
     #[arg(long, value_name = "FILE.csv")]
     out: PathBuf,
     /// Write the place and the size of each section as JSON; `-` is standard output.
@@ -128,9 +128,18 @@ fn plane(text: &str) -> Result<Plane, String> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    check_writable(&arguments.out)?;
-    check_json(arguments.json.as_ref())?;
-    let mut written = vec![arguments.out.as_path()];
+    let to_stdout = arguments.out.as_os_str() == "-";
+    check_json(arguments.json.as_ref(), console)?;
+    let mut written = Vec::new();
+    if to_stdout {
+        if arguments.json == Some(JsonTarget::StandardOutput) {
+            return Err(Failure::bad_input("--out - and --json - would both be standard output"));
+        }
+        console.check_stdout()?;
+    } else {
+        check_writable(&arguments.out)?;
+        written.push(arguments.out.as_path());
+    }
     if let Some(JsonTarget::File(path)) = &arguments.json {
         written.push(path);
     }
@@ -174,8 +183,15 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             Ok((cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)?, numbered))
         })
         .map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
-    write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
-        .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
+    let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
+    if to_stdout {
+        let mut text = Vec::new();
+        csv::write(&profiles, &mut text).map_err(|error| Failure::bad_input(error.to_string()))?;
+        console.data(&String::from_utf8_lossy(&text))?;
+    } else {
+        write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
+            .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
+    }
     let sections = profiles.iter().zip(&planes).map(|(profile, (_, plane))| Section::new(profile, plane));
     let sections = Sections {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
@@ -197,10 +213,10 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if let Some(target) = &arguments.json {
         write_json(target, &sections, console)?;
     }
-    if arguments.json != Some(JsonTarget::StandardOutput) {
+    if !to_stdout && arguments.json != Some(JsonTarget::StandardOutput) {
         console.data(&table(&sections.sections))?;
     }
-    let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
-    console.note(format_args!("wrote {} profiles, {points} points, to {}", profiles.len(), arguments.out.display()));
+    let to = if to_stdout { "standard output".to_owned() } else { arguments.out.display().to_string() };
+    console.note(format_args!("wrote {} profiles, {points} points, to {to}", profiles.len()));
     Ok(())
 }
