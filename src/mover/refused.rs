@@ -83,7 +83,7 @@ impl Outcome {
         }
         if !self.found.converged {
             let fault = self.not_converged();
-            let hint = Some("raise max_sweeps or tolerance in [solver]".to_owned());
+            let hint = Some(format!("{} in [solver]", more_sweeps(self)));
             return Err(Refused { why: Why::NotConverged, message: fault.message.clone(), faults: vec![fault], hint });
         }
         Ok(())
@@ -291,7 +291,7 @@ fn hint(outcome: &Outcome) -> String {
             .to_owned();
     }
     if !outcome.converged {
-        return "the relaxation did not converge either: raise max_sweeps or tolerance in [solver] first".to_owned();
+        return format!("the relaxation did not converge either: {} in [solver] first", more_sweeps(outcome));
     }
     if !outcome.self_intersecting.is_empty() {
         let suspect = match &outcome.nearest_to_refusal {
@@ -321,6 +321,13 @@ fn hint(outcome: &Outcome) -> String {
             .to_owned();
     }
     "a smaller change of the surface, or the same in another place, keeps more tets valid".to_owned()
+}
+
+/// What may help a relaxation that did not converge.
+fn more_sweeps(outcome: &Outcome) -> String {
+    let other =
+        outcome.failed.map_or(String::new(), |failed| format!("try method = \"{}\", or ", failed.other().name()));
+    format!("{other}raise max_sweeps or tolerance")
 }
 
 fn short_place(at: DVec3) -> String {

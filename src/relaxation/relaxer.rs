@@ -35,6 +35,8 @@ pub struct Convergence {
     pub relative_residual: f64,
     /// Largest estimated error of a vertex, as a fraction of its shortest edge.
     pub error: f64,
+    /// The method of a relaxation that did not converge. `None` if all did.
+    pub failed: Option<Method>,
 }
 
 impl Convergence {
@@ -46,6 +48,7 @@ impl Convergence {
             sweeps: self.sweeps + other.sweeps,
             relative_residual: self.relative_residual.max(other.relative_residual),
             error: self.error.max(other.error),
+            failed: self.failed.or(other.failed),
         }
     }
 
@@ -68,7 +71,9 @@ impl Relaxer {
         // The data on the device is not kept here as well: for a large mesh it is most of the
         // memory.
         let FreeRows { network: of_moving, vertices: moving } = FreeRows::new(&network);
-        let mut method = method.for_size(moving.len());
+        // The bounds cost a fraction of the sweeps that they save.
+        let bounds = if method.depends_on_bounds(moving.len()) { Spectrum::new(&of_moving) } else { None };
+        let mut method = method.for_network(moving.len(), bounds);
         let hierarchy = (method == Method::Multigrid).then(|| Hierarchy::new(&of_moving));
         let (aggregate_maps, device, spectrum) = match hierarchy.filter(|hierarchy| hierarchy.depth() > 1) {
             Some(hierarchy) => {
@@ -79,7 +84,7 @@ impl Relaxer {
                 // A cycle on one level is no more than sweeps, and the bounds for cycles do not
                 // hold for it.
                 method = if method == Method::Multigrid { Method::Chebyshev } else { method };
-                (None, backend.upload(&of_moving.data())?, Spectrum::new(&of_moving))
+                (None, backend.upload(&of_moving.data())?, bounds.or_else(|| Spectrum::new(&of_moving)))
             }
         };
         Ok(Self { network, moving, aggregate_maps, spectrum, method, epsilon: backend.epsilon(), device })
@@ -155,6 +160,7 @@ impl Relaxer {
                 break;
             }
         }
+        result.failed = (!result.converged).then_some(self.method);
         Ok(result)
     }
 
