@@ -20,6 +20,10 @@ const CUBE: [[f64; 3]; 8] = [
     [0.0, 1.0, 1.0],
 ];
 
+/// A prism with good corners and a negative volume.
+const OF_BAD_VOLUME: [[f64; 3]; 6] =
+    [[-1.9, 1.7, 1.4], [-1.4, -1.3, 1.4], [-1.3, -1.6, -0.3], [-0.6, -0.4, -1.3], [-1.5, 0.4, -1.7], [1.2, -1.0, -0.3]];
+
 fn points(at: &[[f64; 3]]) -> Vec<DVec3> {
     at.iter().map(|&at| DVec3::from_array(at)).collect()
 }
@@ -87,14 +91,7 @@ fn ideal_cells_have_their_measures() {
 /// A prism can have good corners and a negative volume.
 #[test]
 fn a_cell_with_good_corners_and_a_negative_volume_is_inverted() {
-    let vertices = points(&[
-        [-1.9, 1.7, 1.4],
-        [-1.4, -1.3, 1.4],
-        [-1.3, -1.6, -0.3],
-        [-0.6, -0.4, -1.3],
-        [-1.5, 0.4, -1.7],
-        [1.2, -1.0, -0.3],
-    ]);
+    let vertices = points(&OF_BAD_VOLUME);
     // The volume by the divergence theorem, computed with NumPy.
     assert!((cell_volume(&cell_of(&vertices), &vertices) + 0.402_666_666_666_67).abs() < 1e-12);
     for corner in corners_of(&cell_of(&vertices)) {
@@ -106,6 +103,46 @@ fn a_cell_with_good_corners_and_a_negative_volume_is_inverted() {
     let worst = worst_corner(&cell_of(&mesh.vertices), &mesh.vertices);
     assert!(worst.corner.is_none() && worst.volume < -0.4, "{worst:?}");
     assert!(measures(hybrid, &mesh.vertices, None)[0].inverted);
+}
+
+/// The message about a cell with good corners and a bad volume names the middle of the cell, here
+/// the mean of six positions.
+#[test]
+fn a_bad_volume_has_a_place() {
+    // Beside a second prism, because most prisms would be left-handed otherwise.
+    let others = OtherCells { prisms: vec![[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11]], ..OtherCells::default() };
+    let vertices = points(&OF_BAD_VOLUME).into_iter().chain(prism()).collect();
+    let mesh = TetMesh { vertices, ..TetMesh::default() };
+    let error = validate(HybridMesh { mesh: &mesh, others: &others }).unwrap_err();
+    let middle = DVec3::new(-5.5, -2.2, -0.8) / 6.0;
+    assert!(
+        matches!(error, MeshError::InvertedCell { corner: None, at, .. } if at.distance(middle) < 1e-12),
+        "{error}"
+    );
+    assert!(error.to_string().contains("the first is prism 0, whose volume as a whole is -4.02"), "{error}");
+}
+
+/// A cell of which nothing is left counts as inverted, whatever rounding makes of its volume, and
+/// so does a cell two of whose faces lie in one place. The figures of the other cells stay finite.
+#[test]
+fn a_cell_of_which_nothing_is_left_is_inverted() {
+    // Coordinates that are not exact: the volume by the divergence theorem is not 0 but rounding.
+    let cube = points(&CUBE).into_iter().map(|at| at * DVec3::new(0.3, 0.7, 1.1) + 0.1);
+    let vertices: Vec<DVec3> = cube.clone().chain(cube.take(4)).collect();
+    for nothing in [[0, 1, 2, 3, 0, 1, 2, 3], [0; 8], [0, 1, 2, 3, 8, 9, 10, 11]] {
+        let mesh = TetMesh { vertices: vertices.clone(), ..TetMesh::default() };
+        let others = OtherCells { hexahedra: vec![[0, 1, 2, 3, 4, 5, 6, 7], nothing], ..OtherCells::default() };
+        let hybrid = HybridMesh { mesh: &mesh, others: &others };
+        let kinds = by_kind(hybrid, &measures(hybrid, &vertices, None), false);
+        assert_eq!((kinds.len(), kinds[0].count, kinds[0].inverted), (1, 2, 1), "{nothing:?}");
+        // A brick has the Jacobian 1, and nothing has 0.
+        assert_eq!(kinds[0].jacobian_min, 0.0, "{nothing:?}");
+        assert!((kinds[0].jacobian_mean - 0.5).abs() < 1e-12, "{nothing:?} {}", kinds[0].jacobian_mean);
+        assert!(worst_corner(&nothing, &vertices).volume <= 0.0, "{nothing:?}");
+    }
+    assert_eq!(beta([vertices[0]; 4]), 0.0);
+    let lost = DVec3::new(0.0, f64::NAN, 0.0);
+    assert!(beta([lost; 4]).is_nan() && scaled_jacobian([lost; 4]).is_nan(), "a lost vertex is told");
 }
 
 /// The shape of a layer sheared by an angle is `3 / (3 + tan^2)`, and of a layer thickened by `t`

@@ -22,8 +22,8 @@ use idmesh::families::{Role, SetupError};
 use idmesh::formats::{self, MeshFile};
 use idmesh::mesh::corners::corner_tets;
 use idmesh::mesh::{
-    CellKind, CornerCells, FamilyId, HybridMesh, OtherCells, TetMesh, families_inside, measures, refine_hybrid,
-    validate,
+    CellKind, CornerCells, FamilyId, HybridMesh, MeshError, OtherCells, TetMesh, families_inside, measures,
+    refine_hybrid, validate,
 };
 use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome};
 use idmesh::profile::{Profile, csv, cut};
@@ -357,6 +357,93 @@ fn the_pieces_of_a_pyramid_have_their_volumes() {
         assert!((idmesh::mesh::cell_volume(pyramid, &fine.vertices) - whole / 8.0).abs() < 1e-15);
     }
     assert_eq!((fine.tets.len(), fine_others.pyramids.len()), (4, 6));
+}
+
+/// A quadrilateral that names a vertex twice is a triangle: refined, the mesh is the same as with
+/// the triangle in its place.
+#[test]
+fn a_quadrilateral_that_names_a_vertex_twice_is_refined_as_a_triangle() {
+    let at = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    let tet = (
+        TetMesh {
+            vertices: at[..4].iter().map(|&at| DVec3::from_array(at)).collect(),
+            tets: vec![[0, 1, 2, 3]],
+            triangles: vec![[0, 1, 3], [1, 2, 3], [0, 3, 2], [0, 2, 1]],
+            triangle_family: vec![FamilyId(0), FamilyId(0), FamilyId(0), FamilyId(1)],
+            families: vec!["wall".into(), "base".into()],
+        },
+        OtherCells::none(),
+    );
+    let prism = (
+        TetMesh {
+            vertices: at.map(DVec3::from_array).to_vec(),
+            tets: Vec::new(),
+            triangles: vec![[3, 4, 5], [0, 2, 1]],
+            triangle_family: vec![FamilyId(0), FamilyId(1)],
+            families: vec!["wall".into(), "base".into()],
+        },
+        OtherCells {
+            prisms: vec![[0, 1, 2, 3, 4, 5]],
+            quadrilaterals: vec![[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
+            quadrilateral_family: vec![FamilyId(0); 3],
+            ..OtherCells::default()
+        },
+    );
+    for (mesh, others) in [tet, prism] {
+        let (expected, of_others) = refine_hybrid(HybridMesh { mesh: &mesh, others: &others }).unwrap();
+        for twice in [[0, 2, 1, 1], [0, 0, 2, 1], [0, 2, 2, 1]] {
+            let (mut mesh, mut others) = (mesh.clone(), others.clone());
+            mesh.triangles.pop();
+            others.quadrilaterals.push(twice);
+            others.quadrilateral_family.extend(mesh.triangle_family.pop());
+            let (fine, fine_others) = refine_hybrid(HybridMesh { mesh: &mesh, others: &others }).unwrap();
+            validate(HybridMesh { mesh: &fine, others: &fine_others }).unwrap();
+            assert!(fine == expected && fine_others == of_others, "{twice:?}: {fine:?} {fine_others:?}");
+        }
+        // Nothing is left of a quadrilateral whose opposite corners are one.
+        let (mesh, mut others) = (mesh.clone(), others.clone());
+        others.quadrilaterals.push([0, 1, 0, 2]);
+        others.quadrilateral_family.push(FamilyId(0));
+        let error = refine_hybrid(HybridMesh { mesh: &mesh, others: &others }).unwrap_err();
+        assert!(matches!(error, MeshError::Shrunk { what: "quadrilateral", .. }), "{error}");
+    }
+}
+
+/// A cell whose corners stay good and whose volume does not is told with its middle, here the mean
+/// of the six positions to which its vertices are moved.
+#[test]
+fn a_bad_volume_after_a_motion_has_a_place() {
+    let before = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    let after = [
+        [-1.9, 1.7, 1.4],
+        [-1.4, -1.3, 1.4],
+        [-1.3, -1.6, -0.3],
+        [-0.6, -0.4, -1.3],
+        [-1.5, 0.4, -1.7],
+        [1.2, -1.0, -0.3],
+    ];
+    let mesh = TetMesh {
+        vertices: before.map(DVec3::from_array).to_vec(),
+        triangles: vec![[3, 4, 5], [0, 2, 1]],
+        triangle_family: vec![FamilyId(0); 2],
+        families: vec!["wall".into()],
+        ..TetMesh::default()
+    };
+    let others = OtherCells {
+        prisms: vec![[0, 1, 2, 3, 4, 5]],
+        quadrilaterals: vec![[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
+        quadrilateral_family: vec![FamilyId(0); 3],
+        ..OtherCells::default()
+    };
+    let builder = Mover::builder(mesh.clone()).other_cells(others).role("wall", Role::Prescribed);
+    let mut mover = builder.build(cpu()).unwrap();
+    let by = (0..6).map(|vertex| DVec3::from_array(after[vertex]) - mesh.vertices[vertex]).collect();
+    let outcome = mover.update(&Design::of_prescribed("wall", by)).unwrap();
+    let refused = outcome.check().unwrap_err();
+    let told = "the first is prism 0, whose volume as a whole is -4.027e-1, at (-0.916667, -0.366667, -0.133333)";
+    assert!(refused.message.contains(told), "{refused}");
+    let place = refused.faults[0].place.clone().unwrap();
+    assert!(DVec3::from_array(place.at).distance(DVec3::new(-5.5, -2.2, -0.8) / 6.0) < 1e-12, "{place:?}");
 }
 
 /// Sections of a wing of quadrilaterals: within their warp (4e-4) of sections that another program

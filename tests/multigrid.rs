@@ -350,3 +350,61 @@ fn whole_runs_agree_with_chebyshev() {
     let largest = exact.displacement().iter().map(|u| u.length()).fold(0.0, f64::max);
     compare_by(exact.displacement(), found.displacement(), |_| 1e-6 * largest).unwrap();
 }
+
+/// The brick with one layer of cubes, far from the held ends, squeezed to a share of its height, as
+/// a layer of cells that goes on behind a trailing edge. The tight pairs of vertices hang on weak
+/// springs, and the error of sweeps hardly falls.
+fn squeezed(n: usize, share: f64) -> (Vec<DVec3>, Network) {
+    let (low, high) = ((n / 2) as f64 / n as f64, (n / 2 + 1) as f64 / n as f64);
+    let place = move |at: DVec3| {
+        let z = at.z - (1.0 - share) * (at.z - low).clamp(0.0, high - low);
+        DVec3::new(at.x, at.y, z)
+    };
+    let hold = |at: DVec3| if at.x == 0.0 { Constraint::Held } else { Constraint::Free };
+    network(n, (Length::InverseSquare, Torsion::None), place, hold)
+}
+
+/// On a network whose sweeps would be hopeless `auto` takes cycles, however small it is, and a few
+/// of them reach the equilibrium that elimination finds. Without the squeezed layer `auto` takes
+/// sweeps.
+///
+/// Fails if `MOST_SWEEPS_PER_DIGIT` is 1000000 or 3.
+#[test]
+fn auto_takes_cycles_where_sweeps_are_hopeless() {
+    let method = |network: &Network| Relaxer::new(network.clone(), &F64, Method::Auto).unwrap().method();
+    assert_eq!(method(&squeezed(6, 1.0).1), Method::Chebyshev);
+    let (positions, network) = squeezed(6, 1e-3);
+    assert_eq!(method(&network), Method::Multigrid);
+    let start = start(&positions, &network);
+    let exact = direct(&network, &start);
+    let stopping = Stopping { tolerance: 1e-4, max_sweeps: 60 };
+    for precision in [Precision::F64, Precision::F32] {
+        let mut relaxer = Relaxer::new(network.clone(), &CpuBackend::new(precision), Method::Auto).unwrap();
+        let mut found = start.clone();
+        let convergence = relaxer.relax(&mut found, None, &stopping).unwrap();
+        assert!(convergence.converged && convergence.failed.is_none(), "{precision:?} {convergence:?}");
+        compare_by(&exact, &found, |row| 3e-4 / network.inverse_length[row])
+            .unwrap_or_else(|mismatch| panic!("{precision:?}: {mismatch:?}"));
+    }
+    // As many sweeps do not reach it, and the result names the method that failed.
+    let (_, sweeps) = relax(&network, &start, Method::Chebyshev, stopping);
+    assert!(!sweeps.converged && sweeps.failed == Some(Method::Chebyshev), "{sweeps:?}");
+}
+
+/// In f32 a pass on such a network ends where rounding stops its progress, and not when its sweeps
+/// run out; the next pass goes on from there. Held vertices that all move by one vector take all
+/// others with them.
+#[test]
+fn a_pass_ends_where_rounding_stops_it() {
+    let by = DVec3::new(0.3, -0.2, 0.1);
+    for share in [1e-3, 1e-4, 1e-5, 1e-6] {
+        let (_, network) = squeezed(6, share);
+        let held = |constraint: &Constraint| if *constraint == Constraint::Held { by } else { DVec3::ZERO };
+        let mut found: Vec<DVec3> = network.constraint.iter().map(held).collect();
+        let mut relaxer = Relaxer::new(network.clone(), &CpuBackend::new(Precision::F32), Method::Auto).unwrap();
+        let convergence = relaxer.relax(&mut found, None, &Stopping { tolerance: 1e-4, max_sweeps: 20_000 }).unwrap();
+        assert!(convergence.converged && convergence.sweeps < 1_000, "{share:e}: {convergence:?}");
+        compare_by(&vec![by; found.len()], &found, |row| 3e-4 / network.inverse_length[row])
+            .unwrap_or_else(|mismatch| panic!("{share:e}: {mismatch:?}"));
+    }
+}

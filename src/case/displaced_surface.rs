@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `original` | at its original position |
 //! | `displacement` | where the point is, or where it was before its displacement |
-//! | none | that has the same place in the order of the points or of the triangles |
+//! | none | that has the same place in the order of the points or of the triangles; not for families with quadrilaterals |
 //!
 //! An order counts only if it takes the family's triangles to the surface's triangles. A regular
 //! surface has several such orders, as half a turn of a grid is one; the way with the least motion
@@ -97,8 +97,8 @@ pub(super) fn match_points(
         }
         // A surface may divide a quadrilateral along its other diagonal.
         (None, None) if family.has_quadrilaterals => {
-            let what =
-                "the family has quadrilaterals, expected an array of the points' original positions or displacements";
+            let what = "the family has quadrilaterals, expected an array of the points' original positions or displacements, \
+                        as VTP and VTU files have them";
             return Err(bad(what.to_owned()));
         }
         (None, None) => {

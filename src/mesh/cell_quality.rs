@@ -9,9 +9,10 @@
 //! | volume of a cell | the divergence theorem; a quadrilateral counts as the mean of its two divisions |
 //!
 //! A cell is *inverted* if the volume of a corner or of the cell is not positive. For a tet the
-//! three volumes are one. P. Knupp, *Achieving finite element mesh quality via optimization of the
-//! Jacobian matrix norm and associated quantities* (Int. J. Numer. Meth. Engng 48, 2000), has the
-//! measures. The paper has tets only.
+//! three volumes are one. A cell without corners, which names too few different vertices, is
+//! inverted, and its measures are 0. P. Knupp, *Achieving finite element mesh quality via
+//! optimization of the Jacobian matrix norm and associated quantities* (Int. J. Numer. Meth. Engng
+//! 48, 2000), has the measures. The paper has tets only.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -47,7 +48,8 @@ pub fn worst_corner(cell: &[u32], vertices: &[DVec3]) -> WorstCorner {
     let volume = |tet: [u32; 4]| quality::volume(geometry::corners(vertices, tet));
     let worse = |a: WorstCorner, b: WorstCorner| if a.volume.is_nan() || a.volume <= b.volume { a } else { b };
     let corners = tets.into_iter().map(|tet| WorstCorner { corner: Some(tet[0]), volume: volume(tet) });
-    let worst = corners.reduce(worse).unwrap_or(WorstCorner { corner: None, volume: f64::INFINITY });
+    // Nothing is left of a cell without corners.
+    let Some(worst) = corners.reduce(worse) else { return WorstCorner { corner: None, volume: 0.0 } };
     let whole = if worst.volume > 0.0 { cell_volume(cell, vertices) } else { f64::INFINITY };
     if whole > 0.0 { worst } else { WorstCorner { corner: None, volume: whole } }
 }
@@ -57,7 +59,7 @@ pub fn worst_corner(cell: &[u32], vertices: &[DVec3]) -> WorstCorner {
 ///
 /// - `vertices` `[n_vertices]`: positions, in any unit
 pub fn cell_volume(cell: &[u32], vertices: &[DVec3]) -> f64 {
-    let centre = cell.iter().map(|&vertex| vertices[vertex as usize]).sum::<DVec3>() / cell.len() as f64;
+    let centre = middle_of_cell(cell, vertices);
     let at = |vertex: u32| vertices[vertex as usize] - centre;
     let of_triangle = |a: u32, b: u32, c: u32| at(a).dot(at(b).cross(at(c))) / 6.0;
     let of_face = |face: &[u32]| match *face {
@@ -69,6 +71,13 @@ pub fn cell_volume(cell: &[u32], vertices: &[DVec3]) -> f64 {
         _ => 0.0,
     };
     faces_of(cell).map(|face| of_face(face.vertices())).sum()
+}
+
+/// The mean of a cell's vertices, in the mesh's unit.
+///
+/// - `vertices` `[n_vertices]`: positions, in any unit
+pub fn middle_of_cell(cell: &[u32], vertices: &[DVec3]) -> DVec3 {
+    cell.iter().map(|&vertex| vertices[vertex as usize]).sum::<DVec3>() / cell.len() as f64
 }
 
 /// The quality of all cells of one kind.
@@ -154,6 +163,10 @@ fn measures_by_corners(
         least.jacobian = lesser(least.jacobian, scaled_jacobian(now));
         least.shape_cubed = lesser(least.shape_cubed, cubed);
         least.inverted |= is_inverted(determinant(edges));
+    }
+    if tets.is_empty() {
+        // Nothing is left of a cell without corners. Its volume of 0 carries rounding errors.
+        return CellMeasures { jacobian: 0.0, shape_cubed: 0.0, inverted: true };
     }
     least.inverted |= is_inverted(cell_volume(cell, vertices));
     least

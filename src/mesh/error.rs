@@ -40,9 +40,9 @@ pub enum MeshError {
     )]
     LeftHanded { kind: CellKind, count: usize, n_cells: usize, first: usize, right_handed: Option<usize>, at: DVec3 },
     #[error(
-        "{count} of {n_cells} {} are inverted or flat; the first is {} {first}, whose volume at {} is {volume:e}, near {}; a mesh \
+        "{count} of {n_cells} {} are inverted or flat; the first is {} {first}, whose volume {} is {volume:e}, near {}; a mesh \
          must be valid before it is moved",
-        kind.plural(), kind.name(), corner.map_or("its middle".to_owned(), |corner| format!("the corner at vertex {corner}")), near(*at)
+        kind.plural(), kind.name(), corner.map_or("as a whole".to_owned(), |corner| format!("at the corner at vertex {corner}")), near(*at)
     )]
     InvertedCell {
         kind: CellKind,
@@ -54,6 +54,7 @@ pub enum MeshError {
         corner: Option<u32>,
         /// Volume of the corner tet, or of the cell, in the cube of the mesh's unit.
         volume: f64,
+        /// Position of the corner, or the middle of the cell, in the mesh's unit.
         at: DVec3,
     },
     #[error("{cell}, near {}, names a vertex twice; only meshes without such cells can be refined", near(*at))]

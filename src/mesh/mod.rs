@@ -30,7 +30,9 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-pub use cell_quality::{CellMeasures, KindQuality, by_kind, cell_volume, measures, worst_corner};
+pub use cell_quality::{
+    CellMeasures, KindQuality, WorstCorner, by_kind, cell_volume, measures, middle_of_cell, worst_corner,
+};
 pub use corner_cells::CornerCells;
 pub use error::MeshError;
 pub use half_edge::triangles_of_families;

@@ -25,7 +25,8 @@ use super::{
 };
 
 /// Cuts every cell of a mesh into pieces of half its size; see the table of this module. Every
-/// triangle and quadrilateral is cut into four of the same family.
+/// triangle and quadrilateral is cut into four of the same family. A quadrilateral that names a
+/// vertex twice is the triangle that is left of it.
 ///
 /// # Errors
 /// - [`MeshError::Degenerate`]: a cell names a vertex twice
@@ -89,21 +90,28 @@ pub fn refine_hybrid(mesh: HybridMesh) -> Result<(TetMesh, OtherCells), MeshErro
             others.hexahedra.push([a, b, c, d, e, f, g, h]);
         }
     }
-    for (&[a, b, c], &family) in mesh.mesh.triangles.iter().zip(&mesh.mesh.triangle_family) {
-        let [ab, bc, ca] = [edge(a, b), edge(b, c), edge(c, a)];
-        fine.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-        fine.triangle_family.extend([family; 4]);
-    }
-    for (&corners, &family) in mesh.others.quadrilaterals.iter().zip(&mesh.others.quadrilateral_family) {
-        let [a, b, c, d] = corners;
-        let [ab, bc, cd, da, centre] = [edge(a, b), edge(b, c), edge(c, d), edge(d, a), face(corners)];
-        others.quadrilaterals.extend([
-            [a, ab, centre, da],
-            [ab, b, bc, centre],
-            [centre, bc, c, cd],
-            [da, centre, cd, d],
-        ]);
-        others.quadrilateral_family.extend([family; 4]);
+    for index in 0..mesh.n_faces() as u32 {
+        let (Some(of_mesh), Some(family)) = (mesh.face(index), mesh.family_of(index)) else { continue };
+        match *of_mesh.vertices() {
+            // Also a quadrilateral that names a vertex twice: its cell has a triangle there.
+            [a, b, c] => {
+                let [ab, bc, ca] = [edge(a, b), edge(b, c), edge(c, a)];
+                fine.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+                fine.triangle_family.extend([family; 4]);
+            }
+            [a, b, c, d] => {
+                let [ab, bc, cd, da] = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
+                let centre = face([a, b, c, d]);
+                others.quadrilaterals.extend([
+                    [a, ab, centre, da],
+                    [ab, b, bc, centre],
+                    [centre, bc, c, cd],
+                    [da, centre, cd, d],
+                ]);
+                others.quadrilateral_family.extend([family; 4]);
+            }
+            _ => {}
+        }
     }
     fine.vertices = middles.vertices;
     // The pieces of a cell with strongly warped faces may be inverted.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{
     CellKind, CellName, HybridMesh, MeshError, OtherCells,
-    cell_quality::{WorstCorner, cell_volume, worst_corner},
+    cell_quality::{WorstCorner, cell_volume, middle_of_cell, worst_corner},
     corners::{Face, is_degenerate, n_corner_tets},
     half_edge::Surface,
     half_face::HalfFaces,
@@ -89,7 +89,8 @@ pub(super) fn check_corners(mesh: HybridMesh, kind: CellKind) -> Result<(), Mesh
     Err(match kind {
         CellKind::Tet => MeshError::Inverted { count, n_tets: n_cells, first, volume: worst.volume, at: at(first) },
         _ => {
-            let at = worst.corner.map_or(at(first), |corner| mesh.vertices()[corner as usize]);
+            let middle = || middle_of_cell(mesh.cell(CellName { kind, index: first }), mesh.vertices());
+            let at = worst.corner.map_or_else(middle, |corner| mesh.vertices()[corner as usize]);
             let WorstCorner { corner, volume } = worst;
             MeshError::InvertedCell { kind, count, n_cells, first, corner, volume, at }
         }

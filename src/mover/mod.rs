@@ -378,6 +378,7 @@ impl Mover {
 
         let unconverged: Vec<_> =
             ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
+        let failed = ends.iter().find_map(|(_, end)| end.failed);
         let FoldCheck { folds, folded, .. } = fold_check;
         // The volume is the last stage. Its jump counts, not the steps that may have followed.
         let surfaces_converged = ends.iter().rev().skip(1).all(|(_, end)| end.converged);
@@ -428,6 +429,7 @@ impl Mover {
             mesh: self.mesh.clone(),
             others: self.others.clone(),
             optimises: self.optimises,
+            failed,
             found: Found::default(),
         }
         .judged())

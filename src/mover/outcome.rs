@@ -15,6 +15,7 @@ use crate::{
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed},
     quality::Statistics,
+    relaxation::Method,
     smoothing::Smoothed,
     volume::Path,
 };
@@ -61,6 +62,8 @@ pub struct Outcome {
     pub(super) others: Arc<OtherCells>,
     /// Whether the settings allow local optimisation.
     pub(super) optimises: bool,
+    /// The method of a relaxation that did not converge.
+    pub(super) failed: Option<Method>,
     /// Whether the result is good, as the update found. The public fields can be changed, this
     /// field cannot.
     pub(super) found: Found,

@@ -12,7 +12,7 @@ use super::fault::{Fault, FaultKind, Place};
 use super::simplex_view::SimplexView;
 use super::{Beyond, Deviation, MISSED, Moved, Outcome, StageName, Warning, warnings::counts};
 use crate::geometry::triangle_normal;
-use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh};
+use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh, WorstCorner};
 use crate::projection::crossing::crosses;
 use crate::quality::{
     self,
@@ -103,7 +103,7 @@ impl Outcome {
         }
         if !self.found.converged {
             let fault = self.not_converged();
-            let hint = Some("raise max_sweeps or tolerance in [solver]".to_owned());
+            let hint = Some(format!("{} in [solver]", more_sweeps(self)));
             return Err(Refused { why: Why::NotConverged, message: fault.message.clone(), faults: vec![fault], hint });
         }
         Ok(())
@@ -127,7 +127,9 @@ impl Outcome {
         let mut faults: Vec<Fault> = Vec::new();
         let mut add = |kind, count, place, message| faults.push(Fault { kind, count, place, message });
         if self.inverted > 0 {
-            let place = clusters.first().map(|worst| Place::new(worst.at, family(worst)));
+            // A cell whose corners are good and whose volume is not is in no cluster.
+            let of_cell = || self.first_inverted(self.kinds.as_deref()?).map(|(_, _, at)| Place::new(at, None));
+            let place = clusters.first().map(|worst| Place::new(worst.at, family(worst))).or_else(of_cell);
             let message = match &self.kinds {
                 None => format!("{} of {} tets are inverted", self.inverted, self.beta.len()),
                 Some(kinds) => self.inverted_cells(kinds),
@@ -219,28 +221,39 @@ impl Outcome {
 
     /// The inverted cells of each kind, and the first of them with its corner and its place.
     fn inverted_cells(&self, kinds: &[KindQuality]) -> String {
-        let mesh = HybridMesh { mesh: &self.mesh, others: &self.others };
         let n_cells: usize = kinds.iter().map(|kind| kind.count).sum();
-        let bad: Vec<&KindQuality> = kinds.iter().filter(|kind| kind.inverted > 0).collect();
+        let bad = kinds.iter().filter(|kind| kind.inverted > 0);
         let each: Vec<String> =
-            bad.iter().map(|kind| format!("{} of {} {}", kind.inverted, kind.count, kind.kind.plural())).collect();
-        let moved = &self.moved.vertices;
-        let first = bad.first().and_then(|bad| {
-            let names = (0..bad.count).map(|index| CellName { kind: bad.kind, index });
-            let worst = |name: CellName| mesh::worst_corner(mesh.cell(name), moved);
-            names.map(|name| (name, worst(name))).find(|(_, worst)| is_inverted(worst.volume))
-        });
-        let first = first.map_or(String::new(), |(name, worst)| match worst.corner {
-            Some(corner) => {
-                let at = short_place(moved[corner as usize]);
-                format!(
-                    "; the first is {name}, whose corner at vertex {corner} has the volume {:.3e}, at {at}",
-                    worst.volume
-                )
+            bad.map(|kind| format!("{} of {} {}", kind.inverted, kind.count, kind.kind.plural())).collect();
+        let first = self.first_inverted(kinds).map_or(String::new(), |(name, worst, at)| {
+            let at = short_place(at);
+            let volume = worst.volume;
+            match worst.corner {
+                Some(corner) => {
+                    format!(
+                        "; the first is {name}, whose corner at vertex {corner} has the volume {volume:.3e}, at {at}"
+                    )
+                }
+                None => format!("; the first is {name}, whose volume as a whole is {volume:.3e}, at {at}"),
             }
-            None => format!("; the first is {name}, whose volume is {:.3e}", worst.volume),
         });
         format!("{} of {n_cells} cells are inverted ({}){first}", self.inverted, each.join(", "))
+    }
+
+    /// The first inverted cell, its worst corner, and the place of the corner or of the cell's
+    /// middle.
+    fn first_inverted(&self, kinds: &[KindQuality]) -> Option<(CellName, WorstCorner, DVec3)> {
+        let mesh = HybridMesh { mesh: &self.mesh, others: &self.others };
+        let moved = &self.moved.vertices;
+        let bad = kinds.iter().find(|kind| kind.inverted > 0)?;
+        let names = (0..bad.count).map(|index| CellName { kind: bad.kind, index });
+        let worst = |name: CellName| (name, mesh::worst_corner(mesh.cell(name), moved));
+        let (name, worst) = names.map(worst).find(|(_, worst)| is_inverted(worst.volume))?;
+        let at = match worst.corner {
+            Some(corner) => moved[corner as usize],
+            None => mesh::middle_of_cell(mesh.cell(name), moved),
+        };
+        Some((name, worst, at))
     }
 
     /// The stages that did not converge, with the error that each left.
@@ -325,7 +338,7 @@ fn remedy(outcome: &Outcome) -> String {
             .to_owned();
     }
     if !outcome.converged {
-        return "the relaxation did not converge either: raise max_sweeps or tolerance in [solver] first".to_owned();
+        return format!("the relaxation did not converge either: {} in [solver] first", more_sweeps(outcome));
     }
     if !outcome.self_intersecting.is_empty() {
         return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
@@ -355,6 +368,13 @@ fn remedy(outcome: &Outcome) -> String {
             .to_owned();
     }
     "a smaller change of the surface, or the same in another place, keeps more tets valid".to_owned()
+}
+
+/// What may help a relaxation that did not converge.
+fn more_sweeps(outcome: &Outcome) -> String {
+    let other =
+        outcome.failed.map_or(String::new(), |failed| format!("try method = \"{}\", or ", failed.other().name()));
+    format!("{other}raise max_sweeps or tolerance")
 }
 
 fn short_place(at: DVec3) -> String {

@@ -19,12 +19,14 @@ pub fn volume(tet: [DVec3; 4]) -> f64 {
 
 /// Quality of a tet (paper eq. 1): `beta = V / l_max^3`, signed, without unit.
 ///
-/// 0.11785 for the regular tet, zero or negative for an inverted one, NaN if all four vertices
-/// coincide.
+/// 0.11785 for the regular tet, zero or negative for an inverted one, 0 if all four vertices
+/// coincide, NaN if a coordinate is not finite.
 pub fn beta(tet: [DVec3; 4]) -> f64 {
     let [a, b, c, d] = tet;
     let longest = [b - a, c - a, d - a, c - b, d - b, d - c].into_iter().map(DVec3::length_squared).fold(0.0, f64::max);
-    volume(tet) / (longest * longest.sqrt())
+    let volume = volume(tet);
+    // Without a length the volume is 0, or NaN.
+    if longest == 0.0 { volume } else { volume / (longest * longest.sqrt()) }
 }
 
 /// The lesser of two numbers; NaN if one is NaN.
@@ -43,10 +45,11 @@ pub(crate) fn determinant([u, v, w]: [DVec3; 3]) -> f64 {
 }
 
 /// Scaled Jacobian of a corner tet, without unit: 1 if the three edges at its first vertex are
-/// perpendicular. NaN if an edge has no length.
+/// perpendicular. 0 if an edge has no length, NaN if a coordinate is not finite.
 pub fn scaled_jacobian(tet: [DVec3; 4]) -> f64 {
     let edges = edges_of_corner(tet);
-    determinant(edges) / edges.map(DVec3::length_squared).iter().product::<f64>().sqrt()
+    let squares = edges.map(DVec3::length_squared).iter().product::<f64>();
+    if squares == 0.0 { 0.0 } else { determinant(edges) / squares.sqrt() }
 }
 
 /// Shape of a corner tet against its undeformed shape, without unit: 1 if it was only moved, turned

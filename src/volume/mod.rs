@@ -250,8 +250,10 @@ impl Stage for VolumeStage {
         let jump_converged = convergence.converged;
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets, &self.stepping.merit);
         let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
-        // No valid volume exists between surfaces that intersect.
-        let mut stuck = state.inverted > 0 && !self.newly_self_intersecting(mesh, &state.vertices).is_empty();
+        // No valid volume exists between surfaces that intersect. Where the jump did not converge,
+        // the steps of a path would not either, and each of them would take all its sweeps.
+        let mut stuck =
+            state.inverted > 0 && (!jump_converged || !self.newly_self_intersecting(mesh, &state.vertices).is_empty());
         // Displacements that are not finite come from a relaxation that diverged. No path leads
         // there.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());

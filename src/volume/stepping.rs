@@ -100,6 +100,11 @@ impl Stepping {
             let mut displacement: Displacement = next.iter().zip(&surfaces).map(|(next, now)| *next - *now).collect();
             let volume = networks.at(&SetUp { mesh: &mesh, ..*set_up }, self.springs)?;
             convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?.0);
+            if !convergence.converged {
+                // Neither would other steps converge, and each would take all its sweeps.
+                path.given_up += 1;
+                break;
+            }
             let mut vertices = displaced(&mesh.vertices, &displacement);
             for (vertex, constraint) in volume.constraint().iter().enumerate() {
                 // Held vertices take the route's position, because the steps do not add up to the

@@ -181,3 +181,20 @@ fn steps_come_before_local_optimisation() {
 
 /// Twist of the wing's tip against its root, in degrees. A jump inverts a few corners.
 const TWIST: f64 = 57.0;
+
+/// Where the jump does not converge and leaves bad cells, no path of steps follows, whose steps
+/// would not converge either. The hint names the other method.
+#[test]
+fn a_jump_that_does_not_converge_is_the_only_one() {
+    let (mesh, others) = o_grid();
+    for (method, other) in [(Method::Chebyshev, "multigrid"), (Method::Multigrid, "chebyshev")] {
+        let stopping = Stopping { max_sweeps: 2, ..Stopping::default() };
+        let builder = o_grid_builder(&mesh, &others).method(method).stopping(stopping);
+        let outcome = pitch(&mut builder.build(cpu()).unwrap(), 60.0);
+        assert!(outcome.inverted > 0 && !outcome.converged);
+        assert_eq!((outcome.path.steps, outcome.path.given_up), (1, 0), "{:?}", outcome.path);
+        let refused = outcome.check().unwrap_err();
+        let expected = format!("try method = \"{other}\", or raise max_sweeps or tolerance in [solver]");
+        assert!(refused.hint.as_ref().is_some_and(|hint| hint.contains(&expected)), "{refused:?}");
+    }
+}
