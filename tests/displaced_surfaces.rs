@@ -452,3 +452,49 @@ fn other_formats_are_refused() {
     assert!(formats::is_surface(Path::new("a.b.STL.gz")) && !formats::is_surface(Path::new("a.csv")));
     assert!(!formats::is_surface(Path::new("stl")) && !formats::is_surface(Path::new("a.su2")));
 }
+
+/// Where families meet, a surface has the rounding of its file, and a table beside it is exact: the
+/// common vertices go where the table says. More than the rounding is an error.
+#[test]
+fn the_rounding_of_a_surface_is_no_conflict() {
+    let mesh = small();
+    let (wing, _) = family(&mesh, "wing");
+    let (tip, _) = family(&mesh, "wingtip");
+    let shared: Vec<usize> = (0..tip.len()).filter(|&place| wing.contains(&tip[place])).collect();
+    assert!(!shared.is_empty() && shared.len() < tip.len());
+    let folder = tempfile::tempdir().unwrap();
+    let loaded = |by: DVec3, surface: &Surface| {
+        let row = |vertex: &u32| {
+            let at = mesh.vertices[*vertex as usize];
+            format!("{:e},{:e},{:e},{:e},{:e},{:e}\n", at.x, at.y, at.z, by.x, by.y, by.z)
+        };
+        fs::write(folder.path().join("wing.csv"), wing.iter().map(row).collect::<String>()).unwrap();
+        surface.write(&folder.path().join("tip.vtp"));
+        let mut case = format!("mesh = {:?}\n[output]\nmesh = \"moved.vtu\"\n", data("small.msh.gz").to_str().unwrap());
+        for family in &mesh.families {
+            case += &match family.as_str() {
+                "wing" => "[family.wing]\nrole = \"prescribed\"\ndisplacement = \"wing.csv\"\n".to_owned(),
+                "wingtip" => "[family.wingtip]\nrole = \"prescribed\"\ndisplacement = \"tip.vtp\"\n".to_owned(),
+                other => format!("[family.\"{other}\"]\nrole = \"fixed\"\n"),
+            };
+        }
+        let path = folder.path().join("case.toml");
+        fs::write(&path, case).unwrap();
+        Case::load(&path).map(|case| case.design.prescribed.clone()).map_err(|error| error.to_string())
+    };
+    let twelve = |at: DVec3| DVec3::from_array(at.to_array().map(|value| format!("{value:.11e}").parse().unwrap()));
+    for (by, single) in [(DVec3::ZERO, false), (DVec3::Z * 0.01, true)] {
+        let mut surface = Surface { single, ..Surface::of(&mesh, "wingtip", |_| by) };
+        if !single {
+            surface.points.iter_mut().for_each(|at| *at = twelve(*at));
+        }
+        let prescribed = loaded(by, &surface).unwrap();
+        assert!(shared.iter().all(|&place| prescribed["wingtip"][place] == by), "{single}");
+        assert!(prescribed["wing"].iter().all(|&moved| moved == by), "{single}");
+        // Within single precision, and more than the rounding.
+        let off = if single { 1e-4 } else { 1e-9 };
+        surface.points[shared[0]].x += off;
+        let error = loaded(by, &surface).unwrap_err();
+        assert!(error.contains("displacements differ by"), "{error}");
+    }
+}

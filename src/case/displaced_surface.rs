@@ -45,7 +45,7 @@ pub(super) fn match_points(
     let columns = Columns::of(surface);
     let original = columns.vectors(&ORIGINAL, surface).map_err(bad)?;
     let displacement = columns.vectors(&DISPLACEMENT, surface).map_err(bad)?;
-    let largest = surface.points.iter().map(|point| point.abs().max_element()).fold(0.0, f64::max);
+    let largest = largest(surface);
     let tolerance = match surface.is_single {
         true => (SINGLE * largest).min(MOST_SINGLE * family.tolerance).max(family.tolerance),
         false => family.tolerance,
@@ -122,6 +122,33 @@ pub(super) fn match_points(
         )));
     }
     Ok(rows)
+}
+
+/// The largest coordinate of a surface.
+fn largest(surface: &Surface) -> f64 {
+    surface.points.iter().map(|point| point.abs().max_element()).fold(0.0, f64::max)
+}
+
+/// Digits of a number in double precision, beyond which a file has lost none.
+const DOUBLE: usize = 15;
+
+/// The greatest rounding of the points of a surface, in its unit: that of single precision, or of
+/// the digits in which all coordinates are written, if these are fewer than a double has.
+pub(super) fn rounding(surface: &Surface) -> f64 {
+    let single = SINGLE * largest(surface);
+    if surface.is_single {
+        return single;
+    }
+    let digits =
+        |value: f64| format!("{value:e}").bytes().take_while(|&byte| byte != b'e').filter(u8::is_ascii_digit).count();
+    let mut most = 1;
+    for value in surface.points.iter().flat_map(|point| point.to_array()) {
+        most = most.max(digits(value));
+        if most > DOUBLE {
+            return 0.0;
+        }
+    }
+    single.min(10f64.powi(1 - most as i32) * largest(surface))
 }
 
 /// The displacement from a vertex to its point. A coordinate that differs by no more than the

@@ -275,6 +275,30 @@ pub struct Matched {
     pub vertices: Vec<u32>,
     /// Their rows `[n]`.
     pub rows: Vec<DisplacementRow>,
+    /// Rounding of the displacements by the digits of the file, in the mesh's unit.
+    pub rounding: f64,
+}
+
+/// Gives vertices of several families the displacement of the file with the least rounding, where
+/// the displacements differ by no more than the rounding of both files. Other differences stay.
+pub fn settle_shared(families: &mut [Matched]) {
+    let mut best: HashMap<u32, (DVec3, f64)> = HashMap::new();
+    for Matched { vertices, rows, rounding, .. } in families.iter() {
+        for (&vertex, row) in vertices.iter().zip(rows) {
+            let exact = best.entry(vertex).or_insert((row.displacement, *rounding));
+            if *rounding < exact.1 {
+                *exact = (row.displacement, *rounding);
+            }
+        }
+    }
+    for Matched { vertices, rows, rounding, .. } in families.iter_mut() {
+        for (&vertex, row) in vertices.iter().zip(rows) {
+            let Some(&(displacement, least)) = best.get(&vertex) else { continue };
+            if row.displacement.distance(displacement) <= *rounding + least {
+                row.displacement = displacement;
+            }
+        }
+    }
 }
 
 /// Checks that families with common vertices give these vertices the same displacements.
@@ -285,7 +309,7 @@ pub struct Matched {
 /// [`DisplacementError::Disagree`]: the first two rows of one vertex that [`differ`].
 pub fn check_shared(families: &[Matched], positions: &[DVec3]) -> Result<(), DisplacementError> {
     let mut first_of: HashMap<u32, (&Path, DisplacementRow)> = HashMap::new();
-    for Matched { path, vertices, rows } in families {
+    for Matched { path, vertices, rows, .. } in families {
         for (&vertex, &row) in vertices.iter().zip(rows) {
             let (first_path, first) = *first_of.entry(vertex).or_insert((path, row));
             let position = positions[vertex as usize];

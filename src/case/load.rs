@@ -89,14 +89,17 @@ impl Case {
             let settings = case.families.get(name);
             roles.push(settings.map_or(Role::Fixed, |settings| settings.role.clone()));
             if let Some(displacement) = settings.and_then(|settings| settings.displacement.as_ref()) {
-                let matched = prescribed(hybrid, name, displacement)?;
-                design.prescribed.insert(name.clone(), matched.rows.iter().map(|row| row.displacement).collect());
-                displacements.push(matched);
+                displacements.push((name.clone(), prescribed(hybrid, name, displacement)?));
                 inputs.push(displacement.clone());
             }
         }
         join_cyclic(&file, &mut roles)?;
+        let (names, mut displacements): (Vec<String>, Vec<_>) = displacements.into_iter().unzip();
+        displacement::settle_shared(&mut displacements);
         displacement::check_shared(&displacements, &mesh.vertices)?;
+        for (name, matched) in names.into_iter().zip(displacements) {
+            design.prescribed.insert(name, matched.rows.into_iter().map(|row| row.displacement).collect());
+        }
         let mut all_old = Vec::new();
         let by_name = mesh.families_by_name();
         for (name, source) in &case.profiles {
@@ -288,10 +291,12 @@ pub(crate) fn prescribed(
     });
     let shortest = lengths.fold(f64::INFINITY, f64::min);
     let tolerance = if shortest.is_finite() { MATCH * shortest } else { 0.0 };
-    let rows = if formats::is_surface(path) {
+    let (rows, rounding) = if formats::is_surface(path) {
         let has_quadrilaterals = hybrid.others.quadrilateral_family.iter().any(|of| families.contains(of));
         let family = Family { name: family, vertices: &vertices, has_quadrilaterals, triangles: &triangles, tolerance };
-        displaced_surface::match_points(&formats::read_surface(path)?, path, mesh, &family)?
+        let surface = formats::read_surface(path)?;
+        let rows = displaced_surface::match_points(&surface, path, mesh, &family)?;
+        (rows, displaced_surface::rounding(&surface))
     } else {
         let table = displacement::read(path)?;
         let rows = displacement::match_rows(&table, &mesh.vertices, &vertices, tolerance)?;
@@ -308,9 +313,9 @@ pub(crate) fn prescribed(
             displaced.check_reading(path, !table.new_positions.is_empty())?;
         }
         displaced.check_size(path)?;
-        rows
+        (rows, 0.0)
     };
-    Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows })
+    Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows, rounding })
 }
 
 /// The old profiles, cut from the mesh at the new ones' planes.

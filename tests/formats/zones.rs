@@ -54,7 +54,9 @@ impl Zone {
             ("ZoneGridConnectivity", "ZoneGridConnectivity_t", self.connections),
         ] {
             let mut all = node(name, label);
-            children.into_iter().for_each(|child| drop(all.add_group(child.finish())));
+            children.into_iter().for_each(|child| {
+                all.add_group(child.finish());
+            });
             zone.add_group(all.finish());
         }
         zone
@@ -63,7 +65,9 @@ impl Zone {
 
 fn read_zones(zones: Vec<Zone>) -> Result<MeshFile, String> {
     let mut base = numbers("Base", "CGNSBase_t", &[3, 3]);
-    zones.into_iter().for_each(|zone| drop(base.add_group(zone.node().finish())));
+    zones.into_iter().for_each(|zone| {
+        base.add_group(zone.node().finish());
+    });
     let mut file = hdf5_pure::FileBuilder::new();
     file.add_group(base.finish());
     read_bytes("a.cgns", &file.finish().unwrap()).map_err(|error| error.to_string())
