@@ -103,10 +103,11 @@ fn thickness(path: &[DVec3], nose: DVec3, along: DVec3, normal: DVec3) -> f64 {
         if x0 == x1 || low > high {
             continue;
         }
-        for index in low as usize..=high as usize {
+        let [low, high] = [low as usize, high as usize];
+        for (index, extent) in (low..).zip(&mut extents[low..=high]) {
             let x = index as f64 * length / PLACES as f64;
             let y = y0 + (y1 - y0) * (x - x0) / (x1 - x0);
-            extents[index] = (extents[index].0.min(y), extents[index].1.max(y));
+            *extent = (extent.0.min(y), extent.1.max(y));
         }
     }
     extents.into_iter().map(|(low, high)| high - low).filter(|thick| thick.is_finite()).fold(0.0, f64::max)
