@@ -139,8 +139,8 @@ fn a_wing_body_with_layers_moves_and_keeps_its_layers() {
     }
 }
 
-/// A wing half as thick makes tets and prisms worse than any in the undeformed mesh. The layers keep
-/// their thickness to 2 % still.
+/// A wing half as thick makes tets and prisms worse than any in the undeformed mesh. The layers
+/// keep their thickness to 2 % still.
 ///
 /// Fails if the least scaled Jacobian of local optimisation is half of the worst of its kind, with
 /// thicknesses from 0.92 to 1.24.

@@ -265,8 +265,8 @@ fn oriented_triangles(mesh: HybridMesh, faces: &half_face::HalfFaces) -> Result<
     Ok(triangles)
 }
 
-/// Two diagonals have one length, and two directions one component, if they differ by less than this
-/// share of the length. Rounding must not decide between the diagonals of a rectangle.
+/// Two diagonals have one length, and two directions one component, if they differ by less than
+/// this share of the length. Rounding must not decide between the diagonals of a rectangle.
 const SAME_LENGTH: f64 = 1e-9;
 
 /// The triangles of a face, each with its lowest vertex first. A quadrilateral is divided along its

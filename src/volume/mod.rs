@@ -265,8 +265,8 @@ impl Stage for VolumeStage {
             && self.stepping.max_steps > 1
             && !self.surfaces_invert(&state, mesh)
         {
-            // Optimisation of inverted corners of other cells changes the thickness of layers, so steps
-            // come first there.
+            // Optimisation of inverted corners of other cells changes the thickness of layers, so
+            // steps come first there.
             let mut repaired = None;
             if set_up.cells.are_tets() {
                 repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;

@@ -114,8 +114,8 @@ impl Stepping {
                 }
             }
             let mut tried = MovedMesh::new(vertices, &mesh.tets, &self.merit);
-            // Optimisation of inverted corners of other cells changes the thickness of layers. A shorter
-            // step keeps it.
+            // Optimisation of inverted corners of other cells changes the thickness of layers. A
+            // shorter step keeps it.
             if tried.inverted > 0 && !set_up.cells.are_tets() {
                 path.given_up += 1;
                 step *= 0.5;

@@ -48,12 +48,10 @@ fn a_refused_batch_removes_nothing() {
     for case in [CASE.to_owned(), CASE.replacen("new =", "nwe =", 1), CASE.replacen("box.msh", "gone.msh", 1)] {
         for reports in [Some(&*lines), Some(""), None] {
             fixture.write("case.toml", &case);
-            let _ = reports.map_or_else(
-                || fs::remove_file(fixture.path("all.jsonl")).unwrap(),
-                |text| {
-                    fixture.write("all.jsonl", text);
-                },
-            );
+            match reports {
+                Some(text) => fixture.write("all.jsonl", text),
+                None => fs::remove_file(fixture.path("all.jsonl")).unwrap(),
+            }
             let before = fixture.files();
             let refused = command(fixture.folder.path(), &BATCH).output().unwrap();
             assert_eq!(refused.status.code(), Some(3), "{}", stderr(&refused));
