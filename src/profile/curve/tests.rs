@@ -163,8 +163,9 @@ fn slab(lean: f64, n: usize) -> Measured {
     Measured::sides(steps.chain([corners[3]]).collect())
 }
 
-/// Both corners of a slab's front are farthest from its trailing edge. Its leading edge lies between
-/// them, whatever rounding says, and goes on continuously to the corner that becomes the farthest.
+/// Both corners of a slab's front are farthest from its trailing edge. Its leading edge lies
+/// between them, whatever rounding says, and goes on continuously to the corner that becomes the
+/// farthest.
 ///
 /// Fails if `AS_FAR` is 0.
 #[test]
