@@ -1,5 +1,5 @@
-//! CGNS files of zones of one cube each: conditions that hold the same faces, and zones that meet in
-//! faces.
+//! CGNS files of zones of one cube each: conditions that hold the same faces, and zones that meet
+//! in faces.
 
 use super::cgns::{node, numbers, text};
 use super::*;
