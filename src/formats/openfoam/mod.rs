@@ -81,8 +81,7 @@ pub(super) fn points_path(path: &Path) -> PathBuf {
     if zipped.exists() && !plain.exists() { zipped } else { plain }
 }
 
-/// The name of the same file zipped, or plain if it is zipped. OpenFOAM reads the plain one of
-/// both.
+/// The name of the same file zipped, or plain if it is zipped. OpenFOAM reads the plain one.
 pub(super) fn twin(name: &str) -> String {
     name.strip_suffix(".gz").map_or_else(|| format!("{name}.gz"), str::to_owned)
 }
