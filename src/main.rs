@@ -108,7 +108,37 @@ fn ignore_the_file_size_signal() {
 #[cfg(not(any(target_os = "linux", target_os = "macos")))]
 fn ignore_the_file_size_signal() {}
 
+/// Whether the process was started without a standard output (`>&-`). What is written there would
+/// be lost without an error: before `main` the standard library opens `/dev/null` in its place.
+static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Looks at standard output before the standard library does.
+#[cfg(target_os = "linux")]
+#[allow(unsafe_code, reason = "nothing safe runs before the standard library")]
+mod before_main {
+    use std::ffi::c_int;
+
+    unsafe extern "C" {
+        fn fcntl(file: c_int, command: c_int, ...) -> c_int;
+    }
+    const STDOUT: c_int = 1;
+    const F_GETFD: c_int = 1;
+
+    extern "C" fn look() {
+        // SAFETY: POSIX has this function, with this type; this command takes no more arguments and
+        // changes nothing.
+        let flags = unsafe { fcntl(STDOUT, F_GETFD) };
+        super::STDOUT_IS_CLOSED.store(flags == -1, super::Relaxed);
+    }
+
+    // SAFETY: the system calls the functions in this section once, before `main`. The function
+    // needs nothing of the standard library.
+    #[used]
+    #[unsafe(link_section = ".init_array")]
+    static LOOK: extern "C" fn() = look;
+}
+
 fn main() -> ExitCode {
     ignore_the_file_size_signal();
-    idmesh::cli::main()
+    idmesh::cli::main(STDOUT_IS_CLOSED.load(Relaxed))
 }

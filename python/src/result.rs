@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use idmesh::formats::{FileSet, WriteError};
+use idmesh::formats::FileSet;
 use idmesh::mesh::CellMeasures;
 use idmesh::mover::{Derivative, Design, Moved, Outcome, Refused};
 use idmesh::report::{RunReport, Seconds};
@@ -249,11 +249,11 @@ impl MoveResult {
         let write = |outcome: &Outcome| -> Result<Vec<PathBuf>, SessionError> {
             let outputs = Outputs { meshes: vec![path], histogram: None };
             outputs.check(case)?;
-            outputs.remove_earlier(&case.inputs)?;
+            outputs.remove_earlier(&case.inputs, None)?;
             let mut files = FileSet::default();
             outputs.add_to(&mut files, case, None, outcome)?;
             let written = files.files().map(|(path, _)| path.to_path_buf()).collect();
-            files.place().map_err(WriteError::from)?;
+            outputs.place(files, &case.inputs, None, || Ok(()))?;
             Ok(written)
         };
         self.with_moved(py, write)?.map_err(|error| of_session(py, error))

@@ -3,10 +3,10 @@
 //! The name of a table may be a pattern. A family belongs to the table with its own name, or else
 //! to the only pattern that fits.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
 
-use super::paths::Names;
+use super::names::Names;
 use super::{Case, CaseError, FamilySettings, Position, ProfileSource};
 use crate::families::Role;
 use crate::text::nearest::{first_of, nearest, quoted};
@@ -71,14 +71,15 @@ impl Case {
         let mut families = BTreeMap::new();
         let names = Names::new(mesh_families.iter().map(String::as_str));
         let mut without_family = Vec::new();
+        let inside_names: HashSet<&String> = inside.iter().copied().collect();
         for (name, settings) in &self.families {
-            let fitting = names.fitting(name);
+            let fitting = names.fitting(name).map_err(|error| self.invalid(settings.position, error.to_string()))?;
             if fitting.is_empty() {
                 without_family.push(name);
             }
             for family in fitting.into_iter().map(|index| &mesh_families[index]) {
                 // A pattern is not meant for a family inside the volume.
-                if family != name && (self.families.contains_key(family) || inside.contains(&family)) {
+                if family != name && (self.families.contains_key(family) || inside_names.contains(family)) {
                     continue;
                 }
                 if let Some((other, _)) = families.insert(family.clone(), (name, settings)) {
@@ -115,7 +116,9 @@ impl Case {
         for (table, source) in tables {
             let mut members = Vec::new();
             for entry in &source.families {
-                let fitting: Vec<_> = names.fitting(entry).into_iter().map(|index| in_order[index]).collect();
+                let fitting = names.fitting(entry);
+                let fitting = fitting.map_err(|error| self.invalid(source.position, error.to_string()))?;
+                let fitting: Vec<_> = fitting.into_iter().map(|index| in_order[index]).collect();
                 // Of the families that fit a pattern, the wings belong to the table.
                 let wings = fitting.iter().filter(|(_, settings)| settings.role == Role::Wing);
                 let found: Vec<&String> = wings.map(|(family, _)| *family).collect();

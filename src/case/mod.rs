@@ -15,6 +15,7 @@ mod document;
 mod families;
 mod load;
 mod named;
+mod names;
 mod parse;
 mod paths;
 mod same_triangles;

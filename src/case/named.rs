@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use super::paths::{is_pattern, matches};
 use super::{Case, Output, parse, read_case};
-use crate::formats::mesh_path;
+use crate::formats::{has_format, mesh_path};
 
 /// The files that a case file names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,6 +19,9 @@ pub struct NamedFiles {
     pub inputs: Vec<PathBuf>,
     /// The files of the results.
     pub output: Output,
+    /// Whether the results have these names for sure. A misspelt key may be the one that names
+    /// them.
+    pub are_outputs_sure: bool,
     /// The names of the tables `[profiles.NAME]`, ascending.
     pub tables: Vec<String>,
 }
@@ -27,7 +30,7 @@ impl NamedFiles {
     /// The files of a case without mistakes.
     pub fn of(case: &Case) -> Self {
         let tables = case.profiles.keys().cloned().collect();
-        Self { inputs: case.inputs(), output: case.output.clone(), tables }
+        Self { inputs: case.inputs(), output: case.output.clone(), are_outputs_sure: true, tables }
     }
 
     /// The files of a case file, as far as it can be read. `None` if it is no TOML, and if the
@@ -45,8 +48,24 @@ impl NamedFiles {
         let folder = path.parent().unwrap_or(Path::new(""));
         let output = top.remove("output");
         let key = |key: &str| output.as_ref().and_then(|output| output.get(key));
-        let mesh = top.get("mesh").and_then(Value::as_str).map(|text| mesh_path(&folder.join(text)));
-        let meshes = match key("mesh") {
+        let unknown: Vec<&Value> =
+            top.iter().filter(|(key, _)| !parse::KEYS.contains(&key.as_str())).map(|(_, value)| value).collect();
+        let mut mesh = top.get("mesh").and_then(Value::as_str).map(|text| mesh_path(&folder.join(text)));
+        let output_keys = output.as_ref().map_or_else(Vec::new, |output| match output {
+            Value::Table(table) => table.keys().map(String::as_str).collect(),
+            _ => vec!["no table"],
+        });
+        // A table without the name of such a file is no misspelt `[output]`.
+        let is_result = |text: &str| has_format(Path::new(text)) || parse::is_svg(Path::new(text));
+        let are_outputs_sure = mesh.is_some()
+            && output_keys.iter().all(|key| parse::OUTPUT_KEYS.contains(key))
+            && !unknown.iter().flat_map(|value| texts(value)).any(is_result);
+        if mesh.is_none() {
+            // The key may be misspelt.
+            let meshes = unknown.iter().filter_map(|value| value.as_str()).map(|text| folder.join(text));
+            mesh = meshes.map(|path| mesh_path(&path)).find(|path| has_format(path));
+        }
+        let meshes: Vec<PathBuf> = match key("mesh") {
             None => mesh.iter().map(|mesh| folder.join(parse::default_name(mesh))).collect(),
             Some(value) => texts(value).into_iter().map(|text| folder.join(text)).collect(),
         };
@@ -58,7 +77,9 @@ impl NamedFiles {
         // Any other text may name an input under a key with a mistake.
         let mut inputs: BTreeSet<PathBuf> = mesh.into_iter().chain([path.to_path_buf()]).collect();
         top.values().flat_map(texts).for_each(|text| add(text, folder, &mut inputs));
-        Some(Self { inputs: inputs.into_iter().collect(), output: Output { mesh: meshes, histogram }, tables })
+        let are_outputs_sure = are_outputs_sure && !meshes.is_empty();
+        let output = Output { mesh: meshes, histogram };
+        Some(Self { inputs: inputs.into_iter().collect(), output, are_outputs_sure, tables })
     }
 }
 
@@ -108,14 +129,40 @@ mod tests {
                 assert!(good.inputs.iter().all(|input| found.inputs.contains(input)), "{text}");
             }
         }
-        // Without the name of the mesh there is no default name.
-        assert_eq!(named(&CASE.replacen("mesh", "mseh", 1)).unwrap().output.mesh, [] as [PathBuf; 0]);
+        // Without the name of the mesh there is no default name. Under a misspelt key the name is
+        // likely the mesh's.
+        assert_eq!(named(&CASE.replacen("mesh = \"a.msh\"", "", 1)).unwrap().output.mesh, [] as [PathBuf; 0]);
+        let likely = named(&CASE.replacen("mesh", "mseh", 1)).unwrap();
+        assert_eq!(likely.output.mesh, [PathBuf::from("in/moved.msh")]);
+        assert!(likely.inputs.contains(&PathBuf::from("in/a.msh")));
         let misspelt = named(&format!("{}{output}", CASE.replacen("mesh", "mseh", 1))).unwrap();
         assert_eq!(misspelt.output, named(&format!("{CASE}{output}")).unwrap().output);
         assert!(misspelt.inputs.contains(&PathBuf::from("in/a.msh")));
         assert_eq!(named("mesh = "), None);
         // The run would refuse such a name.
         assert_eq!(named(&format!("{CASE}[output]\nhistogram = \"new.csv\"\n")).unwrap().output.histogram, None);
+    }
+
+    /// Whether a mistake may hide the name of a result.
+    #[test]
+    fn names_of_results_are_sure_where_no_key_is_misspelt() {
+        let output = "[output]\nmesh = \"moved.msh\"\n";
+        let case = format!("{CASE}{output}");
+        for (from, to, sure) in [
+            ("mesh", "mesh", true),
+            ("role = \"wing\"", "role = \"wimg\"", true),
+            ("new =", "nwe =", true),
+            ("mesh", "mseh", false),
+            ("mesh = \"a.msh\"", "", false),
+            ("[output]", "[outptu]", false),
+            ("[output]", "[volum]\nsprings = \"original\"\n[output]", true),
+            ("[output]\nmesh", "[output]\nmseh", false),
+            ("[output]\nmesh", "[[output]]\nmesh", false),
+            ("[output]\nmesh = \"moved.msh\"", "[output]\nmesh = 3", false),
+        ] {
+            let text = case.replacen(from, to, 1);
+            assert_eq!(named(&text).unwrap().are_outputs_sure, sure, "{text}");
+        }
     }
 
     #[test]

@@ -20,13 +20,18 @@ use super::{Case, CaseError, FamilySettings, Output, Position, ProfileSource, pa
 use crate::formats::mesh_path;
 use crate::text::nearest::{did_you_mean, quoted_list};
 
+/// The keys of a case file.
+pub(super) const KEYS: [&str; 7] = ["mesh", "profiles", "family", "volume", "quality", "solver", "output"];
+
+/// The keys of its table `[output]`.
+pub(super) const OUTPUT_KEYS: [&str; 2] = ["mesh", "histogram"];
+
 /// Reads the text of a case file; see [`Case::parse`].
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let start = Cell::new((0, Position { line: 1, column: 1 }));
     let document = CaseDocument { path, text, last: &start };
     let table = document.parse()?;
-    let known = ["mesh", "profiles", "family", "volume", "quality", "solver", "output"];
-    let top = TomlTable::top(document, table.get_ref(), &known)?;
+    let top = TomlTable::top(document, table.get_ref(), &KEYS)?;
     let folder = path.parent().unwrap_or(Path::new(""));
 
     let mesh = paths::file(&top.require("mesh", "the mesh to move, such as mesh = \"wing-body.msh\"")?, folder)?;
@@ -338,7 +343,7 @@ fn solver(top: &TomlTable, method: Method, stopping: Stopping) -> Result<(Method
 }
 
 fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseError> {
-    let section = top.get("output").map(|table| table.section(&["mesh", "histogram"])).transpose()?;
+    let section = top.get("output").map(|table| table.section(&OUTPUT_KEYS)).transpose()?;
     let mut output = Output { mesh: vec![folder.join(default_name(mesh))], histogram: None };
     let Some(section) = section else { return Ok(output) };
     if let Some(value) = section.get("mesh") {

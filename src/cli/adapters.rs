@@ -28,7 +28,7 @@ struct Entry<'a> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref(), console)?;
     let adapters = backend::adapters();
     if let Some(target) = &arguments.json {
         let entries: Vec<_> = adapters

@@ -18,8 +18,8 @@ use crate::case::{LoadedCase, NamedFiles};
 use crate::formats::read_file;
 use crate::report::Checksums;
 use crate::session::{
-    ArrayJob, Claiming, Claims, DesignFiles, EarlierResults, Folder, Listed, Outputs, ReplacedInputs, ReportFile,
-    Session, SessionError, Shard, check_distinct, list_designs, sums_of_case,
+    Appending, ArrayJob, Claiming, Claims, DesignFiles, EarlierResults, Folder, Listed, Outputs, ReplacedInputs,
+    ReportFile, Session, SessionError, Shard, check_distinct, list_designs, sums_of_case,
 };
 
 /// Arguments of `idmesh batch`.
@@ -105,7 +105,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if let (Some(shard), false) = (shard, from.is_empty()) {
         console.note(format_args!("shard {shard} by {}", from.join(", ")));
     }
-    let case = read_case(&arguments.case, console).map_err(|failure| remove_earlier(arguments, failure))?;
+    // The results of a job that runs now stay: a job that is refused removes nothing.
+    let begun = begin(arguments, shard)?;
+    let case = read_case(&arguments.case, console).map_err(|failure| remove_unread(arguments, shard, failure))?;
     let named = NamedFiles::of(&case);
     let listed = list(arguments, &named);
     // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
@@ -153,21 +155,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         (_, Some(backend)) => Start::Later(backend),
         (_, None) => Start::Nothing,
     };
-    let _appending = match (&lines, &checksums) {
-        (Lines::File(file), Some(checksums)) => {
-            let appending = file.begin()?;
-            let shares = arguments.resume || shard.is_some() || arguments.claim.is_some();
-            if appending.is_shared() && !shares {
-                return Err(SessionError::InUse { path: file.path().to_path_buf() }.into());
-            }
-            // The lines of claimed designs are those of all jobs.
-            let own = if arguments.claim.is_some() { &[] } else { designs.as_slice() };
-            let keeps_others = arguments.resume || arguments.claim.is_some() || appending.is_shared();
-            earlier.clear(file, own, &all, checksums, keeps_others)?;
-            Some(appending)
-        }
-        _ => None,
-    };
+    if let (Lines::File(file), Some(checksums)) = (&lines, &checksums) {
+        // The lines of claimed designs are those of all jobs.
+        let own = if arguments.claim.is_some() { &[] } else { designs.as_slice() };
+        let is_shared = begun.appending.as_ref().is_some_and(Appending::is_shared);
+        let keeps_others = arguments.resume || arguments.claim.is_some() || is_shared;
+        earlier.clear(file, own, &all, checksums, keeps_others)?;
+    }
     let batch = Batch {
         case: &case,
         designs: &designs,
@@ -229,18 +223,55 @@ fn list(arguments: &Arguments, named: &NamedFiles) -> Result<Listed, SessionErro
     list_designs(&arguments.designs, &extensions, replaced.tables())
 }
 
-/// Removes what an earlier run left of designs that cannot be moved now, as far as the files name
-/// it. Returns the failure, which tells whether results may have stayed.
+/// The sign of this job that it appends to the file of reports. Dropping it ends the work.
+#[derive(Default)]
+struct Begun {
+    /// `None` if there is no such file, or if it cannot be written, which is told later.
+    appending: Option<Appending>,
+    /// The folder for the outputs, in which the file may be.
+    _folder: Option<Folder>,
+}
+
+/// Begins to append to the file of reports.
+///
+/// # Errors
+/// Another job appends to the file, and this job does not share it.
+fn begin(arguments: &Arguments, shard: Option<Shard>) -> Result<Begun, Failure> {
+    let Some(JsonTarget::File(path)) = &arguments.json else { return Ok(Begun::default()) };
+    // What cannot be made or written is told when the outputs are checked.
+    let folder = arguments.out.as_deref().and_then(|out| Folder::make(out).ok());
+    let file = ReportFile::new(path);
+    let shares = arguments.resume || shard.is_some() || arguments.claim.is_some();
+    let appending = match if shares { file.begin() } else { file.begin_alone() } {
+        Ok(appending) => Some(appending),
+        Err(error @ SessionError::InUse { .. }) => return Err(error.into()),
+        Err(_) => None,
+    };
+    Ok(Begun { appending, _folder: folder })
+}
+
+/// Removes what an earlier run left of designs that cannot be moved now, because the command cannot
+/// begin.
 pub(super) fn remove_earlier(arguments: &Arguments, failure: Failure) -> Failure {
+    // Without a share nothing says which designs are those of this job.
+    let Ok((shard, _)) = resolved(arguments.shard) else { return failure };
+    match begin(arguments, shard) {
+        Ok(_begun) => remove_unread(arguments, shard, failure),
+        Err(_) => failure,
+    }
+}
+
+/// Removes what an earlier run left of the designs of a case that cannot be read, as far as the
+/// files name it. Returns the failure, which tells whether results may have stayed.
+fn remove_unread(arguments: &Arguments, shard: Option<Shard>, failure: Failure) -> Failure {
     let named = NamedFiles::read(&arguments.case);
     let listed = named.as_ref().and_then(|named| list(arguments, named).ok());
-    // Without a share nothing says which designs are those of this job.
-    if let Ok((shard, _)) = resolved(arguments.shard) {
-        remove(arguments, shard, named.as_ref(), listed.as_ref());
-    }
+    remove(arguments, shard, named.as_ref(), listed.as_ref());
     // With `--resume` and `--claim` results stay on purpose.
-    let stay = arguments.resume || arguments.claim.is_some();
-    failure.with_results_left(&arguments.case, named.is_some() || stay)
+    match arguments.resume || arguments.claim.is_some() {
+        true => failure,
+        false => failure.with_results_left(&arguments.case, named.as_ref()),
+    }
 }
 
 /// Removes what an earlier run left of the designs of this job, as far as it can be removed. Files
@@ -262,11 +293,6 @@ fn remove(arguments: &Arguments, shard: Option<Shard>, named: Option<&NamedFiles
         }
         _ => None,
     };
-    let is_shared = reports.as_ref().is_some_and(|file| file.begin().is_ok_and(|begun| begun.is_shared()));
-    if is_shared && shard.is_none() {
-        // The results are those of a job that runs now.
-        return;
-    }
     let names: HashSet<String> = match (listed, shard, &reports) {
         (Some(listed), shard, _) => {
             let designs = listed.designs.clone();
@@ -283,7 +309,7 @@ fn remove(arguments: &Arguments, shard: Option<Shard>, named: Option<&NamedFiles
     if let Some(named) = named {
         let pattern = Outputs::in_folder(&named.output, arguments.out.as_deref());
         for name in &names {
-            let _ = pattern.named(name).map(|outputs| outputs.remove_all_but(&inputs));
+            let _ = pattern.named(name).map(|outputs| outputs.remove_all_but(&inputs, None));
         }
     }
     if let Some(file) = reports {
@@ -300,7 +326,9 @@ fn has_reports(path: &Path) -> bool {
 fn inputs(mut inputs: Vec<PathBuf>, all: &[DesignFiles], arguments: &Arguments) -> Vec<PathBuf> {
     // Results may go into the folder of the designs.
     inputs.extend(arguments.designs.is_file().then(|| arguments.designs.clone()));
-    inputs.extend(all.iter().flat_map(DesignFiles::paths).map(Path::to_path_buf));
+    // A folder or a pipe in the place of a design's file is never read: the design fails alone.
+    let is_read = |path: &&Path| std::fs::metadata(path).map_or(true, |metadata| metadata.is_file());
+    inputs.extend(all.iter().flat_map(DesignFiles::paths).filter(is_read).map(Path::to_path_buf));
     inputs
 }
 
@@ -326,6 +354,6 @@ fn check(
         outputs.check(case)?;
         console.losses(outputs.losses(case)?);
     }
-    check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref(), console)?;
     Ok(folder)
 }

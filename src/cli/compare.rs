@@ -118,7 +118,7 @@ impl Comparison {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref(), console)?;
     let comparison = match arguments.files.as_slice() {
         [a, b] => meshes(a, b, arguments.tolerance, console)?,
         [case, ..] => backends(case, arguments.tolerance, console)?,

@@ -7,6 +7,7 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -16,6 +17,9 @@ use super::threads::OF_THREAD;
 use crate::memory::check_memory;
 use crate::session::Loss;
 use crate::text::{shown, shown_json, shown_lines};
+
+/// Whether standard output was closed when the process began.
+pub(super) static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
 
 /// The two streams, and the amount of text that the user wants.
 #[derive(Clone)]
@@ -136,7 +140,20 @@ impl Console {
         self.to_stdout(&shown_json(text))
     }
 
+    /// Checks that standard output is open. Where the shell has closed it (`>&-`), what is written
+    /// there would be lost without an error.
+    ///
+    /// # Errors
+    /// Standard output is closed.
+    pub(super) fn check_stdout(&self) -> Result<(), Failure> {
+        match STDOUT_IS_CLOSED.load(Relaxed) {
+            true => Err(Failure::new(Exit::BadInput, "cannot write to standard output: it is closed")),
+            false => Ok(()),
+        }
+    }
+
     fn to_stdout(&self, text: &str) -> Result<(), Failure> {
+        self.check_stdout()?;
         let write = || {
             let mut out = io::stdout().lock();
             out.write_all(text.as_bytes())?;

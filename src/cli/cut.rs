@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     /// Cut at these planes, such as y=1.0,y=2.4.
     #[arg(long, value_name = "PLANES", value_delimiter = ',', value_parser = plane)]
     at: Vec<Plane>,
-    /// Write the profiles to this file.
+    /// Write the profiles to this file; `-` is standard output.
     #[arg(long, value_name = "FILE.csv")]
     out: PathBuf,
 }
@@ -37,8 +37,13 @@ fn plane(text: &str) -> Result<Plane, String> {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    check_writable(&arguments.out)?;
-    check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
+    let to_stdout = arguments.out.as_os_str() == "-";
+    if to_stdout {
+        console.check_stdout()?;
+    } else {
+        check_writable(&arguments.out)?;
+        check_distinct(std::slice::from_ref(&arguments.mesh), &[&arguments.out])?;
+    }
     console.step(&format!("reading {}", arguments.mesh.display()));
     let file = formats::read_mixed(&arguments.mesh)?;
     warn_of_file(&arguments.mesh, &file, console);
@@ -69,9 +74,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)
         })
         .map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
+    let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
+    let told = format!("{} profiles, {points} points, to", profiles.len());
+    if to_stdout {
+        let mut text = Vec::new();
+        csv::write(&profiles, &mut text).map_err(|error| Failure::bad_input(error.to_string()))?;
+        console.data(&String::from_utf8_lossy(&text))?;
+        console.note(format_args!("wrote {told} standard output"));
+        return Ok(());
+    }
     write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
         .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
-    let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
-    console.note(format_args!("wrote {} profiles, {points} points, to {}", profiles.len(), arguments.out.display()));
+    console.note(format_args!("wrote {told} {}", arguments.out.display()));
     Ok(())
 }

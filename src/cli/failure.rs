@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::backend::BackendError;
-use crate::case::LoadError;
+use crate::case::{LoadError, NamedFiles};
 use crate::formats::{ReadError, WriteError};
 use crate::mover::Refused;
 pub(super) use crate::session::Exit;
@@ -27,13 +27,19 @@ impl Failure {
     }
 
     /// Says that results of an earlier run may have stayed, because the case file does not name
-    /// them.
+    /// them, or not for sure.
     ///
-    /// - `are_named`: whether it does
-    pub(super) fn with_results_left(mut self, case: &Path, are_named: bool) -> Self {
-        if !are_named && case.is_file() {
-            self.message += "; no results of an earlier run were removed, because the file does not name them";
-        }
+    /// - `named`: the files that the case names; `None` if nothing can be read from it
+    pub(super) fn with_results_left(mut self, case: &Path, named: Option<&NamedFiles>) -> Self {
+        let told = match named {
+            Some(named) if named.are_outputs_sure => return self,
+            _ if !case.is_file() => return self,
+            Some(named) if !named.output.mesh.is_empty() => {
+                "results of an earlier run may be left, because a mistake may hide their names"
+            }
+            _ => "no results of an earlier run were removed, because the file does not name them",
+        };
+        self.message += &format!("; {told}");
         self
     }
 

@@ -11,11 +11,12 @@ use crate::text::shown_json;
 /// Checks that JSON can be written to its target.
 ///
 /// # Errors
-/// The file cannot be written.
-pub(super) fn check_json(target: Option<&JsonTarget>) -> Result<(), Failure> {
+/// The file cannot be written, or standard output is closed.
+pub(super) fn check_json(target: Option<&JsonTarget>, console: &Console) -> Result<(), Failure> {
     match target {
         Some(JsonTarget::File(path)) => Ok(check_writable(path)?),
-        _ => Ok(()),
+        Some(JsonTarget::StandardOutput) => console.check_stdout(),
+        None => Ok(()),
     }
 }
 

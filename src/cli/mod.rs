@@ -28,6 +28,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
 
 use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 
@@ -37,7 +38,7 @@ use crate::formats::{MeshFile, has_format};
 use crate::memory::set_most;
 use crate::mesh::partly_inside;
 use crate::text::shown;
-use console::Console;
+use console::{Console, STDOUT_IS_CLOSED};
 use failure::{Exit, Failure};
 
 const EXIT_CODES: &str = "\
@@ -248,6 +249,12 @@ fn parse(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
 /// Prints help, or a mistake in the arguments. Help that cannot be printed is a failure, unless its
 /// reader has closed the pipe.
 fn tell(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr()
+        && let Err(failure) = Console::new(false, 0).check_stdout()
+    {
+        Console::new(false, 0).fail(&failure);
+        return ExitCode::from(failure.exit as u8);
+    }
     match error.print().and_then(|()| std::io::stdout().flush()) {
         Err(why) if !error.use_stderr() && why.kind() != std::io::ErrorKind::BrokenPipe => {
             Console::new(false, 0).fail(&Failure::bad_input(format!("cannot write to standard output: {why}")));
@@ -258,7 +265,10 @@ fn tell(error: &clap::Error) -> ExitCode {
 }
 
 /// Parses the command line, runs the command and reports its failure.
-pub fn main() -> ExitCode {
+///
+/// - `stdout_is_closed`: whether the process was started without a standard output
+pub fn main(stdout_is_closed: bool) -> ExitCode {
+    STDOUT_IS_CLOSED.store(stdout_is_closed, Relaxed);
     let arguments: Vec<OsString> = std::env::args_os().collect();
     let arguments = match parse(&arguments) {
         Ok(arguments) => arguments,

@@ -54,7 +54,7 @@ struct Figures {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref(), console)?;
     let mut written = Vec::new();
     if let Some(path) = &arguments.histogram {
         check_writable(path)?;

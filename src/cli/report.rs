@@ -24,7 +24,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if let JsonTarget::File(path) = &arguments.join {
         check_distinct(&arguments.reports, &[path])?;
     }
-    check_json(Some(&arguments.join))?;
+    check_json(Some(&arguments.join), console)?;
     let joined = join(&arguments.reports)?;
     for path in &joined.torn {
         console.warn(format_args!(

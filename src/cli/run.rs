@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::json::{check_json, print_json, write_json};
+use super::json::{check_json, print_json};
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, read_case};
 use crate::case::{LoadedCase, NamedFiles};
 use crate::formats::read_file;
 use crate::report::{kind_table, stage_table};
-use crate::session::{Folder, Job, Outputs, Session, SessionError, check_distinct, remove_file, sums_of_case};
+use crate::session::{Folder, Job, Outputs, Session, SessionError, check_distinct, sums_of_case};
 
 /// Arguments of `idmesh run`.
 #[derive(Debug, clap::Args)]
@@ -38,19 +38,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let case = load_files(case, console)?;
     let read_seconds = start.elapsed().as_secs_f64();
     let outputs = Outputs::of(&case.case, arguments.out.as_deref());
-    let _folder = check(&outputs, &case, arguments)?;
+    let _folder = check(&outputs, &case, arguments, console)?;
     console.losses(outputs.losses(&case)?);
-    outputs.remove_earlier(&case.inputs)?;
-    if let Some(JsonTarget::File(path)) = &arguments.json {
-        remove_file(path)?;
-    }
+    let file = match &arguments.json {
+        Some(JsonTarget::File(path)) => Some(path.as_path()),
+        _ => None,
+    };
+    outputs.remove_earlier(&case.inputs, file)?;
     let backend = choose_backend(arguments.backend, console)?;
     let mut session = Session::new(&case, backend, console.progress())?;
-    let (file, checksums) = match &arguments.json {
-        Some(JsonTarget::File(path)) => (Some(path.as_path()), Some(sums_of_case(&case))),
-        Some(JsonTarget::StandardOutput) => (None, Some(sums_of_case(&case))),
-        None => (None, None),
-    };
+    let checksums = arguments.json.is_some().then(|| sums_of_case(&case));
     let job = Job {
         design: &case.design,
         name: None,
@@ -65,7 +62,11 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         Err(error @ SessionError::Refused(_)) => {
             // A mesh without finite positions has no file, but it has a report.
             let report = session.failed(None, &error, checksums.as_ref());
-            arguments.json.iter().try_for_each(|target| write_json(target, &report, console))?;
+            match &arguments.json {
+                Some(JsonTarget::File(path)) => session.write_failed(&outputs, path, &report)?,
+                Some(JsonTarget::StandardOutput) => print_json(&report, console)?,
+                None => {}
+            }
             return Err(error.into());
         }
         finished => finished?,
@@ -102,7 +103,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
 pub(super) fn remove_earlier(arguments: &Arguments, failure: Failure) -> Failure {
     let named = NamedFiles::read(&arguments.case);
     remove(arguments, named.as_ref());
-    failure.with_results_left(&arguments.case, named.is_some())
+    failure.with_results_left(&arguments.case, named.as_ref())
 }
 
 /// Removes what an earlier run left, as far as it can be removed. Files that are read stay.
@@ -110,16 +111,13 @@ pub(super) fn remove_earlier(arguments: &Arguments, failure: Failure) -> Failure
 /// - `named`: the files of the case; `None` if the case file does not say
 fn remove(arguments: &Arguments, named: Option<&NamedFiles>) {
     let mut inputs = vec![arguments.case.clone()];
-    if let Some(named) = named {
-        inputs.extend(named.inputs.iter().cloned());
-        Outputs::in_folder(&named.output, arguments.out.as_deref()).remove_all_but(&inputs);
-    }
-    if let Some(JsonTarget::File(path)) = &arguments.json
-        && check_distinct(&inputs, &[path]).is_ok()
-        && is_report(path)
-    {
-        let _ = remove_file(path);
-    }
+    inputs.extend(named.into_iter().flat_map(|named| named.inputs.iter().cloned()));
+    let report = match &arguments.json {
+        Some(JsonTarget::File(path)) if check_distinct(&inputs, &[path]).is_ok() && is_report(path) => Some(&**path),
+        _ => None,
+    };
+    let outputs = named.map(|named| Outputs::in_folder(&named.output, arguments.out.as_deref()));
+    outputs.unwrap_or_default().remove_all_but(&inputs, report);
 }
 
 /// Whether a file is a report of an earlier run. Where the case cannot be read, the file may also
@@ -131,7 +129,7 @@ fn is_report(path: &Path) -> bool {
 
 /// Checks that all outputs can be written, and makes their folder. The caller holds the folder
 /// until the outputs are written.
-fn check(outputs: &Outputs, case: &LoadedCase, arguments: &Arguments) -> Result<Folder, Failure> {
+fn check(outputs: &Outputs, case: &LoadedCase, arguments: &Arguments, console: &Console) -> Result<Folder, Failure> {
     let json = match &arguments.json {
         Some(JsonTarget::File(path)) => Some(path.as_path()),
         _ => None,
@@ -140,6 +138,8 @@ fn check(outputs: &Outputs, case: &LoadedCase, arguments: &Arguments) -> Result<
     check_distinct(&case.inputs, &names.iter().map(PathBuf::as_path).chain(json).collect::<Vec<&Path>>())?;
     let folder = arguments.out.as_deref().map(Folder::make).transpose()?.unwrap_or_default();
     outputs.check(case)?;
-    check_json(arguments.json.as_ref())?;
+    check_json(arguments.json.as_ref(), console)?;
+    // Without `--json -` it gets the table.
+    console.check_stdout()?;
     Ok(folder)
 }

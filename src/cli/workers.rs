@@ -168,7 +168,7 @@ impl<'a> Batch<'a> {
                     return Ok((End::Lost, report));
                 }
                 if held.is_some() {
-                    self.pattern.named(name)?.remove_earlier(&self.case.inputs)?;
+                    self.pattern.named(name)?.remove_earlier(&self.case.inputs, None)?;
                 }
                 self.append(&report)?;
                 return Ok((End::Done(false), report));
@@ -208,7 +208,7 @@ impl<'a> Batch<'a> {
         // A design that cannot be read leaves no mesh of an earlier one either. The files of a
         // claimed design may be those of a job that has taken it over.
         if held.is_none() {
-            outputs.remove_earlier(&self.case.inputs)?;
+            outputs.remove_earlier(&self.case.inputs, None)?;
         }
         let design = self.replaced.read(self.case, files)?;
         let read_seconds = started.elapsed().as_secs_f64();

@@ -4,16 +4,17 @@
 //! their names when all of them are complete and on the disk. So a power cut leaves the old file or
 //! the whole new one, never a part of it.
 
-use std::collections::BTreeSet;
 use std::fs;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use tempfile::NamedTempFile;
-use thiserror::Error;
 
+use super::disk::{Sync, to_disk};
+use super::placed::{NewFolders, PlaceError, Placed};
 use super::real_path::{is_special, real_path};
+use super::sums::{hex, sha256_of};
 use super::temporary::{remove_abandoned, temporary};
 
 /// Files that get their names together. Until then they are complete under temporary names. A set
@@ -21,6 +22,7 @@ use super::temporary::{remove_abandoned, temporary};
 #[derive(Default)]
 pub struct FileSet<'a> {
     files: Vec<Waiting<'a>>,
+    kept: Vec<Kept>,
     folders: NewFolders,
     summed: bool,
 }
@@ -32,6 +34,16 @@ struct Waiting<'a> {
     content: Content<'a>,
 }
 
+/// A file that is there already and stays.
+struct Kept {
+    /// The path as the user named it.
+    path: PathBuf,
+    target: PathBuf,
+    sha256: Option<String>,
+    /// A complete temporary file, in case the file goes.
+    spare: NamedTempFile,
+}
+
 enum Content<'a> {
     /// A complete temporary file.
     Complete { file: NamedTempFile, target: PathBuf, sha256: Option<String> },
@@ -40,16 +52,6 @@ enum Content<'a> {
 }
 
 type Writer<'a> = dyn FnOnce(&mut dyn Write) -> io::Result<()> + 'a;
-
-/// A file of a set could not get its name. No file of the set has its name then.
-#[derive(Debug, Error)]
-#[error("cannot write {}: {source}", path.display())]
-pub struct PlaceError {
-    /// The file.
-    pub path: PathBuf,
-    /// The error of the system.
-    pub source: io::Error,
-}
 
 impl<'a> FileSet<'a> {
     /// A set that computes the checksums of its files.
@@ -97,6 +99,26 @@ impl<'a> FileSet<'a> {
         Ok(())
     }
 
+    /// Adds a file that belongs to the set, is there already and stays as it is. If it goes before
+    /// the set is placed, such as with an earlier result, it is written anew.
+    ///
+    /// # Errors
+    /// The temporary file cannot be made or filled.
+    pub(super) fn keep(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
+        let (target, folder) = target(path)?;
+        let mut spare = temporary(&folder)?;
+        spare.as_file_mut().write_all(bytes)?;
+        let sha256 = if self.summed { sha256_of(path).ok() } else { None };
+        self.kept.push(Kept { path: path.to_path_buf(), target, sha256, spare });
+        Ok(())
+    }
+
+    /// The files that were there before and belong to the set, with their sums, as for
+    /// [`FileSet::files`].
+    pub fn kept(&self) -> impl Iterator<Item = (&Path, Option<&str>)> {
+        self.kept.iter().map(|kept| (kept.path.as_path(), kept.sha256.as_deref()))
+    }
+
     /// The files of the set with their SHA-256 sums, in hexadecimal digits. A file has no sum if it
     /// is a pipe or a device, or if the set computes none.
     pub fn files(&self) -> impl Iterator<Item = (&Path, Option<&str>)> {
@@ -114,114 +136,77 @@ impl<'a> FileSet<'a> {
     /// A file cannot be brought to the disk or cannot get its name, or a pipe or a device cannot be
     /// written. The files that had got their names are removed.
     pub fn place(self) -> Result<Placed, PlaceError> {
-        self.place_with(&mut |_, file| file.sync_all())
+        self.place_after(|| Ok(()))
     }
 
-    /// [`FileSet::place`] with the function that brings a file or a folder to the disk, given its
-    /// path.
-    fn place_with(self, sync: &mut Sync) -> Result<Placed, PlaceError> {
-        for Waiting { path, content } in &self.files {
-            if let Content::Complete { file, .. } = content {
-                to_disk(path, file.as_file(), sync).map_err(|source| PlaceError { path: path.clone(), source })?;
-            }
+    /// [`FileSet::place`] with something to be done just before the first file gets its name, such
+    /// as the removal of an earlier result.
+    ///
+    /// - `prepare`: is called when all contents are on the disk. What it returns, such as a lock,
+    ///   is kept until the files have their names; pipes and devices are written afterwards.
+    ///
+    /// # Errors
+    /// As for [`FileSet::place`], and the error of `prepare`.
+    pub(crate) fn place_after<L, E: From<PlaceError>>(
+        self,
+        prepare: impl FnOnce() -> Result<L, E>,
+    ) -> Result<Placed, E> {
+        self.place_with(prepare, &mut |_, file| file.sync_all())
+    }
+
+    /// [`FileSet::place_after`] with the function that brings a file or a folder to the disk, given
+    /// its path.
+    fn place_with<L, E: From<PlaceError>>(
+        self,
+        prepare: impl FnOnce() -> Result<L, E>,
+        sync: &mut Sync,
+    ) -> Result<Placed, E> {
+        let complete = self.files.iter().filter_map(|waiting| match &waiting.content {
+            Content::Complete { file, .. } => Some((&waiting.path, file)),
+            Content::Direct(_) => None,
+        });
+        for (path, file) in complete.chain(self.kept.iter().map(|kept| (&kept.path, &kept.spare))) {
+            to_disk(path, file.as_file(), sync).map_err(|source| PlaceError { path: path.clone(), source })?;
         }
         let mut placed = Placed { files: Vec::new(), folders: self.folders };
-        let is_complete = |file: &Waiting| matches!(file.content, Content::Complete { .. });
-        let (complete, direct): (Vec<_>, Vec<_>) = self.files.into_iter().partition(is_complete);
-        let mut waiting = complete.into_iter().chain(direct);
-        while let Some(Waiting { path, content }) = waiting.next() {
-            let done = match content {
-                Content::Complete { file, target, .. } => match file.persist(&target) {
-                    Ok(_) => {
-                        placed.files.push(target);
-                        Ok(())
-                    }
-                    Err(error) => Err(error.error),
-                },
-                Content::Direct(write) => write_directly(&path, write),
-            };
-            if let Err(source) = done {
-                drop(waiting);
-                placed.withdraw();
-                return Err(PlaceError { path, source });
+        let mut direct = Vec::new();
+        let lock = prepare()?;
+        let mut complete = Vec::new();
+        for Waiting { path, content } in self.files {
+            match content {
+                Content::Direct(write) => direct.push((path, write)),
+                Content::Complete { file, target, .. } => complete.push((path, target, file)),
             }
         }
-        if let Err(error) = placed.names_to_disk(sync) {
-            placed.withdraw();
-            return Err(error);
+        let gone = self.kept.into_iter().filter(|kept| !kept.target.exists());
+        complete.extend(gone.map(|kept| (kept.path, kept.target, kept.spare)));
+        let mut result = Ok(());
+        for (path, target, file) in complete {
+            match file.persist(&target) {
+                Ok(file) => {
+                    // The lock is the sign of a temporary file.
+                    let _ = file.unlock();
+                    placed.files.push((target, file));
+                }
+                Err(error) => {
+                    result = Err(PlaceError { path, source: error.error });
+                    break;
+                }
+            }
         }
-        Ok(placed)
-    }
-}
-
-/// Brings a file or a folder to the disk, given its path.
-pub(crate) type Sync<'a> = dyn FnMut(&Path, &fs::File) -> io::Result<()> + 'a;
-
-/// Brings the name of a file to the disk: the entries of its folder.
-///
-/// # Errors
-/// The error of `sync`.
-pub(crate) fn folder_to_disk(path: &Path, sync: &mut Sync) -> io::Result<()> {
-    path.parent().map_or(Ok(()), |folder| entries_to_disk(folder, sync))
-}
-
-/// Brings the entries of a folder to the disk, where the system can.
-fn entries_to_disk(folder: &Path, sync: &mut Sync) -> io::Result<()> {
-    // A folder that takes files need not be readable. Windows opens no folders.
-    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    match fs::File::open(here) {
-        Ok(file) => to_disk(folder, &file, sync),
-        Err(_) => Ok(()),
-    }
-}
-
-/// Brings a file to the disk, where the file system can.
-///
-/// # Errors
-/// The error of `sync`, if the file system knows the request.
-pub(crate) fn to_disk(path: &Path, file: &fs::File, sync: &mut Sync) -> io::Result<()> {
-    match sync(path, file) {
-        // Some network file systems know no such request.
-        Err(error) if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput) => Ok(()),
-        result => result,
-    }
-}
-
-/// Files that have their names.
-#[derive(Debug)]
-pub struct Placed {
-    files: Vec<PathBuf>,
-    folders: NewFolders,
-}
-
-impl Placed {
-    /// Brings the entries of the folders to the disk, each folder once.
-    fn names_to_disk(&self, sync: &mut Sync) -> Result<(), PlaceError> {
-        let made = self.folders.0.iter();
-        let folders: BTreeSet<&Path> = self.files.iter().chain(made).filter_map(|path| path.parent()).collect();
-        let mut folders = folders.into_iter();
-        folders.try_for_each(|folder| {
-            entries_to_disk(folder, sync).map_err(|source| PlaceError { path: folder.to_path_buf(), source })
-        })
-    }
-
-    /// Removes the files again, because something else of the same result failed.
-    pub fn withdraw(self) {
-        for file in &self.files {
-            let _ = fs::remove_file(file);
+        // A pipe may wait for its reader, and others must not wait with it.
+        drop(lock);
+        for (path, write) in direct {
+            if result.is_ok() {
+                result = write_directly(&path, write).map_err(|source| PlaceError { path, source });
+            }
         }
-    }
-}
-
-/// Folders that were made for files, outermost first. Dropping them removes those that are empty:
-/// `remove_dir` fails on a folder that holds something.
-#[derive(Debug, Default)]
-struct NewFolders(Vec<PathBuf>);
-
-impl Drop for NewFolders {
-    fn drop(&mut self) {
-        for folder in self.0.iter().rev() {
-            let _ = fs::remove_dir(folder);
+        match result.and_then(|()| placed.names_to_disk(sync)) {
+            Ok(()) => Ok(placed),
+            Err(error) => {
+                placed.withdraw();
+                Err(error.into())
+            }
         }
     }
 }
@@ -244,30 +229,6 @@ impl Write for Summed<'_> {
     fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
     }
-}
-
-/// The SHA-256 sum of a file, in hexadecimal digits, as `sha256sum` prints it.
-///
-/// # Errors
-/// The file cannot be read, or is no regular file.
-pub fn sha256_of(path: &Path) -> io::Result<String> {
-    if is_special(path) {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "a pipe or a device cannot be read twice"));
-    }
-    let mut file = fs::File::open(path)?;
-    let (mut sha256, mut block) = (Sha256::new(), vec![0; 1 << 16]);
-    loop {
-        match file.read(&mut block) {
-            Ok(0) => return Ok(hex(sha256)),
-            Ok(n_read) => sha256.update(&block[..n_read]),
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-}
-
-fn hex(sha256: Sha256) -> String {
-    sha256.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Writes a file through a temporary one in the same folder. The temporary file takes the path's
@@ -335,6 +296,7 @@ fn target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::NamesLock;
 
     /// Two files in a folder that is there, and one in a new folder.
     fn set<'a>(folder: &Path) -> (FileSet<'a>, [PathBuf; 3]) {
@@ -355,7 +317,8 @@ mod tests {
         let folder = here.path().canonicalize().unwrap();
         let (files, paths) = set(&folder);
         let mut synced = Vec::new();
-        let placed = files.place_with(&mut |path, file| {
+        let ready = || Ok::<(), PlaceError>(());
+        let placed = files.place_with(ready, &mut |path, file| {
             let n_named = paths.iter().filter(|path| path.exists()).count();
             assert_eq!(n_named, if file.metadata()?.is_dir() { 3 } else { 0 }, "{}", path.display());
             synced.push(path.to_path_buf());
@@ -372,7 +335,7 @@ mod tests {
             let here = tempfile::tempdir().unwrap();
             let (files, _) = set(here.path());
             let mut place = 0..;
-            let result = files.place_with(&mut |_, _| match place.next() {
+            let result = files.place_with(|| Ok::<(), PlaceError>(()), &mut |_, _| match place.next() {
                 Some(at) if at == failing => Err(io::Error::other("the disk is broken")),
                 _ => Ok(()),
             });
@@ -383,7 +346,77 @@ mod tests {
         // A file system that knows no such request is no failure.
         let here = tempfile::tempdir().unwrap();
         let (files, paths) = set(here.path());
-        files.place_with(&mut |_, _| Err(io::ErrorKind::Unsupported.into())).unwrap();
+        let without = &mut |_: &Path, _: &fs::File| Err(io::ErrorKind::Unsupported.into());
+        files.place_with(|| Ok::<(), PlaceError>(()), without).unwrap();
         assert!(paths.iter().all(|path| path.exists()));
+    }
+
+    /// Many that put results with the same names into one folder: at every moment all files are of
+    /// one result, or there is none.
+    ///
+    /// Fails if the lock ends before the last file has its name.
+    #[test]
+    fn results_do_not_mix() {
+        let here = tempfile::tempdir().unwrap();
+        let paths = ["a", "b", "c"].map(|name| here.path().join(name));
+        let lock = || NamesLock::of(paths.iter().map(PathBuf::as_path));
+        let whole = || {
+            let texts = paths.each_ref().map(|path| fs::read_to_string(path).ok());
+            assert!(texts.iter().all(|text| *text == texts[0]), "{texts:?}");
+        };
+        std::thread::scope(|scope| {
+            for writer in 0..4 {
+                let (paths, lock, whole) = (&paths, &lock, &whole);
+                scope.spawn(move || {
+                    for round in 0..50 {
+                        let mut files = FileSet::default();
+                        for path in paths {
+                            files.add(path, |out| write!(out, "{writer}.{round}")).unwrap();
+                        }
+                        let prepare = || {
+                            let lock = lock();
+                            whole();
+                            paths.iter().for_each(|path| drop(fs::remove_file(path)));
+                            lock.map_err(|source| PlaceError { path: paths[0].clone(), source })
+                        };
+                        files.place_after(prepare).unwrap();
+                    }
+                });
+            }
+        });
+        whole();
+        assert!(paths[0].exists());
+    }
+
+    /// A file that is kept stays as it is, and is written anew where it goes with an earlier
+    /// result.
+    #[test]
+    fn a_kept_file_is_there_afterwards() {
+        let here = tempfile::tempdir().unwrap();
+        let path = here.path().join("names");
+        for (goes, expected) in [(false, "the owner's"), (true, "names")] {
+            fs::write(&path, "the owner's").unwrap();
+            let mut files = FileSet::default();
+            files.keep(&path, b"names").unwrap();
+            files.add(&here.path().join("mesh"), |out| out.write_all(b"mesh")).unwrap();
+            let prepare = || if goes { fs::remove_file(&path) } else { Ok(()) };
+            let prepare = || prepare().map_err(|source| PlaceError { path: path.clone(), source });
+            files.place_after(prepare).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), expected);
+            assert_eq!(fs::read_dir(here.path()).unwrap().count(), 2);
+        }
+    }
+
+    /// A result that is withdrawn leaves the files of another result that has its names.
+    #[test]
+    #[cfg(unix)]
+    fn files_of_others_are_not_withdrawn() {
+        let here = tempfile::tempdir().unwrap();
+        let (files, paths) = set(here.path());
+        let placed = files.place().unwrap();
+        write_atomically(&paths[1], |out| out.write_all(b"of another")).unwrap();
+        placed.withdraw();
+        assert!(!paths[0].exists() && !paths[2].exists());
+        assert_eq!(fs::read_to_string(&paths[1]).unwrap(), "of another");
     }
 }

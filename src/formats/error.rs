@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use thiserror::Error;
 
-use super::atomic::PlaceError;
+use super::placed::PlaceError;
 use crate::memory::MemoryError;
 use crate::text::shown;
 

@@ -20,12 +20,15 @@ const PART: u64 = 1 << 20;
 /// # Errors
 /// The file is a pipe, a device or a folder, cannot be read, or is larger than the memory.
 pub(crate) fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    let (file, length) = open(path)?;
+    let (file, length) = open_file(path)?;
     read_to_end(file, length)
 }
 
 /// Opens a regular file. Returns its length too.
-fn open(path: &Path) -> io::Result<(File, u64)> {
+///
+/// # Errors
+/// The file is a pipe, a device or a folder, or cannot be opened.
+pub(crate) fn open_file(path: &Path) -> io::Result<(File, u64)> {
     check_kind(&fs::metadata(path)?)?;
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -52,7 +55,7 @@ pub(crate) fn read_lines<E>(
     of_io: impl Fn(io::Error) -> E,
     mut take: impl FnMut(&[u8]) -> Result<(), E>,
 ) -> Result<(), E> {
-    let file = if is_open_file(path) { File::open(path) } else { open(path).map(|(file, _)| file) };
+    let file = if is_open_file(path) { File::open(path) } else { open_file(path).map(|(file, _)| file) };
     let mut file = file.map_err(&of_io)?;
     let mut bytes = Vec::new();
     loop {

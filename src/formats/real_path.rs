@@ -1,6 +1,7 @@
-//! The place that a path names: two spellings of one place give the same path.
+//! The place that a path names: two spellings of one place give the same path. Whether an open file
+//! still has its name.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Component, Path, PathBuf};
 
 /// The most links that a path is followed through.
@@ -55,6 +56,31 @@ pub(crate) fn is_special(path: &Path) -> bool {
         }
     }
     fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+}
+
+/// What tells a file from others.
+#[cfg(unix)]
+fn identity(metadata: &fs::Metadata) -> (u64, u64) {
+    use std::os::unix::fs::MetadataExt;
+    (metadata.dev(), metadata.ino())
+}
+
+/// An open file cannot be replaced on other systems.
+#[cfg(not(unix))]
+fn identity(_: &fs::Metadata) -> (u64, u64) {
+    (0, 0)
+}
+
+/// Whether two open files are one.
+pub(crate) fn is_same(one: &File, other: &File) -> bool {
+    let identity = |file: &File| file.metadata().ok().map(|metadata| identity(&metadata));
+    identity(one).is_some() && identity(one) == identity(other)
+}
+
+/// Whether an open file still has this name.
+pub(crate) fn is_at(file: &File, path: &Path) -> bool {
+    let (Ok(open), Ok(named)) = (file.metadata(), fs::metadata(path)) else { return false };
+    identity(&open) == identity(&named)
 }
 
 #[cfg(test)]

@@ -4,14 +4,18 @@
 //! holds a lock on the file. A file that a killed process left behind is thereby known, and the
 //! next run removes the file.
 
+use std::ffi::OsString;
 use std::fs::{self, DirEntry, File, OpenOptions, TryLockError};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::LazyLock;
+use std::thread;
 use std::time::Duration;
 
 use tempfile::{Builder, NamedTempFile};
+
+use super::sums::sha256_of_text;
 
 /// Temporary files begin with this.
 const PREFIX: &str = ".idmesh-";
@@ -64,29 +68,70 @@ fn without_path(error: io::Error) -> io::Error {
     of_system.map_or_else(|| error.kind().into(), io::Error::from_raw_os_error)
 }
 
+/// Most bytes of a file's name that the name of its sign holds. A longer name leaves no room.
+const MOST_OF_NAME: usize = 128;
+
+/// How often a process looks whether others that want a file for themselves have given way, and the
+/// pause between.
+const LOOKS: usize = 100;
+const PAUSE: Duration = Duration::from_millis(10);
+
 /// The sign of a process that it writes into a file again and again. Dropping it removes the sign.
 #[derive(Debug)]
 pub(crate) struct Claim {
-    /// Whether another process writes into the file too.
-    pub is_shared: bool,
-    _sign: NamedTempFile,
+    sign: NamedTempFile,
+    folder: PathBuf,
+    /// The signs of one file end alike.
+    suffix: String,
 }
 
 impl Claim {
-    /// Puts the sign beside a file, and looks for signs of others.
+    /// Puts the sign beside a file.
     ///
     /// # Errors
     /// The folder of the file takes no files.
     pub(crate) fn new(path: &Path) -> io::Result<Self> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let suffix = format!("-writes-{}", path.file_name().unwrap_or_default().to_string_lossy());
-        let sign = with_suffix(folder, &suffix)?;
-        let is_shared = temporary_files(folder).any(|other| {
-            Some(&*other.file_name()) != sign.path().file_name()
-                && other.file_name().to_str().is_some_and(|name| name.ends_with(&suffix))
-                && !is_abandoned(&other)
-        });
-        Ok(Self { is_shared, _sign: sign })
+        let mut name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if name.len() > MOST_OF_NAME {
+            name = sha256_of_text(&name);
+        }
+        let suffix = format!("-writes-{name}");
+        Ok(Self { sign: with_suffix(folder, &suffix)?, folder: folder.to_path_buf(), suffix })
+    }
+
+    /// [`Claim::new`] for a process that wants the file for itself; `None` if another process
+    /// writes into it. Of several that begin at once one gets the file: the others see its sign,
+    /// and the one whose sign has the least name waits until they have given way.
+    ///
+    /// # Errors
+    /// The folder of the file takes no files.
+    pub(crate) fn alone(path: &Path) -> io::Result<Option<Self>> {
+        let claim = Self::new(path)?;
+        for _ in 0..LOOKS {
+            match claim.others().min() {
+                None => return Ok(Some(claim)),
+                Some(other) if Some(&*other) < claim.sign.path().file_name() => return Ok(None),
+                Some(_) => thread::sleep(PAUSE),
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether another process writes into the file now.
+    pub(crate) fn is_shared(&self) -> bool {
+        self.others().next().is_some()
+    }
+
+    /// The names of the signs of others.
+    fn others(&self) -> impl Iterator<Item = OsString> {
+        let is_other = |other: &DirEntry| {
+            let name = other.file_name();
+            Some(&*name) != self.sign.path().file_name()
+                && name.to_str().is_some_and(|name| name.ends_with(&self.suffix))
+                && !is_abandoned(other)
+        };
+        temporary_files(&self.folder).filter(is_other).map(|other| other.file_name())
     }
 }
 
@@ -184,14 +229,41 @@ mod tests {
         expected.sort();
         assert_eq!(left, expected);
     }
+
     /// Two processes that write into one file know of each other, and of no other file's.
     #[test]
     fn writers_of_one_file_know_of_each_other() {
         let folder = tempfile::tempdir().unwrap();
         let claim = |name: &str| Claim::new(&folder.path().join(name)).unwrap();
         let first = claim("a-b.jsonl");
-        assert!(!first.is_shared && !claim("c.jsonl").is_shared && claim("a-b.jsonl").is_shared);
+        assert!(!first.is_shared() && !claim("c.jsonl").is_shared());
+        let second = claim("a-b.jsonl");
+        assert!(first.is_shared() && second.is_shared());
         drop(first);
-        assert!(!claim("a-b.jsonl").is_shared);
+        assert!(!second.is_shared());
+        // The longest name that a file may have.
+        assert!(!claim(&"n".repeat(255)).is_shared());
+    }
+
+    /// Of many that want a file for themselves at once one gets it. Fails if all see each other and
+    /// give way, and if one looks before its own sign is there.
+    #[test]
+    fn one_of_many_gets_a_file_for_itself() {
+        let folder = tempfile::tempdir().unwrap();
+        for round in 0..4 {
+            let path = folder.path().join(format!("{round}.jsonl"));
+            let together = std::sync::Barrier::new(6);
+            let got: Vec<Claim> = thread::scope(|scope| {
+                let work = || {
+                    together.wait();
+                    Claim::alone(&path).unwrap()
+                };
+                let threads: Vec<_> = (0..6).map(|_| scope.spawn(work)).collect();
+                threads.into_iter().filter_map(|thread| thread.join().unwrap()).collect()
+            });
+            assert_eq!(got.len(), 1, "round {round}");
+            let late = Claim::alone(&path).unwrap();
+            assert!(late.is_none() && !got[0].is_shared());
+        }
     }
 }

@@ -255,9 +255,12 @@ fn add_companion(files: &mut FileSet, path: &Path, companion: Option<&Companion>
     };
     let path = (companion.path)(path);
     // Two meshes of a set may share a companion.
-    if path.exists() || files.files().any(|(other, _)| other == path) {
+    if files.files().chain(files.kept()).any(|(other, _)| other == path) {
         return Ok(());
     }
-    let added = files.add(&path, move |out| out.write_all(&bytes));
+    let added = match path.exists() {
+        true => files.keep(&path, &bytes),
+        false => files.add(&path, move |out| out.write_all(&bytes)),
+    };
     added.map_err(|source| WriteError::Io { path, source })
 }

@@ -32,16 +32,6 @@ pub enum ClaimError {
         /// The claim.
         path: PathBuf,
     },
-    /// The name of a design is too long for the name of a claim's file.
-    #[error("the name of the design {design} has {length} bytes, expected at most {most} with claims")]
-    LongName {
-        /// The design.
-        design: String,
-        /// Its bytes.
-        length: usize,
-        /// The most bytes.
-        most: usize,
-    },
     /// Another job took a design over while this one moved the mesh.
     #[error("another job has taken the design over, see {}", path.display())]
     Lost {
@@ -68,7 +58,6 @@ impl ClaimError {
             Self::OtherDesign { .. } => {
                 "--resume does designs again that have changed since they were done; two lists of designs need two claim folders"
             }
-            Self::LongName { .. } => "give the design's file a shorter name",
             Self::Lost { .. } => "a longer --claim-expires keeps the claims of jobs that stand still",
             Self::GivenUp { .. } => "run the design alone to see its end; --resume tries it again",
         }

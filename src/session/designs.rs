@@ -104,8 +104,8 @@ pub fn list_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Resu
     let mut designs = Designs::default();
     for path in paths {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        if path.is_dir() {
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() || path.file_name().is_none() {
+            let name = folder_name(&path);
             designs.add(DesignFiles { name, tables: of_folder(&path, extensions, tables), path });
         } else if tables.len() < 2 {
             designs.add(DesignFiles { name: stem, path, tables: BTreeMap::new() });
@@ -131,6 +131,15 @@ pub fn list_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Resu
         }
     }
     Ok(Listed { designs: designs.all, fault: designs.fault })
+}
+
+/// The name of a design that is a folder. A path such as `..`, which ends with no name, is the name
+/// itself, as far as a file's name can hold it.
+fn folder_name(path: &Path) -> String {
+    match path.file_name() {
+        Some(name) => name.to_string_lossy().into_owned(),
+        None => path.to_string_lossy().replace(['/', '\\'], "_"),
+    }
 }
 
 /// Designs in their order, each with a name of its own.

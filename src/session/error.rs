@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::ClaimError;
 use crate::backend::BackendError;
 use crate::case::{CaseError, LoadError, displacement::DisplacementError};
-use crate::formats::WriteError;
+use crate::formats::{PlaceError, WriteError};
 use crate::mover::{MoveError, Refused, Why};
 use crate::profile::ProfileError;
 
@@ -219,6 +219,12 @@ impl From<LoadError> for SessionError {
     }
 }
 
+impl From<PlaceError> for SessionError {
+    fn from(error: PlaceError) -> Self {
+        WriteError::from(error).into()
+    }
+}
+
 impl From<DisplacementError> for SessionError {
     fn from(error: DisplacementError) -> Self {
         LoadError::from(error).into()
@@ -277,7 +283,9 @@ impl SessionError {
                 "jobs share a file of reports with --resume, or with --shard if they share the designs; else each has its own"
             }
             Self::Claim(error) => error.hint(),
-            Self::NoReport { .. } => "without --resume the file is replaced",
+            Self::NoReport { .. } => {
+                "expected the file of `idmesh batch --json`, with the report of a design in each line"
+            }
             Self::Refused(refused) => return refused.hint.clone(),
             _ => match self.backend()? {
                 BackendError::NoAdapter(_) => "`idmesh adapters` lists the GPUs; --backend cpu needs none",

@@ -16,6 +16,7 @@ use serde_json::Value;
 
 use super::checksums::{same_files, same_inputs};
 use super::earlier::has_result;
+use super::lines::is_torn;
 use super::{Line, SessionError};
 use crate::formats::read_named;
 use crate::report::Sums;
@@ -84,7 +85,7 @@ pub fn join(paths: &[PathBuf]) -> Result<Joined, SessionError> {
             match read(piece, path, index + 1) {
                 Some(read) => designs.entry(read.line.design.clone()).or_default().push(read),
                 // Only a line without its end is torn.
-                None if index + 1 == pieces.len() && piece.starts_with(b"{") => joined.torn.push(path.clone()),
+                None if index + 1 == pieces.len() && is_torn(piece) => joined.torn.push(path.clone()),
                 None => return Err(SessionError::NoReport { path: path.clone(), line: index + 1 }),
             }
         }

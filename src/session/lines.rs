@@ -20,7 +20,7 @@ use serde::Deserialize;
 
 use super::SessionError;
 use super::files::{cannot_write, write_text};
-use crate::formats::{Claim, Sync, folder_to_disk, is_special, real_path, to_disk};
+use crate::formats::{Claim, Sync, folder_to_disk, is_at, is_same, is_special, real_path, to_disk};
 use crate::report::Checksums;
 
 /// A file with one report a line.
@@ -54,9 +54,9 @@ pub struct Appending {
 }
 
 impl Appending {
-    /// Whether another job appends to the file too.
+    /// Whether another job appends to the file now too.
     pub fn is_shared(&self) -> bool {
-        self.claim.as_ref().is_some_and(|claim| claim.is_shared)
+        self.claim.as_ref().is_some_and(Claim::is_shared)
     }
 }
 
@@ -93,6 +93,22 @@ impl ReportFile {
         }
         let claim = Claim::new(&self.place).map_err(|error| cannot_write(&self.path, error))?;
         Ok(Appending { claim: Some(claim) })
+    }
+
+    /// [`ReportFile::begin`] for a job that shares the file with no other. Of several such jobs
+    /// that begin at once one gets the file.
+    ///
+    /// # Errors
+    /// - [`SessionError::InUse`]: another job appends to the file
+    /// - the folder of the file takes no files
+    pub fn begin_alone(&self) -> Result<Appending, SessionError> {
+        if self.is_special() {
+            return Ok(Appending::default());
+        }
+        match Claim::alone(&self.place).map_err(|error| cannot_write(&self.path, error))? {
+            Some(claim) => Ok(Appending { claim: Some(claim) }),
+            None => Err(SessionError::InUse { path: self.path.clone() }),
+        }
     }
 
     /// Path of the file.
@@ -159,7 +175,7 @@ impl ReportFile {
         let mut file = self.locked().map_err(unwritable)?;
         let end = whole_lines(&mut file).map_err(unwritable)?;
         // What is seen of another file, which a job has put in the place of the last one, is past.
-        let seen = self.seen.take().filter(|seen| seen.end <= end && identity(&seen.file) == identity(&file));
+        let seen = self.seen.take().filter(|seen| seen.end <= end && is_same(&seen.file, &file));
         let (start, mut designs) = seen.map_or_else(Default::default, |seen| (seen.end, seen.designs));
         let unseen = part(&mut file, start, end).map_err(unwritable)?;
         designs.extend(self.parse(&unseen, false)?.into_iter().map(|(line, _)| line.design));
@@ -210,7 +226,7 @@ impl ReportFile {
                 Ok(()) | Err(_) => {}
             }
             // Another job may have replaced the file between the opening and the lock.
-            if File::open(&self.place).is_ok_and(|named| identity(&named) == identity(&file)) {
+            if is_at(&file, &self.place) {
                 return Ok(file);
             }
         }
@@ -236,13 +252,20 @@ impl ReportFile {
                         reports.push((report, text));
                     }
                 },
-                _ if is_last && (line.is_empty() || line.starts_with(b"{")) => {}
+                _ if is_last && (line.is_empty() || is_torn(line)) => {}
                 _ if strict => return Err(SessionError::NoReport { path: self.path.clone(), line: index + 1 }),
                 _ => {}
             }
         }
         Ok(reports)
     }
+}
+
+/// Whether a last line without its end, which is no report, may be what a stopped job or a power
+/// cut left of one: its beginning, or zeros where the disk got none of its bytes.
+pub(super) fn is_torn(line: &[u8]) -> bool {
+    let zeros = line.iter().take_while(|&&byte| byte == 0).count();
+    line[zeros..].starts_with(b"{") || (zeros > 0 && zeros == line.len())
 }
 
 /// The bytes of a file from `start` to `end`.
@@ -266,19 +289,6 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
         end = start;
     }
     Ok(0)
-}
-
-/// What tells an open file from others.
-#[cfg(unix)]
-fn identity(file: &File) -> (u64, u64) {
-    use std::os::unix::fs::MetadataExt;
-    file.metadata().map_or((0, 0), |metadata| (metadata.dev(), metadata.ino()))
-}
-
-/// An open file cannot be replaced on other systems.
-#[cfg(not(unix))]
-fn identity(_: &File) -> (u64, u64) {
-    (0, 0)
 }
 
 #[cfg(test)]
@@ -335,7 +345,8 @@ mod tests {
         file.append_with("d", "{}\n", &mut |_, _| Err(io::ErrorKind::Unsupported.into())).unwrap();
     }
 
-    /// A line torn by a full disk or a killed job gives its place to the next line.
+    /// A line torn by a full disk, a killed job or a power cut is left out, and gives its place to
+    /// the next line. Other text at the end is an error.
     #[test]
     fn a_torn_line_goes() {
         let folder = tempfile::tempdir().unwrap();
@@ -343,8 +354,17 @@ mod tests {
         let mut file = ReportFile::new(&path);
         append(&mut file, "a", "one");
         let whole = fs::read_to_string(&path).unwrap();
-        fs::write(&path, format!("{whole}{{\"design\":\"b\",\"o")).unwrap();
-        append(&mut file, "c", "one");
-        assert_eq!(fs::read_to_string(&path).unwrap(), whole + "{\"design\":\"c\",\"of\":\"one\"}\n");
+        for torn in ["{\"design\":\"b\",\"o", "{\"des\0\0\0", "\0\0\0\0", "\0\0{\"design\":"] {
+            fs::write(&path, format!("{whole}{torn}")).unwrap();
+            let mut file = ReportFile::new(&path);
+            assert_eq!(file.lines().unwrap().len(), 1, "{torn:?}");
+            append(&mut file, "c", "one");
+            let expected = whole.clone() + "{\"design\":\"c\",\"of\":\"one\"}\n";
+            assert_eq!(fs::read_to_string(&path).unwrap(), expected, "{torn:?}");
+        }
+        for other in ["no report", "\0\0no report"] {
+            fs::write(&path, format!("{whole}{other}")).unwrap();
+            assert!(ReportFile::new(&path).lines().is_err(), "{other:?}");
+        }
     }
 }

@@ -55,7 +55,7 @@ pub use shard::Shard;
 
 use crate::backend::Backend;
 use crate::case::LoadedCase;
-use crate::formats::{FileSet, Placed, WriteError};
+use crate::formats::{FileSet, Placed};
 use crate::mesh::{OtherCells, TetMesh};
 use crate::mover::{Design, Mover, MoverBuilder, Outcome, Refused};
 use crate::report::{self, Checksums, ReportError, RunReport, Seconds};
@@ -202,15 +202,17 @@ impl<'a> Session<'a> {
         // The files of a claimed design may be those of a job that has taken it over: they stay
         // until it is sure that none has.
         if job.claim.is_none() {
-            job.outputs.remove_earlier(&self.case.inputs)?;
+            job.outputs.remove_earlier(&self.case.inputs, None)?;
         }
         let (outcome, update) = self.update(job.design)?;
         let write = Instant::now();
         self.mover.tell("writing");
         let mut files = if job.checksums.is_some() { FileSet::with_checksums() } else { FileSet::default() };
         job.outputs.add_to(&mut files, self.case, job.name, &outcome)?;
-        let sums: Vec<_> = files.files().map(|(path, sum)| (path.to_path_buf(), sum.map(str::to_owned))).collect();
-        let mut written: Vec<_> = sums.iter().map(|(path, _)| path.clone()).collect();
+        // A file that is there already belongs to the result too.
+        let sums = files.files().chain(files.kept());
+        let sums: Vec<_> = sums.map(|(path, sum)| (path.to_path_buf(), sum.map(str::to_owned))).collect();
+        let mut written: Vec<_> = files.files().map(|(path, _)| path.to_path_buf()).collect();
         let meshes: Vec<_> =
             written.iter().filter(|path| Some(*path) != job.outputs.histogram.as_ref()).cloned().collect();
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &meshes));
@@ -228,16 +230,25 @@ impl<'a> Session<'a> {
         report.seconds = Some(Seconds { read: job.read_seconds, setup, update, write, total });
         let report = report.with_reasons();
         if let Some(path) = job.report {
-            let mut text = shown_json(&serde_json::to_string_pretty(&report)?);
-            text.push('\n');
-            files.add(path, move |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))?;
+            add_report(&mut files, path, &report)?;
             written.push(path.to_path_buf());
         }
-        job.claim.map_or(Ok(()), Held::check)?;
         // Another run may have put files under these names meanwhile.
-        job.outputs.remove_earlier(&self.case.inputs)?;
-        let placed = files.place().map_err(WriteError::from)?;
+        let check = || job.claim.map_or(Ok(()), Held::check);
+        let placed = job.outputs.place(files, &self.case.inputs, job.report, check)?;
         Ok(Finished { report, written, warnings, verdict, placed })
+    }
+
+    /// Writes the report of a design without a result, in place of the files of an earlier result.
+    ///
+    /// - `path`: the file of the report
+    ///
+    /// # Errors
+    /// A file cannot be removed or written.
+    pub fn write_failed(&self, outputs: &Outputs, path: &Path, report: &RunReport) -> Result<(), SessionError> {
+        let mut files = FileSet::default();
+        add_report(&mut files, path, report)?;
+        outputs.place(files, &self.case.inputs, Some(path), || Ok(())).map(drop)
     }
 
     /// The report of a design that could not be moved.
@@ -259,6 +270,13 @@ impl<'a> Session<'a> {
         let exit = exit.map_or(0, |exit| exit as u8);
         RunReport::failed(case, name.map(str::to_owned), self.backend.clone(), self.mesh.clone(), exit)
     }
+}
+
+/// Adds the file of a report to those of its result.
+fn add_report(files: &mut FileSet, path: &Path, report: &RunReport) -> Result<(), SessionError> {
+    let mut text = shown_json(&serde_json::to_string_pretty(report)?);
+    text.push('\n');
+    files.add(path, move |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))
 }
 
 /// Adds the names of the files with the invalid mesh to the message.

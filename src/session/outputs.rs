@@ -16,7 +16,7 @@ use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, SessionError};
 use crate::case::{Case, LoadedCase, Output};
-use crate::formats::{Fields, FileSet, WriteError, has_format, is_special, mesh_path, real_path};
+use crate::formats::{Fields, FileSet, NamesLock, Placed, has_format, is_special, mesh_path, real_path};
 use crate::mover::{Outcome, Why};
 use crate::report::{Series, histogram_svg};
 
@@ -27,6 +27,7 @@ use crate::report::{Series, histogram_svg};
 /// | valid | `NAME.EXT` |
 /// | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
 /// | without finite positions | none |
+#[derive(Default)]
 pub struct Outputs {
     /// The files of the moved mesh, one for each format.
     pub meshes: Vec<PathBuf>,
@@ -172,30 +173,73 @@ impl Outputs {
 
     /// Removes the files of an earlier result: those under the names of these outputs, and those
     /// that a result that is not valid had. No file of another design is left for a reader to take.
-    /// Of an OpenFOAM folder the points are removed, without which the folder is no mesh.
+    /// Of an OpenFOAM folder the points are removed, without which the folder is no mesh. Another
+    /// process that puts a result there meanwhile has all its files there, or none.
     ///
     /// - `inputs`: files that are read; nothing is removed if one of them has the name of an output
+    /// - `report`: the file of the result's report, which is removed too
     ///
     /// # Errors
     /// - [`SessionError::Overwrites`], [`SessionError::TwoOutputs`]: an output has the name of an
     ///   input or of another output
     /// - [`SessionError::CannotWrite`]: a file cannot be removed
-    pub fn remove_earlier(&self, inputs: &[PathBuf]) -> Result<(), SessionError> {
-        self.check_names(inputs)?;
-        self.names().iter().try_for_each(|path| remove_result(path))
+    pub fn remove_earlier(&self, inputs: &[PathBuf], report: Option<&Path>) -> Result<(), SessionError> {
+        let _lock = self.lock(report)?;
+        self.remove_locked(inputs)?;
+        report.map_or(Ok(()), remove_file)
     }
 
     /// Removes the files of an earlier result of a case that cannot be run, as far as they can be
     /// removed. A file that is read stays, and so does a file whose name no mesh can have.
     ///
     /// - `inputs`: files that are read
-    pub fn remove_all_but(&self, inputs: &[PathBuf]) {
+    /// - `report`: the file of the result's report, which is removed too
+    pub fn remove_all_but(&self, inputs: &[PathBuf], report: Option<&Path>) {
+        let _lock = self.lock(report);
         let can_be_written = |path: &PathBuf| self.histogram.as_ref() == Some(path) || has_format(path);
         for path in self.names().into_iter().filter(can_be_written) {
             if check_distinct(inputs, &[&path]).is_ok() {
                 let _ = remove_result(&path);
             }
         }
+        let _ = report.map(remove_file);
+    }
+
+    /// Gives the files of a result their names, in place of the files of an earlier result. Of
+    /// several processes that do so at once, all files are those of the last one.
+    ///
+    /// - `inputs`: files that are read
+    /// - `report`: the file of the result's report, if it is in the set
+    /// - `check`: is called before anything is removed; after its error nothing has changed
+    ///
+    /// # Errors
+    /// The error of `check`, or a file cannot be removed or cannot get its name.
+    pub fn place(
+        &self,
+        files: FileSet,
+        inputs: &[PathBuf],
+        report: Option<&Path>,
+        check: impl FnOnce() -> Result<(), SessionError>,
+    ) -> Result<Placed, SessionError> {
+        files.place_after(|| {
+            let lock = self.lock(report)?;
+            check()?;
+            self.remove_locked(inputs)?;
+            Ok(lock)
+        })
+    }
+
+    /// [`Outputs::remove_earlier`] in a process that has the lock.
+    fn remove_locked(&self, inputs: &[PathBuf]) -> Result<(), SessionError> {
+        self.check_names(inputs)?;
+        self.names().iter().try_for_each(|path| remove_result(path))
+    }
+
+    /// Locks the folders of all files that a result may have.
+    fn lock(&self, report: Option<&Path>) -> Result<NamesLock, SessionError> {
+        let names = self.names();
+        let paths = || names.iter().map(PathBuf::as_path).chain(report);
+        NamesLock::of(paths()).map_err(|error| cannot_write(paths().next().unwrap_or(Path::new("")), error))
     }
 
     /// Adds the files of a result to a set, by the rule of this module: the moved mesh, the faulty
@@ -300,11 +344,11 @@ impl LoadedCase {
     pub fn write(&self, outcome: &Outcome) -> Result<Vec<PathBuf>, SessionError> {
         let outputs = Outputs::of(&self.case, None);
         outputs.check(self)?;
-        outputs.remove_earlier(&self.inputs)?;
+        outputs.remove_earlier(&self.inputs, None)?;
         let mut files = FileSet::default();
         outputs.add_to(&mut files, self, None, outcome)?;
         let written = files.files().map(|(path, _)| path.to_path_buf()).collect();
-        files.place().map_err(WriteError::from)?;
+        outputs.place(files, &self.inputs, None, || Ok(()))?;
         Ok(written)
     }
 }

@@ -359,3 +359,30 @@ fn bad_batches_write_nothing() {
     fixture.case("role = \"plane\"", "role = \"flat\"");
     refuses(&fixture, &["--json", "new.jsonl"], &["flat"]);
 }
+
+/// Entries of a list that are no files fail alone, wherever they lead: also to the folder that
+/// holds the file of reports and the results.
+#[test]
+fn odd_entries_of_a_list_stop_no_other() {
+    let fixture = Fixture::with_designs(2);
+    fs::create_dir(fixture.path("moved")).unwrap();
+    let folder = fixture.folder.path().to_str().unwrap().to_owned();
+    let odd = [".", "..", "moved", "./moved/..", "/", "designs/", &folder, "none.csv"];
+    fixture.write("list.txt", &format!("designs/0.csv\n{}\ndesigns/1.csv\n", odd.join("\n")));
+    let arguments =
+        ["batch", "case.toml", "--backend", "cpu", "--designs", "list.txt", "--out", "moved", "--json", "all.jsonl"];
+    for _ in 0..2 {
+        let output = fixture.idmesh(&arguments);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains("error: 8 of 10 designs failed"), "{}", stderr(&output));
+        let lines = lines(&fixture.read("all.jsonl"));
+        assert_eq!(lines.len(), 10);
+        let good: Vec<_> = lines.iter().filter(|line| line["exit"] == 0).map(|line| line["design"].clone()).collect();
+        assert_eq!(good, ["0", "1"]);
+        for line in lines.iter().filter(|line| line["exit"] != 0) {
+            let message = line["error"]["message"].as_str().unwrap();
+            assert!(message.contains("is a folder") || message.contains("none.csv"), "{message}");
+        }
+        assert_eq!(listed(&fixture, "moved").len(), 2);
+    }
+}

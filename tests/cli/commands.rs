@@ -69,6 +69,11 @@ fn cut_profiles_lie_on_their_planes() {
     assert_good(&fixture.idmesh(&["cut", "box.msh", "--family", "wing", "--planes", "3", "--out", "three.csv"]));
     assert_eq!(fixture.read("three.csv").lines().last().unwrap().split(',').next(), Some("2"));
 
+    // To standard output, and into no file of this name.
+    let printed = fixture.idmesh(&["cut", "box.msh", "--family", "wing", "--planes", "3", "--out", "-"]);
+    assert_good(&printed);
+    assert_eq!(stdout(&printed), fixture.read("three.csv"));
+    assert!(!fixture.path("-").exists());
     let cut =
         |family: &'static str, at: &'static str| ["cut", "box.msh", "--family", family, "--at", at, "--out", "o.csv"];
     fixture.refuses_command(&cut("wings", "y=1"), 3, &["no family `wings`", "did you mean `wing`?"]);

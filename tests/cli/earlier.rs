@@ -171,6 +171,36 @@ fn results_that_are_not_named_stay_and_this_is_told() {
     assert!(!stderr(&gone).contains("earlier run"), "{}", stderr(&gone));
 }
 
+/// A misspelt key may hide the name of a result. What has a likely name goes, and in any case the
+/// message says that results may be left.
+#[test]
+fn what_a_misspelt_key_hides_is_told() {
+    let fixture = Fixture::new();
+    let words = "results of an earlier run may be left, because a mistake may hide their names";
+    let without = CASE.split("[output]").next().unwrap();
+    for (good, bad, is_left) in [
+        (without.to_owned(), without.replacen("mesh =", "mesg =", 1), false),
+        (CASE.to_owned(), CASE.replacen("[output]\nmesh = ", "[output]\nmeshes = ", 1), false),
+        (CASE.replacen("moved.msh", "own.msh", 1), CASE.replacen("[output]", "[outputs]", 1), true),
+    ] {
+        fixture.write("case.toml", &good);
+        assert_good(&fixture.run());
+        fixture.write("case.toml", &bad);
+        for command in [&["run", "case.toml"][..], &["batch", "case.toml", "--designs", "designs"]] {
+            let output = fixture.idmesh(command);
+            assert_eq!(output.status.code(), Some(3), "{bad}");
+            assert!(stderr(&output).contains(words), "{bad}: {}", stderr(&output));
+        }
+        assert!(!fixture.path("moved.msh").exists(), "{bad}");
+        assert_eq!(fixture.path("own.msh").exists(), is_left, "{bad}");
+    }
+    // A mistake elsewhere hides no name.
+    fixture.write("case.toml", &CASE.replacen("new =", "nwe =", 1));
+    let output = fixture.run();
+    assert_eq!(output.status.code(), Some(3));
+    assert!(!stderr(&output).contains("earlier run"), "{}", stderr(&output));
+}
+
 /// A folder that only has the name of a result is none.
 #[test]
 fn an_empty_folder_is_no_result() {

@@ -143,3 +143,14 @@ fn torn_lines_are_told_and_other_files_are_refused() {
     let without = fixture.idmesh(&["report", "torn.jsonl"]);
     assert_eq!(without.status.code(), Some(2), "{}", stderr(&without));
 }
+
+/// Nothing is replaced, and there is nothing to resume: the hint is one that helps here.
+#[test]
+fn what_is_no_file_of_reports_is_told() {
+    let fixture = folder(&[("notes.txt", "hello\nx\n".to_owned())]);
+    let output = fixture.idmesh(&["report", "notes.txt", "--join", "joined.jsonl"]);
+    assert_eq!(output.status.code(), Some(3));
+    let errors = stderr(&output);
+    assert!(errors.contains("notes.txt: line 1 is no report of a design"), "{errors}");
+    assert!(errors.contains("hint: ") && !errors.contains("--resume"), "{errors}");
+}

@@ -1,6 +1,7 @@
 //! The command line: what works, what bad input is told, which exit code it gets, and that it
 //! leaves no file behind.
 
+mod at_once;
 mod batch;
 mod book;
 #[cfg(target_os = "linux")]

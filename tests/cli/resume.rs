@@ -93,3 +93,44 @@ fn what_changed_is_done_again() {
     assert_eq!(left_out(&fixture), 0);
     assert_eq!(lines(&fixture).len(), 2);
 }
+
+/// The last line is not whole after a power cut: the disk has got zeros in place of its bytes.
+#[test]
+fn zeros_at_the_end_are_a_torn_line() {
+    let fixture = designs();
+    assert_good(&fixture.idmesh(&BATCH));
+    let text = fixture.read("all.jsonl");
+    for zeros in [1, 700, 70_000] {
+        let first = text.split_inclusive('\n').next().unwrap();
+        fixture.write("all.jsonl", &format!("{first}{}", "\0".repeat(zeros)));
+        assert_eq!(left_out(&fixture), 1, "{zeros}");
+        assert_eq!(lines(&fixture).len(), 2);
+    }
+    // `report` tells of it.
+    fixture.write("all.jsonl", &format!("{text}\0\0\0"));
+    let joined = fixture.idmesh(&["report", "all.jsonl", "--join", "joined.jsonl"]);
+    assert_good(&joined);
+    assert!(stderr(&joined).contains("all.jsonl: the last line was torn"), "{}", stderr(&joined));
+    assert_eq!(fixture.read("joined.jsonl"), text);
+}
+
+/// The names of the families beside a mesh belong to its result, also if the file was there before.
+#[test]
+fn a_file_beside_the_mesh_that_is_gone_is_made_again() {
+    let fixture = designs();
+    let case = fixture.read("case.toml").replace("mesh = \"moved.msh\"", "mesh = \"moved.lb8.ugrid\"");
+    fixture.write("case.toml", &case);
+    assert_good(&fixture.idmesh(&BATCH));
+    // This time the files beside the meshes are there.
+    assert_good(&fixture.idmesh(&BATCH));
+    for line in lines(&fixture) {
+        let design = line["design"].as_str().unwrap();
+        let outputs: Vec<_> = line["checksums"]["outputs"].as_object().unwrap().keys().cloned().collect();
+        assert_eq!(outputs, [format!("moved/{design}.lb8.ugrid"), format!("moved/{design}.mapbc")]);
+    }
+    assert_eq!(left_out(&fixture), 2);
+    std::fs::remove_file(fixture.path("moved/a.mapbc")).unwrap();
+    assert_eq!(left_out(&fixture), 1);
+    assert!(fixture.path("moved/a.mapbc").is_file());
+    assert_eq!(left_out(&fixture), 2);
+}

@@ -208,3 +208,36 @@ fn a_case_that_cannot_be_run_leaves_no_earlier_result() {
     assert_eq!(fixture.idmesh(&["run", "case.toml", "--json", "notes.json"]).status.code(), Some(3));
     assert_eq!(fixture.read("notes.json"), "{\"mine\": 1}");
 }
+
+/// What is written to a standard output that is closed would be lost: as on a full disk there is no
+/// result, and the end says so.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_closed_standard_output_is_a_failure() {
+    let fixture = Fixture::with_designs(1);
+    for (arguments, is_failure) in [
+        ("run case.toml --backend cpu", true),
+        ("run case.toml --backend cpu --json -", true),
+        ("batch case.toml --backend cpu --designs designs --json -", true),
+        ("quality box.msh", true),
+        ("quality box.msh --json -", true),
+        ("cut box.msh --family wing --at y=0.3 --out -", true),
+        ("--version", true),
+        ("batch case.toml --backend cpu --designs designs --out moved", false),
+        ("convert box.msh box.su2", false),
+    ] {
+        let before = fixture.files();
+        let mut shell = std::process::Command::new("sh");
+        shell.args(["-c", &format!("\"$IDMESH\" {arguments} >&-")]).current_dir(&fixture.folder);
+        let output = shell.env("IDMESH", env!("CARGO_BIN_EXE_idmesh")).output().unwrap();
+        let errors = stderr(&output);
+        assert_eq!(output.status.code(), Some(if is_failure { 3 } else { 0 }), "{arguments}: {errors}");
+        if is_failure {
+            assert!(errors.contains("error: cannot write to standard output: it is closed"), "{arguments}: {errors}");
+            assert_eq!(fixture.files(), before, "{arguments}");
+        }
+    }
+    // A standard output that goes nowhere on purpose is open.
+    let mut command = command(fixture.folder.path(), &["run", "case.toml", "--backend", "cpu"]);
+    assert!(command.stdout(std::process::Stdio::null()).status().unwrap().success());
+}

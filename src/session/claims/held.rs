@@ -9,6 +9,7 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, SystemTime};
 
 use super::record::{Done, Record, State};
+use crate::formats::{is_special, read_file};
 use crate::memory::check_memory;
 use crate::session::{ClaimError, SessionError, write_text};
 
@@ -82,7 +83,7 @@ impl Held {
     /// # Errors
     /// [`ClaimError::Lost`]: another process has the design, or the claim's file is gone.
     pub fn check(&self) -> Result<(), SessionError> {
-        let found = std::fs::read(&self.path).ok().and_then(|bytes| serde_json::from_slice::<Record>(&bytes).ok());
+        let found = read_file(&self.path).ok().and_then(|bytes| serde_json::from_slice::<Record>(&bytes).ok());
         if found.as_ref() == Some(&self.record) && std::fs::symlink_metadata(&self.next).is_err() {
             return Ok(());
         }
@@ -106,6 +107,10 @@ impl Held {
         let record = Record { state, ..self.record.clone() };
         let text = serde_json::to_string(&record)? + "\n";
         self.is_over = true;
+        // To write to a pipe in the place of the claim might never end.
+        if is_special(&self.path) {
+            return Err(ClaimError::Lost { path: self.path.clone() }.into());
+        }
         write_text(&self.path, &text)
     }
 }

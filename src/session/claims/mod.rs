@@ -13,6 +13,8 @@
 //! | a process takes a design over | it makes the file of the next generation, which one process alone can |
 //! | a holder stood still, and its claim was taken over | it sees the next generation before it writes results, and leaves these to the new holder |
 //!
+//! A file that holds no claim, also a pipe, counts as a claim that is renewed no more.
+//!
 //! No file of a claim is ever removed: a process that removed an old claim could not know whether
 //! it removes a new one. Only the last generation of a design counts.
 
@@ -22,6 +24,7 @@ mod purpose;
 mod record;
 mod silence;
 
+use std::borrow::Cow;
 use std::collections::{HashMap, VecDeque};
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -41,6 +44,7 @@ use super::checksums::{same_files, same_outputs, sums};
 use super::earlier::has_result;
 use super::files::cannot_write;
 use super::{DesignFiles, Folder, Outputs, SessionError};
+use crate::formats::{open_file, read_file, sha256_of_text};
 use crate::report::Checksums;
 
 /// Largest number of bytes in the name of a file.
@@ -126,8 +130,8 @@ impl<'d> Claims<'d> {
     /// - `pattern`: the outputs of the case, to which a design gives its name
     ///
     /// # Errors
-    /// The folder takes no files, it is for another batch, a design was claimed with other
-    /// contents, or a design's name is too long.
+    /// The folder takes no files, it is for another batch, or a design was claimed with other
+    /// contents.
     pub fn open(
         path: &Path,
         designs: &'d [DesignFiles],
@@ -135,10 +139,6 @@ impl<'d> Claims<'d> {
         pattern: &Outputs,
         claiming: Claiming,
     ) -> Result<Self, SessionError> {
-        if let Some(design) = designs.iter().find(|design| design.name.len() + BEHIND > NAME) {
-            let (design, length) = (design.name.clone(), design.name.len());
-            return Err(ClaimError::LongName { design, length, most: NAME - BEHIND }.into());
-        }
         let folder = Folder::make(path)?;
         super::check_writable(&path.join(purpose::NAME))?;
         purpose::check(path, case, pattern)?;
@@ -148,7 +148,7 @@ impl<'d> Claims<'d> {
         let seen = claims.generations()?;
         let mut state = Designs::default();
         for (index, design) in designs.iter().enumerate() {
-            let Some(&generation) = seen.get(&design.name) else {
+            let Some(&generation) = seen.get(&*claim_name(&design.name)) else {
                 state.free.push_back(index);
                 continue;
             };
@@ -168,7 +168,7 @@ impl<'d> Claims<'d> {
         Ok(claims)
     }
 
-    /// The last generation of each design's claim in the folder, by the designs' names.
+    /// The last generation of each design's claim in the folder, by the name before the generation.
     fn generations(&self) -> Result<HashMap<String, u32>, SessionError> {
         let unreadable = |source| SessionError::CannotRead { path: self.path.clone(), source };
         let mut seen = HashMap::new();
@@ -301,10 +301,13 @@ impl<'d> Claims<'d> {
         let file = match made {
             Some(file) => file,
             // A file server may say that the file was there before, because it was asked twice.
-            None => match File::options().read(true).write(true).open(&path) {
-                Ok(file) if contents(&file).is_ok_and(|bytes| bytes == text.as_bytes()) => file,
-                _ => return Ok(None),
-            },
+            None if read_file(&path).is_ok_and(|bytes| bytes == text.as_bytes()) => {
+                match File::options().read(true).write(true).open(&path) {
+                    Ok(file) => file,
+                    Err(_) => return Ok(None),
+                }
+            }
+            None => return Ok(None),
         };
         let next = self.file(index, generation + 1);
         Ok(Some(Held::new([path, next], generation == 1, record, file, &self.renewer.renewals)))
@@ -360,7 +363,8 @@ impl<'d> Claims<'d> {
         }
         let path = self.file(index, generation);
         let read = || {
-            let file = File::open(&path)?;
+            // A pipe or a device holds no claim, and to read it might never end.
+            let (file, _) = open_file(&path)?;
             Ok((contents(&file)?, file.metadata()?.modified().ok()))
         };
         // What cannot be read now, such as a file that is replaced on a file server, may be read
@@ -371,8 +375,22 @@ impl<'d> Claims<'d> {
     }
 
     fn file(&self, index: usize, generation: u32) -> PathBuf {
-        self.path.join(format!("{}.{generation}.claim", self.designs[index].name))
+        self.path.join(format!("{}.{generation}.claim", claim_name(&self.designs[index].name)))
     }
+}
+
+/// The name of a design's claims before the generation: the design's own, or its beginning and its
+/// checksum if a file's name has no room for all of it.
+fn claim_name(design: &str) -> Cow<'_, str> {
+    if design.len() + BEHIND <= NAME {
+        return design.into();
+    }
+    let sum = sha256_of_text(design);
+    let mut end = NAME - BEHIND - sum.len() - 1;
+    while !design.is_char_boundary(end) {
+        end -= 1;
+    }
+    format!("{}~{sum}", &design[..end]).into()
 }
 
 /// What is to be done with a design that has a claim.

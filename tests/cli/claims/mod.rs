@@ -341,11 +341,47 @@ fn a_folder_that_takes_no_claims_is_refused() {
     refused(&claim(&fixture, &[]), 3, &["error: cannot write claims"]);
     assert!(!fixture.path("moved").exists() && !fixture.path("all.jsonl").exists());
     fs::remove_file(fixture.path("claims")).unwrap();
-    let long = "x".repeat(240);
-    fixture.raised_design(&long, 0.01);
-    refused(&claim(&fixture, &[]), 3, &["has 240 bytes, expected at most 238 with claims"]);
-    assert!(!fixture.path("moved").exists());
-    assert!(!fixture.path("claims").exists());
+}
+
+/// A design whose name leaves no room for the rest of its claim's name is claimed as any other, and
+/// two such designs with the same beginning are two.
+#[test]
+fn a_long_name_is_claimed() {
+    let fixture = designs(1);
+    let long = ["x".repeat(239), "é".repeat(120), "é".repeat(119) + "a"];
+    long.iter().for_each(|name| fixture.raised_design(name, 0.01));
+    assert_good(&claim(&fixture, &[]));
+    let mut expected: Vec<String> = long.iter().cloned().chain(["000".to_owned()]).collect();
+    expected.sort();
+    assert_eq!(names(&lines(&fixture, "all.jsonl")), expected);
+    assert_eq!(fs::read_dir(fixture.path("claims")).unwrap().count(), 5);
+    // They are done.
+    fs::remove_file(fixture.path("all.jsonl")).unwrap();
+    assert_good(&claim(&fixture, &[]));
+    assert!(!fixture.path("all.jsonl").exists() || fixture.read("all.jsonl").is_empty());
+}
+
+/// A pipe or a device under the name of a claim is no claim: it is never read, expires as half a
+/// claim does, and stops nothing.
+#[test]
+fn what_blocks_is_no_claim() {
+    let fixture = designs(4);
+    fs::create_dir(fixture.path("claims")).unwrap();
+    let make = |program: &str, arguments: &[&str]| {
+        let mut command = std::process::Command::new(program);
+        assert!(command.args(arguments).current_dir(fixture.path("claims")).status().unwrap().success());
+    };
+    make("mkfifo", &["000.1.claim"]);
+    make("ln", &["-s", "/dev/zero", "001.1.claim"]);
+    make("mkdir", &["002.1.claim"]);
+    assert_good(&claim(&fixture, &["--claim-expires", "1"]));
+    assert_eq!(names(&lines(&fixture, "all.jsonl")), all_names(4));
+    assert!(fixture.path("claims/000.2.claim").is_file() && fixture.path("claims/001.2.claim").is_file());
+    assert!(fixture.path("claims/002.2.claim").is_file() && fixture.path("claims/003.1.claim").is_file());
+    // The record of the whole folder is demanded.
+    fs::remove_file(fixture.path("claims/claims.json")).unwrap();
+    make("mkfifo", &["claims.json"]);
+    refused(&claim(&fixture, &[]), 3, &["claims/claims.json: expected the record of a claim folder"]);
 }
 
 /// A design with which many jobs ended is given up instead of ending all others.
