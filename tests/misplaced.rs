@@ -109,20 +109,6 @@ fn far_families_that_follow_a_wing_are_warned_of() {
     assert!(told[0].to_string().contains("reaches 5 of the six sides"), "{}", told[0]);
 }
 
-/// The fuselage reaches beyond the wing before and behind it. A tip or a trailing edge never does.
-#[test]
-fn bodies_that_follow_a_wing_are_warned_of() {
-    for (name, role) in [("wingtip", TIP), ("trailing-edge", Role::TrailingEdge)] {
-        let told = of_small(&[("carenage", role)]);
-        assert_eq!(told, [misplaced("carenage", name, Misplaced::Around)]);
-        assert!(told[0].to_string().ends_with("is `carenage` its role?"), "{}", told[0]);
-    }
-    // The nose alone is before the wing and not behind it.
-    let mut mesh = SMALL.mesh();
-    split(&mut mesh, "carenage", -1.0, "nose");
-    assert_eq!(of_mesh(mesh, &[("nose", TIP)]), []);
-}
-
 const CELLS: [usize; 3] = [12, 8, 10];
 const CELL: f64 = 0.25;
 

@@ -4,8 +4,6 @@
 //! Each check looks at something that no family with the role can have in a mesh around an
 //! aircraft, and none of them depends on a name.
 
-use glam::DVec3;
-
 use super::{Role, shape};
 use crate::geometry::bounds;
 use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
@@ -18,9 +16,6 @@ pub enum Misplaced {
     Untouched,
     /// The family shall follow a wing, but reaches so many of the six sides of the mesh's box.
     Far(usize),
-    /// The family shall follow a wing, but reaches beyond the wing at two opposite sides, as the
-    /// body does that carries it.
-    Around,
     /// The family shall slide on its own surface, but all of it lies in one plane.
     Flat,
 }
@@ -28,10 +23,6 @@ pub enum Misplaced {
 /// A family that reaches this many of the six sides of the mesh's box is a part of the far
 /// boundary. A wing between two walls, cut in half by a symmetry plane, reaches three.
 const FAR: usize = 4;
-
-/// A tip and a trailing edge end where the wing ends. A family that reaches beyond the wing by this
-/// fraction of the wing's size, both before and behind it, or on two other sides, is around it.
-const AROUND: f64 = 0.25;
 
 /// A vertex within this fraction of the box's size is on the side.
 const ON_SIDE: f64 = 1e-6;
@@ -41,7 +32,6 @@ const ON_SIDE: f64 = 1e-6;
 /// - `roles` `[n_families]`
 pub(super) fn misplaced(mesh: &TetMesh, surface: &Surface, roles: &[Role]) -> Vec<(FamilyId, Misplaced)> {
     let touched = touched(surface, roles);
-    let wings = moved_box(mesh, surface, roles);
     let found = (0..roles.len()).filter_map(|index| {
         let (family, role) = (FamilyId(index as u16), &roles[index]);
         let follows = follows(role);
@@ -52,7 +42,6 @@ pub(super) fn misplaced(mesh: &TetMesh, surface: &Surface, roles: &[Role]) -> Ve
             _ if follows && !touched[index] => Misplaced::Untouched,
             Role::Wingtip { .. } | Role::TrailingEdge => match sides(mesh, surface, family) {
                 sides if sides >= FAR => Misplaced::Far(sides),
-                _ if is_around(mesh, surface, family, wings) => Misplaced::Around,
                 _ => return None,
             },
             Role::Carenage if shape::fit_plane(mesh, surface, family, None).is_ok() => Misplaced::Flat,
@@ -99,23 +88,6 @@ fn touched(surface: &Surface, roles: &[Role]) -> Vec<bool> {
         is_moved[find(&mut chief, index)] = true;
     }
     (0..roles.len()).map(|index| is_moved[find(&mut chief, index)]).collect()
-}
-
-/// The box of all families that the design moves; `None` if it moves none.
-fn moved_box(mesh: &TetMesh, surface: &Surface, roles: &[Role]) -> Option<[DVec3; 2]> {
-    let moved = (0..roles.len()).filter(|&index| matches!(roles[index], Role::Wing | Role::Prescribed));
-    let vertices = moved.flat_map(|index| surface.vertices_of(FamilyId(index as u16)));
-    bounds(vertices.map(|&vertex| mesh.vertices[vertex as usize]))
-}
-
-/// Whether a family reaches beyond the wing at two opposite sides.
-///
-/// - `wings`: the box of the families that the design moves
-fn is_around(mesh: &TetMesh, surface: &Surface, family: FamilyId, wings: Option<[DVec3; 2]>) -> bool {
-    let own = bounds(surface.vertices_of(family).iter().map(|&vertex| mesh.vertices[vertex as usize]));
-    let Some(([low, high], own)) = wings.zip(own) else { return false };
-    let by = AROUND * low.distance(high);
-    ((low - own[0]).cmpgt(DVec3::splat(by)) & (own[1] - high).cmpgt(DVec3::splat(by))).any()
 }
 
 /// Number of the sides of the mesh's box that a family reaches.

@@ -116,11 +116,6 @@ impl fmt::Display for Warning {
                     "`{family}` has the role {role}, but reaches {sides} of the six sides of the mesh's box, as a far boundary \
                      does: it moves with the wing; is `{role}` its role?"
                 ),
-                Misplaced::Around => write!(
-                    f,
-                    "`{family}` has the role {role}, but reaches far beyond the wing at opposite sides, as the body does that \
-                     carries it: it moves with the wing; is `carenage` its role?"
-                ),
                 Misplaced::Flat => {
                     write!(f, "`{family}` has the role {role}, but all of it lies in one plane; is `plane` its role?")
                 }
