@@ -178,7 +178,7 @@ fn a_mesh_of_another_run_does_not_stand_for_an_invalid_one() {
     let mut session = Session::new(&case, cpu(), progress).unwrap();
     let mut design = case.design.clone();
     for profile in design.profiles.values_mut().flatten() {
-        profile.points.iter_mut().for_each(|point| point.z *= -6.0);
+        profile.points.iter_mut().for_each(|point| point.z *= -3.0);
     }
     let outputs = Outputs::of(&case.case, None);
     let job = Job {
