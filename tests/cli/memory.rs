@@ -80,7 +80,8 @@ fn no_limit_of_addresses_ends_a_command_without_a_word() {
                     let left: Vec<&String> = files.iter().filter(|name| !name.starts_with(".idmesh-")).collect();
                     assert_eq!(left, before.iter().collect::<Vec<_>>(), "files were left behind");
                 }
-                // Rust's library ends a program if a new thread finds no address for its signal stack.
+                // Rust's library ends a program if a new thread finds no address for its signal
+                // stack.
                 None if errors.contains("failed to allocate an alternative stack") => counts[1] += 1,
                 code => panic!("{kilobytes}: {code:?}, {:?}: {errors}", output.status),
             }
