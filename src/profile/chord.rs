@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::curve::Outline;
-use super::edges::trailing_edge;
+use super::edges::{farthest, trailing_edge};
 use super::{ProfileError, Remark};
 
 /// A new chord that points away from the old one by a greater angle, in degrees, is reversed. A
@@ -61,8 +61,7 @@ impl Chord {
         let sides = &outline.sides;
         let (first, last) = (sides[0], sides[sides.len() - 1]);
         let trailing = (first + last) / 2.0;
-        let distance = |&at: &usize| sides[at].distance_squared(trailing);
-        let nose = (0..sides.len()).max_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+        let nose = farthest(sides, trailing);
         let forward = sides[nose] - trailing;
         let length = forward.length().max(f64::MIN_POSITIVE);
         let (back, up) = (-forward / length, normal.cross(forward / length));

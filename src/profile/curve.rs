@@ -344,7 +344,7 @@ impl Measured {
 /// One of two corners alone would be chosen by rounding.
 ///
 /// - `s`, `d` `[n_steps]`: arc length, and distance from the middle of the trailing edge
-fn leading_edge(s: &[f64], d: &[f64]) -> (f64, f64) {
+pub(super) fn leading_edge(s: &[f64], d: &[f64]) -> (f64, f64) {
     let n = s.len();
     let i = (0..n).max_by(|&a, &b| d[a].total_cmp(&d[b])).unwrap_or(0).clamp(1, n.saturating_sub(2).max(1));
     let least = d[i] * (1.0 - AS_FAR);

@@ -73,7 +73,8 @@ pub(super) fn trailing_edge(points: &[DVec3]) -> TrailingEdge {
     }
 }
 
-fn farthest(points: &[DVec3], from: DVec3) -> usize {
+/// The index of the point farthest from a place.
+pub(super) fn farthest(points: &[DVec3], from: DVec3) -> usize {
     let key = |i: &usize| points[*i].distance_squared(from);
     (0..points.len()).max_by(|a, b| key(a).total_cmp(&key(b))).unwrap_or(0)
 }

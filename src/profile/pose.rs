@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::curve::{Outline, ProfileCurve};
+use super::curve::{Outline, ProfileCurve, arc_length, bracket, leading_edge};
 use super::files::SpanAxis;
 use super::{Plane, Profile, ProfileError};
 
@@ -19,8 +19,8 @@ const ROUNDING: f64 = 1e-12;
 /// origin takes this place by a [`Placement`](super::Placement) with the same values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// The point of the section that is farthest from the middle of its trailing edge, in the
-    /// mesh's unit.
+    /// The point of the section that is farthest from the middle of its trailing edge, or between
+    /// two that are about as far, in the mesh's unit.
     pub leading_edge: DVec3,
     /// Distance of the leading edge from the middle of the trailing edge, in the mesh's unit.
     pub chord: f64,
@@ -47,7 +47,10 @@ impl Pose {
         let [first, last] = [outline.sides[0], outline.sides[outline.sides.len() - 1]];
         let end = 0.5 * (first + last);
         let path = ProfileCurve::new(&outline.sides).path;
-        let nose = farthest(&path, end);
+        let s = arc_length(&path);
+        let d: Vec<f64> = path.iter().map(|point| point.distance(end)).collect();
+        let (step, t) = bracket(&s, leading_edge(&s, &d).0);
+        let nose = path[step].lerp(path[step + 1], t);
         let chord = nose.distance(end);
         let exact = |x: f64, size: f64| if x.abs() <= ROUNDING * size { 0.0 } else { x };
         let back = end - nose;
@@ -60,28 +63,6 @@ impl Pose {
             thickness: thickness(&path, nose, back / chord, plane.normal) / chord,
             trailing_edge: if outline.joined { 0.0 } else { outline.gap() / chord },
         })
-    }
-}
-
-/// The point of a curve farthest from a place. Between the points of the curve the squared distance
-/// is a parabola.
-fn farthest(path: &[DVec3], from: DVec3) -> DVec3 {
-    let far = |i: usize| path[i].distance_squared(from);
-    let most = (0..path.len()).max_by(|&a, &b| far(a).total_cmp(&far(b))).unwrap_or(0);
-    if most == 0 || most + 1 == path.len() {
-        return path[most];
-    }
-    let [before, here, after] = [most - 1, most, most + 1].map(|i| path[i]);
-    let [a, b] = [here.distance(before), here.distance(after)];
-    let [low, high] = [far(most - 1) - far(most), far(most + 1) - far(most)];
-    // The parabola through (-a, low), (0, 0) and (b, high).
-    let bend = (low * b + high * a) / (a * b * (a + b));
-    let slope = (high * a * a - low * b * b) / (a * b * (a + b));
-    let step = -slope / (2.0 * bend);
-    match step {
-        step if !step.is_finite() => here,
-        step if step < 0.0 => here.lerp(before, (-step / a).min(1.0)),
-        step => here.lerp(after, (step / b).min(1.0)),
     }
 }
 
