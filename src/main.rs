@@ -138,7 +138,27 @@ mod before_main {
     static LOOK: extern "C" fn() = look;
 }
 
+/// Lets all threads take memory from one place if the process has a limit of addresses. By default
+/// glibc sets 64 MiB of addresses aside for each new thread. If this leaves none, the next thread
+/// cannot start, and glibc or the standard library aborts the process.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[allow(unsafe_code, reason = "the standard library cannot set up glibc's allocator")]
+fn share_limited_addresses() {
+    unsafe extern "C" {
+        fn mallopt(parameter: std::ffi::c_int, value: std::ffi::c_int) -> std::ffi::c_int;
+    }
+    const M_ARENA_MAX: std::ffi::c_int = -8;
+    if idmesh::memory::has_limit_of_addresses() {
+        // SAFETY: glibc has this function, with this type, and no other thread runs yet.
+        unsafe { mallopt(M_ARENA_MAX, 1) };
+    }
+}
+
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+fn share_limited_addresses() {}
+
 fn main() -> ExitCode {
     ignore_the_file_size_signal();
+    share_limited_addresses();
     idmesh::cli::main(STDOUT_IS_CLOSED.load(Relaxed))
 }

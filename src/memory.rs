@@ -79,6 +79,12 @@ fn available_memory() -> Option<u64> {
     [of_system, of_process, of_user, of_groups].into_iter().flatten().min()
 }
 
+/// Whether the system limits the addresses of the process (`ulimit -v`). Linux tells. `false` where
+/// the system does not tell.
+pub fn has_limit_of_addresses() -> bool {
+    limit(&fs::read_to_string("/proc/self/limits").unwrap_or_default()).is_some()
+}
+
 /// The files in which a version of control groups gives a group's limit and use.
 struct GroupFiles {
     /// The folder of the groups.

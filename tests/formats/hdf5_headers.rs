@@ -7,11 +7,11 @@
 pub fn with_checksums(bytes: &[u8]) -> Vec<u8> {
     let mut repaired = bytes.to_vec();
     for start in (0..bytes.len()).filter(|&at| bytes[at..].starts_with(b"OHDR")) {
-        if let Some(end) = end_of_header(&bytes[start..]).map(|length| start + length)
-            && end + 4 <= bytes.len()
+        let length = end_of_header(&bytes[start..]);
+        if let Some((header, _)) = length.and_then(|length| bytes[start..].split_at_checked(length))
+            && let Some(place) = repaired[start + header.len()..].first_chunk_mut()
         {
-            let sum = lookup3(&bytes[start..end]);
-            repaired[end..end + 4].copy_from_slice(&sum.to_le_bytes());
+            *place = lookup3(header).to_le_bytes();
         }
     }
     repaired
