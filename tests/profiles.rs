@@ -259,6 +259,56 @@ fn matching_survives_other_counts_directions_and_starts() {
     }
 }
 
+/// A section with a round trailing edge of few points, from its rear end. The end turns by about
+/// 40 degrees at a point, as much as the corner of a blunt edge.
+///
+/// - `turns`: angles of the upper points of the end, in degrees, beside the rear one
+/// - `stations`: the stations of the other points of a side
+fn round_edge(turns: &[f64], stations: &[f64]) -> Vec<DVec3> {
+    const RADIUS: f64 = 0.006;
+    let end = turns.iter().map(|degrees| degrees.to_radians().sin_cos());
+    let end = end.map(|(sin, cos)| [1.0 - RADIUS * (1.0 - cos), RADIUS * sin]);
+    let side = stations.iter().map(|x| [*x, 0.1 * x.sqrt() * (1.0 - 0.9 * x)]);
+    let upper: Vec<[f64; 2]> = end.chain(side).collect();
+    let lower = upper.iter().rev().map(|&[x, z]| [x, -z]);
+    let all =
+        [[1.0, 0.0]].into_iter().chain(upper.iter().copied()).chain([[0.0, 0.0]]).chain(lower).chain([[1.0, 0.0]]);
+    all.map(|[x, z]| DVec3::new(x, 1.4, z)).collect()
+}
+
+/// Whatever the turns at the points of a round trailing edge say, affine maps carry the edge along:
+/// point by point where the new profile has the old points, and to a tenth of the edge's thickness
+/// where it has another number of them.
+///
+/// Fails if the new profile's own edge always counts, or, of `carried_edge`, `ON_CURVE` is 0: then
+/// points of the end are off by as much as it is thick.
+#[test]
+fn a_round_trailing_edge_goes_along() {
+    let stations = |n: usize| (1..n).rev().map(|i| 0.97 * (i as f64 / n as f64).powi(2)).collect::<Vec<f64>>();
+    for turns in [&[42.0, 80.0][..], &[38.0, 76.0], &[45.0], &[30.0, 60.0, 85.0]] {
+        let old = Profile { number: 0, points: round_edge(turns, &stations(40)) };
+        for (height, shear, degrees) in
+            [(1.1, 0.0, 0.0), (1.3, 0.0, 5.0), (1.5, 0.0, 0.0), (0.8, 0.0, -10.0), (1.0, 0.3, 0.0)]
+        {
+            let turn = DMat3::from_rotation_y(f64::to_radians(degrees));
+            let map = |at: &DVec3| turn * DVec3::new(at.x + shear * at.z, at.y, height * at.z);
+            let image: Vec<DVec3> = old.points.iter().map(map).collect();
+            let found = matching::match_points(&old, &Profile { number: 0, points: image.clone() }).unwrap();
+            let error = found.iter().zip(&image).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(error < 1e-12, "{turns:?} {height} {shear} {degrees}: {error:e} point by point");
+            // Another sampling of the sides, from a point of the upper side on.
+            let mut other: Vec<DVec3> = round_edge(turns, &stations(47)).iter().map(map).collect();
+            other.pop();
+            other.rotate_left(8);
+            other.push(other[0]);
+            let found = matching::match_points(&old, &Profile { number: 0, points: other }).unwrap();
+            let at_end = old.points.iter().zip(found.iter().zip(&image)).filter(|(old, _)| old.x > 0.98);
+            let error = at_end.map(|(_, (a, b))| a.distance(*b)).fold(0.0, f64::max);
+            assert!(error < 1.2e-3, "{turns:?} {height} {shear} {degrees}: {error:e}");
+        }
+    }
+}
+
 /// Profiles of a coarse mesh (26 and 31 points) and new ones made from a spline through their moved
 /// points: 161 and 121 points, and the moved points themselves for comparison. Along the curve a
 /// match is a matter of judgement where the change is not affine; the bounds hold what was measured

@@ -19,6 +19,7 @@ use super::along::ArcPlace;
 use super::curve::ProfileCurve;
 use super::displacement::ProfileDisplacement;
 use super::distance::Polyline;
+use super::edges::farthest;
 use super::kept::KeptSection;
 use super::locate::SectionGrid;
 use super::near::Near;
@@ -44,7 +45,7 @@ pub struct Missed {
     /// Number of the profile.
     pub profile: i64,
     /// Increase of the vertex's distance, from the old profile before to the new profile after the
-    /// motion, as a share of the new profile's length (about its chord). 0 if no distance has
+    /// motion, beyond the growth of the profile itself, as a share of the new profile's length (about its chord). 0 if no distance has
     /// grown.
     pub share: f64,
     /// Index of the vertex among the wing's vertices.
@@ -69,6 +70,8 @@ struct Watched {
     /// program cut from facets is off by the sag, which differs from place to place, and a vertex
     /// may slide to a place with more sag.
     old: f64,
+    /// Length and thickness of the old section.
+    size: [f64; 2],
 }
 
 /// A vertex beside a plane.
@@ -150,6 +153,7 @@ impl Watch {
                 arcs: places.iter().map(|place| place.arc).collect(),
                 on_base: places.iter().map(|place| place.on_base).collect(),
                 old,
+                size: size(&section.profile().points),
             })
         };
         let sections: Vec<_> = (0..sections.len()).into_par_iter().map(watched).collect();
@@ -186,7 +190,11 @@ impl Watch {
         let worst = |(((new, plane), watched), carried): Section| {
             let mut lines = new.points.clone();
             lines.dedup();
-            let length = extent(&lines);
+            let [length, thickness] = size(&lines);
+            // A section that grows takes the distances of its vertices along. Where a plane passes
+            // a round tip, the vertices beside it are far off the section, and stay as far.
+            let growth = [length / watched.size[0], thickness / watched.size[1]].into_iter().fold(1.0, f64::max);
+            let old = watched.old * growth;
             let straight = Polyline::new(&lines);
             let curve = OnceCell::new();
             let curve = || curve.get_or_init(|| ProfileCurve::new(&lines).path);
@@ -200,13 +208,13 @@ impl Watch {
                 let at = carried + (moved[vertex] - positions(vertex) - motion.displacement[vertex]);
                 let at = into(plane, at, motion.span_direction[vertex]);
                 let mut distance = straight.distance(at);
-                let limit = watched.old + length * worst.map_or(0.0, |worst| worst.share);
+                let limit = old + length * worst.map_or(0.0, |worst| worst.share);
                 // The curve may be nearer than the lines between its points. It is evaluated only
                 // if the lines are too far, because it has many small steps.
                 if distance > limit {
                     distance = distance.min(smooth().distance(at));
                 }
-                let share = (distance - watched.old) / length;
+                let share = (distance - old) / length;
                 let share = if share.is_nan() { f64::INFINITY } else { share.max(0.0) };
                 if worst.is_none_or(|worst| share > worst.share) {
                     worst = Some(Missed { profile: new.number, share, vertex });
@@ -216,6 +224,23 @@ impl Watch {
         };
         sections.collect::<Vec<_>>().into_par_iter().filter_map(worst).collect()
     }
+}
+
+/// Length and thickness of a section: its extents along its chord and across.
+fn size(points: &[DVec3]) -> [f64; 2] {
+    let first = points[0];
+    let one = points[farthest(points, first)];
+    let other = points[farthest(points, one)];
+    let chord = (other - one).normalize_or_zero();
+    let across = |point: &DVec3| (*point - one).reject_from_normalized(chord);
+    let up = points
+        .iter()
+        .map(across)
+        .fold(DVec3::ZERO, |up, at| if at.length_squared() > up.length_squared() { at } else { up });
+    let up = up.normalize_or_zero();
+    let heights = points.iter().map(|point| across(point).dot(up));
+    let (low, high) = heights.fold((0.0_f64, 0.0_f64), |(low, high), height| (low.min(height), high.max(height)));
+    [extent(points), high - low]
 }
 
 /// The point at which a point arrives in a plane along a unit direction. If the direction hardly

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::chord::{Chord, begins_at_nose};
 use super::curve::Outline;
 use super::cut::{carried, flat_section};
+use super::edges::TrailingEdge;
 use super::kept::KeptSection;
 use super::matching::OldSection;
 use super::near::Near;
@@ -298,7 +299,14 @@ pub(super) fn against_old(
         }
         let side = section.plane().normal;
         let plane = if plane.normal.dot(side) < 0.0 { Plane { normal: -plane.normal, ..plane } } else { plane };
-        let outline = Outline::new(new, &plane)?;
+        let mut outline = Outline::new(new, &plane)?;
+        let is_like = |edge: TrailingEdge| {
+            edge.is_clear && section.is_edge_clear() && (outline.gap() == 0.0) == (section.gap() == 0.0)
+        };
+        // The match may carry the old edge to the new profile.
+        if outline.edge.is_some_and(|edge| !is_like(edge)) {
+            outline = section.section().outline_of(new)?;
+        }
         let chord = Chord::new(&outline, plane.normal);
         if section.chord().is_reversed(&chord) && begins_at_nose(&outline) {
             return Err(ProfileError::Swapped { profile });

@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::edges::trailing_edge;
+use super::edges::{TrailingEdge, trailing_edge};
 use super::path_boxes::PathBoxes;
 use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
@@ -65,6 +65,30 @@ pub(super) struct Outline {
     pub base: Vec<DVec3>,
     /// Whether the trailing edge is sharp: `sides` ends at its first point.
     pub joined: bool,
+    /// The trailing edge of a closed profile, as places in its [`Ring`].
+    pub edge: Option<TrailingEdge>,
+}
+
+/// The distinct points of a profile. The first point of a closed one is not repeated.
+pub(super) struct Ring {
+    pub points: Vec<DVec3>,
+    pub is_closed: bool,
+}
+
+impl Ring {
+    /// The points of a profile.
+    ///
+    /// # Errors
+    /// The errors of points that are no profile.
+    pub fn of(profile: &Profile) -> Result<Self, ProfileError> {
+        let mut points = profile.distinct_points()?;
+        let size = extent(&points);
+        let is_closed = points.len() > 3 && points[0].distance(points[points.len() - 1]) <= CLOSED * size;
+        if is_closed {
+            points.pop();
+        }
+        Ok(Self { points, is_closed })
+    }
 }
 
 impl Outline {
@@ -76,38 +100,52 @@ impl Outline {
     /// [`ProfileError::CrossesItself`], [`ProfileError::NotInOrder`],
     /// [`ProfileError::ProfileCutShort`], and the errors of points that are no profile.
     pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
-        let mut points = profile.distinct_points()?;
-        let size = extent(&points);
-        let closed = points.len() > 3 && points[0].distance(points[points.len() - 1]) <= CLOSED * size;
+        let Ring { points, is_closed } = Ring::of(profile)?;
+        let edge = is_closed.then(|| trailing_edge(&points));
+        Self::divided(profile.number, points, edge, plane)
+    }
+
+    /// Divides points at a trailing edge.
+    ///
+    /// - `edge`: the edge of a closed curve, whose first point is not repeated; `None` if the curve
+    ///   is open
+    ///
+    /// # Errors
+    /// As [`Outline::new`].
+    pub fn divided(
+        number: i64,
+        mut points: Vec<DVec3>,
+        edge: Option<TrailingEdge>,
+        plane: &Plane,
+    ) -> Result<Self, ProfileError> {
         let clockwise = twice_area(&points).dot(plane.normal) < 0.0;
-        let mut outline = if closed {
-            points.pop();
+        let closed = edge.is_some();
+        let mut outline = if let Some(te) = edge {
             let n = points.len();
-            let te = trailing_edge(&points);
             points.rotate_left(te.start);
             points.push(points[0]);
             if te.end == te.start {
-                Self { sides: points, base: Vec::new(), joined: true }
+                Self { sides: points, base: Vec::new(), joined: true, edge }
             } else {
                 let base = points.split_off((te.end + n - te.start) % n);
                 points.push(base[0]);
-                Self { sides: points, base, joined: false }
+                Self { sides: points, base, joined: false, edge }
             }
         } else {
-            Self { sides: points, base: Vec::new(), joined: false }
+            Self { sides: points, base: Vec::new(), joined: false, edge }
         };
         if clockwise {
             outline.sides.reverse();
             outline.base.reverse();
         }
         if let Some(at) = disorder(&outline.sides) {
-            return Err(ProfileError::NotInOrder { profile: profile.number, at });
+            return Err(ProfileError::NotInOrder { profile: number, at });
         }
         if let Some(at) = (!closed).then(|| short_end(&outline.sides)).flatten() {
-            return Err(ProfileError::ProfileCutShort { profile: profile.number, at });
+            return Err(ProfileError::ProfileCutShort { profile: number, at });
         }
         match crossing(&outline.sides, plane) {
-            Some(at) => Err(ProfileError::CrossesItself { profile: profile.number, at }),
+            Some(at) => Err(ProfileError::CrossesItself { profile: number, at }),
             None => Ok(outline),
         }
     }

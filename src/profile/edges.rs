@@ -14,6 +14,16 @@ use glam::DVec3;
 pub(super) struct TrailingEdge {
     pub start: usize,
     pub end: usize,
+    /// Whether the turns of the curve leave no doubt. At a round edge of few points they do: each
+    /// point turns about as much as a corner.
+    pub is_clear: bool,
+}
+
+impl TrailingEdge {
+    /// Whether another curve with as many points has its edge at the same points.
+    pub fn is_at(&self, other: &Self) -> bool {
+        (self.start, self.end) == (other.start, other.end)
+    }
 }
 
 /// Corners are searched within this share of the section's length from its end. Blunt trailing
@@ -34,6 +44,10 @@ const ALIKE: f64 = 1.3;
 const SHARP: f64 = 125.0;
 /// Least turn of a corner of a blunt trailing edge, in degrees.
 pub(super) const CORNER: f64 = 40.0;
+
+/// The turns at corners are clear if the next turn near the edge is below this share of the least
+/// of them.
+const CLEAR: f64 = 0.5;
 
 /// Finds the trailing edge of a closed curve of at least three different points. The first point is
 /// not repeated.
@@ -62,14 +76,16 @@ pub(super) fn trailing_edge(points: &[DVec3]) -> TrailingEdge {
     region.dedup();
     let mut corners: Vec<(f64, usize)> = region.into_iter().map(|i| (turn(points, i), i)).collect();
     corners.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let clear = |n: usize| corners.get(n).is_none_or(|&(next, _)| next < CLEAR * corners[n - 1].0);
     match corners[..] {
         [(first, a), (second, b), ..] if first < SHARP && second >= CORNER && first + second >= SHARP => {
             // Of the two ways between the corners, the base is the one without the leading edge.
             let le_after_a = (le + n - a) % n < (b + n - a) % n;
-            if le_after_a { TrailingEdge { start: a, end: b } } else { TrailingEdge { start: b, end: a } }
+            let (start, end) = if le_after_a { (a, b) } else { (b, a) };
+            TrailingEdge { start, end, is_clear: clear(2) }
         }
-        [(first, a), ..] if first >= CORNER => TrailingEdge { start: a, end: a },
-        _ => TrailingEdge { start: te, end: te },
+        [(first, a), ..] if first >= CORNER => TrailingEdge { start: a, end: a, is_clear: clear(1) },
+        _ => TrailingEdge { start: te, end: te, is_clear: false },
     }
 }
 
@@ -131,7 +147,7 @@ mod tests {
             (0.5, -0.06),
             (0.98, -0.02),
         ]);
-        assert_eq!(trailing_edge(&section), TrailingEdge { start: 0, end: 8 });
+        assert_eq!(trailing_edge(&section), TrailingEdge { start: 0, end: 8, is_clear: true });
     }
 
     /// The round end of a section whose sides are 0.024 apart, from its farthest point to the upper
@@ -158,7 +174,7 @@ mod tests {
         let turn = glam::DQuat::from_rotation_y(std::f64::consts::FRAC_PI_4);
         let hinge = DVec3::new(0.8, 0.0, 0.0);
         section.iter_mut().filter(|at| at.x > 0.81).for_each(|at| *at = hinge + turn * (*at - hinge));
-        let TrailingEdge { start, end } = trailing_edge(&section);
+        let TrailingEdge { start, end, .. } = trailing_edge(&section);
         assert!(start == end && section[start].distance(section[0]) < 0.03, "{start} {end}");
     }
 
@@ -169,6 +185,6 @@ mod tests {
     fn a_round_end_begins_at_its_farthest_point() {
         let front = [(0.96, 0.02), (0.5, 0.06), (0.2, 0.08), (0.05, 0.05), (0.0, 0.0)];
         let section = symmetric(&[&round_end(), &front[..]].concat());
-        assert_eq!(trailing_edge(&section), TrailingEdge { start: 0, end: 0 });
+        assert_eq!(trailing_edge(&section), TrailingEdge { start: 0, end: 0, is_clear: false });
     }
 }

@@ -19,6 +19,7 @@ pub(super) struct KeptSection {
     middle: DVec3,
     gap: f64,
     has_base: bool,
+    is_edge_clear: bool,
     chord: Chord,
 }
 
@@ -35,10 +36,11 @@ impl KeptSection {
     pub fn of(section: OldSection) -> Self {
         let (length, middle, gap) = (section.length(), section.middle(), section.gap());
         let has_base = section.measured_base.is_some();
+        let is_edge_clear = section.outline().edge.is_none_or(|edge| edge.is_clear);
         let chord = Chord::new(section.outline(), section.plane().normal);
         let (mut profile, plane) = section.into_profile();
         profile.points.shrink_to_fit();
-        Self { profile, plane, length, middle, gap, has_base, chord }
+        Self { profile, plane, length, middle, gap, has_base, is_edge_clear, chord }
     }
 
     /// The section with its curves. The same points give the same bits each time.
@@ -85,6 +87,11 @@ impl KeptSection {
     /// The chord of the section.
     pub fn chord(&self) -> &Chord {
         &self.chord
+    }
+
+    /// Whether the section's turns leave no doubt about its trailing edge.
+    pub fn is_edge_clear(&self) -> bool {
+        self.is_edge_clear
     }
 
     /// Whether the base of a blunt trailing edge is part of the curve.

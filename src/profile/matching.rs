@@ -11,11 +11,15 @@
 //!
 //! The paper (3.1, step 1) resamples the old profile to the points of the new one.
 
+mod carried_edge;
+
 use std::collections::HashMap;
 
 use glam::DVec3;
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
+
+use carried_edge::CarriedEdge;
 
 use super::curve::{Measured, Outline, ProfileCurve, bracket};
 use super::least_squares::LeastSquares;
@@ -125,7 +129,7 @@ impl OldSection {
         }
         let matched = self.matched(new)?;
         let steps = self.sides.knot_step.iter().map(|&step| matched.tau[step]);
-        let mut targets: Vec<DVec3> = match &matched.by_index {
+        let mut targets: Vec<DVec3> = match matched.by_index() {
             Some(outline) => self.sides.knots.iter().map(|&i| outline.sides[i]).collect(),
             None => steps.map(|tau| matched.new.point(tau)).collect(),
         };
@@ -136,7 +140,7 @@ impl OldSection {
             (targets[0], targets[last]) = (middle, middle);
         }
         if let (Some(base), Some(measured)) = (&self.base, &self.measured_base) {
-            match &matched.by_index {
+            match matched.by_index() {
                 Some(outline) => targets.extend(base.knots.iter().map(|&i| outline.base[i])),
                 None => targets.extend(base.knot_step.iter().map(|&i| matched.new_base.point(measured.tau[i]))),
             }
@@ -239,7 +243,24 @@ impl OldSection {
         if plane.normal.dot(self.plane.normal) < 0.0 {
             plane.normal = -plane.normal;
         }
-        let outline = Outline::new(new, &plane)?;
+        let own = self.matched_to(Outline::new(new, &plane)?, &plane);
+        let carried = CarriedEdge { old: self, new, plane: &plane, own: &own };
+        match carried.outline()? {
+            Some(outline) => Ok(self.matched_to(outline, &plane)),
+            None => Ok(own),
+        }
+    }
+
+    /// The new profile, divided at the trailing edge that the match takes.
+    ///
+    /// # Errors
+    /// The new profile is no plane curve.
+    pub fn outline_of(&self, new: &Profile) -> Result<Outline, ProfileError> {
+        Ok(self.matched(new)?.outline)
+    }
+
+    /// The match with a new profile that is divided at its trailing edge.
+    fn matched_to(&self, outline: Outline, plane: &Plane) -> Match {
         let measured = Measured::sides(ProfileCurve::new(&outline.sides).path);
         let ends = [outline.sides[outline.sides.len() - 1], outline.sides[0]];
         let base = if outline.base.len() >= 2 { ProfileCurve::new(&outline.base).path } else { ends.to_vec() };
@@ -257,17 +278,23 @@ impl OldSection {
             let mapped = self.sides.path.iter().map(|&p| p + self.affine.evaluate(&map, p)).collect();
             tau = Measured::sides(mapped).tau;
         }
-        let best = self.settled(best, &measured, &plane);
+        let best = self.settled(best, &measured, plane);
         let same_counts = outline.sides.len() == self.outline.sides.len()
             && outline.base.len() == self.outline.base.len()
             && outline.joined == self.outline.joined;
-        let by_index = same_counts && {
-            let moved: Vec<DVec3> =
-                self.sides.knots.iter().zip(&old).map(|(&i, &old)| outline.sides[i] - old).collect();
-            let rounding = IDENTICAL * self.length();
-            self.affine.fit(&moved).1 <= f64::max(POINT_BY_POINT * best.0, rounding)
-        };
-        Ok(Match { tau: best.1, new: measured, new_base: Measured::base(base), by_index: by_index.then_some(outline) })
+        let by_index = same_counts && self.is_by_index(&outline, best.0);
+        let (residual, tau) = best;
+        Match { tau, residual, new: measured, new_base: Measured::base(base), outline, by_index }
+    }
+
+    /// Whether new points are meant point by point: an affine map explains this match about as well
+    /// as the measured one.
+    ///
+    /// - `outline`: the new points, as many as the old ones
+    /// - `residual`: of the measured match
+    fn is_by_index(&self, outline: &Outline, residual: f64) -> bool {
+        let moved: Vec<DVec3> = self.sides.knots.iter().map(|&i| outline.sides[i] - self.outline.sides[i]).collect();
+        self.affine.fit(&moved).1 <= f64::max(POINT_BY_POINT * residual, IDENTICAL * self.length())
     }
 }
 
@@ -339,8 +366,19 @@ struct Match {
     tau: Vec<f64>,
     new: Measured,
     new_base: Measured,
+    /// Root mean square of what an affine map leaves of the measured displacements.
+    residual: f64,
+    /// The new points.
+    outline: Outline,
+    /// Whether the match is point by point.
+    by_index: bool,
+}
+
+impl Match {
     /// The new points, if the match is point by point.
-    by_index: Option<Outline>,
+    fn by_index(&self) -> Option<&Outline> {
+        self.by_index.then_some(&self.outline)
+    }
 }
 
 /// The point of the new profile for each point of an old one, in the order of `old`.
@@ -368,7 +406,7 @@ pub fn match_points(old: &Profile, new: &Profile) -> Result<Vec<DVec3>, ProfileE
         let arc = arc[0] + (arc[1] - arc[0]) * if from + to > 0.0 { from / (from + to) } else { 0.0 };
         let (step, t) = bracket(&section.measured.s, arc);
         let tau = matched.tau[step] + (matched.tau[step + 1] - matched.tau[step]) * t;
-        targets.push((point, matched.by_index.as_ref().map_or_else(|| matched.new.point(tau), |o| o.sides[i])));
+        targets.push((point, matched.by_index().map_or_else(|| matched.new.point(tau), |o| o.sides[i])));
     }
     if let Some(base) = &section.measured_base {
         for (i, &point) in section.outline.base.iter().enumerate() {
@@ -377,7 +415,7 @@ pub fn match_points(old: &Profile, new: &Profile) -> Result<Vec<DVec3>, ProfileE
             };
             let step = (0..base.path.len()).min_by(nearest).unwrap_or(0);
             let by_measure = || matched.new_base.point(base.tau[step]);
-            targets.push((point, matched.by_index.as_ref().map_or_else(by_measure, |o| o.base[i])));
+            targets.push((point, matched.by_index().map_or_else(by_measure, |o| o.base[i])));
         }
     }
     // Back to the order of the file: the same points, with another start and direction.

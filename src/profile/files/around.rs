@@ -31,7 +31,7 @@ pub(super) fn turned_to_trailing_edge(points: &[DVec2]) -> Option<Vec<DVec2>> {
         return None;
     }
     let ring: Vec<DVec3> = curve.iter().map(|point| point.extend(0.0)).collect();
-    let TrailingEdge { start, end } = trailing_edge(&ring);
+    let TrailingEdge { start, end, .. } = trailing_edge(&ring);
     let base: Vec<usize> = (0..=(start + n - end) % n).map(|step| (end + step) % n).collect();
     let has_gap = base.windows(2).any(|pair| pair[1] == 0);
     let is_smooth_base = base.iter().skip(1).rev().skip(1).all(|&i| turn(&ring, i) < CORNER);
