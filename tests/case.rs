@@ -121,6 +121,10 @@ fn defaults() {
     let moved = |mesh: &str| parse(&format!("mesh = \"{mesh}\"")).unwrap().output.mesh;
     assert_eq!(moved("v1.2/wing.su2"), [Path::new("cases/moved.su2")]);
     assert_eq!(moved("wing.v22.msh"), [Path::new("cases/moved.msh")]);
+    // An extension of several parts selects the format.
+    assert_eq!(moved("wing.lb8.ugrid"), [Path::new("cases/moved.lb8.ugrid")]);
+    assert_eq!(moved("a.b/wing.LR4.ugrid.gz"), [Path::new("cases/moved.LR4.ugrid.gz")]);
+    assert_eq!(moved("lb8.ugrid"), [Path::new("cases/moved.ugrid")]);
 }
 
 #[test]

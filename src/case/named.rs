@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use super::paths::{is_pattern, matches};
+use super::paths::{folder_of, is_pattern, matches};
 use super::{Case, Output, parse, read_case};
 use crate::formats::{has_format, mesh_path};
 
@@ -45,7 +45,7 @@ impl NamedFiles {
             return Some(Self::of(&case));
         }
         let mut top: Table = text.parse().ok()?;
-        let folder = path.parent().unwrap_or(Path::new(""));
+        let folder = folder_of(path);
         let output = top.remove("output");
         let key = |key: &str| output.as_ref().and_then(|output| output.get(key));
         let unknown: Vec<&Value> =

@@ -17,7 +17,7 @@ use crate::springs::{SPRINGS, Springs};
 use super::document::{CaseDocument, TomlTable, Value};
 use super::paths::{is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Output, Position, ProfileSource, paths};
-use crate::formats::mesh_path;
+use crate::formats::{extension, mesh_path};
 use crate::text::nearest::{did_you_mean, quoted_list};
 
 /// The keys of a case file.
@@ -32,7 +32,7 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let document = CaseDocument { path, text, last: &start };
     let table = document.parse()?;
     let top = TomlTable::top(document, table.get_ref(), &KEYS)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = paths::folder_of(path);
 
     let mesh = paths::file(&top.require("mesh", "the mesh to move, such as mesh = \"wing-body.msh\"")?, folder)?;
     let mesh = mesh_path(&mesh);
@@ -381,15 +381,13 @@ pub(super) fn is_svg(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
 }
 
-/// The output's default name: `moved` with the input's extension. A compressed file keeps both
-/// parts of its extension, so `wing.msh.gz` gives `moved.msh.gz`.
+/// The output's default name: `moved` with the input's extension. An extension may have several
+/// parts, so `wing.lb8.ugrid.gz` gives `moved.lb8.ugrid.gz`.
 pub(super) fn default_name(mesh: &Path) -> String {
     let name = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let parts: Vec<&str> = name.split('.').collect();
-    let kept = match parts.as_slice() {
-        [_, .., last] if last.eq_ignore_ascii_case("gz") && parts.len() > 2 => 2,
-        [_, .., _] => 1,
-        _ => 0,
-    };
+    let of_format = extension(mesh).map_or(1, |extension| extension.split('.').count());
+    let zipped = usize::from(parts.len() > 2 && parts[parts.len() - 1].eq_ignore_ascii_case("gz"));
+    let kept = (of_format + zipped).min(parts.len() - 1);
     std::iter::once("moved").chain(parts[parts.len() - kept..].iter().copied()).collect::<Vec<_>>().join(".")
 }

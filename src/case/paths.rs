@@ -5,6 +5,14 @@ use std::path::{Path, PathBuf};
 
 use super::CaseError;
 use super::document::Value;
+use crate::formats::is_special;
+
+/// The folder to which the paths in a file are relative: the file's own. A pipe or a device has no
+/// folder with other files, so there it is the working folder.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    let folder = if is_special(path) { None } else { path.parent() };
+    folder.unwrap_or(Path::new(""))
+}
 
 /// The file that a value names.
 pub(super) fn file(value: &Value, folder: &Path) -> Result<PathBuf, CaseError> {

@@ -313,12 +313,15 @@ fn companion(new_file: &NewFile) -> Companion {
     Companion { path: mapbc_path, bytes, names, conditions: Conditions::new() }
 }
 
+/// The loss of a new file with coordinates in single precision.
+pub(super) const ROUNDED: &str = "coordinates are rounded to single precision";
+
 /// Losses of a new file: boundary conditions, spaces in names, perhaps double precision.
 fn limits(new_file: &NewFile) -> Vec<String> {
     let mut limits = mapbc::limits(new_file);
     limits.push(mapbc::NO_CONDITIONS.to_string());
     if Variant::of(new_file.extension).width == Width::Single {
-        limits.push("coordinates are rounded to single precision".to_string());
+        limits.push(ROUNDED.to_string());
     }
     limits
 }

@@ -88,6 +88,11 @@ impl SourceFile {
         }
     }
 
+    /// Whether the file holds coordinates in single precision.
+    pub fn is_single(&self) -> bool {
+        self.coordinates.is_single()
+    }
+
     /// Writes the file with its vertices at `vertices` `[n_vertices]`. All other bytes are copied.
     pub fn write(&self, out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         self.coordinates.write(&self.bytes, out, vertices)
@@ -98,6 +103,9 @@ impl SourceFile {
 pub(super) trait Coordinates: fmt::Debug + Send + Sync {
     /// Writes `bytes` with the vertices at `vertices` `[n_vertices]`. All other bytes are copied.
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()>;
+
+    /// Whether some are numbers in single precision.
+    fn is_single(&self) -> bool;
 }
 
 /// Coordinates in the order of the vertices, each vertex with three plain numbers.
@@ -150,7 +158,7 @@ impl Slots {
 impl Coordinates for Slots {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let Encoding::Binary(endian) = self.encoding else { return self.write_text(bytes, out, vertices) };
-        if self.width == Width::Single {
+        if self.is_single() {
             check_single(vertices)?;
         }
         let mut copied = 0;
@@ -168,6 +176,10 @@ impl Coordinates for Slots {
             copied = slot + block.len();
         }
         out.write_all(&bytes[copied..])
+    }
+
+    fn is_single(&self) -> bool {
+        matches!(self.encoding, Encoding::Binary(_)) && self.width == Width::Single
     }
 }
 

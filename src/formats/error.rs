@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use super::placed::PlaceError;
 use crate::memory::MemoryError;
+use crate::text::figures::place as place_of;
 use crate::text::shown;
 
 /// A place in a file: a line of a text file, a byte of the decompressed contents of a binary file,
@@ -298,6 +299,20 @@ pub enum WriteError {
         found: usize,
         /// The length required.
         expected: usize,
+    },
+    /// Cells are inverted by the rounding of a file in single precision.
+    #[error(
+        "cannot write {}: the file's single precision would round coordinates so that {count} cells are inverted, the first \
+         at {at}; write a format with double precision, or move the origin of the coordinates nearer to these cells",
+        path.display(), at = place_of(*at)
+    )]
+    Rounded {
+        /// Path of the file to write.
+        path: PathBuf,
+        /// Number of cells that are inverted by the rounding alone.
+        count: usize,
+        /// The middle of the first of them, in the mesh's unit.
+        at: DVec3,
     },
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} is at {position}: not finite, so the mesh is not written")]

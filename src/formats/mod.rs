@@ -62,7 +62,7 @@ pub use sums::sha256_of;
 pub(crate) use sums::sha256_of_text;
 pub use surface::{PointField, Surface};
 pub use table::FORMATS;
-pub(crate) use table::has_format;
+pub(crate) use table::{extension, has_format};
 pub(crate) use temporary::{Claim, host, temporary as temporary_file};
 pub use vtk::{Polylines, read_polylines, vtu_bytes, write_vtu};
 pub(crate) use write::twin;

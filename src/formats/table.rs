@@ -39,6 +39,12 @@ pub(crate) fn has_format(path: &Path) -> bool {
     format_of(path).is_some()
 }
 
+/// The extension by which a path selects a mesh that is one file, such as `lb8.ugrid`, in lower
+/// case and without `.gz`.
+pub(crate) fn extension(path: &Path) -> Option<&'static str> {
+    format_of(path).filter(|(format, _)| !format.is_folder()).map(|(_, extension)| extension)
+}
+
 /// The known extensions, for messages: `.msh (Gmsh), .vtu (VTU)`.
 pub(super) fn known() -> String {
     let extensions = |format: &Format| {

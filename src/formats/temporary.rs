@@ -62,10 +62,13 @@ fn with_suffix(folder: &Path, suffix: &str) -> io::Result<NamedTempFile> {
     Ok(file)
 }
 
-/// The error of the system in an error with a path.
+/// The error of the system in an error that ends with the path of the temporary file. The error
+/// gives it as text alone.
 fn without_path(error: io::Error) -> io::Error {
-    let of_system = error.get_ref().and_then(|inner| inner.source()?.downcast_ref::<io::Error>()?.raw_os_error());
-    of_system.map_or_else(|| error.kind().into(), io::Error::from_raw_os_error)
+    match error.to_string().split_once(" at path ") {
+        Some((why, _)) => io::Error::new(error.kind(), why),
+        None => error,
+    }
 }
 
 /// Most bytes of a file's name that the name of its sign holds. A longer name leaves no room.

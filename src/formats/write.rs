@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::aflr3::ROUNDED;
 use super::atomic::{self, FileSet};
-use super::document::{Companion, SourceFile};
+use super::document::{Companion, SourceFile, check_single};
 use super::error::WriteError;
 use super::format::{Create, Format, needs_folder};
 use super::mapbc;
@@ -15,6 +16,7 @@ use super::openfoam;
 use super::out::{add_file, in_blocks};
 use super::read::MeshFile;
 use super::table::{format_of, known};
+use crate::mesh::{measures, middle_of_cell};
 
 impl MeshFile {
     /// Writes the mesh with its vertices at `vertices` `[n_vertices]` to `path`. The extension of
@@ -30,6 +32,7 @@ impl MeshFile {
     /// - [`WriteError::Length`]: `vertices` or a field has another length than the mesh.
     /// - [`WriteError::NotFinite`]: a coordinate is NaN or infinite.
     /// - [`WriteError::VertexOutOfRange`]: the mesh is broken.
+    /// - [`WriteError::Rounded`]: the file is in single precision, which inverts cells.
     /// - [`WriteError::Io`]: the file could not be written.
     pub fn write(&self, path: &Path, vertices: &[DVec3], fields: &Fields) -> Result<(), WriteError> {
         let mut files = FileSet::default();
@@ -51,6 +54,7 @@ impl MeshFile {
     ) -> Result<(), WriteError> {
         let (format, extension) = output_format(path)?;
         check_length("vertices", vertices.len(), self.mesh.vertices.len())?;
+        self.check_rounding(path, vertices)?;
         if format.is_folder() && names_folder(path) {
             return self.add_folder(files, path, format, vertices);
         }
@@ -235,6 +239,33 @@ impl MeshFile {
         let document = self.document.as_deref()?;
         let same_variant = document.extension == extension || format.is_folder();
         (document.format == format.name && same_variant).then_some(document)
+    }
+
+    /// Checks that a file in single precision holds a mesh without inverted cells. A mesh that has
+    /// some already may be written.
+    fn check_rounding(&self, path: &Path, vertices: &[DVec3]) -> Result<(), WriteError> {
+        let (format, extension) = output_format(path)?;
+        let is_single = match self.source(format, extension) {
+            Some(document) => document.is_single(),
+            None => {
+                (format.limits)(&self.new_file(vertices, Fields::default(), extension)).contains(&ROUNDED.to_owned())
+            }
+        };
+        let cells = self.cells();
+        // A broken mesh has its own error, and so has one that is too small.
+        if check_single(vertices).is_err() || cells.cells().flatten().any(|&vertex| vertex as usize >= vertices.len()) {
+            return Ok(());
+        }
+        let inverted = |at: &[DVec3]| measures(cells, at, None).iter().position(|cell| cell.inverted);
+        if !is_single || vertices.iter().any(|at| !at.is_finite()) || inverted(vertices).is_some() {
+            return Ok(());
+        }
+        let rounded: Vec<DVec3> = vertices.iter().map(|at| at.as_vec3().as_dvec3()).collect();
+        let bad: Vec<bool> = measures(cells, &rounded, None).iter().map(|cell| cell.inverted).collect();
+        let Some(first) = bad.iter().position(|&is_bad| is_bad) else { return Ok(()) };
+        let at = middle_of_cell(cells.cell(cells.name(first)), vertices);
+        let count = bad.iter().filter(|&&is_bad| is_bad).count();
+        Err(WriteError::Rounded { path: path.into(), count, at })
     }
 
     fn new_file<'a>(&'a self, vertices: &'a [DVec3], fields: Fields<'a>, extension: &'static str) -> NewFile<'a> {

@@ -238,3 +238,22 @@ fn conditions_that_stay_are_not_said_to_be_lost() {
     file.write(&path, &mesh.vertices, &Fields::default()).unwrap();
     assert_eq!(fs::read_to_string(&beside).unwrap(), with_conditions);
 }
+
+/// A tet 1e-4 high at a distance of 1e4: single precision has steps of 1e-3 there, and its fourth
+/// vertex falls into the plane of the others. Such a mesh is not written into a file of single
+/// precision, and nothing is left of the attempt. A format of double precision holds it.
+#[test]
+fn cells_that_single_precision_inverts_are_not_written() {
+    let (folder, path) = in_folder(None);
+    let file = read(&path).unwrap();
+    let low = |at: &DVec3| DVec3::new(at.x + 1e4, at.y, 1e4 + at.z * 1e-4 / 1.5);
+    let vertices: Vec<DVec3> = file.mesh.vertices.iter().map(low).collect();
+    let single = folder.path().join("single.lb4.ugrid");
+    let error = file.write(&single, &vertices, &Fields::default()).unwrap_err();
+    assert!(matches!(error, WriteError::Rounded { count: 1, .. }), "{error}");
+    assert!(error.to_string().contains("so that 1 cells are inverted, the first at (10000.25, "), "{error}");
+    assert!(!single.exists() && !folder.path().join("single.mapbc").exists());
+    file.write(&folder.path().join("double.lb8.ugrid"), &vertices, &Fields::default()).unwrap();
+    // Where the rounding does no harm, the file is written.
+    file.write(&single, &file.mesh.vertices, &Fields::default()).unwrap();
+}

@@ -202,6 +202,10 @@ fn convert(name: &str, file: &MeshFile, vertices: &[DVec3], round: usize) {
             Ok(back) => back,
             Err(error) => {
                 // Cells that do not fit together are no mesh of OpenFOAM.
+                // Nor are cells that single precision inverts.
+                if target.contains("4.") && matches!(error, WriteError::Rounded { .. }) {
+                    return;
+                }
                 let too_large = vertices.iter().any(|vertex| vertex.abs().max_element() > f32::MAX.into());
                 assert!(is_folder || target.contains("4.") && too_large, "{name} to {target}: {error}");
                 return;

@@ -155,7 +155,7 @@ impl Columns {
 impl Coordinates for Columns {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
         let mut bytes = bytes.to_vec();
-        if self.all().any(|column| column.width == Width::Single) {
+        if self.is_single() {
             check_single(vertices)?;
         }
         for zone in &self.zones {
@@ -165,5 +165,9 @@ impl Coordinates for Columns {
             }
         }
         out.write_all(&bytes)
+    }
+
+    fn is_single(&self) -> bool {
+        self.all().any(|column| column.width == Width::Single)
     }
 }

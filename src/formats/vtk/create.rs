@@ -121,6 +121,9 @@ fn of_cells<'a, T>(name: &'static str, n_cells: usize, cells: &'a [T], number: f
     })
 }
 
+/// The names of the arrays that tell of a motion.
+pub(super) const OF_MOTION: [&str; 4] = ["displacement", "beta", "scaled_jacobian", "shape"];
+
 /// Writes a VTU file whose arrays have been checked.
 pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
     let NewFile { vertices, cells, fields, .. } = new_file;

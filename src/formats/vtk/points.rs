@@ -152,6 +152,10 @@ impl Coordinates for Copies {
         }
         self.coordinates.write(bytes, out, &points)
     }
+
+    fn is_single(&self) -> bool {
+        self.coordinates.is_single()
+    }
 }
 
 /// Arrays of points, in the order of the file.
@@ -165,7 +169,7 @@ struct Points {
 
 impl Coordinates for Points {
     fn write(&self, bytes: &[u8], out: &mut Out, vertices: &[DVec3]) -> io::Result<()> {
-        if self.arrays.iter().any(|array| array.width == Width::Single) {
+        if self.is_single() {
             check_single(vertices)?;
         }
         let mut edits: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
@@ -203,5 +207,9 @@ impl Coordinates for Points {
             copied = range.end;
         }
         out.write_all(&bytes[copied..])
+    }
+
+    fn is_single(&self) -> bool {
+        self.arrays.iter().any(|array| array.width == Width::Single)
     }
 }

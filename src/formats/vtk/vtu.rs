@@ -11,6 +11,7 @@
 //!
 //! Source: K. Martin and others, *VTK File Formats*, "XML File Formats".
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 
@@ -93,9 +94,28 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         named.map_or_else(|| surface(tag), |(_, name)| name.clone())
     };
     let (mesh, others) = mesh_builder.finish(path, positions, name)?;
+    let earlier = earlier_motion(&header);
     let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
-    document.warnings.extend(warning);
+    document.warnings.extend(warning.into_iter().chain(earlier));
     Ok(Parsed { mesh, others, document })
+}
+
+/// A warning if the file has arrays that idmesh writes beside a moved mesh. They are copied as they
+/// are, and would be taken for those of the next motion.
+fn earlier_motion(header: &Header) -> Option<String> {
+    let arrays = header.pieces.iter().flat_map(|piece| &piece.arrays).filter(|array| array.section.ends_with("Data"));
+    let names: BTreeSet<String> = arrays
+        .filter(|array| super::create::OF_MOTION.contains(&&*array.name))
+        .map(|array| format!("`{}`", array.name))
+        .collect();
+    let names: Vec<String> = names.into_iter().collect();
+    // Each name alone may be somebody else's.
+    (names.len() > 1).then(|| {
+        format!(
+            "the arrays {} seem to tell of an earlier motion: they are copied as they are, and do not tell of the next one",
+            names.join(", ")
+        )
+    })
 }
 
 /// Losses of a new file: letters of names.
