@@ -113,10 +113,10 @@ pub enum NoProduct {
 #[non_exhaustive]
 pub enum StageError {
     /// One jump inverts tets, and the memory does not suffice for a path of steps.
-    #[error("{n_tets} tets, moved in steps as one jump inverts some: {error}")]
+    #[error("{cells}, moved in steps as one jump inverts some: {error}")]
     Memory {
-        /// Tets of the mesh.
-        n_tets: usize,
+        /// The cells of the mesh, such as `12 tets`.
+        cells: String,
         /// The bytes needed and available.
         error: MemoryError,
     },

@@ -18,8 +18,8 @@ use crate::case::{LoadedCase, NamedFiles};
 use crate::formats::read_file;
 use crate::report::Checksums;
 use crate::session::{
-    Appending, ArrayJob, Claiming, Claims, DesignFiles, EarlierResults, Folder, Listed, Outputs, ReplacedInputs,
-    ReportFile, Session, SessionError, Shard, check_distinct, list_designs, sums_of_case,
+    Appending, ArrayJob, Claiming, Claims, DesignFiles, EarlierResults, Folder, Listed, Outputs, ReadFiles,
+    ReplacedInputs, ReportFile, Session, SessionError, Shard, check_distinct, list_designs, sums_of_case,
 };
 
 /// Arguments of `idmesh batch`.
@@ -308,8 +308,9 @@ fn remove(arguments: &Arguments, shard: Option<Shard>, named: Option<&NamedFiles
     };
     if let Some(named) = named {
         let pattern = Outputs::in_folder(&named.output, arguments.out.as_deref());
+        let read = ReadFiles::new(&inputs);
         for name in &names {
-            let _ = pattern.named(name).map(|outputs| outputs.remove_all_but(&inputs, None));
+            let _ = pattern.named(name).map(|outputs| outputs.remove_all_but(&read, None));
         }
     }
     if let Some(file) = reports {

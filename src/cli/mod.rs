@@ -6,6 +6,7 @@
 
 mod adapters;
 mod batch;
+mod check;
 mod compare;
 mod completions;
 mod console;
@@ -78,6 +79,8 @@ struct Arguments {
 enum Command {
     /// Move a mesh to one design.
     Run(run::Arguments),
+    /// Check a case without moving the mesh.
+    Check(check::Arguments),
     /// Move a mesh to many designs, set up once.
     Batch(batch::Arguments),
     /// Join the reports of several jobs, each design once.
@@ -310,6 +313,7 @@ fn remove_earlier(command: &Command, failure: Failure) -> Failure {
 fn run_command(command: &Command, console: &Console) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments, console),
+        Command::Check(arguments) => check::run(arguments, console),
         Command::Batch(arguments) => batch::run(arguments, console),
         Command::Report(arguments) => report::run(arguments, console),
         Command::Compare(arguments) => compare::run(arguments, console),

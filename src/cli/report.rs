@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         JsonTarget::StandardOutput => console.json(&text)?,
         JsonTarget::File(path) => write_text(path, &text)?,
     }
-    let failed = joined.lines.iter().filter(|line| line.exit.is_some_and(|exit| exit != 0)).count();
+    let failed = joined.lines.iter().filter(|line| line.exit != 0).count();
     console.note(format_args!("{} designs, {failed} of them failed", joined.lines.len()));
     Ok(())
 }

@@ -10,7 +10,7 @@ use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, 
 use crate::case::{LoadedCase, NamedFiles};
 use crate::formats::read_file;
 use crate::report::{kind_table, stage_remark, stage_table};
-use crate::session::{Folder, Job, Outputs, Session, SessionError, check_distinct, sums_of_case};
+use crate::session::{Folder, Job, Outputs, ReadFiles, Session, SessionError, check_distinct, sums_of_case};
 
 /// Arguments of `idmesh run`.
 #[derive(Debug, clap::Args)]
@@ -120,7 +120,7 @@ fn remove(arguments: &Arguments, named: Option<&NamedFiles>) {
         _ => None,
     };
     let outputs = named.map(|named| Outputs::in_folder(&named.output, arguments.out.as_deref()));
-    outputs.unwrap_or_default().remove_all_but(&inputs, report);
+    outputs.unwrap_or_default().remove_all_but(&ReadFiles::new(&inputs), report);
 }
 
 /// Whether a file is a report of an earlier run. Where the case cannot be read, the file may also

@@ -3,7 +3,11 @@
 //! The stages see a mesh as a list of tets: first the tets of the mesh, then the corner tets of
 //! its other cells, cell by cell. In a mesh of tets the list is the mesh's own.
 
-use super::{CellKind, HybridMesh, OtherCells, TetMesh, corners::corner_tets, edges::TetEdges};
+use super::{
+    CellKind, HybridMesh, OtherCells, TetMesh,
+    corners::{corner_tets, is_tet},
+    edges::TetEdges,
+};
 use crate::quality::faults::is_inverted;
 
 /// The cells behind a list of tets and corner tets.
@@ -30,7 +34,13 @@ impl CornerCells {
             first.reserve(mesh.others.n_cells() + 1);
             first.push(0);
             for cell in mesh.cells().skip(n_tets) {
+                let before = simplices.tets.len();
                 corner_tets(cell, &mut simplices.tets);
+                if is_tet(cell) {
+                    // Its four corner tets are one tet. Four springs in place of one would make
+                    // the cell stiffer than the same tet in the list of tets.
+                    simplices.tets.truncate(before + 1);
+                }
                 first.push((simplices.tets.len() - n_tets) as u32);
             }
         }
@@ -47,6 +57,11 @@ impl CornerCells {
     /// Number of cells.
     pub fn n_cells(&self) -> usize {
         self.n_tets + self.first.len().saturating_sub(1)
+    }
+
+    /// The cells in words: `12 tets`, or `12 cells` if they are of several kinds.
+    pub fn counted(&self) -> String {
+        counted(self.n_tets, self.n_cells() - self.n_tets)
     }
 
     /// Whether all cells are tets.
@@ -84,11 +99,25 @@ impl CornerCells {
     /// Whether each edge of the list is an edge of a cell `[n_edges]`. Others join two neighbours
     /// of a corner. No spring runs along them.
     pub fn real_edges(&self, edges: &TetEdges) -> Vec<bool> {
+        let mut is_whole = vec![true; self.n_tets];
+        // A cell with one corner tet is a tet, and has all its edges.
+        is_whole.extend(self.first.windows(2).flat_map(|ends| {
+            let count = (ends[1] - ends[0]) as usize;
+            std::iter::repeat_n(count == 1, count)
+        }));
         let is_real = |&slot: &u32| {
             let (simplex, local) = (slot as usize / 6, slot % 6);
             // The first three edges of a corner tet meet at its corner.
-            !self.is_corner(simplex) || local < 3
+            is_whole[simplex] || local < 3
         };
         (0..edges.edges.len()).map(|edge| edges.edge_tets.row(edge).iter().any(is_real)).collect()
+    }
+}
+
+/// The cells of a mesh in words: `12 tets`, or `12 cells` if there are others than tets.
+pub fn counted(n_tets: usize, n_others: usize) -> String {
+    match n_others {
+        0 => format!("{n_tets} tets"),
+        _ => format!("{} cells", n_tets + n_others),
     }
 }

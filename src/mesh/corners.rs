@@ -55,6 +55,12 @@ pub fn is_degenerate(cell: &[u32]) -> bool {
     cell.iter().enumerate().any(|(place, vertex)| cell[..place].contains(vertex))
 }
 
+/// Whether a cell of another kind has shrunk to a tet: four different vertices are left.
+pub fn is_tet(cell: &[u32]) -> bool {
+    let is_new = |&(place, vertex): &(usize, &u32)| !cell[..place].contains(vertex);
+    cell.len() > 4 && cell.iter().enumerate().filter(is_new).count() == 4
+}
+
 /// The faces of a cell with normals outward, each with three or four different vertices.
 ///
 /// A face of a degenerate cell that has only two different vertices is no face. A quadrilateral

@@ -99,6 +99,30 @@ impl Surface {
         face(half_edge) == face(self.opposite[half_edge as usize])
     }
 
+    /// The triangles, in which a quadrilateral is divided along both diagonals. So that each face
+    /// counts as often, a triangle of the mesh stands in the list twice. A mesh of triangles gives
+    /// the triangles as they are.
+    ///
+    /// Sums over these triangles do not depend on the diagonal along which a quadrilateral is
+    /// divided. A symmetric mesh gets symmetric sums.
+    pub fn triangles_of_both_divisions(&self) -> Vec<[u32; 3]> {
+        let diagonal = |triangle: u32| (3 * triangle..3 * triangle + 3).find(|&half_edge| self.is_diagonal(half_edge));
+        let all = 0..self.triangles.len() as u32;
+        if all.clone().all(|triangle| diagonal(triangle).is_none()) {
+            return self.triangles.clone();
+        }
+        let other = |triangle: u32| {
+            let own = self.triangles[triangle as usize];
+            let Some(half_edge) = diagonal(triangle) else { return own };
+            // From the apex to one end of the diagonal, and from there to the other apex. The
+            // triangle on the other side of the diagonal gives the other half.
+            let apex = self.origin(next(next(half_edge)));
+            let beyond = self.origin(next(next(self.opposite[half_edge as usize])));
+            [apex, self.origin(half_edge), beyond]
+        };
+        self.triangles.iter().copied().chain(all.map(other)).collect()
+    }
+
     /// The edges of the mesh around these triangles, each once, the lower vertex first, in
     /// lexicographic order. Diagonals are no edges.
     pub fn edges_of<'a>(&self, triangles: impl IntoIterator<Item = &'a u32>) -> Vec<[u32; 2]> {
@@ -238,7 +262,9 @@ fn oriented_triangles(mesh: HybridMesh, faces: &half_face::HalfFaces) -> Result<
     let mut stray = Vec::new();
     let mut triangles = Vec::with_capacity(mesh.n_faces() + mesh.others.quadrilaterals.len());
     for index in 0..mesh.n_faces() as u32 {
-        match mesh.face(index).and_then(|face| outer.get_mut(&face.key())) {
+        // A face that has shrunk to a line bounds nothing.
+        let Some(face) = mesh.face(index) else { continue };
+        match outer.get_mut(&face.key()) {
             Some(&mut (_, Some(first))) => return Err(duplicate_face(mesh, first, index)),
             Some((face, taken)) => {
                 check_cycle(mesh, index, face)?;
@@ -378,7 +404,8 @@ fn check_inside(mesh: HybridMesh, faces: &half_face::HalfFaces, stray: &[u32]) -
         }
         counts
     };
-    let (inside, all) = (count(&mut stray.iter().copied()), count(&mut (0..mesh.n_faces() as u32)));
+    let all = &mut (0..mesh.n_faces() as u32).filter(|&face| mesh.face(face).is_some());
+    let (inside, all) = (count(&mut stray.iter().copied()), count(all));
     let is_partly_inside =
         |face: &&u32| mesh.family_of(**face).is_some_and(|family| inside[family.index()] < all[family.index()]);
     match stray.iter().find(is_partly_inside) {

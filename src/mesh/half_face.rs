@@ -196,13 +196,14 @@ fn same_side(mesh: HybridMesh, a: u32, b: u32) -> MeshError {
     MeshError::SameSide { cells: [a, b].map(|half_face| place(mesh, half_face).0), vertices, at }
 }
 
-/// The families all of whose faces lie inside the volume: between two cells `[n_families]`. A
+/// The families all of whose faces lie inside the volume: between two cells `[n_families]`. Faces
+/// that have shrunk to lines do not count, unless a family has no others: then it lies inside too. A
 /// family without faces does not.
 ///
 /// Faces are counted, without the whole topology.
 pub fn families_inside<'a>(mesh: impl Into<HybridMesh<'a>>) -> Vec<bool> {
     let counts = count_inside(mesh.into());
-    counts.into_iter().map(|count| count.inside > 0 && count.inside == count.all).collect()
+    counts.into_iter().map(|count| count.inside + count.shrunk > 0 && count.inside == count.all).collect()
 }
 
 /// [`MeshError::PartlyInside`] for each family of which some faces lie inside the volume and others
@@ -221,8 +222,9 @@ pub fn partly_inside<'a>(mesh: impl Into<HybridMesh<'a>>) -> Vec<MeshError> {
 /// The faces of a family.
 #[derive(Clone, Copy, Default)]
 struct InFamily {
-    /// Number of faces.
+    /// Number of faces, without those that have shrunk to lines.
     all: usize,
+    shrunk: usize,
     /// Number of faces between two cells, and the first of them.
     inside: usize,
     first: Option<u32>,
@@ -251,8 +253,12 @@ fn count_inside(mesh: HybridMesh) -> Vec<InFamily> {
     let mut counts = vec![InFamily::default(); mesh.mesh.families.len()];
     for face in faces {
         let Some(count) = mesh.family_of(face).and_then(|family| counts.get_mut(family.index())) else { continue };
+        let Some(vertices) = mesh.face(face) else {
+            count.shrunk += 1;
+            continue;
+        };
         count.all += 1;
-        if mesh.face(face).is_some_and(|face| cells_at[&face.key()] == 2) {
+        if cells_at[&vertices.key()] == 2 {
             count.inside += 1;
             count.first = count.first.or(Some(face));
         }

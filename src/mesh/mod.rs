@@ -33,7 +33,7 @@ use rayon::prelude::*;
 pub use cell_quality::{
     CellMeasures, KindQuality, WorstCorner, by_kind, cell_volume, measures, middle_of_cell, worst_corner,
 };
-pub use corner_cells::CornerCells;
+pub use corner_cells::{CornerCells, counted};
 pub use error::MeshError;
 pub use half_edge::triangles_of_families;
 pub use half_face::{families_inside, partly_inside};

@@ -140,8 +140,9 @@ impl Topology {
     }
 }
 
-/// Checks that all vertices exist, and that three different ones are left. Cells may name a vertex
-/// twice.
+/// Checks that all vertices exist, and that something is left of each cell. Cells and faces may name
+/// a vertex twice. A face may have shrunk to a line, as around the axis of a structured mesh: then
+/// no cell has such a face, and it has no part in the surface.
 fn check_degenerate<const N: usize>(
     what: &'static str,
     cells: &[[u32; N]],
@@ -151,8 +152,10 @@ fn check_degenerate<const N: usize>(
         if let Some(&vertex) = cell.iter().find(|&&vertex| vertex as usize >= n_vertices) {
             return Err(MeshError::VertexOutOfRange { what, index, vertex, n_vertices });
         }
-        let is_face = N == 4;
-        if is_degenerate(cell) && if is_face { Face::new(cell).is_none() } else { n_corner_tets(cell) == 0 } {
+        let is_new = |&place: &usize| !cell[..place].contains(&cell[place]);
+        let is_line = || (0..N).filter(is_new).count() < 3;
+        let is_nothing = || if N == 4 { Face::new(cell).is_none() && !is_line() } else { n_corner_tets(cell) == 0 };
+        if is_degenerate(cell) && is_nothing() {
             return Err(MeshError::Shrunk { what, index, at: cell[0] });
         }
     }

@@ -78,10 +78,10 @@ pub enum MoveError {
         difference: f64,
     },
     /// The mesh is too large for the memory.
-    #[error("{n_tets} tets: {error}")]
+    #[error("{cells}: {error}")]
     Memory {
-        /// Tets of the mesh.
-        n_tets: usize,
+        /// The cells of the mesh, such as `12 tets`.
+        cells: String,
         /// The bytes needed and available.
         error: MemoryError,
     },

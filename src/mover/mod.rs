@@ -69,8 +69,8 @@ use crate::{
         self, CornerCells, FamilyId, HybridMesh, KindQuality, Order, OtherCells, TetMesh, Topology, half_edge::Surface,
     },
     quality::{self, Statistics, faults::EdgeAngles},
-    stage::SetUp,
-    stages::{STAGES, Stages, WingProfiles},
+    stage::{SetUp, Wanted},
+    stages::{STAGES, Stages, WingProfiles, Wings},
     volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
 };
 
@@ -129,7 +129,7 @@ impl Mover {
     ) -> Result<Self, MoveError> {
         let of_mover = needs::bytes(HybridMesh { mesh: &mesh, others: &others }, wings);
         check_memory(of_mover.saturating_mul(movers as u64))
-            .map_err(|error| MoveError::Memory { n_tets: mesh.tets.len(), error })?;
+            .map_err(|error| MoveError::Memory { cells: mesh::counted(mesh.tets.len(), others.n_cells()), error })?;
         observer("topology");
         // Movers of one mesh share it.
         if !mesh.has_turned_tets() {
@@ -253,6 +253,17 @@ impl Mover {
         self.run(design, None, &|_| ControlFlow::Continue(()))
     }
 
+    /// Checks a design as far as it can be checked without moving the volume: its names, its
+    /// prescribed displacements, and its new profiles against the old ones.
+    ///
+    /// # Errors
+    /// Those of [`Mover::update`] that say that the design does not fit the mesh.
+    pub fn check(&mut self, design: &Design) -> Result<(), MoveError> {
+        self.check_names(design)?;
+        let Self { ordered: mesh, order, families, stages, family_vertices, .. } = self;
+        place_given(mesh, order, family_vertices, families, &mut stages.wings, design).map(drop)
+    }
+
     /// [`Mover::update`] with a function that may stop the update. The function hears what the
     /// progress function hears; see [`MoverBuilder::progress`]. After [`ControlFlow::Break`] the
     /// present stage goes on to its end, and no further stage begins.
@@ -319,13 +330,8 @@ impl Mover {
         watch.record(StageName::Original, &self.original_beta);
 
         observer(STAGES[0].name);
-        let mut displacement: Displacement = vec![DVec3::ZERO; mesh.vertices.len()];
-        let mut wanted = Vec::new();
-        prescribed::prescribe(mesh, order, &self.family_vertices, families, design, &mut displacement, &mut wanted)?;
-        stages
-            .wings
-            .interpolate(families, &design.profiles, &mut displacement, &mut wanted)
-            .map_err(|(family, error)| MoveError::Profiles { family, error })?;
+        let (mut displacement, wanted) =
+            place_given(mesh, order, &self.family_vertices, families, &mut stages.wings, design)?;
         let deformed = displaced(&mesh.vertices, &displacement);
         let mut deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
@@ -450,6 +456,25 @@ impl Mover {
             None => Ok(()),
         }
     }
+}
+
+/// Places the vertices that profiles and tables of displacements move. Returns the displacements
+/// `[n_vertices]`, and the positions that were asked for.
+fn place_given(
+    mesh: &TetMesh,
+    order: &Order,
+    family_vertices: &[Vec<u32>],
+    families: &Families,
+    wings: &mut Wings,
+    design: &Design,
+) -> Result<(Displacement, Vec<Wanted>), MoveError> {
+    let mut displacement: Displacement = vec![DVec3::ZERO; mesh.vertices.len()];
+    let mut wanted = Vec::new();
+    prescribed::prescribe(mesh, order, family_vertices, families, design, &mut displacement, &mut wanted)?;
+    wings
+        .interpolate(families, &design.profiles, &mut displacement, &mut wanted)
+        .map_err(|(family, error)| MoveError::Profiles { family, error })?;
+    Ok((displacement, wanted))
 }
 
 /// Checks that families inside the volume have the role interior, and no others.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::SessionError;
 use crate::case::design_list;
-use crate::formats::{is_special, read_named};
+use crate::formats::read_named;
 use crate::text::decode;
 
 /// The name of a design and its files.
@@ -91,8 +91,7 @@ pub fn list_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Resu
         paths
     } else {
         // What a shell makes of `<(...)` is no file beside which designs could be.
-        let beside = if is_special(path) { Path::new("") } else { path };
-        let listed = design_list::parse(&decode(&read_named(path).map_err(cannot_read)?), beside);
+        let listed = design_list::parse(&decode(&read_named(path).map_err(cannot_read)?), path);
         // Text files of both kinds have the extension txt.
         let is_profile = path.extension().is_none_or(|extension| extension != "txt") && is_design(path, extensions);
         if is_profile && !listed.iter().any(|path| path.exists()) {

@@ -2,6 +2,7 @@
 //!
 //! Outputs are checked before anything is computed. A file is written whole or not at all.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -94,21 +95,48 @@ pub fn check_writable(path: &Path) -> Result<(), SessionError> {
     formats::check_writable(path).map_err(|error| cannot_write(path, error))
 }
 
+/// Files that are read. Their places are looked up once, for any number of outputs.
+pub struct ReadFiles {
+    /// The files by the places that they name.
+    by_place: BTreeMap<PathBuf, PathBuf>,
+    /// The places that are folders: a mesh may be one.
+    folders: Vec<PathBuf>,
+}
+
+impl ReadFiles {
+    /// Looks up the places of these files.
+    pub fn new(inputs: &[PathBuf]) -> Self {
+        let mut by_place = BTreeMap::new();
+        for input in inputs {
+            by_place.entry(real_path(&formats::mesh_path(input))).or_insert_with(|| input.clone());
+        }
+        let folders = by_place.keys().filter(|place| place.is_dir()).cloned().collect();
+        Self { by_place, folders }
+    }
+
+    /// The file that would be lost if an output were written, whatever the spelling of the paths.
+    pub fn lost_to(&self, output: &Path) -> Option<&PathBuf> {
+        let place = real_path(output);
+        // Writing an output removes the file that could be taken for it.
+        let twin = formats::twin(output).map(|twin| real_path(&twin));
+        let itself = self.by_place.get(&place).or_else(|| self.by_place.get(&twin?));
+        let around = || self.by_place.get(self.folders.iter().find(|folder| place.starts_with(folder))?);
+        let within = || self.by_place.iter().find(|(input, _)| input.starts_with(&place)).map(|(_, input)| input);
+        itself.or_else(around).or_else(|| if place.is_dir() { within() } else { None })
+    }
+}
+
 /// Checks that no output overwrites an input or another output, whatever the spelling of their
 /// paths.
 ///
 /// # Errors
 /// [`SessionError::Overwrites`] or [`SessionError::TwoOutputs`], for the first such output.
 pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), SessionError> {
+    let read = ReadFiles::new(inputs);
     let places: Vec<PathBuf> = outputs.iter().map(|output| real_path(output)).collect();
-    let of_inputs: Vec<PathBuf> = inputs.iter().map(|input| real_path(&formats::mesh_path(input))).collect();
     for (index, (output, place)) in outputs.iter().zip(&places).enumerate() {
-        // Writing an output removes the file that could be taken for it.
-        let twin = formats::twin(output).map(|twin| real_path(&twin));
-        let is_lost = |input: &PathBuf| same_place(input, place) || twin.as_ref().is_some_and(|twin| input == twin);
-        if let Some(at) = of_inputs.iter().position(is_lost) {
-            let (output, input) = (output.to_path_buf(), inputs[at].clone());
-            return Err(SessionError::Overwrites { output, input });
+        if let Some(input) = read.lost_to(output) {
+            return Err(SessionError::Overwrites { output: output.to_path_buf(), input: input.clone() });
         }
         if !is_special(output) && places[..index].iter().any(|other| same_place(other, place)) {
             return Err(SessionError::TwoOutputs { path: output.to_path_buf() });
@@ -119,7 +147,7 @@ pub fn check_distinct(inputs: &[PathBuf], outputs: &[&Path]) -> Result<(), Sessi
 
 /// Whether two places are one, or one is a file in the other, which is a folder. A mesh may be a
 /// folder.
-pub(super) fn same_place(a: &Path, b: &Path) -> bool {
+fn same_place(a: &Path, b: &Path) -> bool {
     let within = |a: &Path, b: &Path| a.is_dir() && b.starts_with(a);
     a == b || within(a, b) || within(b, a)
 }

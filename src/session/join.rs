@@ -39,8 +39,8 @@ pub struct Joined {
 pub struct JoinedLine {
     /// The design.
     pub design: String,
-    /// The exit code of the design. `None` in lines of old versions.
-    pub exit: Option<u8>,
+    /// The exit code of the design.
+    pub exit: u8,
     /// The line, without its line end.
     pub text: String,
     /// The file.
@@ -118,7 +118,9 @@ fn read(piece: &[u8], path: &Path, number: usize) -> Option<Read> {
     let text = std::str::from_utf8(piece).ok()?.trim();
     let report: Line = serde_json::from_str(text).ok()?;
     let value = serde_json::from_str(text).ok()?;
-    let (design, exit, path) = (report.design.clone(), report.exit, path.to_path_buf());
+    // A line without a verdict, or with one against the other, is no report.
+    let exit = report.exit.filter(|&exit| exit != 0 || report.valid)?;
+    let (design, path) = (report.design.clone(), path.to_path_buf());
     Some(Read { line: JoinedLine { design, exit, text: text.to_owned(), path, number }, report, value })
 }
 
@@ -127,9 +129,7 @@ fn rank(line: &Line) -> u8 {
     match line.exit {
         Some(0) => 2,
         Some(exit) if has_result(exit) => 1,
-        // Lines of old versions have no exit code, and so no failure either.
-        None => 1,
-        Some(_) => 0,
+        _ => 0,
     }
 }
 

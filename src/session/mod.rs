@@ -46,7 +46,7 @@ pub use claims::{Claiming, Claims, Done, Held, Next};
 pub use designs::{DesignFiles, Listed, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
-pub use files::{Folder, check_distinct, check_writable, remove_file, write_text};
+pub use files::{Folder, ReadFiles, check_distinct, check_writable, remove_file, write_text};
 pub use join::{Conflict, Joined, JoinedLine, join};
 pub use lines::{Appending, Line, ReportFile};
 pub use outputs::{Loss, Outputs};
@@ -190,6 +190,14 @@ impl<'a> Session<'a> {
         let start = Instant::now();
         let outcome = self.mover.update(design).map_err(|error| self.case.about_design(error, design))?;
         Ok((outcome, start.elapsed().as_secs_f64()))
+    }
+
+    /// Checks a design without moving the volume; see [`Mover::check`].
+    ///
+    /// # Errors
+    /// The design does not fit the mesh.
+    pub fn check(&mut self, design: &Design) -> Result<(), SessionError> {
+        self.mover.check(design).map_err(|error| self.case.about_design(error, design).into())
     }
 
     /// Moves the mesh to a design and writes the results. All files get their names together, or

@@ -11,12 +11,12 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::files::{cannot_write, check_distinct, check_writable, remove_file};
+use super::files::{ReadFiles, cannot_write, check_distinct, check_writable, remove_file};
 use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, SessionError};
 use crate::case::{Case, LoadedCase, Output};
-use crate::formats::{Fields, FileSet, NamesLock, Placed, has_format, is_special, mesh_path, real_path, twin};
+use crate::formats::{Fields, FileSet, NamesLock, Placed, has_format, is_special, real_path, twin};
 use crate::mesh::{self, CellMeasures};
 use crate::mover::{Outcome, Why};
 use crate::report::{Measured, Series, histogram_svg, share_of_tets};
@@ -104,9 +104,7 @@ impl Outputs {
         inputs: &[PathBuf],
         reports: Option<&Path>,
     ) -> Result<(), SessionError> {
-        let of_inputs: HashMap<PathBuf, &PathBuf> =
-            inputs.iter().map(|input| (real_path(&mesh_path(input)), input)).collect();
-        let folders: Vec<&PathBuf> = of_inputs.keys().filter(|place| place.is_dir()).collect();
+        let read = ReadFiles::new(inputs);
         let reports = reports.filter(|path| !is_special(path));
         if let Some(path) = reports {
             check_distinct(inputs, &[path])?;
@@ -116,9 +114,7 @@ impl Outputs {
         for design in designs {
             for path in self.named(&design.name)?.names() {
                 let place = real_path(&path);
-                let within =
-                    || folders.iter().find(|folder| place.starts_with(folder)).map(|folder| of_inputs[*folder]);
-                if let Some(input) = of_inputs.get(&place).copied().or_else(within) {
+                if let Some(input) = read.lost_to(&path) {
                     return Err(SessionError::Overwrites { output: path, input: input.clone() });
                 }
                 if reports.as_ref().is_some_and(|(reports, _)| *reports == place) {
@@ -187,24 +183,26 @@ impl Outputs {
     /// - [`SessionError::CannotWrite`]: a file cannot be removed
     pub fn remove_earlier(&self, inputs: &[PathBuf], report: Option<&Path>) -> Result<(), SessionError> {
         let _lock = self.lock(report)?;
-        self.remove_locked(inputs)?;
-        report.map_or(Ok(()), remove_file)
+        // A run that is killed meanwhile leaves no report of files that are gone.
+        self.check_names(inputs)?;
+        report.map_or(Ok(()), remove_file)?;
+        self.remove_locked(inputs)
     }
 
     /// Removes the files of an earlier result of a case that cannot be run, as far as they can be
     /// removed. A file that is read stays, and so does a file whose name no mesh can have.
     ///
-    /// - `inputs`: files that are read
+    /// - `read`: files that are read
     /// - `report`: the file of the result's report, which is removed too
-    pub fn remove_all_but(&self, inputs: &[PathBuf], report: Option<&Path>) {
+    pub fn remove_all_but(&self, read: &ReadFiles, report: Option<&Path>) {
         let _lock = self.lock(report);
+        let _ = report.map(remove_file);
         let can_be_written = |path: &PathBuf| self.histogram.as_ref() == Some(path) || has_format(path);
         for path in self.names().into_iter().filter(can_be_written) {
-            if check_distinct(inputs, &[&path]).is_ok() {
+            if read.lost_to(&path).is_none() {
                 let _ = remove_result(&path);
             }
         }
-        let _ = report.map(remove_file);
     }
 
     /// Gives the files of a result their names, in place of the files of an earlier result. Of

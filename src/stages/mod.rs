@@ -24,12 +24,11 @@ pub mod trailing_edge;
 pub mod wing;
 pub mod wingtip;
 
-pub use wing::WingProfiles;
+pub use wing::{WingProfiles, Wings};
 
 use carenage::Carenages;
 use planes::Planes;
 use trailing_edge::TrailingEdges;
-use wing::Wings;
 use wingtip::Wingtips;
 
 use crate::families::{PlacedBy, SetupError};

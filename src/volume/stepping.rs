@@ -173,7 +173,7 @@ impl NetworksAtShape {
                     None => {
                         let n_tets = set_up.mesh.tets.len();
                         check_memory(PATH_BYTES * n_tets as u64)
-                            .map_err(|error| StageError::Memory { n_tets, error })?;
+                            .map_err(|error| StageError::Memory { cells: set_up.cells.counted(), error })?;
                         EdgeGraph::new(set_up.mesh, set_up.cells)
                     }
                 };

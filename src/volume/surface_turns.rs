@@ -32,6 +32,9 @@ pub(super) struct SurfaceTurns {
     /// Neighbours of each surface vertex along the surface: `n_vertices` rows.
     ring: Arc<Csr>,
     pub(super) bodies: Vec<Body>,
+    /// Triangles whose areas make the normals; see [`Surface::triangles_of_both_divisions`].
+    ///
+    /// [`Surface::triangles_of_both_divisions`]: crate::mesh::half_edge::Surface::triangles_of_both_divisions
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
@@ -83,7 +86,7 @@ impl SurfaceTurns {
             })
             .collect();
         let ring = VertexGraph::new(n, &ring_edges(set_up)).neighbours;
-        Self { ring, bodies, triangles: surface.triangles.clone() }
+        Self { ring, bodies, triangles: surface.triangles_of_both_divisions() }
     }
 
     /// The rotation vector of every vertex `[n_vertices]`, in radians. Vertices that no moved

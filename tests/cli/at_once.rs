@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 
 use idmesh::formats::{FileSet, sha256_of};
-use idmesh::session::{Outputs, SessionError};
+use idmesh::session::{Outputs, ReadFiles, SessionError};
 use serde_json::Value;
 
 use crate::fixture::*;
@@ -152,7 +152,7 @@ fn results_with_the_same_names_do_not_mix() {
                     outputs.place(files, &[], Some(report), look).unwrap();
                     match round % 4 {
                         1 => outputs.remove_earlier(&[], Some(report)).unwrap(),
-                        3 => outputs.remove_all_but(&[], Some(report)),
+                        3 => outputs.remove_all_but(&ReadFiles::new(&[]), Some(report)),
                         _ => {}
                     }
                 }

@@ -100,7 +100,7 @@ fn lines_of_different_results_are_told() {
     let plain = |mean: f64, seconds: f64| {
         format!(
             "{}\n",
-            json!({"design": "a", "exit": 0, "seconds": {"total": seconds}, "stages": [{"beta_mean": mean, "seconds": seconds}]})
+            json!({"design": "a", "exit": 0, "valid": true, "seconds": {"total": seconds}, "stages": [{"beta_mean": mean, "seconds": seconds}]})
         )
     };
     for (mean, is_told) in [(0.1, false), (0.2, true)] {
@@ -135,6 +135,11 @@ fn torn_lines_are_told_and_other_files_are_refused() {
         fixture.refuses_command(&["report", file, "--join", "new.jsonl"], 3, words);
     };
     refuses("ended.jsonl", &["ended.jsonl: line 1 is no report of a design"]);
+    for (number, bare) in ["", ",\"exit\":null", ",\"exit\":0,\"valid\":false"].into_iter().enumerate() {
+        let name = format!("bare{number}.jsonl");
+        fixture.write(&name, &format!("{}{{\"design\":\"b\"{bare}}}\n", whole));
+        refuses(&name, &[&format!("{name}: line 2 is no report of a design")]);
+    }
     refuses("no.jsonl", &["no.jsonl: line 2 is no report of a design"]);
     refuses("gone.jsonl", &["cannot read gone.jsonl"]);
     refuses("box.msh", &["box.msh: line 1 is no report"]);
