@@ -251,16 +251,19 @@ impl MeshFile {
                 (format.limits)(&self.new_file(vertices, Fields::default(), extension)).contains(&ROUNDED.to_owned())
             }
         };
+        if !is_single {
+            return Ok(());
+        }
         let cells = self.cells();
-        // A broken mesh has its own error, and so has one that is too small.
-        if check_single(vertices).is_err() || cells.cells().flatten().any(|&vertex| vertex as usize >= vertices.len()) {
-            return Ok(());
-        }
-        let inverted = |at: &[DVec3]| measures(cells, at, None).iter().position(|cell| cell.inverted);
-        if !is_single || vertices.iter().any(|at| !at.is_finite()) || inverted(vertices).is_some() {
-            return Ok(());
-        }
         let rounded: Vec<DVec3> = vertices.iter().map(|at| at.as_vec3().as_dvec3()).collect();
+        // A broken mesh has its own error, and so has one that is too small or too large.
+        let is_broken = cells.cells().flatten().any(|&vertex| vertex as usize >= vertices.len());
+        if is_broken || check_single(vertices).is_err() || rounded.iter().any(|at| !at.is_finite()) {
+            return Ok(());
+        }
+        if measures(cells, vertices, None).iter().any(|cell| cell.inverted) {
+            return Ok(());
+        }
         let bad: Vec<bool> = measures(cells, &rounded, None).iter().map(|cell| cell.inverted).collect();
         let Some(first) = bad.iter().position(|&is_bad| is_bad) else { return Ok(()) };
         let at = middle_of_cell(cells.cell(cells.name(first)), vertices);
