@@ -147,6 +147,45 @@ fn what_all_rows_have_in_common_is_told() {
     assert!(error(&numbered(2)).ends_with("numbered as in the mesh from 0 to 7"), "{}", error(&numbered(2)));
 }
 
+/// A table in the unit of another program is told with the factor to the mesh's unit, whichever two
+/// of the usual units they are.
+///
+/// Fails if a factor of `UNITS` goes.
+#[test]
+fn the_usual_units_are_told() {
+    // The lengths of the units in metres.
+    let [metre, dm, cm, mm, micron, inch, foot] = [1.0, 0.1, 0.01, 0.001, 1e-6, 0.0254, 0.3048];
+    let vertices = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.4, -0.5, 0.7), DVec3::new(-0.8, 1.1, 0.9)];
+    let pairs =
+        [(metre, dm), (metre, cm), (metre, mm), (metre, micron), (metre, inch), (metre, foot), (cm, mm), (cm, inch)];
+    for (one, other) in pairs.into_iter().chain([(mm, inch), (mm, foot), (inch, foot)]) {
+        for factor in [one / other, other / one] {
+            let row = |at: &DVec3| format!("{:e},{:e},{:e},0,0,1\n", at.x / factor, at.y / factor, at.z / factor);
+            let table = rows(&vertices.iter().map(row).collect::<String>()).unwrap();
+            let error = displacement::match_displacements(&table, &vertices, &[0, 1, 2], 1e-5).unwrap_err().to_string();
+            let told = error.split("with all coordinates times ").nth(1).and_then(|rest| rest.split(' ').next());
+            let told: f64 = told.unwrap_or_else(|| panic!("{factor}: {error}")).parse().unwrap();
+            assert!((told / factor - 1.0).abs() < 1e-12, "{factor}: {error}");
+        }
+    }
+}
+
+/// The positions of a surface that was moved by less than half its shortest edge may be rounded
+/// ones. Those of a surface that was moved farther are not. The tolerance is 1e-3 of that edge.
+///
+/// Fails if `NEAREST` is 400 or 600.
+#[test]
+fn positions_are_rounded_by_half_an_edge_at_most() {
+    let vertices: Vec<DVec3> = (0..6).map(|i| DVec3::X * f64::from(i)).collect();
+    let error = |off: f64| {
+        let text: String = vertices.iter().map(|at| format!("{},0,{off},0,0,1\n", at.x)).collect();
+        let matched = displacement::match_displacements(&rows(&text).unwrap(), &vertices, &[0, 1, 2, 3, 4, 5], 1e-3);
+        matched.unwrap_err().to_string()
+    };
+    assert!(error(0.45).contains("every row is within 4.5e-1 of a vertex of its own"), "{}", error(0.45));
+    assert!(error(0.55).ends_with("expected one within 1e-3"), "{}", error(0.55));
+}
+
 #[test]
 fn decimal_commas_are_told() {
     let error = |text: &str| rows(text).unwrap_err().to_string();
