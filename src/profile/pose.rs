@@ -142,6 +142,39 @@ mod tests {
         }
     }
 
+    /// What rounding leaves of a zero is zero, and the smallest place and twist that somebody may
+    /// mean are not.
+    ///
+    /// Fails if `ROUNDING` is 0 or 1e-6.
+    #[test]
+    fn rounding_is_no_place() {
+        for (small, is_rounding) in [(1e-14, true), (1e-7, false)] {
+            let position = DVec3::new(1.0, 2.0, small);
+            let placement = Placement { chord: 1.0, twist: small.to_degrees(), position, span: SpanAxis::Y };
+            let plane = Plane { point: position, normal: DVec3::Y };
+            let pose = Pose::of(&section(&placement, 0.0, 40), &plane).unwrap();
+            let found = [pose.leading_edge.z, pose.twist.unwrap().1.to_radians()];
+            let expected = if is_rounding { 0.0 } else { small };
+            assert!(found.iter().all(|found| (found - expected).abs() <= 1e-3 * expected), "{found:?}");
+        }
+    }
+
+    /// The thickness x (1 - x)^2 is greatest at a third of the chord, with 4 / 27, and is known to
+    /// 1e-5 of itself.
+    ///
+    /// Fails if `PLACES` is 100.
+    #[test]
+    fn the_thickness_is_known_between_the_places() {
+        let n = 3000;
+        let point = |i: i32| {
+            let x = f64::from(i.abs()) / f64::from(n);
+            DVec3::new(x, 0.0, 0.5 * f64::from(i.signum()) * x * (1.0 - x).powi(2))
+        };
+        let path: Vec<DVec3> = (-n..=n).map(point).collect();
+        let found = thickness(&path, DVec3::ZERO, DVec3::X, DVec3::Y);
+        assert!((found / (4.0 / 27.0) - 1.0).abs() < 1e-5, "{found}");
+    }
+
     /// No placement has an oblique plane, or one across the chord's axis.
     #[test]
     fn other_planes_have_no_twist() {
