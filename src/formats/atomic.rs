@@ -424,6 +424,58 @@ mod tests {
         }
     }
 
+    /// While a result waits for the reader of its pipe, others place theirs.
+    ///
+    /// Fails if the lock is kept until the pipe is written: then this test takes a minute.
+    #[test]
+    #[cfg(unix)]
+    fn a_pipe_that_waits_stops_no_other() {
+        let here = tempfile::tempdir().unwrap();
+        let [mesh, pipe] = ["mesh", "pipe"].map(|name| here.path().join(name));
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let lock = || {
+            let locked = NamesLock::of([&*mesh]);
+            locked.map_err(|source| PlaceError { path: mesh.clone(), source })
+        };
+        let place = || {
+            let mut files = FileSet::default();
+            for path in [&mesh, &pipe] {
+                files.add(path, |out| out.write_all(b"contents")).unwrap();
+            }
+            files.place_after(lock)
+        };
+        std::thread::scope(|scope| {
+            let waiting = scope.spawn(place);
+            while !mesh.exists() {
+                std::thread::yield_now();
+            }
+            let of_other = lock();
+            assert_eq!(fs::read_to_string(&pipe).unwrap(), "contents");
+            waiting.join().unwrap().unwrap();
+            of_other.unwrap();
+        });
+    }
+
+    /// A result is withdrawn while no other is placed, so that no file of another result is taken
+    /// for its own.
+    ///
+    /// Fails if the withdrawal takes no lock.
+    #[test]
+    fn a_withdrawal_waits_for_the_lock() {
+        let here = tempfile::tempdir().unwrap();
+        let (files, paths) = set(here.path());
+        let placed = files.place().unwrap();
+        let of_other = NamesLock::of([&*paths[0]]).unwrap();
+        std::thread::scope(|scope| {
+            let withdrawal = scope.spawn(|| placed.withdraw());
+            std::thread::sleep(std::time::Duration::from_millis(100));
+            assert!(paths.iter().all(|path| path.exists()));
+            drop(of_other);
+            withdrawal.join().unwrap();
+        });
+        assert!(paths.iter().all(|path| !path.exists()));
+    }
+
     /// A result that is withdrawn leaves the files of another result that has its names.
     #[test]
     #[cfg(unix)]
