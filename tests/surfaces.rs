@@ -120,7 +120,7 @@ fn planes_are_flat_to_the_digits_of_files() {
 /// A wing that ends in a family that does not let its root go: how far it is kept back is known in
 /// closed form.
 ///
-/// Fails if `BACK` of `held_back` is 1e-1 or 1e-14.
+/// Fails if `BACK` of `held_back` is 1e-1 or 1e-14, and if the volume expects no refusal.
 #[test]
 fn a_wing_that_is_held_back_is_told_of() {
     let [held, free] = [&Role::Fixed, &Role::PLANE];
@@ -159,6 +159,10 @@ fn a_wing_that_is_held_back_is_told_of() {
         common::assert_close(beyond.distance, 0.3, 1e-12);
         assert_eq!((beyond.edge, beyond.at.y), (CELL, 0.0));
         assert!(!outcome.is_valid());
+        // Nothing is tried for a result that is refused in any case, even where steps would help.
+        let refused = moved(held, wing, 0.5, 0.0);
+        assert!(refused.inverted > 0);
+        assert_eq!((refused.path.steps, refused.path.given_up), (1, 0));
         assert!(moved(held, wing, 0.24, 0.0).held_back[0].beyond.is_none());
         assert!(moved(held, wing, 0.0, 0.0).held_back.is_empty());
         assert!(moved(free, wing, 0.05, 0.0).held_back.is_empty());
