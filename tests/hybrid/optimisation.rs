@@ -2,13 +2,16 @@
 
 use super::*;
 
-/// Local optimisation brings bad corners back, and leaves an unmoved mesh as it is.
-#[test]
-fn local_optimisation_mends_corners() {
-    const SIDE: u32 = 6;
+const SIDE: u32 = 6;
+
+/// The place of a vertex in a cube of `SIDE` x `SIDE` x `SIDE` hexahedra.
+fn place(vertex: u32) -> [u32; 3] {
+    [vertex % (SIDE + 1), vertex / (SIDE + 1) % (SIDE + 1), vertex / (SIDE + 1).pow(2)]
+}
+
+fn cube() -> (TetMesh, OtherCells) {
     let at = |i: u32, j: u32, k: u32| (SIDE + 1) * ((SIDE + 1) * k + j) + i;
     let n = (SIDE + 1).pow(3);
-    let place = |vertex: u32| [vertex % (SIDE + 1), vertex / (SIDE + 1) % (SIDE + 1), vertex / (SIDE + 1).pow(2)];
     let mesh = TetMesh {
         vertices: (0..n).map(|vertex| DVec3::from_array(place(vertex).map(f64::from))).collect(),
         ..TetMesh::default()
@@ -20,15 +23,26 @@ fn local_optimisation_mends_corners() {
         let ([a, b, c, d], [e, f, g, h]) = (base(k), base(k + 1));
         others.hexahedra.push([a, b, c, d, e, f, g, h]);
     }
+    (mesh, others)
+}
+
+/// The vertices inside the cube may move.
+fn constraints_of_cube() -> Vec<Constraint> {
+    let inside = |vertex: u32| place(vertex).iter().all(|&at| at > 0 && at < SIDE);
+    (0..(SIDE + 1).pow(3)).map(|vertex| if inside(vertex) { Constraint::Free } else { Constraint::Held }).collect()
+}
+
+/// Local optimisation brings bad corners back, and leaves an unmoved mesh as it is.
+#[test]
+fn local_optimisation_mends_corners() {
+    let (mesh, others) = cube();
     let hybrid = HybridMesh { mesh: &mesh, others: &others };
     let (simplices, cells) = CornerCells::new(hybrid);
-    let inside = |vertex: u32| place(vertex).iter().all(|&at| at > 0 && at < SIDE);
-    let constraint: Vec<Constraint> =
-        (0..n).map(|vertex| if inside(vertex) { Constraint::Free } else { Constraint::Held }).collect();
+    let constraint = constraints_of_cube();
     let merit = Merit::new(Arc::new(cells), &simplices.tets, &mesh.vertices, 0.75);
     let mut tangled = mesh.vertices.clone();
-    for vertex in (0..n).filter(|&vertex| inside(vertex)) {
-        tangled[vertex as usize] += 0.8 * common::brick::noise_vector(vertex as usize);
+    for vertex in (0..tangled.len()).filter(|&vertex| constraint[vertex] == Constraint::Free) {
+        tangled[vertex] += 0.8 * common::brick::noise_vector(vertex);
     }
     let n_bad = |at: &[DVec3]| measures(hybrid, at, None).iter().filter(|cell| cell.inverted).count();
     assert!(n_bad(&tangled) > 50, "{}", n_bad(&tangled));
@@ -46,6 +60,48 @@ fn local_optimisation_mends_corners() {
     assert_eq!((smoothed.inverted, n_bad(&tangled)), (0, 0));
     let shape = measures(hybrid, &tangled, Some(&mesh.vertices)).iter().map(|cell| cell.shape()).fold(1.0, f64::min);
     assert!(shape > 0.3, "{shape}");
+}
+
+/// Where a corner is inverted, its vertices move, and no further ones: the layers around keep every
+/// bit.
+///
+/// Fails if one more ring of vertices moves.
+#[test]
+fn only_the_vertices_of_bad_corners_move() {
+    let (mesh, others) = cube();
+    let hybrid = HybridMesh { mesh: &mesh, others: &others };
+    let (simplices, cells) = CornerCells::new(hybrid);
+    let merit = Merit::new(Arc::new(cells), &simplices.tets, &mesh.vertices, 0.75);
+    let mut at = mesh.vertices.clone();
+    let middle = DVec3::splat(f64::from(SIDE / 2));
+    let displaced = at.iter().position(|&at| at == middle).unwrap();
+    at[displaced] += DVec3::new(0.0, 0.0, 1.1);
+    let mut of_corners = merit.of_all(&simplices.tets, &at);
+    assert!(of_corners.iter().any(|&merit| merit < 0.0));
+    let (backend, constraint) = (cpu(), constraints_of_cube());
+    let mut smoother =
+        Smoother::new(backend.as_ref(), &simplices.tets, &mesh.vertices, &constraint, &[], QualityTarget::Original)
+            .with_merit(merit);
+    let smoothed = smoother.run(&mut at, &mut of_corners, &Goal { beta: 0.75, max_sweeps: 400 }, None).unwrap();
+    assert!(smoothed.inverted == 0 && smoothed.moved > 1, "{smoothed:?}");
+    for (was, at) in mesh.vertices.iter().zip(&at) {
+        assert!((*was - middle).abs().max_element() <= 1.0 || at == was, "{was}: {at}");
+    }
+}
+
+/// A layer may become a tenth as thick, and not a fiftieth, which leaves its angles as they are.
+///
+/// Fails if `SHAPE` is 0 or 0.4.
+#[test]
+fn flattened_corners_are_bad() {
+    let (mesh, others) = cube();
+    let (simplices, cells) = CornerCells::new(HybridMesh { mesh: &mesh, others: &others });
+    let merit = Merit::new(Arc::new(cells), &simplices.tets, &mesh.vertices, 0.75);
+    for (thickness, is_good) in [(0.1, true), (0.02, false)] {
+        let at: Vec<DVec3> = mesh.vertices.iter().map(|&at| at * DVec3::new(1.0, 1.0, thickness)).collect();
+        let of_corners = merit.of_all(&simplices.tets, &at);
+        assert!(of_corners.iter().all(|&merit| (merit >= 0.75) == is_good), "{thickness}: {}", of_corners[0]);
+    }
 }
 
 /// Tets that are merely bad do not move the vertices of the layers beside them.
