@@ -92,3 +92,27 @@ fn named(sums: &Sums) -> String {
     };
     sums.iter().map(of_file).collect::<Vec<_>>().join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// A record that another process has made and not filled yet is waited for.
+    ///
+    /// Fails if `ATTEMPTS` is 1.
+    #[test]
+    fn a_record_that_is_not_filled_yet_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(NAME);
+        fs::write(&path, "").unwrap();
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                thread::sleep(2 * PAUSE);
+                fs::write(&path, r#"{"idmesh": "1", "case": {}, "mesh": {}, "inputs": {}, "outputs": []}"#).unwrap();
+            });
+            assert!(read(&path).is_some());
+        });
+    }
+}
