@@ -259,3 +259,18 @@ struct Pass {
 fn norm(vectors: &[DVec3]) -> f64 {
     vectors.iter().map(|v| v.length_squared()).sum::<f64>().sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pass goes on while the change halves in 20 batches, and ends where it stays.
+    ///
+    /// Fails if `STALLED` is 10 or 10 000.
+    #[test]
+    fn a_slow_pass_goes_on() {
+        let mut progress = Progress { change: f64::INFINITY, batches: 0 };
+        assert!((0..1000).all(|batch| !progress.has_ended(0.5f64.powf(f64::from(batch) / 20.0))));
+        assert!((0..1000).any(|_| progress.has_ended(0.5f64.powi(50))));
+    }
+}
