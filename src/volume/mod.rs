@@ -266,7 +266,7 @@ impl Stage for VolumeStage {
             && !self.surfaces_invert(&state, mesh)
         {
             // Optimisation of inverted corners of other cells changes the thickness of layers, so
-            // steps come first there.
+            // steps come first there. It follows below if they do not reach the end.
             let mut repaired = None;
             if set_up.cells.are_tets() {
                 repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
@@ -280,8 +280,6 @@ impl Stage for VolumeStage {
                 stuck = path.reached < 1.0;
                 if path.reached >= 1.0 {
                     (state, smoothed, repaired) = (followed.state, followed.smoothed, None);
-                } else if !set_up.cells.are_tets() {
-                    repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
                 }
             }
             if let Some((better, by)) = repaired {
