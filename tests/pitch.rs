@@ -170,6 +170,22 @@ fn a_few_faults_of_the_jump_are_repaired_without_steps() {
     assert!(repaired.stages[3].beta_min >= 0.011, "{}", repaired.stages[3].beta_min);
 }
 
+/// Where a step does not converge, no shorter one is tried, which may take all its sweeps too. The
+/// mesh is the jump's. The jump takes some 100 sweeps, and the step from half of the way more.
+///
+/// Fails if the step counts as converged, or if a shorter one follows.
+#[test]
+fn a_step_that_does_not_converge_is_the_last() {
+    let builder = Mover::builder(mesh()).role("wing", Role::Prescribed).role("farfield", Role::Fixed);
+    let stopping = Stopping { max_sweeps: 102, ..Stopping::default() };
+    let mut mover = builder.method(Method::Chebyshev).quality(None).stopping(stopping).build(cpu()).unwrap();
+    let outcome = mover.update(&pitched(&mover, 180.0)).unwrap();
+    assert!(!outcome.converged && outcome.inverted > 0, "{:?}", outcome.path);
+    // The jump and the step.
+    assert_eq!((outcome.path.steps, outcome.path.given_up), (2, 2));
+    assert!(outcome.path.reached > 0.4 && outcome.path.reached < 0.6, "{:?}", outcome.path);
+}
+
 /// Counts how often springs are evaluated.
 struct Counting {
     cpu: Arc<dyn Backend>,

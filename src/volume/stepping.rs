@@ -101,7 +101,7 @@ impl Stepping {
             let volume = networks.at(&SetUp { mesh: &mesh, ..*set_up }, self.springs)?;
             convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?.0);
             if !convergence.converged {
-                // Neither would other steps converge, and each would take all its sweeps.
+                // A shorter step may not converge either, and would take all its sweeps.
                 path.given_up += 1;
                 break;
             }
