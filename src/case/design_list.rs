@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::paths::folder_of;
 
-/// Returns the files in a list. A line holds one path, relative to the list's folder, or to the working folder if the list is a pipe. A comment
-/// begins with `#`.
+/// Returns the files in a list. A line holds one path, relative to the list's folder, or to the
+/// working folder if the list is a pipe. A comment begins with `#`.
 ///
 /// - `path`: the list's path
 pub fn parse(text: &str, path: &Path) -> Vec<PathBuf> {

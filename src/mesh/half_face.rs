@@ -197,8 +197,8 @@ fn same_side(mesh: HybridMesh, a: u32, b: u32) -> MeshError {
 }
 
 /// The families all of whose faces lie inside the volume: between two cells `[n_families]`. Faces
-/// that have shrunk to lines do not count, unless a family has no others: then it lies inside too. A
-/// family without faces does not.
+/// that have shrunk to lines do not count, unless a family has no others: then it lies inside too.
+/// A family without faces does not.
 ///
 /// Faces are counted, without the whole topology.
 pub fn families_inside<'a>(mesh: impl Into<HybridMesh<'a>>) -> Vec<bool> {

@@ -140,9 +140,9 @@ impl Topology {
     }
 }
 
-/// Checks that all vertices exist, and that something is left of each cell. Cells and faces may name
-/// a vertex twice. A face may have shrunk to a line, as around the axis of a structured mesh: then
-/// no cell has such a face, and it has no part in the surface.
+/// Checks that all vertices exist, and that something is left of each cell. Cells and faces may
+/// name a vertex twice. A face may have shrunk to a line, as around the axis of a structured mesh:
+/// then no cell has such a face, and it has no part in the surface.
 fn check_degenerate<const N: usize>(
     what: &'static str,
     cells: &[[u32; N]],

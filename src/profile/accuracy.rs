@@ -45,8 +45,8 @@ pub struct Missed {
     /// Number of the profile.
     pub profile: i64,
     /// Increase of the vertex's distance, from the old profile before to the new profile after the
-    /// motion, beyond the growth of the profile itself, as a share of the new profile's length (about its chord). 0 if no distance has
-    /// grown.
+    /// motion, beyond the growth of the profile itself, as a share of the new profile's length
+    /// (about its chord). 0 if no distance has grown.
     pub share: f64,
     /// Index of the vertex among the wing's vertices.
     pub vertex: usize,

@@ -32,9 +32,7 @@ pub(super) struct SurfaceTurns {
     /// Neighbours of each surface vertex along the surface: `n_vertices` rows.
     ring: Arc<Csr>,
     pub(super) bodies: Vec<Body>,
-    /// Triangles whose areas make the normals; see [`Surface::triangles_of_both_divisions`].
-    ///
-    /// [`Surface::triangles_of_both_divisions`]: crate::mesh::half_edge::Surface::triangles_of_both_divisions
+    /// The triangles whose areas make the normals: quadrilaterals in both divisions.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 

@@ -20,8 +20,8 @@ fn a_good_case_is_described() {
     assert_eq!(fixture.read("moved.msh"), "an earlier result");
 }
 
-/// Faults of the case, of a file, of an output, of the set-up and of the new profiles: each as `run`
-/// tells it, and nothing of an earlier result is removed.
+/// Faults of the case, of a file, of an output, of the set-up and of the new profiles: each as
+/// `run` tells it, and nothing of an earlier result is removed.
 ///
 /// Fails if the outputs, the set-up or the design are not checked.
 #[test]

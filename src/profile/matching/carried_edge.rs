@@ -1,9 +1,9 @@
 //! [`CarriedEdge`]: the trailing edge of a new profile, where its own turns leave a doubt.
 //!
-//! The turns of a closed curve show its trailing edge (see `edges`). Where the edge is round, single
-//! points decide. A section that is a little thicker, or sampled otherwise, may then have two
-//! corners where the old section has one point. Cells at the edge would be squeezed or stretched.
-//! So the old edge may be carried to the new profile:
+//! The turns of a closed curve show its trailing edge (see `edges`). Where the edge is round,
+//! single points decide. A section that is a little thicker, or sampled otherwise, may then have
+//! two corners where the old section has one point. Cells at the edge would be squeezed or
+//! stretched. So the old edge may be carried to the new profile:
 //!
 //! | new profile | its trailing edge |
 //! |---|---|
