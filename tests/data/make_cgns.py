@@ -117,6 +117,15 @@ def plain(file, **options):
     add_zone(add_base(file), "Slab", tets, sections, on_faces, **options)
 
 
+def grids(file):
+    """Coordinates of other times stand before and after those of the mesh, as names are sorted."""
+    zone, _ = add_zone(add_base(file), "Slab", tets, sections, on_faces)
+    for name in ("Before", "GridCoordinates#2"):
+        grid = node(zone, name, "GridCoordinates_t", "MT")
+        for axis in range(3):
+            node(grid, "Coordinate" + "XYZ"[axis], "DataArray_t", "R8", points[:, axis] + 10.0)
+
+
 def on_vertices(file):
     # All faces are one section, and the two ends of the slab share no vertex.
     ends = [np.flatnonzero(points[:, 0] == x) for x in (0, 2)]
@@ -239,6 +248,7 @@ if __name__ == "__main__":
     write("slab.vertices.cgns", on_vertices)
     write("slab.ambiguous.cgns", ambiguous)
     write("slab.beside.cgns", beside)
+    write("slab.grids.cgns", grids)
     write("slab.chunked.cgns", lambda file: plain(file, chunks=(5,)))
     write("slab.gzip.cgns", lambda file: plain(file, maxshape=(None,), **packed))
     write("slab.latest.cgns", lambda file: plain(file, **packed), libver=("v110", "v110"))
@@ -253,5 +263,6 @@ if __name__ == "__main__":
     with_pycgns()
     converted("hdf2adf", os.path.join(here, "slab.plain.cgns"), "slab.adf.cgns")
     converted("hdf2adf", os.path.join(here, "slab.joined.cgns"), "slab.adf.joined.cgns")
+    converted("hdf2adf", os.path.join(here, "slab.grids.cgns"), "slab.adf.grids.cgns")
     converted("adf2hdf", os.path.join(here, "slab.adf.cgns"), "slab.library.cgns")
     sys.exit(0)

@@ -92,6 +92,34 @@ fn conditions_beside_those_on_faces_are_passed_over_with_a_remark() {
     assert_is_written_back("beside", &before, &file);
 }
 
+/// The node named GridCoordinates is the mesh, wherever its name stands among the others' (SIDS).
+/// Fails if the first node of coordinates is taken, or one of several without that name.
+#[test]
+fn coordinates_of_other_times_are_passed_over() {
+    for kind in ["grids", "adf.grids"] {
+        let (before, file) = slab(kind);
+        assert_is_slab(kind, &file.mesh, &AREAS);
+        assert_eq!(file.mesh.vertices, slab("plain").1.mesh.vertices, "{kind}");
+        let others = ["Before", "GridCoordinates#2"];
+        let told =
+            others.map(|name| format!("/Base/Slab/{name}: coordinates of another time are passed over, and stay"));
+        assert_eq!(file.warnings(), told, "{kind}");
+        let changed = differences(&before, &assert_is_written_back(kind, &before, &file));
+        assert!(changed.len() <= COORDINATES && changed.len() >= COORDINATES / 2, "{kind}: {} bytes", changed.len());
+    }
+    let [from, to] = ["GridCoordinates", "Gridcoordinates"].map(|name| format!("{name:32}").into_bytes());
+    let mut nameless = bytes("slab.adf.grids.cgns");
+    for at in 0..nameless.len() - 32 {
+        if nameless[at..].starts_with(&from) {
+            nameless[at..at + 32].copy_from_slice(&to);
+        }
+    }
+    let error = read_bytes("a.cgns", &nameless).map(drop).unwrap_err().to_string();
+    let expected = "/Base/Slab: expected one of its grid coordinates with the name GridCoordinates, \
+                    found 'Before', 'GridCoordinates#2', 'Gridcoordinates'";
+    assert!(error.ends_with(expected), "{error}");
+}
+
 /// Where there are only conditions on vertices, they have the faces between their vertices.
 #[test]
 fn conditions_on_vertices_have_the_faces_between_them() {

@@ -13,6 +13,32 @@ use crate::formats::mesh_builder::{MOST_VERTICES, check_finite_at};
 use crate::formats::number::Number;
 use crate::formats::scanner::Width;
 
+/// The name of the mesh's coordinates in a zone (SIDS). Coordinates with other names are of other
+/// times of a mesh that moves.
+const OF_MESH: &str = "GridCoordinates";
+
+/// The coordinates of a zone's mesh. A warning names every other node of coordinates.
+///
+/// # Errors
+/// [`ReadError::Malformed`]: there are none, or several of which none has the mesh's name
+pub(super) fn grid_of<'a>(zone: &Node<'a>, warnings: &mut Vec<String>) -> Result<Node<'a>, ReadError> {
+    let mut grids = zone.children("GridCoordinates_t")?;
+    let grid = match grids.iter().position(|grid| grid.name() == OF_MESH) {
+        Some(place) => grids.remove(place),
+        None if grids.len() > 1 => {
+            let names: Vec<_> = grids.iter().map(|grid| format!("'{}'", grid.name())).collect();
+            return Err(
+                zone.malformed(format!("one of its grid coordinates with the name {OF_MESH}"), names.join(", "))
+            );
+        }
+        None => grids.pop().ok_or_else(|| zone.malformed("grid coordinates in it", "none"))?,
+    };
+    for other in grids {
+        warnings.push(format!("{}: coordinates of another time are passed over, and stay", other.path()));
+    }
+    Ok(grid)
+}
+
 /// The vertices, and the places of their coordinates in the file.
 pub(super) fn read_coordinates(path: &Path, grid: &Node) -> Result<(Vec<DVec3>, ZoneColumns), ReadError> {
     let axis = |name| -> Result<_, ReadError> {

@@ -39,7 +39,7 @@ use super::mesh_builder::MeshBuilder;
 use adf::{Adf, is_adf};
 use columns::{Column, Columns, ZoneColumns};
 use conditions::{symmetries, types_of_conditions};
-use coordinates::read_coordinates;
+use coordinates::{grid_of, read_coordinates};
 use create::{create, limits};
 use data::{Shared, Source};
 use elements::{Reader, Vertices};
@@ -141,12 +141,8 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
                 return Err(zone.unsupported(format!("a zone of type '{kind}'"), "convert it to an unstructured mesh"));
             }
         }
-        let grids = zone.children("GridCoordinates_t")?;
-        let grid = grids.first().ok_or_else(|| zone.malformed("grid coordinates in it", "none"))?;
-        for other in &grids[1..] {
-            reader.warnings.push(format!("{}: coordinates of another time are passed over, and stay", other.path()));
-        }
-        let (positions, of_zone) = read_coordinates(path, grid)?;
+        let grid = grid_of(zone, &mut reader.warnings)?;
+        let (positions, of_zone) = read_coordinates(path, &grid)?;
         columns.push(of_zone);
         zones.push(ZonePoints { base, zone, positions });
     }
