@@ -129,6 +129,7 @@ struct Surface {
     points: Vec<DVec3>,
     polygons: Vec<Vec<u32>>,
     vectors: Vec<(&'static str, Vec<DVec3>)>,
+    scalars: Vec<(&'static str, Vec<f64>)>,
     single: bool,
     strips: usize,
 }
@@ -147,6 +148,7 @@ impl Surface {
             points: points.map(|at| at + displacement(at)).collect(),
             polygons: triangles.iter().map(|corners| corners.map(number).to_vec()).collect(),
             vectors: Vec::new(),
+            scalars: Vec::new(),
             single: false,
             strips: 0,
         }
@@ -182,7 +184,11 @@ impl Surface {
             *end += polygon.len();
             Some(*end)
         });
-        let fields: String = self.vectors.iter().map(|(name, values)| array(name, values)).collect();
+        let scalars = self.scalars.iter().map(|(name, values)| {
+            let values: String = values.iter().map(|value| format!("{value:e} ")).collect();
+            format!("<DataArray type=\"Float64\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>\n")
+        });
+        let fields: String = self.vectors.iter().map(|(name, values)| array(name, values)).chain(scalars).collect();
         let corners = numbers("connectivity", &mut self.polygons.iter().flatten().map(|&at| at as usize));
         let text = format!(
             "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\"><PolyData>\n\
@@ -260,6 +266,13 @@ fn surfaces_that_do_not_fit_are_refused() {
     assert!(of("U").unwrap_err().contains("the array `U`"));
     assert_eq!(of("displacement"), Ok(moves.clone()));
     assert_eq!(of("Normals"), Ok(vec![DVec3::ZERO; moves.len()]));
+    // The same as three arrays of one component each.
+    let three = |names: [&'static str; 3]| {
+        let scalars = [0, 1, 2].map(|axis| (names[axis], moves.iter().map(|by| by[axis]).collect()));
+        Surface { scalars: scalars.to_vec(), ..at_rest.clone() }.of_wingtip(&mesh)
+    };
+    assert!(three(["ux", "uy", "uz"]).unwrap_err().contains("the arrays `ux`, `uy`, `uz` at the points may be"));
+    assert_eq!(three(["Displ_x", "Displ_y", "Displ_z"]), Ok(moves.clone()));
     // Of a moved surface other arrays may be left.
     let moved = Surface { vectors: vec![("U", moves.clone())], ..good.clone() };
     assert!(moved.of_wingtip(&mesh).is_ok());

@@ -284,3 +284,45 @@ fn a_header_tells_the_index_from_the_coordinates() {
         displacement::match_displacements(&rows("index,x,y,z\n2,2,0,0\n4,0,0,5\n").unwrap(), &vertices, &[1, 3], 1e-6);
     assert!(counted_from_1.is_err());
 }
+
+/// Displacements beside an index under names of other programs, and names that are not understood.
+///
+/// Fails if columns that may be displacements go unread while nothing moves.
+#[test]
+fn displacements_beside_an_index_are_not_lost() {
+    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let matched = |header: &str, rows_: &str| {
+        let table = rows(&format!("{header}\n{rows_}"))?;
+        displacement::match_displacements(&table, &vertices, &[1, 3], 1e-6)
+    };
+    let of_displacements = "1,1,0,0,0,0,0.5\n3,0,0,1,0,0.25,0\n";
+    for names in [
+        "Displacement_x,Displacement_y,Displacement_z",
+        "disp:0,disp:1,disp:2",
+        "Displ X,Displ Y,Displ Z",
+        "delta_x,delta_y,delta_z",
+        "DELTAX,DELTAY,DELTAZ",
+        "Mesh_Displacement_x,Mesh_Displacement_y,Mesh_Displacement_z",
+    ] {
+        let found = matched(&format!("PointID,x,y,z,{names}"), of_displacements).unwrap();
+        assert_eq!(found, [DVec3::new(0.0, 0.0, 0.5), DVec3::new(0.0, 0.25, 0.0)], "{names}");
+    }
+    for names in ["ux,uy,uz", "U:0,U:1,U:2", "u,v,w", "xnew,ynew,znew", "u1,u2,u3"] {
+        let of_comment = matched(&format!("# index,x,y,z,{names}"), of_displacements);
+        for found in [matched(&format!("index,x,y,z,{names}"), of_displacements), of_comment] {
+            let error = found.unwrap_err().to_string();
+            let quoted = names.split(',').map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
+            assert!(error.contains(&format!("the columns {quoted} may be displacements or new positions")), "{error}");
+            assert!(error.contains("call displacements dx,dy,dz"), "{error}");
+        }
+        // Nothing is lost where the new positions move, or the columns hold nothing.
+        let moved = matched(&format!("index,x,y,z,{names}"), "1,1,0,0.5,9,9,9\n3,0,0,1,9,9,9\n").unwrap();
+        assert_eq!(moved, [DVec3::new(0.0, 0.0, 0.5), DVec3::ZERO], "{names}");
+        assert!(matched(&format!("index,x,y,z,{names}"), "1,1,0,0,0,0,0\n3,0,0,1,0,0,0\n").is_ok(), "{names}");
+    }
+    // What a flow solver writes beside positions that did not move is no displacement.
+    for names in ["Pressure,Temperature,Mach", "nx,ny,nz", "Momentum_x,Momentum_y,Momentum_z"] {
+        let found = matched(&format!("PointID,x,y,z,{names}"), "1,1,0,0,9,9,9\n3,0,0,1,9,9,9\n").unwrap();
+        assert_eq!(found, [DVec3::ZERO; 2], "{names}");
+    }
+}

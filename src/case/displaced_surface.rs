@@ -52,7 +52,8 @@ pub(super) fn match_points(
     };
     let by_position = |original: &[DVec3], displacement: Option<&[DVec3]>| {
         let rows = rows(surface, original, displacement);
-        let table = DisplacementTable { path: path.to_path_buf(), rows, new_positions: Vec::new(), is_named: true };
+        let path = path.to_path_buf();
+        let table = DisplacementTable { path, rows, new_positions: Vec::new(), is_named: true, unread: None };
         match_rows(&table, &mesh.vertices, family.vertices, tolerance)
     };
     let moved = |row: DisplacementRow, vertex: u32| {
@@ -113,12 +114,11 @@ pub(super) fn match_points(
     };
     // A displacement under an unknown name leaves the points where they are.
     if rows.iter().all(|row| row.displacement.length() <= tolerance)
-        && let Some(name) = columns.unknown_vector(surface)
+        && let Some(array) = columns.unknown_vector(surface)
     {
-        let name = shorten(name);
         return Err(bad(format!(
-            "the points do not move, but the array `{name}` at the points may be a displacement; call it `displacement`, or \
-             leave it out"
+            "the points do not move, but {array} at the points may be a displacement; call it `displacement` (three arrays \
+             `dx`, `dy`, `dz`), or leave it out"
         )));
     }
     Ok(rows)
@@ -220,14 +220,23 @@ impl Columns {
         all.collect::<Result<_, _>>().map(Some)
     }
 
-    /// The name of a field of vectors, not all zero, that is neither known nor one of normals.
-    fn unknown_vector<'s>(&self, surface: &'s Surface) -> Option<&'s str> {
-        let is_unknown = |name: &str| {
-            let header = [format!("{name}:0")];
-            let header = Header::of(&[header[0].as_str()]);
-            !ORIGINAL.is_in(&header) && !DISPLACEMENT.is_in(&header) && !name.to_lowercase().contains("normal")
+    /// A field of vectors in words, or three fields of their components, not all zero, that is neither
+    /// known nor no length.
+    fn unknown_vector(&self, surface: &Surface) -> Option<String> {
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let field = |column: usize| &surface.fields[self.of[column].0];
+        let is_other = |column: usize| {
+            let (_, component) = self.of[column];
+            let mut values = field(column).values.iter().skip(component).step_by(field(column).n_components);
+            values.any(|&value| value != 0.0)
         };
-        let fields = surface.fields.iter().filter(|field| field.n_components == 3 && is_unknown(&field.name));
-        fields.filter(|field| field.values.iter().any(|&value| value != 0.0)).map(|field| field.name.as_str()).next()
+        let mut vectors = Header::of(&names).unknown_vectors().into_iter();
+        let columns = vectors.find(|columns| columns.iter().any(|&column| is_other(column)))?;
+        let names = columns.map(|column| format!("`{}`", shorten(&field(column).name)));
+        Some(if names[0] == names[1] {
+            format!("the array {}", names[0])
+        } else {
+            format!("the arrays {}", names.join(", "))
+        })
     }
 }

@@ -31,6 +31,8 @@ pub struct DisplacementTable {
     pub new_positions: Vec<NewPosition>,
     /// Whether a header names the columns.
     pub is_named: bool,
+    /// The names of columns beside new positions that were not read and may be displacements.
+    pub unread: Option<String>,
 }
 
 /// One row: the original position and the displacement of a vertex.
@@ -75,7 +77,7 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
     let (mut table, mut new_positions) = (Vec::new(), Vec::new());
     let mut columns: Option<Columns> = None;
     let mut of_positions: Option<new_positions::Columns> = None;
-    let (mut is_empty, mut is_named) = (true, false);
+    let (mut is_empty, mut is_named, mut unread) = (true, false, None);
     for Row { line, text: row, comment } in rows(text, Mark::Any) {
         let line = line + 1;
         let bad = |what: String| DisplacementError::BadLine { path: path.to_path_buf(), line, what };
@@ -111,6 +113,7 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
         }
         if let Some(of_positions) = &of_positions {
             new_positions.push(new_positions::row(line, &fields, of_positions).map_err(bad)?);
+            unread = unread.or_else(|| of_positions.unread(&fields));
             continue;
         }
         let Columns { n, of } = columns.as_ref().unwrap_or(&Columns::DEFAULT);
@@ -135,7 +138,7 @@ pub fn parse(text: &str, path: &Path) -> Result<DisplacementTable, DisplacementE
     if table.is_empty() && new_positions.is_empty() {
         return Err(DisplacementError::Empty { path: path.to_path_buf() });
     }
-    Ok(DisplacementTable { path: path.to_path_buf(), rows: table, new_positions, is_named })
+    Ok(DisplacementTable { path: path.to_path_buf(), rows: table, new_positions, is_named, unread })
 }
 
 /// The number of columns of a table, and the columns with x, y, z, dx, dy and dz.
@@ -185,6 +188,8 @@ pub fn match_displacements(
 /// - [`DisplacementError::Doubled`]: a vertex has two rows
 /// - [`DisplacementError::Missing`]: a vertex has no row
 /// - [`DisplacementError::NotOfFamily`]: a row of new positions is for no vertex of the family
+/// - [`DisplacementError::Unread`]: no new position is another one, and other columns may be the
+///   displacements
 pub fn match_rows(
     table: &DisplacementTable,
     vertices: &[DVec3],
@@ -197,7 +202,13 @@ pub fn match_rows(
             let position = vertices[vertex as usize];
             DisplacementRow { place: RowPlace::Line(line), position, displacement: new - position }
         };
-        return Ok(matched.into_iter().map(row).collect());
+        let rows: Vec<_> = matched.into_iter().map(row).collect();
+        return match &table.unread {
+            Some(names) if rows.iter().all(|row| row.displacement.length() <= tolerance) => {
+                Err(DisplacementError::Unread { path: table.path.clone(), names: names.clone() })
+            }
+            _ => Ok(rows),
+        };
     }
     let grid = Grid::new(vertices, family_vertices, tolerance);
     let mut row_of: Vec<Option<usize>> = vec![None; family_vertices.len()];

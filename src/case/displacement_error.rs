@@ -158,6 +158,19 @@ pub enum DisplacementError {
         /// Whether every row would fit with its number less one.
         from_one: bool,
     },
+    /// No vertex moves by a table of new positions, in which other columns may be displacements.
+    #[error(
+        "{}: no vertex moves: x, y and z beside an index are new positions, and here they are the old ones, but the columns \
+         {} may be displacements or new positions; call displacements dx,dy,dz (Displacement:0, disp_x and delta_x are \
+         understood too) or the new positions x,y,z, or leave these columns out",
+        path.display(), shown(names)
+    )]
+    Unread {
+        /// The file.
+        path: PathBuf,
+        /// The names of the columns.
+        names: String,
+    },
     /// Two rows are for one vertex.
     #[error(
         "{}{row}: a second row for the vertex at {}, the first is {}, expected one",

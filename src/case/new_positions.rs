@@ -17,15 +17,24 @@ use crate::text::{comma_advice, parse_number, shorten};
 const INDEX: &[&str] =
     &["index", "vertex", "vertex index", "vertex id", "node", "node index", "global index", "globalindex", "pointid"];
 
-/// The number of columns of a table, and the columns with the index, x, y and z.
+/// The number of columns of a table, the columns with the index, x, y and z, and others that may be
+/// displacements.
 pub(super) struct Columns {
     n: usize,
     of: [usize; 4],
+    others: Vec<UnknownVector>,
+}
+
+/// Three columns that may be displacements.
+struct UnknownVector {
+    columns: [usize; 3],
+    /// Their names, in words.
+    names: String,
 }
 
 impl Columns {
     /// The columns without a header.
-    pub const DEFAULT: Self = Self { n: 4, of: [0, 1, 2, 3] };
+    pub const DEFAULT: Self = Self { n: 4, of: [0, 1, 2, 3], others: Vec::new() };
 
     /// Whether a row without a header has these columns.
     pub fn fit(fields: &[&str]) -> bool {
@@ -58,9 +67,21 @@ impl Columns {
         let columns = header::POSITION.columns(&header).and_then(|position| {
             header.check_units(&position)?;
             let [x, y, z] = position;
-            Ok(Self { n: header.names.len(), of: [index, x, y, z] })
+            let others = header.unknown_vectors().into_iter().map(|columns| {
+                let names = columns.map(|column| format!("'{}'", header.names[column]));
+                UnknownVector { columns, names: shorten(&names.join(", ")) }
+            });
+            Ok(Self { n: header.names.len(), of: [index, x, y, z], others: others.collect() })
         });
         Some(columns)
+    }
+
+    /// The names of three columns that may be displacements and have a number other than 0 in this
+    /// row.
+    pub fn unread(&self, fields: &[&str]) -> Option<String> {
+        let is_other =
+            |&column: &usize| fields.get(column).and_then(|field| parse_number(field)).is_some_and(|of| of != 0.0);
+        self.others.iter().find(|other| other.columns.iter().any(is_other)).map(|other| other.names.clone())
     }
 }
 

@@ -1,25 +1,31 @@
 //! The names of a table's columns, which may end with units in brackets.
 
-/// The column names of a vector, all in lower case.
+use std::collections::HashMap;
+
+/// The column names of a vector, all in lower case, with blanks for `_` and `-`.
 ///
-/// `components` are names of single columns, such as `x`. `names` are names of the whole vector:
-/// ParaView appends the component to them, as in `Points:0`, `Points_0` and `Points_X`.
+/// `components` are names of single columns, such as `x`; messages use the first ones. `names` are
+/// names of the whole vector: ParaView appends the component to them, as in `Points:0`, `Points_0`
+/// and `Points_X`.
 pub(crate) struct Vector {
-    pub components: [&'static str; 3],
+    pub components: &'static [[&'static str; 3]],
     pub names: &'static [&'static str],
 }
 
 /// The columns of a position.
 pub(crate) const POSITION: Vector =
-    Vector { components: ["x", "y", "z"], names: &["points", "coordinates", "coordinate", "position"] };
+    Vector { components: &[["x", "y", "z"]], names: &["points", "coordinates", "coordinate", "position"] };
 
-/// The columns of a displacement.
-pub(crate) const DISPLACEMENT: Vector =
-    Vector { components: ["dx", "dy", "dz"], names: &["displacement", "displacements"] };
+/// The columns of a displacement. `U` is none: flow solvers call velocities so. `delta 1` is none:
+/// thicknesses of boundary layers have such names.
+pub(crate) const DISPLACEMENT: Vector = Vector {
+    components: &[["dx", "dy", "dz"], ["delta x", "delta y", "delta z"], ["deltax", "deltay", "deltaz"]],
+    names: &["displacement", "displacements", "disp", "displ", "mesh displacement", "displacement vector"],
+};
 
 /// The columns of an original position.
 pub(crate) const ORIGINAL: Vector = Vector {
-    components: ["x0", "y0", "z0"],
+    components: &[["x0", "y0", "z0"]],
     names: &[
         "original",
         "original position",
@@ -42,11 +48,11 @@ pub(crate) const ORIGINAL: Vector = Vector {
 impl Vector {
     /// The component (0 to 2) in the column with this name, if any.
     fn component(&self, name: &str) -> Option<usize> {
-        let name = name.to_lowercase();
-        if let Some(component) = self.components.iter().position(|&component| component == name) {
+        let name = name.to_lowercase().replace(['_', '-'], " ");
+        let mut single = self.components.iter();
+        if let Some(component) = single.find_map(|names| names.iter().position(|&single| single == name)) {
             return Some(component);
         }
-        let name = name.replace(['_', '-'], " ");
         self.names.iter().find_map(|vector| {
             let rest = name.strip_prefix(vector)?;
             // CGNS writes `CoordinateX`.
@@ -70,7 +76,7 @@ impl Vector {
         for (column, name) in header.iter().enumerate() {
             let Some(component) = self.component(name) else { continue };
             if let Some(first) = columns[component].replace(column) {
-                let what = self.components[component];
+                let what = self.components[0][component];
                 return Err(format!("the columns '{}' and '{name}' both are {what}", header[first]));
             }
         }
@@ -78,11 +84,21 @@ impl Vector {
         for (component, column) in columns.into_iter().enumerate() {
             let names = || super::shorten(&header.join(", "));
             found[component] =
-                column.ok_or_else(|| format!("no column {} among '{}'", self.components[component], names()))?;
+                column.ok_or_else(|| format!("no column {} among '{}'", self.components[0][component], names()))?;
         }
         Ok(found)
     }
 }
+
+/// Letters that tell the components of a vector in the names of its columns.
+const COMPONENTS: [[char; 3]; 6] =
+    [['x', 'y', 'z'], ['X', 'Y', 'Z'], ['0', '1', '2'], ['1', '2', '3'], ['u', 'v', 'w'], ['U', 'V', 'W']];
+
+/// Parts of the names of vectors that are no lengths, in lower case.
+const NO_LENGTHS: &[&str] = &["normal", "velocity", "momentum", "vorticity", "friction", "force", "gradient"];
+
+/// The longest name of a column in which components are looked for.
+const LONGEST: usize = 200;
 
 /// The names of the columns, and their units.
 pub(crate) struct Header<'a> {
@@ -110,6 +126,37 @@ impl<'a> Header<'a> {
             }
         }
         header
+    }
+
+    /// Triples of columns that may be a displacement under a name that is not known: names that
+    /// differ in one letter, which counts the components (`ux`, `uy`, `uz`; `U:0` to `U:2`; `u1` to
+    /// `u3`; `u`, `v`, `w`). Names of what cannot be a length are left out.
+    pub fn unknown_vectors(&self) -> Vec<[usize; 3]> {
+        let column: HashMap<&str, usize> = self.names.iter().copied().zip(0..).collect();
+        let is_known = |name: &str| {
+            let lower = name.to_lowercase();
+            [&POSITION, &DISPLACEMENT, &ORIGINAL].iter().any(|vector| vector.component(name).is_some())
+                || matches!(&*lower, "nx" | "ny" | "nz")
+                || NO_LENGTHS.iter().any(|word| lower.contains(word))
+        };
+        let mut found = Vec::new();
+        for (first, name) in self.names.iter().enumerate() {
+            if name.len() > LONGEST || is_known(name) {
+                continue;
+            }
+            let others = name.char_indices().rev().find_map(|(at, letter)| {
+                let others = COMPONENTS.iter().find(|letters| letters[0] == letter)?;
+                let with = |other: char| format!("{}{other}{}", &name[..at], &name[at + letter.len_utf8()..]);
+                Some([*column.get(&*with(others[1]))?, *column.get(&*with(others[2]))?])
+            });
+            if let Some([second, third]) = others
+                && !is_known(self.names[second])
+                && !is_known(self.names[third])
+            {
+                found.push([first, second, third]);
+            }
+        }
+        found
     }
 
     /// Checks that columns have one unit. idmesh does not convert lengths.
@@ -150,6 +197,22 @@ mod tests {
     use super::super::fields;
     use super::*;
 
+    /// Fails if a triple goes unseen, or if positions, normals or one letter alone are taken for one.
+    #[test]
+    fn unknown_vectors_are_found() {
+        let unknown = |header: &str| Header::of(&fields(header)).unknown_vectors();
+        for header in
+            ["ux,uy,uz", "UX,UY,UZ", "U:0,U:1,U:2", "u1,u2,u3", "u,v,w", "xnew,ynew,znew", "ux [m],uy [m],uz [m]"]
+        {
+            assert_eq!(unknown(&format!("index,x,y,z,p,{header}")), [[5, 6, 7]], "{header}");
+        }
+        for header in
+            ["x,y,z", "x0,y0,z0", "Points:0,Points:1,Points:2", "Normals:0,Normals:1,Normals:2", "p,T,Cp1,Cp2"]
+        {
+            assert_eq!(unknown(header), [[0; 3]; 0], "{header}");
+        }
+    }
+
     #[test]
     fn columns_are_found_by_name() {
         let position = |header: &str| POSITION.columns(&Header::of(&fields(header)));
@@ -173,6 +236,12 @@ mod tests {
         assert_eq!(units("x [m],y [mm]"), Err("the columns 'x' in [m] and 'y' in [mm]".into()));
         assert_eq!(units("x,y [mm]"), Err("the columns 'x' without a unit and 'y' in [mm]".into()));
         assert_eq!(units("x,y,z [mm]"), Ok(()));
+        for header in
+            ["disp:0,disp:1,disp:2", "Displ X,Displ Y,Displ Z", "delta_x,delta_y,delta_z", "DISPLX,DISPLY,DISPLZ"]
+        {
+            assert_eq!(displacement(header), Ok([0, 1, 2]), "{header}");
+        }
+        assert!(displacement("delta_1,delta_2,delta_0").is_err() && displacement("Ux,Uy,Uz").is_err());
         let header = |row: &str| is_header(&fields(row));
         assert!(header("x,y") && header(",x,y") && !header("1,x") && !header("") && !header(",,"));
     }
