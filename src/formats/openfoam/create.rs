@@ -126,7 +126,7 @@ pub(super) fn create(new_file: &NewFile) -> io::Result<NamedFiles> {
     let of_owner = faces.chunk_by_mut(|a, b| owner(a) == owner(b));
     of_owner.for_each(|faces| faces.sort_by_key(|&(_, neighbour)| neighbour));
     let n_internal = faces.len();
-    let names = clean_names(new_file.cells.families, fits);
+    let names = patch_names(new_file.cells.families);
     let mut patches = vec![Vec::new(); names.len()];
     new_file.faces().zip(of_boundary).for_each(|((_, _, family), &side)| patches[family.index()].push((side, NONE)));
     faces.extend(patches.iter().flatten());
@@ -205,9 +205,19 @@ fn invalid(message: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
-/// Losses of a new folder: spaces in names, types of patches.
+/// Names of the patches. OpenFOAM reads a number where a word begins like one, so `_` comes before
+/// such a beginning.
+fn patch_names(families: &[String]) -> Vec<String> {
+    let words = families.iter().map(|name| match name.chars().next() {
+        Some('0'..='9' | '-' | '.') => format!("_{name}"),
+        _ => name.clone(),
+    });
+    clean_names(&words.collect::<Vec<_>>(), fits)
+}
+
+/// Losses of a new folder: spaces in names, beginnings of numbers, types of patches.
 pub(super) fn limits(new_file: &NewFile) -> Vec<String> {
-    let mut limits = renamed(new_file.cells.families, &clean_names(new_file.cells.families, fits));
+    let mut limits = renamed(new_file.cells.families, &patch_names(new_file.cells.families));
     limits.push("types of patches: all are 'patch', none is 'wall'".to_string());
     limits
 }
