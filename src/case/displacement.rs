@@ -17,8 +17,9 @@ use crate::mover::prescribed::differ;
 use crate::text::header::{self, Header};
 use crate::text::{Mark, Row, comma_advice, decode, fields, parse_number, rows, shorten};
 
-/// The extensions of files of displacements: tables, and displaced surfaces.
-pub const EXTENSIONS: &[&str] = &["csv", "dat", "txt", "tsv", "vtp", "vtu", "stl", "msh"];
+/// The extensions of files of displacements: tables, and displaced surfaces, which may be gzipped.
+pub const EXTENSIONS: &[&str] =
+    &["csv", "dat", "txt", "tsv", "vtp", "vtu", "stl", "msh", "vtp.gz", "vtu.gz", "stl.gz", "msh.gz"];
 
 /// The rows of one file.
 #[derive(Clone, Debug, PartialEq)]

@@ -104,7 +104,7 @@ pub fn list_designs(path: &Path, extensions: &[&str], tables: &[String]) -> Resu
     }
     let mut designs = Designs::default();
     for path in paths {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let stem = stem(&path, extensions);
         if path.is_dir() || path.file_name().is_none() {
             let name = folder_name(&path);
             designs.add(DesignFiles { name, tables: of_folder(&path, extensions, tables), path });
@@ -187,18 +187,33 @@ fn of_folder(folder: &Path, extensions: &[&str], tables: &[String]) -> BTreeMap<
     }
     let paths = entries(folder).unwrap_or_default().into_iter().filter(|path| is_design(path, extensions));
     let named = paths.filter_map(|path| {
-        let stem = path.file_stem()?.to_string_lossy().into_owned();
+        let stem = stem(&path, extensions);
         tables.contains(&stem).then_some((stem, path))
     });
     named.collect()
 }
 
+/// The name of a path without the extension of a design's file, or of another file.
+fn stem(path: &Path, extensions: &[&str]) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match extension_at(&name, extensions) {
+        Some(at) => name[..at].to_owned(),
+        None => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+    }
+}
+
+/// Where the longest of some extensions begins at the end of a name, with its point. An extension
+/// may have two parts, such as `stl.gz`.
+fn extension_at(name: &str, extensions: &[&str]) -> Option<usize> {
+    let mut points = name.match_indices('.').map(|(at, _)| at).filter(|&at| at > 0);
+    points.find(|at| extensions.iter().any(|other| name[at + 1..].eq_ignore_ascii_case(other)))
+}
+
 /// Whether the name of a path is that of a design's file. Whether the path is a file shows when the
 /// design is read: a pipe or a folder is a design that fails.
 fn is_design(path: &Path, extensions: &[&str]) -> bool {
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     // The faulty tets of a result.
     let hidden = name.starts_with('.') || name.ends_with(".inverted.vtu");
-    !hidden && extensions.iter().any(|other| extension.eq_ignore_ascii_case(other))
+    !hidden && extension_at(&name, extensions).is_some()
 }

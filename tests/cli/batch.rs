@@ -236,7 +236,7 @@ fn raised_stl(mesh: &WingBox, dz: f64) -> String {
 /// Tables and surfaces of one displacement give one mesh. A surface that does not fit fails alone.
 /// Results in the folder of the designs are no designs.
 ///
-/// Fails if results in the folder are taken for designs.
+/// Fails if results in the folder are taken for designs, or a gzipped surface for none.
 #[test]
 fn displaced_surfaces_are_designs_too() {
     let fixture = Fixture::with_raised_designs(&[]);
@@ -253,6 +253,9 @@ fn displaced_surfaces_are_designs_too() {
     fixture.write("designs/c.stl", &raised_stl(&mesh, dz));
     let halved = raised_stl(&mesh, dz).replacen("facet normal 0 0 0\nouter loop\nvertex", "", 1);
     fixture.write("designs/d.stl", &halved);
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packed.write_all(raised_stl(&mesh, dz).as_bytes()).unwrap();
+    fs::write(fixture.path("designs/e.v2.STL.gz"), packed.finish().unwrap()).unwrap();
     let case = CASE.replace("[profiles.wing]\nnew = \"new.csv\"\n", "");
     let case = case.replace("role = \"wing\"\n", "role = \"prescribed\"\ndisplacement = \"wing.stl\"\n");
     fixture.write("case.toml", &case);
@@ -260,12 +263,12 @@ fn displaced_surfaces_are_designs_too() {
         let output = batch(&fixture, &["--out", "designs", "--json", "-"]);
         assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
         let all = lines(&stdout(&output));
-        assert_eq!(names(&all), ["a", "b", "c", "d"]);
-        assert_eq!(all.iter().map(|line| line["exit"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 0, 0, 3]);
+        assert_eq!(names(&all), ["a", "b", "c", "d", "e.v2"]);
+        assert_eq!(all.iter().map(|line| line["exit"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 0, 0, 3, 0]);
         assert!(all[3]["error"]["message"].as_str().unwrap().contains("d.stl:"), "{}", all[3]);
     }
-    let [a, b, c] = ["a", "b", "c"].map(|name| fixture.read(&format!("designs/{name}.msh")));
-    assert!(a == b && b == c && a != fixture.read("box.msh"));
+    let [a, b, c, e] = ["a", "b", "c", "e.v2"].map(|name| fixture.read(&format!("designs/{name}.msh")));
+    assert!(a == b && b == c && c == e && a != fixture.read("box.msh"));
     assert!(!fixture.path("designs/d.msh").exists());
 }
 
