@@ -199,6 +199,55 @@ fn tecplot_zones_are_curves() {
     assert_eq!(open[0].points.iter().map(|point| point.z).collect::<Vec<_>>(), [0.0, -0.1, 0.0, 0.1]);
 }
 
+/// The names that tables understand are those of Tecplot's variables too.
+///
+/// Fails if Tecplot's variables have a list of names of their own.
+#[test]
+fn tecplot_variables_are_named_as_columns_are() {
+    let rows = "1 2 0\n0.5 2 0.1\n0 2 0\n0.5 2 -0.1\n1 2 0\n";
+    for names in [
+        "\"x [m]\" \"y [m]\" \"z [m]\"",
+        "\"x (m)\", \"y (m)\", \"z (m)\"",
+        "X[m], Y[m], Z[m]",
+        "x [m] y [m] z [m]",
+        "\"Points:0\" \"Points:1\" \"Points:2\"",
+        "\"X Coordinate\" \"Y Coordinate\" \"Z Coordinate\"",
+        "CoordinateX CoordinateY CoordinateZ",
+    ] {
+        let profiles = read("a.dat", &format!("VARIABLES = {names}\nZONE I=5\n{rows}"), None).unwrap();
+        assert!(close(&profiles[0].points, &DIAMOND.map(|[x, z]| [x, 2.0, z])), "{names}: {:?}", profiles[0].points);
+    }
+}
+
+/// Zones without z are an airfoil: one curve, or its two sides.
+///
+/// Fails if such a file is refused, or if another variable is taken for the thickness.
+#[test]
+fn tecplot_zones_in_a_plane_are_an_airfoil() {
+    let placement = Placement { chord: 2.0, twist: 0.0, position: DVec3::new(5.0, 6.0, 7.0), span: SpanAxis::Y };
+    let expected = DIAMOND.map(|[x, y]| [5.0 + 2.0 * x, 6.0, 7.0 + 2.0 * y]);
+    let sides = "ZONE T=\"upper\" I=3\n9 0 0\n9 0.5 0.1\n9 1 0\nZONE T=\"lower\" I=3\n8 0 0\n8 0.5 -0.1\n8 1 0\n";
+    let segments = "ZONE N=4, E=4, ZONETYPE=FELINESEG\n9 1 0\n9 0 0\n9 0.5 0.1\n9 0.5 -0.1\n2 4\n3 1\n4 1\n3 2\n";
+    for zones in ["ZONE T=\"u\" I=5\n9 1 0\n9 0.5 0.1\n9 0 0\n9 0.5 -0.1\n9 1 0\n", sides, segments] {
+        let text = format!("TITLE=\"x\"\nVARIABLES=\"Cp\",\"X\",\"Y\"\n{zones}");
+        let profiles = read("a.dat", &text, Some(&placement)).unwrap();
+        assert_eq!(profiles.len(), 1);
+        let mut points = profiles[0].points.clone();
+        if points[1].z < 7.0 {
+            points.reverse();
+        }
+        assert!(close(&points, &expected), "{zones}: {points:?}");
+        let error = read("a.dat", &text, None).unwrap_err().to_string();
+        assert!(
+            error.contains("a.dat:1: the coordinates of an airfoil do not say where it is; expected a place"),
+            "{error}"
+        );
+    }
+    let three = format!("VARIABLES=Cp X Y\n{sides}{sides}");
+    let error = read("a.dat", &three, Some(&placement)).unwrap_err().to_string();
+    assert!(error.contains("a.dat:10: a third curve without z among its variables; expected one airfoil"), "{error}");
+}
+
 /// Slices as VTK 9.7.2 wrote them, in one data set and in two that were put together.
 #[test]
 fn polylines_of_vtk_are_curves() {
@@ -297,7 +346,16 @@ fn broken_files_are_refused_with_their_line() {
         ("a.tec", tecplot("I=1, ZONETYPE=FETRIANGLE", "9 1 2 0\n"), "a.tec:4: ZONETYPE=FETRIANGLE; expected ORDERED"),
         ("a.tec", segments(1, "1 5\n"), "a.tec:9: found '5' among 4 points; expected the number of a point, from 1"),
         ("a.tec", segments(3, "1 2\n1 3\n1 4\n"), "a.tec:4: more than two segments meet at point 1"),
-        ("a.tec", "VARIABLES = x y\nZONE I=1\n1 2\n".to_string(), "a.tec:1: variables x, y; expected x, y and z"),
+        (
+            "a.tec",
+            "VARIABLES = x z\nZONE I=1\n1 2\n".to_string(),
+            "a.tec:1: no column y among 'x, z'; expected x, y and z",
+        ),
+        (
+            "a.tec",
+            tecplot("I=1", "9 1 2 0\n").replace("teX", "teX [mm]"),
+            "a.tec:2: the columns 'CoordinateX' in [mm] and",
+        ),
         ("a.json", "[\n{\"profile\": 0}]".to_string(), "a.json:2: missing field `points`"),
         ("a.json", "[{\"profile\": 0, \"points\": [[1, 2]]}]".to_string(), "a.json:1: invalid length 2"),
         ("a.vtp", "<VTKFile type=\"ImageData\">".to_string(), "a.vtp: a VTK file of type ImageData is not read"),

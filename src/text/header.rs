@@ -13,8 +13,10 @@ pub(crate) struct Vector {
 }
 
 /// The columns of a position.
-pub(crate) const POSITION: Vector =
-    Vector { components: &[["x", "y", "z"]], names: &["points", "coordinates", "coordinate", "position"] };
+pub(crate) const POSITION: Vector = Vector {
+    components: &[["x", "y", "z"], ["x coordinate", "y coordinate", "z coordinate"]],
+    names: &["points", "coordinates", "coordinate", "position"],
+};
 
 /// The columns of a displacement. `U` is none: flow solvers call velocities so. `delta 1` is none:
 /// thicknesses of boundary layers have such names.
@@ -66,11 +68,21 @@ impl Vector {
         header.names.iter().any(|name| self.component(name).is_some())
     }
 
+    /// Whether a header has a column of one component (0 to 2).
+    pub fn has(&self, header: &Header, component: usize) -> bool {
+        header.names.iter().any(|name| self.component(name) == Some(component))
+    }
+
     /// The indices of the columns of the three components in a header.
     ///
     /// # Errors
     /// A message in words: a component has no column, or two of them.
     pub fn columns(&self, header: &Header) -> Result<[usize; 3], String> {
+        self.first_columns(header)
+    }
+
+    /// [`Self::columns`] of the first `N` components.
+    pub fn first_columns<const N: usize>(&self, header: &Header) -> Result<[usize; N], String> {
         let header = &header.names;
         let mut columns = [None; 3];
         for (column, name) in header.iter().enumerate() {
@@ -80,10 +92,10 @@ impl Vector {
                 return Err(format!("the columns '{}' and '{name}' both are {what}", header[first]));
             }
         }
-        let mut found = [0; 3];
-        for (component, column) in columns.into_iter().enumerate() {
+        let mut found = [0; N];
+        for ((component, column), found) in columns.into_iter().enumerate().zip(&mut found) {
             let names = || super::shorten(&header.join(", "));
-            found[component] =
+            *found =
                 column.ok_or_else(|| format!("no column {} among '{}'", self.components[0][component], names()))?;
         }
         Ok(found)

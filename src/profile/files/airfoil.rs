@@ -20,6 +20,7 @@ use glam::{DVec2, DVec3};
 use super::airfoil_rows::Table;
 use super::fail;
 use super::sides::{Break, check_place, in_chords, join};
+use super::tecplot::Curve;
 use crate::profile::ProfileError;
 
 /// The coordinate axis along the span. Profiles lie in planes perpendicular to this axis.
@@ -92,11 +93,41 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<DVec2>, ProfileError>
             return Err(fail(path, table.lines[third], what, "one airfoil: one curve, or its two sides"));
         }
     };
-    let mut curve = join(path, &table.lines, &points, &second)?;
+    closed_curve(path, &table.lines, &points, &second)
+}
+
+/// The points of one airfoil, as [`parse`] gives them, whose one curve or two sides are curves of
+/// Tecplot in the plane z = 0.
+///
+/// # Errors
+/// [`ProfileError::Line`]
+pub(super) fn of_curves(path: &Path, curves: &[Curve]) -> Result<Vec<DVec2>, ProfileError> {
+    let (lines, points): (Vec<_>, Vec<_>) =
+        curves.iter().flat_map(|curve| curve.points.iter().map(|point| (curve.line, point.truncate()))).unzip();
+    if points.is_empty() {
+        return Err(fail(path, 0, "no point".into(), "a zone with the points of an airfoil"));
+    }
+    let second = match curves {
+        [] | [_] => Break::Perhaps(&[]),
+        [first, _] => Break::At(first.points.len()),
+        [_, _, third, ..] => {
+            let what = "a third curve without z among its variables".to_string();
+            return Err(fail(path, third.line, what, "one airfoil: one curve, or its two sides"));
+        }
+    };
+    closed_curve(path, &lines, &points, &second)
+}
+
+/// The curve of an airfoil, in chords, from one side of the trailing edge to the other.
+///
+/// - `lines` `[n_points]`: line of each point, from 0
+/// - `points` `[n_points]`: as in the file
+fn closed_curve(path: &Path, lines: &[usize], points: &[DVec2], second: &Break) -> Result<Vec<DVec2>, ProfileError> {
+    let mut curve = join(path, lines, points, second)?;
     // Both sides begin at the leading edge, so the point occurs twice.
     curve.dedup();
     in_chords(&mut curve);
-    check_place(path, table.lines[0], &curve)?;
+    check_place(path, lines[0], &curve)?;
     Ok(curve)
 }
 

@@ -64,7 +64,7 @@ impl Source<'_> {
 /// | extension | contents |
 /// |---|---|
 /// | `.csv`, and any other extension | [`csv`] |
-/// | `.dat`, `.tec`, `.plt`, `.txt` | Tecplot zones if the file has any; otherwise the coordinates of one airfoil in Selig's or Lednicer's order, placed in space by each [`Placement`] |
+/// | `.dat`, `.tec`, `.plt`, `.txt` | Tecplot zones if the file has any; otherwise, or in zones without z, the coordinates of one airfoil in Selig's or Lednicer's order, placed in space by each [`Placement`] |
 /// | `.json` | `[{"profile": 0, "points": [[x, y, z], ...]}, ...]` |
 /// | `.vtp`, `.vtk` | polylines, each connected one is a profile |
 ///
@@ -98,9 +98,12 @@ pub fn parse(sources: &[Source]) -> Result<Vec<Profile>, ProfileError> {
                 continue;
             }
             Kind::Polylines => polylines(source)?,
-            Kind::Tecplot => tecplot::parse(source.path, text)?,
+            Kind::Tecplot => tecplot::parse(source.path, text)?.into_iter().map(|curve| curve.points).collect(),
             Kind::Airfoil => {
-                let airfoil = airfoil::parse(source.path, text)?;
+                let airfoil = match tecplot::is_tecplot(text) {
+                    true => airfoil::of_curves(source.path, &tecplot::parse(source.path, text)?)?,
+                    false => airfoil::parse(source.path, text)?,
+                };
                 if source.placements.is_empty() {
                     return Err(ProfileError::NoPlacement { path: source.path.to_path_buf() });
                 }
@@ -134,7 +137,7 @@ impl Kind {
             _ if is_csv(source.path) => Kind::Csv,
             "json" => Kind::Json,
             "vtp" | "vtk" => Kind::Polylines,
-            _ if tecplot::is_tecplot(text) => Kind::Tecplot,
+            _ if tecplot::is_tecplot(text) && !tecplot::is_plane(text) => Kind::Tecplot,
             _ => Kind::Airfoil,
         }
     }

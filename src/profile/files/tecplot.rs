@@ -1,14 +1,16 @@
 //! Sections as Tecplot zones in ASCII: ordered points (`I=`) or line segments (`FELINESEG`). Flow
-//! solvers write slices in this form.
+//! solvers write slices in this form. Without z among the variables the zones are one airfoil.
 //!
 //! Source: the Tecplot 360 data format guide, "ASCII data".
 
+use std::iter::Peekable;
 use std::path::Path;
 
 use glam::DVec3;
 
 use super::{chain, fail, number};
 use crate::profile::ProfileError;
+use crate::text::header::{Header, POSITION};
 use crate::text::{Mark, parse_number, rows, shorten};
 
 /// Whether a text is in Tecplot's format and no list of airfoil coordinates.
@@ -37,35 +39,65 @@ struct Zone {
     block: bool,
 }
 
+/// Whether the zones are in a plane: x and y are among their variables, and z is not.
+pub(super) fn is_plane(text: &str) -> bool {
+    let mut lines = lines(text).peekable();
+    while let Some((_, row)) = lines.next() {
+        if begins(row, "VARIABLES") {
+            return Variables::of(&whole_header(row, &mut lines)).is_ok_and(|variables| variables.z.is_none());
+        }
+    }
+    false
+}
+
+/// The lines of a text with their numbers, without comments.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    rows(text, Mark::Hash).map(|row| (row.line, row.text))
+}
+
+/// A header, which continues until a line of numbers or the next keyword.
+fn whole_header<'a>(first: &str, lines: &mut Peekable<impl Iterator<Item = (usize, &'a str)>>) -> String {
+    let mut header = first.to_string();
+    while let Some((_, next)) = lines.next_if(|(_, next)| continues(next)) {
+        header += " ";
+        header += next;
+    }
+    header
+}
+
+/// A curve of a zone.
+pub(super) struct Curve {
+    /// The line of the zone, from 0.
+    pub line: usize,
+    /// Its points. Without z among the variables z is 0.
+    pub points: Vec<DVec3>,
+}
+
 /// Reads the curves of all zones, in their order. A zone of segments may hold several curves.
 ///
 /// # Errors
 /// [`ProfileError::Line`], [`ProfileError::File`]
-pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileError> {
-    let mut columns: Option<([usize; 3], usize)> = None;
+pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Curve>, ProfileError> {
+    let mut variables = Variables::DEFAULT;
     let mut curves = Vec::new();
-    let mut lines = rows(text, Mark::Hash).map(|row| (row.line, row.text)).peekable();
+    let mut lines = lines(text).peekable();
     while let Some((line, row)) = lines.next() {
         if row.is_empty() {
             continue;
         }
-        // A header continues until a line of numbers or the next keyword.
-        let mut header = row.to_string();
-        while let Some((_, next)) = lines.next_if(|(_, next)| continues(next)) {
-            header += " ";
-            header += next;
-        }
+        let header = whole_header(row, &mut lines);
         if begins(&header, "TITLE") || begins(&header, "FILETYPE") || begins(&header, "DATASETAUXDATA") {
             continue;
         }
         if begins(&header, "VARIABLES") {
-            columns = Some(coordinates(path, line, &header)?);
+            let bad = |what| fail(path, line, what, "x, y and z among the variables, or x and y of an airfoil");
+            variables = Variables::of(&header).map_err(bad)?;
             continue;
         }
         if !begins(&header, "ZONE") {
             return Err(fail(path, line, format!("found '{}'", shorten(row)), "TITLE, VARIABLES or ZONE"));
         }
-        let (axes, n_variables) = columns.unwrap_or(([0, 1, 2], 3));
+        let n_variables = variables.n;
         let zone = Zone::parse(path, line, &header)?;
         let Some(n_points) = zone.n_points else {
             return Err(fail(path, line, "a zone without I= or N=".into(), "the number of its points"));
@@ -92,10 +124,11 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
         let mut points = Vec::with_capacity(n_points);
         for point in 0..n_points {
             let of = |axis: usize| value(if zone.block { axis * n_points + point } else { point * n_variables + axis });
-            points.push(DVec3::new(of(axes[0])?, of(axes[1])?, of(axes[2])?));
+            let [x, y] = variables.xy;
+            points.push(DVec3::new(of(x)?, of(y)?, variables.z.map_or(Ok(0.0), of)?));
         }
         if !zone.segments {
-            curves.push(points);
+            curves.push(Curve { line, points });
             continue;
         }
         let mut segments = Vec::with_capacity(zone.n_segments);
@@ -111,7 +144,8 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Vec<DVec3>>, ProfileE
         let chains = chain::chains(n_points, &segments).map_err(|point| {
             fail(path, line, format!("more than two segments meet at point {}", point + 1), "curves that do not branch")
         })?;
-        curves.extend(chains.into_iter().map(|chain| chain.into_iter().map(|point| points[point]).collect()));
+        let points_of = |chain: Vec<usize>| chain.into_iter().map(|point| points[point]).collect();
+        curves.extend(chains.into_iter().map(|chain| Curve { line, points: points_of(chain) }));
     }
     Ok(curves)
 }
@@ -124,22 +158,36 @@ fn continues(line: &str) -> bool {
         && !["ZONE", "VARIABLES", "TITLE"].iter().any(|keyword| begins(line, keyword))
 }
 
-/// The columns of x, y and z among the variables, and the number of variables.
-fn coordinates(path: &Path, line: usize, header: &str) -> Result<([usize; 3], usize), ProfileError> {
-    let list = header.split_once('=').map_or("", |(_, list)| list);
-    let names: Vec<String> = if list.contains('"') {
-        list.split('"').skip(1).step_by(2).map(str::to_ascii_lowercase).collect()
-    } else {
-        list.split([',', ' ']).filter(|name| !name.is_empty()).map(str::to_ascii_lowercase).collect()
-    };
-    let column = |axis: &str| {
-        let names_of =
-            [axis.to_string(), format!("coordinate{axis}"), format!("{axis} (m)"), format!("{axis}_coordinate")];
-        names.iter().position(|name| names_of.contains(&name.trim().to_string()))
-    };
-    match [column("x"), column("y"), column("z")] {
-        [Some(x), Some(y), Some(z)] => Ok(([x, y, z], names.len())),
-        _ => Err(fail(path, line, format!("variables {}", names.join(", ")), "x, y and z among the variables")),
+/// The number of variables, and those of the coordinates.
+struct Variables {
+    n: usize,
+    xy: [usize; 2],
+    z: Option<usize>,
+}
+
+impl Variables {
+    /// The variables of a file that does not name them.
+    const DEFAULT: Self = Self { n: 3, xy: [0, 1], z: Some(2) };
+
+    /// The variables that a header names, as columns of tables are named. The error is the fault of
+    /// the header.
+    fn of(header: &str) -> Result<Self, String> {
+        let list = header.split_once('=').map_or("", |(_, list)| list);
+        let is_quoted = list.contains('"');
+        let names: Vec<&str> = match is_quoted {
+            true => list.split('"').skip(1).step_by(2).map(str::trim).collect(),
+            false => list.split([',', ' ', '\t']).filter(|name| !name.is_empty()).collect(),
+        };
+        let header = Header::of(&names);
+        if is_quoted && header.names.len() != names.len() {
+            return Err("a variable with a unit and no name".to_owned());
+        }
+        let columns = match POSITION.has(&header, 2) {
+            true => POSITION.columns(&header)?.to_vec(),
+            false => POSITION.first_columns::<2>(&header)?.to_vec(),
+        };
+        header.check_units(&columns)?;
+        Ok(Self { n: header.names.len(), xy: [columns[0], columns[1]], z: columns.get(2).copied() })
     }
 }
 
