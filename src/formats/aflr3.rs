@@ -207,7 +207,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     }
     let names = mesh_builder.used_tags().into_iter().map(|tag| (tag, mapbc.name(tag)));
     let names = names.chain(mapbc.names.clone()).collect();
-    let (mesh, others) = mesh_builder.finish(path, positions, |tag| mapbc.name(tag))?;
+    let (mesh, others) = mesh_builder.finish(path, positions, |tag| mapbc.names.get(&tag).cloned())?;
     let coordinates = Box::new(Slots { encoding: variant.encoding, width: variant.width, slots });
     let companion = Some(Companion { path: mapbc_path, bytes: mapbc.bytes, names, conditions: mapbc.conditions });
     Ok(Parsed {

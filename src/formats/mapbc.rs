@@ -24,6 +24,7 @@ use crate::text::decode;
 /// The contents of a file.
 #[derive(Debug, Default)]
 pub(super) struct Mapbc {
+    /// The names of the references that have one.
     pub names: Names,
     /// The number of the boundary condition of each reference.
     pub conditions: Conditions,
@@ -116,15 +117,14 @@ impl Mapbc {
             line = after_surfaces(line);
         }
         let name = line.rest();
-        let name = if name.is_empty() { surface(reference) } else { decode(name).into_owned() };
-        self.conditions.insert(reference, condition);
-        match self.names.insert(reference, name) {
-            None => Ok(()),
-            Some(first) => {
-                let found = format!("a second line for {reference}, which is '{first}' before");
-                Err(lines.malformed(start, "one line for each reference", found))
-            }
+        if self.conditions.insert(reference, condition).is_some() {
+            let found = format!("a second line for {reference}, which is '{}' before", self.name(reference));
+            return Err(lines.malformed(start, "one line for each reference", found));
         }
+        if !name.is_empty() {
+            self.names.insert(reference, decode(name).into_owned());
+        }
+        Ok(())
     }
 
     /// Whether there are boundary conditions other than 0.
@@ -132,7 +132,7 @@ impl Mapbc {
         has_conditions(&self.conditions)
     }
 
-    /// The name of a reference.
+    /// The name of a reference, or its number in words.
     pub fn name(&self, reference: i32) -> String {
         name(&self.names, reference)
     }

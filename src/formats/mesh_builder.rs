@@ -191,7 +191,8 @@ impl MeshBuilder {
     }
 
     /// Makes the mesh. The families are the tags of the faces, ascending. `name` gives the name of
-    /// a tag; tags with one name are one family.
+    /// a tag, if it has one; tags with one name are one family. A tag without a name is a family of
+    /// its own, called [`surface`].
     ///
     /// # Errors
     /// [`ReadError`]: refused elements, no cells, no faces, or too many families.
@@ -199,7 +200,7 @@ impl MeshBuilder {
         self,
         path: &Path,
         positions: Vec<DVec3>,
-        name: impl Fn(i32) -> String,
+        name: impl Fn(i32) -> Option<String>,
     ) -> Result<(TetMesh, OtherCells), ReadError> {
         let mut used = self.used_tags();
         used.sort_unstable();
@@ -219,7 +220,7 @@ impl MeshBuilder {
         path: &Path,
         positions: Vec<DVec3>,
         used: &[i32],
-        name: impl Fn(i32) -> String,
+        name: impl Fn(i32) -> Option<String>,
     ) -> Result<(TetMesh, OtherCells), ReadError> {
         self.check_refused(path)?;
         let missing = |what, hint| ReadError::Missing { path: path.into(), what, hint };
@@ -234,11 +235,15 @@ impl MeshBuilder {
         if used.len() > limit {
             return Err(ReadError::TooMany { path: path.into(), what: "families", count: used.len(), limit });
         }
+        // A name that a file gives may look like that of a number.
+        let given: HashSet<String> = used.iter().filter_map(|&tag| name(tag)).collect();
+        let name_of_number = |tag: i32| numbered_names(&surface(tag)).find(|name| !given.contains(name));
         let mut families: Vec<String> = Vec::new();
         let mut of_name = HashMap::new();
         let mut of_tag = HashMap::new();
         for &tag in used {
-            let family = *of_name.entry(name(tag)).or_insert_with_key(|name| {
+            let name = name(tag).or_else(|| name_of_number(tag)).unwrap_or_default();
+            let family = *of_name.entry(name).or_insert_with_key(|name| {
                 families.push(name.clone());
                 FamilyId((families.len() - 1) as u16)
             });
@@ -286,4 +291,9 @@ pub(super) fn check_finite_at(
 /// The family name of faces with a number only.
 pub(super) fn surface(tag: i32) -> String {
     format!("surface {tag}")
+}
+
+/// A name, and this name with numbers from 2 on.
+pub(super) fn numbered_names(name: &str) -> impl Iterator<Item = String> {
+    (1..).map(move |count| if count == 1 { name.to_owned() } else { format!("{name}_{count}") })
 }

@@ -6,7 +6,7 @@ use std::slice::ChunksExact;
 use glam::DVec3;
 
 use super::error::WriteError;
-use super::mesh_builder::CellKind;
+use super::mesh_builder::{CellKind, numbered_names};
 use crate::mesh::{CellMeasures, FamilyId, OtherCells, TetMesh};
 
 /// Cells of a mesh: all cells, or a selection.
@@ -155,8 +155,7 @@ pub(super) fn different_names(names: &[String], takes: impl Fn(char) -> bool) ->
     let mut seen = HashSet::new();
     let clean = |name: &String| {
         let name: String = name.chars().map(|letter| if takes(letter) { letter } else { '_' }).collect();
-        let mut names = (1..).map(|count| if count == 1 { name.clone() } else { format!("{name}_{count}") });
-        names.find(|name| seen.insert(name.clone())).unwrap_or_default()
+        numbered_names(&name).find(|name| seen.insert(name.clone())).unwrap_or_default()
     };
     names.iter().map(clean).collect()
 }

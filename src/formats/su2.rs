@@ -102,7 +102,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let is_empty = |(tag, name): &(i32, &String)| !used.contains(tag) && *name != SEND_RECEIVE;
     beside
         .extend((0..).zip(&markers).filter(is_empty).map(|(_, name)| format!("the marker '{name}' without elements")));
-    let (mesh, others) = mesh_builder.finish(path, positions, |marker| markers[marker as usize].clone())?;
+    let (mesh, others) = mesh_builder.finish(path, positions, |marker| Some(markers[marker as usize].clone()))?;
     let coordinates = Box::new(Slots { encoding: Encoding::Text, width: Width::Double, slots });
     let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
     let [n_markers, n_vertices] = shared;

@@ -76,6 +76,9 @@ fn names_stand_in_the_mapbc_file() {
 
 /// FUN3D's form and VGRID's, with and without comments and names; no line of a patch is taken for a
 /// header.
+///
+/// Fails if a reference without a name and a family of another reference that is called like its
+/// number are one family.
 #[test]
 fn both_forms_of_mapbc_are_read() {
     let header = "#Thu Nov 26 10:00:00 2026\n#tet.mapbc\nPatch #  BC  Family  #surf  surfIDs  Family\n#-----------\n";
@@ -87,6 +90,10 @@ fn both_forms_of_mapbc_are_read() {
         (patches.replace("1  1  3", "1  2  3  9"), ["wing skin", "farfield"]),
         (patches.replace("wing skin", "7"), ["7", "farfield"]),
         (patches.replace("wing skin", ""), ["surface 7", "farfield"]),
+        // Without a name, and beside a family that is really called like the number.
+        (patches.replace("wing skin", "surface 12").replace("farfield", ""), ["surface 12", "surface 12_2"]),
+        (patches.replace("wing skin", "").replace("farfield", "surface 7"), ["surface 7_2", "surface 7"]),
+        ("12 5000 surface 7\n".into(), ["surface 7_2", "surface 7"]),
         // Without the columns of VGRID; a name may begin with a number.
         ("7 4000 747 wing\n12 5000 far\n".into(), ["747 wing", "far"]),
         ("12 5000 far\n".into(), ["surface 7", "far"]),

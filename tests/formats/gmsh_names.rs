@@ -20,6 +20,8 @@ fn names_without_a_dimension_are_the_surfaces() {
     // Blanks and digits within a name, and a line with a dimension beside others.
     assert_eq!(families("2\n5 \"2 5\"\n2 6 \"far\"\n"), ["2 5", "far"]);
     assert_eq!(families("2\n5 \"wing\"\n3 5 \"fluid\"\n"), ["wing", "surface 6"]);
+    // A group without a name stays apart from one that is called like its number.
+    assert_eq!(families("1\n2 6 \"surface 5\"\n"), ["surface 5", "surface 5_2"]);
     // A line twice is no contradiction.
     assert_eq!(families("2\n5 \"wing\"\n5 \"wing\"\n"), ["wing", "surface 6"]);
 }

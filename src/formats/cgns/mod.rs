@@ -75,7 +75,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         true => vec!["coordinates: packed in the file that was read, and not where they move".to_owned()],
         false => Vec::new(),
     };
-    let (mesh, others) = mesh_builder.finish(path, positions, |tag| names[tag as usize].clone())?;
+    let (mesh, others) = mesh_builder.finish(path, positions, |tag| Some(names[tag as usize].clone()))?;
     // HDF5 has released the bytes.
     let bytes = Arc::unwrap_or_clone(shared.bytes);
     let coordinates = Box::new(columns);

@@ -163,7 +163,7 @@ impl Elements {
             groups.in_order(&self.mesh_builder.used_tags().into_iter().map(i32::unsigned_abs).collect::<Vec<_>>());
         let used: Vec<i32> = used.into_iter().map(group_tag).collect();
         let (mesh, others) =
-            self.mesh_builder.finish_in_order(path, positions, &used, |tag| groups.name(tag.unsigned_abs()))?;
+            self.mesh_builder.finish_in_order(path, positions, &used, |tag| groups.given_name(tag.unsigned_abs()))?;
         Ok((mesh, others, beside))
     }
 

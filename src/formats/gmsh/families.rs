@@ -84,11 +84,18 @@ impl Groups {
         self.interfaces.contains(&surface)
     }
 
-    /// The name of a 2-D group.
+    /// The name of a 2-D group in messages.
     ///
     /// - `group`: absolute value of the group's tag
     pub fn name(&self, group: u32) -> String {
-        self.names.get(&group).cloned().unwrap_or_else(|| format!("surface {group}"))
+        self.given_name(group).unwrap_or_else(|| format!("surface {group}"))
+    }
+
+    /// The name of a 2-D group in the file, if it has one.
+    ///
+    /// - `group`: absolute value of the group's tag
+    pub fn given_name(&self, group: u32) -> Option<String> {
+        self.names.get(&group).cloned()
     }
 
     /// The 2-D group of a surface entity in a 4.1 file, and whether the group sees the surface

@@ -82,7 +82,8 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     }
     let name = |tag: i32| of_comment(tag).unwrap_or_else(|| mapbc.name(tag));
     let of_companion: Names = used.into_iter().map(|tag| (tag, name(tag))).chain(mapbc.names.clone()).collect();
-    let (mesh, others) = mesh_builder.finish(path, positions, name)?;
+    let (mesh, others) =
+        mesh_builder.finish(path, positions, |tag| of_comment(tag).or_else(|| mapbc.names.get(&tag).cloned()))?;
     let coordinates = Box::new(Slots { encoding, width, slots });
     let (bytes_beside, conditions) = (mapbc.bytes, mapbc.conditions);
     let companion = Some(Companion { path: mapbc_path, bytes: bytes_beside, names: of_companion, conditions });

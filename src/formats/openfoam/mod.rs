@@ -134,7 +134,7 @@ fn read_folder(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<P
             mesh_builder.push(shape, tag, || Ok::<_, ReadError>(corners.next().unwrap_or_default()))?;
         }
     }
-    let (mesh, others) = mesh_builder.finish(path, positions, |tag| patches[tag as usize].name.clone())?;
+    let (mesh, others) = mesh_builder.finish(path, positions, |tag| Some(patches[tag as usize].name.clone()))?;
     let mut kinds: Vec<&str> = patches.iter().map(|patch| &*patch.kind).filter(|kind| *kind != "patch").collect();
     kinds.sort_unstable();
     kinds.dedup();

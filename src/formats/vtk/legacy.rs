@@ -18,7 +18,7 @@ use super::types::{FAMILY_ARRAYS, vtk_number};
 use crate::formats::document::{Slots, SourceFile};
 use crate::formats::error::ReadError;
 use crate::formats::format::{Create, Format, Parsed};
-use crate::formats::mesh_builder::{MeshBuilder, surface};
+use crate::formats::mesh_builder::MeshBuilder;
 use crate::formats::new_file::{NewFile, renamed};
 use crate::formats::number::{Integers, Number};
 use crate::formats::out::Out;
@@ -74,10 +74,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
     let Shared { positions, coordinates, warning } = share(positions, Box::new(slots), &mut mesh_builder);
     mesh_builder.orient_prisms(&positions);
     beside.extend(mesh_builder.passed_over());
-    let name = |tag: i32| {
-        let named = names.iter().find(|(number, _)| *number == tag);
-        named.map_or_else(|| surface(tag), |(_, name)| name.clone())
-    };
+    let name = |tag: i32| names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
     let (mesh, others) = mesh_builder.finish(path, positions, name)?;
     let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
     document.warnings.extend(warning);

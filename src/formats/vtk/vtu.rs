@@ -29,7 +29,7 @@ use crate::formats::allowance::Allowance;
 use crate::formats::document::SourceFile;
 use crate::formats::error::{Location, ReadError};
 use crate::formats::format::{Create, Format, Parsed};
-use crate::formats::mesh_builder::{MOST_VERTICES, MeshBuilder, check_finite_at, surface};
+use crate::formats::mesh_builder::{MOST_VERTICES, MeshBuilder, check_finite_at};
 use crate::formats::new_file::{NewFile, renamed};
 use crate::formats::number::{Integers, Number};
 use crate::formats::scanner::{Width, find_byte, next_token, parse_double, shown};
@@ -89,10 +89,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
             beside.push(words);
         }
     }
-    let name = |tag: i32| {
-        let named = header.names.iter().find(|(number, _)| *number == tag);
-        named.map_or_else(|| surface(tag), |(_, name)| name.clone())
-    };
+    let name = |tag: i32| header.names.iter().find(|(number, _)| *number == tag).map(|(_, name)| name.clone());
     let (mesh, others) = mesh_builder.finish(path, positions, name)?;
     let earlier = earlier_motion(&header);
     let mut document = SourceFile::of_file(NAME, extension, bytes, coordinates, beside);
