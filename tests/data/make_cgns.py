@@ -102,8 +102,8 @@ def write(name, fill, libver=("earliest", "v108")):
     return path
 
 
-def add_base(file, name="Base"):
-    return whole(file, name, "CGNSBase_t", [3, 3])
+def add_base(file, name="Base", dimensions=(3, 3)):
+    return whole(file, name, "CGNSBase_t", dimensions)
 
 
 skin = boundary(tets)
@@ -126,11 +126,34 @@ def grids(file):
             node(grid, "Coordinate" + "XYZ"[axis], "DataArray_t", "R8", points[:, axis] + 10.0)
 
 
+def surfaces(file):
+    """The wing a second time, in a base of surfaces, whose name stands before the other's."""
+    plain(file)
+    zone, number = add_zone(add_base(file, "Area", (2, 3)), "Wing", tets, {}, [])
+    zone["tets"][" data"][0] = 5
+    zone["tets"]["ElementRange"][" data"][1] = len(skin[is_wing])
+    del zone["tets"]["ElementConnectivity"]
+    whole(zone["tets"], "ElementConnectivity", "DataArray_t", np.ravel(skin[is_wing] + 1))
+    zone[" data"][1] = len(skin[is_wing])
+
+
 def on_vertices(file):
     # All faces are one section, and the two ends of the slab share no vertex.
     ends = [np.flatnonzero(points[:, 0] == x) for x in (0, 2)]
     conditions = [("inflow", "Vertex", ends[0]), ("outflow", "Vertex", ends[1])]
     add_zone(add_base(file), "Slab", tets, {"skin": skin}, conditions)
+
+
+def bare(file, of_zones=False):
+    """No section has faces: conditions on the vertices of the two ends."""
+    ends = [np.flatnonzero(points[:, 0] == x) for x in (0, 2)]
+    conditions = [("inflow", "Vertex", ends[0]), ("outflow", "Vertex", ends[1])]
+    base = add_base(file)
+    if of_zones:
+        for name, half, condition in zip(("Front", "Back"), (tets[:6], tets[6:]), conditions):
+            add_zone(base, name, half, {}, [condition])
+    else:
+        add_zone(base, "Slab", tets, {}, conditions)
 
 
 def ambiguous(file):
@@ -246,9 +269,12 @@ if __name__ == "__main__":
     packed = {"chunks": (5,), "compression": "gzip", "shuffle": True, "fletcher32": True}
     write("slab.plain.cgns", plain)
     write("slab.vertices.cgns", on_vertices)
+    write("slab.bare.cgns", bare)
+    write("slab.bare.zones.cgns", lambda file: bare(file, of_zones=True))
     write("slab.ambiguous.cgns", ambiguous)
     write("slab.beside.cgns", beside)
     write("slab.grids.cgns", grids)
+    write("slab.surfaces.cgns", surfaces)
     write("slab.chunked.cgns", lambda file: plain(file, chunks=(5,)))
     write("slab.gzip.cgns", lambda file: plain(file, maxshape=(None,), **packed))
     write("slab.latest.cgns", lambda file: plain(file, **packed), libver=("v110", "v110"))
@@ -264,5 +290,6 @@ if __name__ == "__main__":
     converted("hdf2adf", os.path.join(here, "slab.plain.cgns"), "slab.adf.cgns")
     converted("hdf2adf", os.path.join(here, "slab.joined.cgns"), "slab.adf.joined.cgns")
     converted("hdf2adf", os.path.join(here, "slab.grids.cgns"), "slab.adf.grids.cgns")
+    converted("hdf2adf", os.path.join(here, "slab.bare.cgns"), "slab.adf.bare.cgns")
     converted("adf2hdf", os.path.join(here, "slab.adf.cgns"), "slab.library.cgns")
     sys.exit(0)

@@ -120,6 +120,32 @@ fn coordinates_of_other_times_are_passed_over() {
     assert!(error.ends_with(expected), "{error}");
 }
 
+/// Fails if the base of surfaces is read as a part of the mesh.
+#[test]
+fn a_base_of_surfaces_is_passed_over() {
+    let (before, file) = slab("surfaces");
+    assert_is_slab("surfaces", &file.mesh, &AREAS);
+    assert_eq!(file.warnings(), ["/Area: a base of surfaces is passed over, and stays"]);
+    assert_is_written_back("surfaces", &before, &file);
+    assert_eq!(file.losses(Path::new("a.vtu")).unwrap()[0], "the base 'Area': not carried into the new file");
+}
+
+/// The size of a zone says how many vertices it has (SIDS: VertexSize).
+///
+/// Fails if coordinates beyond it are vertices.
+#[test]
+fn a_zone_has_as_many_coordinates_as_vertices() {
+    let bytes = bytes("slab.adf.cgns");
+    for size in [11u8, 13, 0] {
+        let mut broken = bytes.clone();
+        broken[data_of(&bytes, "Slab").start] = size;
+        let error = read_bytes("a.cgns", &broken).map(drop).unwrap_err().to_string();
+        let expected =
+            format!("/Base/Slab/GridCoordinates: expected coordinates of {size} vertices, as the zone says, found 12");
+        assert!(error.ends_with(&expected), "{error}");
+    }
+}
+
 /// Where there are only conditions on vertices, they have the faces between their vertices.
 #[test]
 fn conditions_on_vertices_have_the_faces_between_them() {
@@ -130,6 +156,37 @@ fn conditions_on_vertices_have_the_faces_between_them() {
         "16 faces have no boundary condition that holds all their vertices: their family is 'skin', as their section";
     assert_eq!(file.warnings(), [what]);
     assert_is_written_back("vertices", &before, &file);
+}
+
+/// The same where no section has faces: the boundary of the cells has them. Faces between zones are
+/// inside the mesh.
+///
+/// Fails if a mesh without sections of faces is refused, or a side between two cells is a face.
+#[test]
+fn conditions_on_vertices_need_no_section_of_faces() {
+    let third = 1.0 / 3.0;
+    let what = "faces have no boundary condition that holds all their vertices: their family is";
+    let ends = [("inflow", third), ("outflow", third)];
+    for kind in ["bare", "adf.bare"] {
+        let (before, file) = slab(kind);
+        assert_is_slab(kind, &file.mesh, &[&ends[..], &[("boundary", 6.0 - 2.0 * third)]].concat());
+        assert_eq!(file.warnings(), [format!("16 {what} 'boundary'")]);
+        assert_is_written_back(kind, &before, &file);
+    }
+    let (before, file) = slab("bare.zones");
+    let halves = ["Front/boundary", "Back/boundary"].map(|name| (name, 3.0 - third));
+    assert_is_slab("bare.zones", &file.mesh, &[&ends[..], &halves].concat());
+    assert_is_written_back("bare.zones", &before, &file);
+    // Without conditions nothing says what the boundary is.
+    let mut bytes = bytes("slab.adf.bare.cgns");
+    let label = named(&bytes, "ZoneBC") + 4 + 32;
+    bytes[label..label + 8].copy_from_slice(b"ZoneXX_t");
+    let error = read_bytes("a.cgns", &bytes).map(drop).unwrap_err().to_string();
+    assert!(
+        error.contains("/Base/Slab: a zone without sections of faces or conditions on vertices is not read"),
+        "{error}"
+    );
+    assert!(error.contains("save the boundary in sections of TRI_3 or QUAD_4 with a BC_t on each"), "{error}");
 }
 
 /// All vertices of the wing are also vertices of its neighbour.

@@ -1,7 +1,8 @@
 //! The boundary conditions of a zone, which give its faces their families.
 //!
 //! A condition may be given on faces, on vertices or on edges. Conditions on faces count. If a zone
-//! has none, a condition on vertices has the faces all of whose vertices it holds.
+//! has none, a condition on vertices has the faces all of whose vertices it holds. They may be the
+//! sides of cells on the zone's boundary, where no section has faces.
 
 use glam::DVec3;
 
@@ -118,6 +119,10 @@ impl Reader<'_> {
         for condition in &on_edges {
             self.remark(condition, "a boundary condition on edges is passed over");
         }
+        let is_bare = !self.has_faces() && !on_vertices.is_empty();
+        if is_bare {
+            self.add_boundary()?;
+        }
         // Indices of the conditions.
         let mut of_faces = self.faces.each_ref().map(|of_shape| vec![None; of_shape.len()]);
         let mut has_faces = vec![false; on_faces.len()];
@@ -169,7 +174,8 @@ impl Reader<'_> {
         if conditions.first().is_some_and(|condition| condition.kind == Kind::Vertices) {
             for (count, name) in n_without.iter().zip(names.clone()).filter(|(count, _)| **count > 0) {
                 let what = "faces have no boundary condition that holds all their vertices: their family is";
-                self.warnings.push(format!("{count} {what} '{name}', as their section"));
+                let why = if is_bare { "" } else { ", as their section" };
+                self.warnings.push(format!("{count} {what} '{name}'{why}"));
             }
         }
         self.names.extend(conditions.into_iter().map(|condition| condition.family));

@@ -119,6 +119,16 @@ impl<'a> Reader<'a> {
         sections.iter().try_for_each(|section| self.elements(section))
     }
 
+    /// The cells of the zone.
+    pub fn cells(&self) -> impl Iterator<Item = &[u32]> {
+        let [tets, pyramids, prisms, hexahedra] = self.n_cells_before;
+        let others = &self.mesh_builder.others;
+        (self.mesh_builder.tets[tets..].iter().map(|cell| &cell[..]))
+            .chain(others.pyramids[pyramids..].iter().map(|cell| &cell[..]))
+            .chain(others.prisms[prisms..].iter().map(|cell| &cell[..]))
+            .chain(others.hexahedra[hexahedra..].iter().map(|cell| &cell[..]))
+    }
+
     /// Reads a section of elements.
     fn elements(&mut self, (range, section): &(RangeInclusive<i64>, Node)) -> Result<(), ReadError> {
         let of_section = section.integers()?.get(0).unwrap_or_default();

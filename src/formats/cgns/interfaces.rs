@@ -30,13 +30,7 @@ impl<'a> Interfaces<'a> {
     /// # Errors
     /// [`ReadError::Malformed`]: it has a cell of another zone
     pub fn add(&mut self, zone: &Node, reader: &Reader) -> Result<(), ReadError> {
-        let builder = &reader.mesh_builder;
-        let [tets, pyramids, prisms, hexahedra] = reader.n_cells_before;
-        let cells = (builder.tets[tets..].iter().map(|cell| &cell[..]))
-            .chain(builder.others.pyramids[pyramids..].iter().map(|cell| &cell[..]))
-            .chain(builder.others.prisms[prisms..].iter().map(|cell| &cell[..]))
-            .chain(builder.others.hexahedra[hexahedra..].iter().map(|cell| &cell[..]));
-        for cell in cells {
+        for cell in reader.cells() {
             let Some(key) = self.key(cell) else { continue };
             match self.cells.get(&key).filter(|other| *other != zone.path()) {
                 Some(other) => {

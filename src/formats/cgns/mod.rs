@@ -11,6 +11,7 @@
 
 mod adf;
 mod apart;
+mod boundary;
 mod chunks;
 mod columns;
 mod conditions;
@@ -119,6 +120,7 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
     let source = Source::new(path, shared);
     let root = Node::root(&source, adf.as_ref(), || open_hdf5(path, shared))?;
     let bases = root.children("CGNSBase_t")?;
+    let [bases, of_surfaces] = of_volumes(bases)?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete CGNS file?" };
     if bases.is_empty() {
         return Err(missing("base"));
@@ -133,6 +135,9 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
         return Err(missing("zone"));
     }
     let mut reader = Reader::new(path);
+    for base in &of_surfaces {
+        reader.warnings.push(format!("{}: a base of surfaces is passed over, and stays", base.path()));
+    }
     let (mut zones, mut columns) = (Vec::new(), Vec::new());
     for (base, zone) in &nodes {
         for kind in zone.children("ZoneType_t")? {
@@ -143,6 +148,12 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
         }
         let grid = grid_of(zone, &mut reader.warnings)?;
         let (positions, of_zone) = read_coordinates(path, &grid)?;
+        let n_vertices = zone.integers()?.get(0).unwrap_or_default();
+        if n_vertices != positions.len() as i64 {
+            return Err(
+                grid.malformed(format!("coordinates of {n_vertices} vertices, as the zone says"), positions.len())
+            );
+        }
         columns.push(of_zone);
         zones.push(ZonePoints { base, zone, positions });
     }
@@ -155,6 +166,13 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
         }
         zones => read_joined(&mut reader, zones, &mut columns, bases.len() > 1)?,
     };
+    let builder = &reader.mesh_builder;
+    let has_cells = !builder.tets.is_empty() || builder.others.n_cells() > 0;
+    if has_cells && builder.triangles.is_empty() && builder.others.quadrilaterals.is_empty() {
+        let hint = "save the boundary in sections of TRI_3 or QUAD_4 with a BC_t on each (GridLocation FaceCenter), or with a \
+                    BC_t on its vertices (GridLocation Vertex)";
+        return Err(nodes[0].1.unsupported("a zone without sections of faces or conditions on vertices", hint));
+    }
     let Reader { mesh_builder, names, warnings, .. } = reader;
     let mut beside = mesh_builder.passed_over();
     beside.extend(types_of_conditions(nodes.iter().map(|(_, zone)| zone))?);
@@ -162,6 +180,7 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
     for (base, zone) in &nodes {
         of_symmetry.extend(symmetries(base, zone)?);
     }
+    beside.extend(of_surfaces.iter().map(|base| format!("the base '{}'", base.name())));
     let mut others = Vec::new();
     for base in &bases {
         others.extend(base.labelled()?);
@@ -176,6 +195,17 @@ fn read_contents(path: &Path, shared: &Shared) -> Result<Contents, ReadError> {
     }
     let columns = Columns { zones: columns };
     Ok(Contents { mesh_builder, positions, columns, names, symmetries: of_symmetry, beside, warnings })
+}
+
+/// The bases with cells of three dimensions, and beside these the others.
+fn of_volumes<'a>(bases: Vec<Node<'a>>) -> Result<[Vec<Node<'a>>; 2], ReadError> {
+    let dimensions = bases.iter().map(|base| Ok(base.integers()?.get(0))).collect::<Result<Vec<_>, ReadError>>()?;
+    if !dimensions.contains(&Some(3)) {
+        return Ok([bases, Vec::new()]);
+    }
+    let (of_volumes, others): (Vec<_>, Vec<_>) =
+        bases.into_iter().zip(dimensions).partition(|(_, dimension)| *dimension == Some(3));
+    Ok([of_volumes, others].map(|bases| bases.into_iter().map(|(base, _)| base).collect()))
 }
 
 /// Reads several zones into one mesh, and returns the positions of its vertices.
