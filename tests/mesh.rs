@@ -211,6 +211,8 @@ fn broken_meshes_are_refused_by_name() {
 }
 
 /// Faults of tets and triangles are told with their families and their places.
+///
+/// Fails if doubled points are not told, or told of other faces.
 #[test]
 fn faults_are_named_by_family_and_place() {
     // The tets share the face 1 2 3.
@@ -232,6 +234,24 @@ fn faults_are_named_by_family_and_place() {
             at(1)
         )
     );
+    // Appended without merging: the surface with points of its own, and two volumes.
+    let merge = "; other vertices are at the same places: if its points are doubled, merge equal points (\"Clean to Grid\" in \
+                 ParaView)";
+    let mut appended = whole.clone();
+    let n_vertices = whole.vertices.len() as u32;
+    appended.vertices.extend(whole.vertices.clone());
+    appended.triangles.iter_mut().flatten().for_each(|vertex| *vertex += n_vertices);
+    let error = validate(&appended).unwrap_err();
+    assert!(matches!(error, MeshError::FacesOfNoCell { .. }) && error.to_string().ends_with(merge), "{error}");
+    let mut apart = whole.clone();
+    apart.vertices.extend(whole.vertices.clone());
+    apart.tets[1].iter_mut().for_each(|vertex| *vertex += n_vertices);
+    let of_second = |triangle: &[u32; 3]| triangle.iter().all(|vertex| whole.tets[1].contains(vertex));
+    for triangle in apart.triangles.iter_mut().filter(|triangle| of_second(triangle)) {
+        triangle.iter_mut().for_each(|vertex| *vertex += n_vertices);
+    }
+    let error = validate(&apart).unwrap_err();
+    assert!(matches!(error, MeshError::BoundaryWithoutFamily { .. }) && error.to_string().ends_with(merge), "{error}");
     let mut mesh = whole.clone();
     mesh.triangles.push([3, 2, 1]);
     mesh.triangle_family.push(FamilyId(0));

@@ -89,18 +89,20 @@ pub enum MeshError {
     DuplicateFace { faces: Box<[String; 2]>, families: Box<[String; 2]>, vertices: Vec<u32>, at: DVec3 },
     #[error(
         "{count} faces with a family are not faces of cells ({}); the first is {first} of the family '{}' with the vertices \
-         {vertices:?}, near {}; a family holds faces of the boundary, or faces between two cells",
-        listed(families), shown(family), near(*at)
+         {vertices:?}, near {}; a family holds faces of the boundary, or faces between two cells{}",
+        listed(families), shown(family), near(*at), merge(*are_doubled)
     )]
     FacesOfNoCell {
         count: usize,
         /// The families of these faces, each with the number of them.
         families: Vec<(String, usize)>,
-        first: String,
+        first: Box<str>,
         /// The family of the first one.
         family: String,
         vertices: Box<[u32]>,
         at: DVec3,
+        /// Whether other vertices are at the places of the first one's.
+        are_doubled: bool,
     },
     #[error(
         "{inside} of the {all} faces of the family '{}' lie inside the volume, between two cells, the first of them near {}, \
@@ -110,12 +112,28 @@ pub enum MeshError {
     PartlyInside { family: String, inside: usize, all: usize, at: DVec3 },
     #[error(
         "{count} faces on the boundary of the cells belong to no family; the first has the vertices {vertices:?}, near \
-         {}; every boundary face needs a named surface group",
-        near(*at)
+         {}; every boundary face needs a named surface group{}",
+        near(*at), merge(*are_doubled)
     )]
-    BoundaryWithoutFamily { count: usize, vertices: Vec<u32>, at: DVec3 },
+    BoundaryWithoutFamily {
+        count: usize,
+        vertices: Vec<u32>,
+        at: DVec3,
+        /// Whether other vertices are at the places of the first one's.
+        are_doubled: bool,
+    },
     #[error("{triangles} boundary triangles meet in the edge {vertices:?} near {}; exactly two can", near(*at))]
     NonManifoldEdge { vertices: [u32; 2], triangles: usize, at: DVec3 },
+}
+
+/// What to do about doubled points, after a message.
+fn merge(are_doubled: bool) -> &'static str {
+    match are_doubled {
+        true => {
+            "; other vertices are at the same places: if its points are doubled, merge equal points (\"Clean to Grid\" in ParaView)"
+        }
+        false => "",
+    }
 }
 
 /// Families with their numbers of faces, in words.

@@ -286,7 +286,8 @@ fn oriented_triangles(mesh: HybridMesh, faces: &half_face::HalfFaces) -> Result<
     if let Some(&first) = bare.first() {
         let vertices = half_face::face_vertices(mesh, first).vertices().to_vec();
         let at = mesh.vertices()[vertices[0] as usize];
-        return Err(MeshError::BoundaryWithoutFamily { count: bare.len(), vertices, at });
+        let are_doubled = are_doubled(mesh, &vertices);
+        return Err(MeshError::BoundaryWithoutFamily { count: bare.len(), vertices, at, are_doubled });
     }
     Ok(triangles)
 }
@@ -387,12 +388,12 @@ fn check_inside(mesh: HybridMesh, faces: &half_face::HalfFaces, stray: &[u32]) -
         }
         let vertices: Box<[u32]> = mesh.face_vertices(first).into();
         let at = mesh.vertices()[vertices[0] as usize];
-        let family = family_name(mesh, first);
         return Err(MeshError::FacesOfNoCell {
             count: nowhere.len(),
             families,
-            first: mesh.face_name(first),
-            family,
+            first: mesh.face_name(first).into(),
+            family: family_name(mesh, first),
+            are_doubled: are_doubled(mesh, &vertices),
             vertices,
             at,
         });
@@ -417,6 +418,14 @@ fn check_inside(mesh: HybridMesh, faces: &half_face::HalfFaces, stray: &[u32]) -
         }
         None => Ok(()),
     }
+}
+
+/// Whether each of some vertices has another one at its place, as where a volume and its surface,
+/// or two volumes, were put into one file without merging their points.
+fn are_doubled(mesh: HybridMesh, vertices: &[u32]) -> bool {
+    let positions = mesh.vertices();
+    let is_doubled = |&vertex: &u32| positions.iter().filter(|at| **at == positions[vertex as usize]).count() > 1;
+    vertices.iter().all(is_doubled)
 }
 
 /// Checks that a face joins its vertices in the order of the cell's face, either way round.
