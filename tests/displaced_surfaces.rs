@@ -408,6 +408,15 @@ fn single_precision_is_matched_to_its_rounding() {
     assert_eq!(surface.gives(&path, &mesh, "top"), Ok(moves));
 }
 
+/// Fails if the mark that editors put before a text is a letter of STL.
+#[test]
+fn a_byte_order_mark_before_an_stl_text_is_passed_over() {
+    let plain = fs::read(data("surfaces").join("meshio.ascii.stl")).unwrap();
+    let marked = ["\u{feff}".as_bytes(), &plain].concat();
+    let [plain, marked] = [plain, marked].map(|text| formats::surface_of(Path::new("a.stl"), &text).unwrap());
+    assert_eq!(plain, marked);
+}
+
 /// Broken STL files, at their places.
 #[test]
 fn broken_stl_files() {

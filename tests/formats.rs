@@ -6,6 +6,8 @@ mod aflr3;
 mod bombs;
 #[path = "formats/broken.rs"]
 mod broken;
+#[path = "formats/byte_order_mark.rs"]
+mod byte_order_mark;
 #[cfg(feature = "cgns")]
 #[path = "formats/cgns.rs"]
 mod cgns;

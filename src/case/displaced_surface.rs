@@ -220,8 +220,8 @@ impl Columns {
         all.collect::<Result<_, _>>().map(Some)
     }
 
-    /// A field of vectors in words, or three fields of their components, not all zero, that is neither
-    /// known nor no length.
+    /// A field of vectors in words, or three fields of their components. They are not all zero,
+    /// their names are not known, and they may be lengths.
     fn unknown_vector(&self, surface: &Surface) -> Option<String> {
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let field = |column: usize| &surface.fields[self.of[column].0];

@@ -152,7 +152,11 @@ impl Reader<'_> {
 /// Reads an AFLR3 file from its (decompressed) bytes. The `.mapbc` file is searched beside `path`.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
     let variant = Variant::of(extension);
-    let mut reader = Reader { scanner: Scanner::new(path, &bytes), variant };
+    let scanner = match variant.encoding {
+        Encoding::Text => Scanner::of_text(path, &bytes),
+        Encoding::Binary(_) => Scanner::new(path, &bytes),
+    };
+    let mut reader = Reader { scanner, variant };
     (reader.scanner.encoding, reader.scanner.width) = (variant.encoding, variant.width);
     let wide = variant.index_bytes();
     reader.record(Some(28))?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::error::{Location, ReadError};
-use super::scanner::{find_byte, next_token, parse_double, parse_unsigned, shown};
+use super::scanner::{byte_order_mark, find_byte, next_token, parse_double, parse_unsigned, shown};
 
 /// A position in a text file's bytes.
 pub(super) struct Lines<'a> {
@@ -26,7 +26,7 @@ pub(super) struct Line<'a> {
 
 impl<'a> Lines<'a> {
     pub fn new(path: &'a Path, bytes: &'a [u8], comments: &'static [u8]) -> Self {
-        Self { path, bytes, comments, at: 0 }
+        Self { path, bytes, comments, at: byte_order_mark(bytes) }
     }
 
     /// The next line that is not blank.

@@ -73,6 +73,11 @@ impl Endian {
     }
 }
 
+/// Length of the byte order mark that some editors put before a text in UTF-8.
+pub(super) fn byte_order_mark(text: &[u8]) -> usize {
+    if text.starts_with("\u{feff}".as_bytes()) { "\u{feff}".len() } else { 0 }
+}
+
 /// Index of the first occurrence of a byte. The standard library's search tests many bytes at a
 /// time.
 #[inline]
@@ -134,6 +139,11 @@ pub(super) struct Scanner<'a> {
 impl<'a> Scanner<'a> {
     pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
         Self { bytes, path, at: 0, last: 0, encoding: Encoding::Text, width: Width::Double }
+    }
+
+    /// A scanner of a file that begins with text.
+    pub fn of_text(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Self { at: byte_order_mark(bytes), ..Self::new(path, bytes) }
     }
 
     pub fn path(&self) -> &'a Path {

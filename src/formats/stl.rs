@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::error::{Location, ReadError};
 use super::mesh_builder::{MOST_VERTICES, check_finite_at};
-use super::scanner::{parse_double, shown};
+use super::scanner::{byte_order_mark, parse_double, shown};
 use super::surface::Surface;
 use crate::memory::check_memory;
 
@@ -25,11 +25,12 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Surface, ReadError> {
     let declared = declared.map_or(0, |&count| u32::from_le_bytes(count) as usize);
     // Binary files may begin with `solid` too, so the length decides.
     let is_binary = bytes.len() >= HEAD && bytes.len() - HEAD == declared.saturating_mul(TRIANGLE);
+    let text = &bytes[byte_order_mark(bytes)..];
     let mut points = Points { path, ..Points::default() };
     if is_binary {
         read_binary(bytes, &mut points)?;
-    } else if bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
-        read_text(bytes, &mut points)?;
+    } else if text.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
+        read_text(text, &mut points)?;
     } else {
         let expected = format!("'solid', or {declared} triangles of {TRIANGLE} bytes after {HEAD} bytes");
         let found = format!("{} bytes", bytes.len());

@@ -1,5 +1,6 @@
 //! Writes a mesh: its source file with other coordinates, or a new file.
 
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +11,7 @@ use super::atomic::{self, FileSet};
 use super::document::{Companion, SourceFile, check_single};
 use super::error::WriteError;
 use super::format::{Create, Format, needs_folder};
+use super::input::read_file;
 use super::mapbc;
 use super::new_file::{Cells, Fields, NewFile, check_finite, check_length};
 use super::openfoam;
@@ -167,6 +169,29 @@ impl MeshFile {
         Ok(())
     }
 
+    /// Removes the names of the families that an earlier result at `path` has left, when a set is
+    /// placed that has no mesh there: a file as it would be written now. One that differs, or that
+    /// belongs to another mesh too, stays.
+    ///
+    /// # Errors
+    ///
+    /// [`WriteError`]: the extension belongs to no format.
+    pub(crate) fn remove_names_beside(&self, files: &mut FileSet, path: &Path) -> Result<(), WriteError> {
+        let (format, extension) = output_format(path)?;
+        let created = || Some(format.companion?(&self.new_file(&self.mesh.vertices, Fields::default(), extension)));
+        let companion = match self.source(format, extension) {
+            Some(document) => document.companion.clone(),
+            None => created(),
+        };
+        let Some(Companion { path: beside, bytes: Some(bytes), .. }) = companion else { return Ok(()) };
+        let beside = beside(path);
+        let is_own = || read_file(&beside).is_ok_and(|there| there == bytes);
+        if !path.exists() && is_own() && !has_mesh(&beside) {
+            files.remove_stale(beside);
+        }
+        Ok(())
+    }
+
     /// The file beside the mesh file at `path` that the mesh was read from too: the names of its
     /// families.
     pub fn file_beside(&self, path: &Path) -> Option<PathBuf> {
@@ -293,6 +318,18 @@ pub fn twin(path: &Path) -> Option<PathBuf> {
 fn names_folder(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     name.starts_with(openfoam::NAMES[0])
+}
+
+/// Whether a mesh has its names in this `.mapbc` file.
+fn has_mesh(names: &Path) -> bool {
+    let is_of_mesh = |path: PathBuf| {
+        let format = format_of(&path).filter(|(format, _)| format.companion.is_some());
+        format.is_some_and(|(format, _)| mapbc::path_beside(&path, format.extensions) == names)
+    };
+    let folder = names.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let beside = |entry: fs::DirEntry| is_of_mesh(names.with_file_name(entry.file_name()));
+    // A folder that cannot be read may hold one.
+    fs::read_dir(folder).map_or(true, |entries| entries.flatten().any(beside))
 }
 
 /// Checks that an existing companion file beside `path` belongs to this mesh.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::SessionError;
-use crate::formats::{self, is_special, real_path, write_atomically};
+use crate::formats::{self, Sync, folder_to_disk, is_special, real_path, write_atomically};
 
 /// How often a folder is made again that another job removes meanwhile.
 const ATTEMPTS: usize = 1000;
@@ -25,16 +25,22 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder and its parents, if they are missing. Other jobs may make and remove the
-    /// same folders meanwhile.
+    /// Makes the folder and its parents, if they are missing, and brings their names to the disk:
+    /// results in a folder whose name a power cut takes would be lost. Other jobs may make and
+    /// remove the same folders meanwhile.
     ///
     /// # Errors
     /// [`SessionError::CannotWrite`]: a folder cannot be made, or the path is a file.
     pub fn make(path: &Path) -> Result<Self, SessionError> {
+        Self::make_with(path, &mut |_, file| file.sync_all())
+    }
+
+    /// [`Self::make`] with a function that brings the entries of a folder to the disk.
+    fn make_with(path: &Path, sync: &mut Sync) -> Result<Self, SessionError> {
         let mut folder = Self::default();
         let mut attempts = 0..ATTEMPTS;
         loop {
-            let made = folder.make_missing(path).and_then(|()| match formats::temporary_file(path) {
+            let made = folder.make_missing(path, sync).and_then(|()| match formats::temporary_file(path) {
                 Ok(held) => Ok(Some(held)),
                 Err(error) if error.kind() == io::ErrorKind::NotFound => Err(error),
                 // The outputs may be elsewhere, and the checks of their places tell better.
@@ -53,12 +59,15 @@ impl Folder {
     }
 
     /// Makes the folders that are missing.
-    fn make_missing(&mut self, path: &Path) -> io::Result<()> {
+    fn make_missing(&mut self, path: &Path, sync: &mut Sync) -> io::Result<()> {
         let exists = |path: &Path| path.as_os_str().is_empty() || path.exists();
         let missing: Vec<_> = path.ancestors().take_while(|path| !exists(path)).collect();
         for ancestor in missing.into_iter().rev() {
             match fs::create_dir(ancestor) {
-                Ok(()) => self.made.push(ancestor.to_path_buf()),
+                Ok(()) => {
+                    self.made.push(ancestor.to_path_buf());
+                    folder_to_disk(ancestor, sync)?;
+                }
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => match fs::symlink_metadata(ancestor) {
                     Ok(_) if ancestor.is_dir() => {}
                     Ok(metadata) if !metadata.is_dir() => return Err(error),
@@ -179,6 +188,22 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
 mod tests {
     use super::*;
 
+    /// Fails if the name of a folder that was made is not brought to the disk.
+    #[test]
+    fn names_of_new_folders_are_brought_to_the_disk() {
+        let here = tempfile::tempdir().unwrap();
+        let [a, b, c] = ["a", "a/b", "a/b/c"].map(|name| here.path().join(name));
+        let mut synced = Vec::new();
+        let mut note = |path: &Path, _: &fs::File| {
+            synced.push(path.to_path_buf());
+            Ok(())
+        };
+        let _first = Folder::make_with(&a, &mut note).unwrap();
+        let _second = Folder::make_with(&c, &mut note).unwrap();
+        let _third = Folder::make_with(&c, &mut note).unwrap();
+        assert_eq!(synced, [here.path(), &a, &b]);
+    }
+
     #[test]
     fn an_unused_folder_goes_away() {
         let here = tempfile::tempdir().unwrap();
@@ -202,7 +227,7 @@ mod tests {
                 let path = &path;
                 scope.spawn(move || {
                     for round in 0..200 {
-                        let folder = Folder::make(path).unwrap();
+                        let folder = Folder::make_with(path, &mut |_, _| Ok(())).unwrap();
                         let result = path.join(format!("{job}.{round}"));
                         fs::write(&result, "").unwrap();
                         fs::remove_file(&result).unwrap();

@@ -270,8 +270,11 @@ impl Outputs {
             measures: outcome.cell_measures.as_deref(),
         };
         for path in &self.meshes {
-            let path = if outcome.is_valid() { path.clone() } else { invalid_name(path) };
-            case.file.add_to(files, &path, moved.vertices(), &fields)?;
+            let written = if outcome.is_valid() { path.clone() } else { invalid_name(path) };
+            case.file.add_to(files, &written, moved.vertices(), &fields)?;
+            if !outcome.is_valid() {
+                case.file.remove_names_beside(files, path)?;
+            }
         }
         if (outcome.inverted > 0 || !outcome.self_intersecting.is_empty())
             && let Some(first) = self.meshes.first()
@@ -302,21 +305,24 @@ impl Outputs {
 }
 
 /// Removes a file of an earlier result, or the files of a mesh that is a folder. The name of an
-/// invalid mesh is idmesh's own, so such a folder goes whole.
+/// invalid mesh is idmesh's own, so such a folder goes with all its files: those of the mesh that
+/// was read, such as its zones, are there too.
 fn remove_result(path: &Path) -> Result<(), SessionError> {
     let is_invalid = path.file_name().is_some_and(|name| name.to_string_lossy().contains(".invalid"));
     if path.is_dir() {
-        let names: &[&str] =
-            if is_invalid { &["points", "faces", "owner", "neighbour", "boundary"] } else { &["points"] };
-        let files: Vec<PathBuf> =
-            names.iter().flat_map(|name| [path.join(name), path.join(format!("{name}.gz"))]).collect();
-        let is_mesh = files.iter().any(|file| file.is_file());
-        files.iter().try_for_each(|file| remove_file(file))?;
-        // A folder that was empty before is none of idmesh's.
-        if is_invalid && is_mesh {
+        let points = ["points", "points.gz"].map(|name| path.join(name));
+        // A folder without points is none of idmesh's.
+        if is_invalid && points.iter().any(|points| points.is_file()) {
+            let entries = fs::read_dir(path).map_err(|error| cannot_write(path, error))?;
+            // Links may lead to files of others, and hidden files are of jobs that are under way.
+            let is_own = |entry: &fs::DirEntry| {
+                entry.file_type().is_ok_and(|kind| kind.is_file())
+                    && !entry.file_name().as_encoded_bytes().starts_with(b".")
+            };
+            entries.flatten().filter(is_own).try_for_each(|entry| remove_file(&entry.path()))?;
             let _ = fs::remove_dir(path);
         }
-        return Ok(());
+        return points.iter().try_for_each(|points| remove_file(points));
     }
     if is_invalid && path.is_file() {
         // The names of the families beside it.

@@ -209,7 +209,8 @@ mod tests {
     use super::super::fields;
     use super::*;
 
-    /// Fails if a triple goes unseen, or if positions, normals or one letter alone are taken for one.
+    /// Fails if a triple goes unseen, or if positions, normals or one letter alone are taken for
+    /// one.
     #[test]
     fn unknown_vectors_are_found() {
         let unknown = |header: &str| Header::of(&fields(header)).unknown_vectors();

@@ -163,6 +163,66 @@ fn inverted_meshes_get_another_name() {
     assert!(!fixture.path("moved.msh").exists());
 }
 
+/// An invalid OpenFOAM folder goes with the next run, with all files that came from the mesh, such
+/// as its zones. What is not idmesh's stays.
+///
+/// Fails if files that are not of every mesh are left, or if a link or a folder goes.
+#[test]
+fn an_invalid_folder_goes_with_its_zones() {
+    let fixture = Fixture::new();
+    ["mesh", "moved"].iter().for_each(|name| fs::create_dir(fixture.path(name)).unwrap());
+    assert_good(&fixture.idmesh(&["convert", "box.msh", "mesh/polyMesh"]));
+    for zones in ["cellZones", "faceZones", "pointZones.gz"] {
+        fixture.write(&format!("mesh/polyMesh/{zones}"), "zones");
+    }
+    let case = CASE.replace("box.msh", "mesh/polyMesh").replace("moved.msh", "moved/polyMesh");
+    fixture.write("case.toml", &case);
+    let run = |height: f64, exit: i32| {
+        fixture.write("new.csv", &profiles(&[(0, 0.3, height), (1, 1.2, height)]));
+        let output = fixture.run();
+        assert_eq!(output.status.code(), Some(exit), "{}", stderr(&output));
+    };
+    let invalid = fixture.path("moved/polyMesh.invalid");
+    run(3.0, 5);
+    assert!(invalid.join("cellZones").is_file() && !fixture.path("moved/polyMesh").exists());
+    run(0.1, 0);
+    assert!(!invalid.exists() && fixture.path("moved/polyMesh/pointZones.gz").is_file());
+    run(3.0, 5);
+    fs::create_dir(invalid.join("sets")).unwrap();
+    run(0.1, 0);
+    let left: Vec<_> = fs::read_dir(&invalid).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["sets"]);
+}
+
+/// The names beside a mesh that is not there any more would name another mesh's families.
+///
+/// Fails if they are left, or if a file that its owner has changed goes.
+#[test]
+fn names_of_an_earlier_result_go_with_it() {
+    let fixture = Fixture::new();
+    fixture.case("moved.msh", "moved.lb8.ugrid");
+    let run = |height: f64, exit: i32| {
+        fixture.write("new.csv", &profiles(&[(0, 0.3, height), (1, 1.2, height)]));
+        let output = fixture.run();
+        assert_eq!(output.status.code(), Some(exit), "{}", stderr(&output));
+    };
+    run(0.1, 0);
+    let names = fixture.read("moved.mapbc");
+    run(3.0, 5);
+    assert!(!fixture.path("moved.mapbc").exists());
+    assert_eq!(fixture.read("moved.invalid.mapbc"), names);
+    run(0.1, 0);
+    let changed = fixture.read("moved.mapbc").replacen("1 0 ", "1 4000 ", 1);
+    fixture.write("moved.mapbc", &changed);
+    run(3.0, 5);
+    assert_eq!(fixture.read("moved.mapbc"), changed);
+    // Another mesh has the same names beside it.
+    fixture.write("moved.mapbc", &names);
+    fs::write(fixture.path("moved.meshb"), "a mesh").unwrap();
+    run(3.0, 5);
+    assert_eq!(fixture.read("moved.mapbc"), names);
+}
+
 /// A good result, then a bad one, then a good one, then a case that cannot be read: nothing under
 /// the names of a result is of another run, and the report says what the exit code says.
 #[test]

@@ -63,8 +63,8 @@ fn odd_names_stay_apart_and_changes_are_told() {
     }
 }
 
-/// OpenFOAM's reader of words takes a digit, `-` or `.` for the begin of a number (`ISstream::read`),
-/// and checkMesh then finds no patches.
+/// OpenFOAM's reader of words takes a digit, `-` or `.` for the begin of a number
+/// (`ISstream::read`), and checkMesh then finds no patches.
 ///
 /// Fails if such a name is written bare.
 #[test]

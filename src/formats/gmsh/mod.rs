@@ -95,7 +95,7 @@ pub(super) fn read_surface(path: &Path, bytes: &[u8]) -> Result<Surface, ReadErr
 
 fn read_sections(path: &Path, bytes: &[u8]) -> Result<Parts, ReadError> {
     let mut parts = Parts::default();
-    let mut scanner = Scanner::new(path, bytes);
+    let mut scanner = Scanner::of_text(path, bytes);
     while scanner.remaining() > 0 {
         // Text between the sections is a comment for Gmsh too.
         if let Some(name) = scanner.line().strip_prefix(b"$") {

@@ -51,8 +51,9 @@ struct Reader<'a> {
 
 /// Reads a Medit file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
+    let is_text = extension == "mesh";
     let mut reader = Reader {
-        scanner: Scanner::new(path, &bytes),
+        scanner: if is_text { Scanner::of_text(path, &bytes) } else { Scanner::new(path, &bytes) },
         long: false,
         dimension: false,
         positions: None,
@@ -61,7 +62,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
         names: Vec::new(),
         beside: Vec::new(),
     };
-    if extension == "mesh" {
+    if is_text {
         reader.text()?;
     } else {
         reader.binary()?;

@@ -18,7 +18,7 @@ pub(super) struct File<'a> {
 impl<'a> File<'a> {
     /// Reads the header: `FoamFile { format ascii; arch "LSB;label=32;scalar=64"; ... }`.
     pub fn open(path: &'a Path, bytes: &'a [u8]) -> Result<Self, ReadError> {
-        let mut file = Self { scanner: Scanner::new(path, bytes), label: Number::I32 };
+        let mut file = Self { scanner: Scanner::of_text(path, bytes), label: Number::I32 };
         let found = file.word("FoamFile")?;
         if found != b"FoamFile" {
             return Err(file.scanner.malformed("FoamFile", shown(found)));

@@ -58,7 +58,7 @@ struct Parts<'a> {
 
 /// Reads a legacy VTK file from its (decompressed) bytes. `path` is for messages.
 fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, ReadError> {
-    let mut scanner = Scanner::new(path, &bytes);
+    let mut scanner = Scanner::of_text(path, &bytes);
     let (names, parts) = read_sections(&mut scanner, "UNSTRUCTURED_GRID")?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
     let Parts { points, corners, types, cells_at, mut families, mut beside, .. } = parts;
@@ -83,7 +83,7 @@ fn read(path: &Path, extension: &'static str, bytes: Vec<u8>) -> Result<Parsed, 
 
 /// The points and lines of a poly data file.
 pub(super) fn read_lines<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Vec<DVec3>, Corners<'a>), ReadError> {
-    let (_, parts) = read_sections(&mut Scanner::new(path, bytes), "POLYDATA")?;
+    let (_, parts) = read_sections(&mut Scanner::of_text(path, bytes), "POLYDATA")?;
     let missing = |what| ReadError::Missing { path: path.into(), what, hint: "is it a complete VTK file?" };
     let (points, _) = parts.points.ok_or_else(|| missing("POINTS"))?;
     Ok((points, parts.corners.ok_or_else(|| missing("LINES"))?))
