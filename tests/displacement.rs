@@ -320,6 +320,13 @@ fn displacements_beside_an_index_are_not_lost() {
         assert_eq!(moved, [DVec3::new(0.0, 0.0, 0.5), DVec3::ZERO], "{names}");
         assert!(matched(&format!("index,x,y,z,{names}"), "1,1,0,0,0,0,0\n3,0,0,1,0,0,0\n").is_ok(), "{names}");
     }
+    // Positions of few digits move by their rounding alone.
+    let thirds: Vec<DVec3> = vertices.iter().map(|at| *at / 3.0).collect();
+    let rounded = rows("index,x,y,z,ux,uy,uz\n1,0.3333,0,0,0,0,0.5\n3,0,0,0.3333,0,0.25,0\n").unwrap();
+    let error = displacement::match_displacements(&rounded, &thirds, &[1, 3], 1e-5).unwrap_err().to_string();
+    assert!(error.contains("the columns 'ux', 'uy', 'uz' may be"), "{error}");
+    let moved = rows("index,x,y,z,ux,uy,uz\n1,0.3353,0,0,0,0,0.5\n3,0,0,0.3333,0,0.25,0\n").unwrap();
+    assert!(displacement::match_displacements(&moved, &thirds, &[1, 3], 1e-5).is_ok());
     // What a flow solver writes beside positions that did not move is no displacement.
     for names in ["Pressure,Temperature,Mach", "nx,ny,nz", "Momentum_x,Momentum_y,Momentum_z"] {
         let found = matched(&format!("PointID,x,y,z,{names}"), "1,1,0,0,9,9,9\n3,0,0,1,9,9,9\n").unwrap();

@@ -19,6 +19,7 @@ use glam::DVec3;
 pub(super) use super::by_triangles::Family;
 use super::by_triangles::by_triangles;
 use super::displacement::{DisplacementError, DisplacementRow, DisplacementTable, RowPlace, match_rows};
+use super::rounding::{at_rest, by_digits};
 use crate::formats::Surface;
 use crate::mesh::TetMesh;
 use crate::text::header::{DISPLACEMENT, Header, ORIGINAL, Vector};
@@ -113,7 +114,8 @@ pub(super) fn match_points(
         }
     };
     // A displacement under an unknown name leaves the points where they are.
-    if rows.iter().all(|row| row.displacement.length() <= tolerance)
+    let limit = at_rest(tolerance, rounding(surface));
+    if rows.iter().all(|row| row.displacement.length() <= limit)
         && let Some(array) = columns.unknown_vector(surface)
     {
         return Err(bad(format!(
@@ -129,9 +131,6 @@ fn largest(surface: &Surface) -> f64 {
     surface.points.iter().map(|point| point.abs().max_element()).fold(0.0, f64::max)
 }
 
-/// Digits of a number in double precision, beyond which a file has lost none.
-const DOUBLE: usize = 15;
-
 /// The greatest rounding of the points of a surface, in its unit: that of single precision, or of
 /// the digits in which all coordinates are written, if these are fewer than a double has.
 pub(super) fn rounding(surface: &Surface) -> f64 {
@@ -139,16 +138,7 @@ pub(super) fn rounding(surface: &Surface) -> f64 {
     if surface.is_single {
         return single;
     }
-    let digits =
-        |value: f64| format!("{value:e}").bytes().take_while(|&byte| byte != b'e').filter(u8::is_ascii_digit).count();
-    let mut most = 1;
-    for value in surface.points.iter().flat_map(|point| point.to_array()) {
-        most = most.max(digits(value));
-        if most > DOUBLE {
-            return 0.0;
-        }
-    }
-    single.min(10f64.powi(1 - most as i32) * largest(surface))
+    single.min(by_digits(surface.points.iter().copied()))
 }
 
 /// The displacement from a vertex to its point. A coordinate that differs by no more than the

@@ -12,6 +12,7 @@ use glam::DVec3;
 
 pub use super::displacement_error::{DisplacementError, Misfit, RowPlace};
 use super::new_positions::{self, NewPosition};
+use super::rounding::{NEAREST, at_rest, by_digits};
 use crate::formats::read_named;
 use crate::mover::prescribed::differ;
 use crate::text::header::{self, Header};
@@ -204,8 +205,10 @@ pub fn match_rows(
             DisplacementRow { place: RowPlace::Line(line), position, displacement: new - position }
         };
         let rows: Vec<_> = matched.into_iter().map(row).collect();
+        let rounding = || by_digits(table.new_positions.iter().map(|row| row.position));
+        let is_at_rest = |limit: f64| rows.iter().all(|row| row.displacement.length() <= limit);
         return match &table.unread {
-            Some(names) if rows.iter().all(|row| row.displacement.length() <= tolerance) => {
+            Some(names) if is_at_rest(at_rest(tolerance, rounding())) => {
                 Err(DisplacementError::Unread { path: table.path.clone(), names: names.clone() })
             }
             _ => Ok(rows),
@@ -249,10 +252,6 @@ pub fn match_rows(
 
 /// Factors by which programs' units of length differ: m, dm, cm, mm, um, inch, foot.
 const UNITS: [f64; 14] = [1e3, 1e-3, 1e2, 1e-2, 1e1, 1e-1, 1e6, 1e-6, 0.0254, 25.4, 2.54, 0.3048, 304.8, 12.0];
-
-/// A rounded position is nearer to its vertex than to any other, by so many tolerances: half the
-/// shortest edge.
-const NEAREST: f64 = 500.0;
 
 /// What all rows have in common that do not fit a family, if there is such a thing.
 fn misfit(table: &DisplacementTable, vertices: &[DVec3], family_vertices: &[u32], tolerance: f64) -> Option<Misfit> {

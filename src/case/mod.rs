@@ -31,6 +31,7 @@ mod displacement_error;
 mod new_positions;
 mod plausible;
 mod profile_files;
+mod rounding;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
