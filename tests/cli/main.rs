@@ -23,6 +23,7 @@ mod left_handed;
 #[cfg(target_os = "linux")]
 mod memory;
 mod odd;
+mod page;
 mod refine;
 mod refusals;
 mod results;
