@@ -4,6 +4,7 @@
 mod at_once;
 mod batch;
 mod book;
+mod browser;
 #[cfg(target_os = "linux")]
 mod claims;
 mod commands;

@@ -127,15 +127,16 @@ fn the_figures_are_those_of_the_report() {
 }
 
 /// The mesh and the case with a family of another name.
-fn with_family(fixture: &Fixture, name: &str) {
+pub fn with_family(fixture: &Fixture, name: &str) {
     fixture.write("box.msh", &fixture.read("box.msh").replace("\"symmetry\"", &format!("\"{name}\"")));
     fixture.write("case.toml", &fixture.read("case.toml").replace("[family.symmetry]", &format!("[family.'{name}']")));
 }
 
 /// A name that would end the script, and one that would begin an element.
-const HOSTILE: &str = "</script><img src=x onerror=document.body.remove()>&amp;";
+pub const HOSTILE: &str = "</script><img src=x onerror=document.body.remove()>&amp;";
 
-/// Fails if a name becomes markup, or if the page names another source.
+/// Fails if a name becomes markup, or if the page names another source. That of a browser is in
+/// `browser`.
 #[test]
 fn a_page_holds_names_as_text_and_no_address() {
     let fixture = Fixture::new();
