@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::console::Console;
 use super::failure::Failure;
 use super::json::{check_json, print_json};
-use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, read_case};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, page_target, read_case};
 use crate::case::{LoadedCase, NamedFiles, Output};
 use crate::formats::read_file;
 use crate::report::{is_page, kind_table, stage_remark, stage_table};
@@ -29,15 +29,6 @@ pub(super) struct Arguments {
     /// Write the run report as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE", value_parser = json_target)]
     json: Option<JsonTarget>,
-}
-
-/// The file of a page.
-fn page_target(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html")) {
-        true => Ok(path),
-        false => Err("expected a name ending in .html".to_owned()),
-    }
 }
 
 impl Arguments {

@@ -23,7 +23,7 @@ use crate::mesh::{CellKind, FamilyId, HybridMesh, KindQuality};
 
 pub use checksums::{Checksums, Sums};
 pub use histogram::{Measured, Series, histogram_svg};
-pub use page::{Page, is_page};
+pub use page::{Page, batch_html, is_page};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
 
 pub use worst_cells::WorstCell;

@@ -1,5 +1,7 @@
 //! [`WorstCell`]: where the quality of a moved mesh is lowest.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use serde::Serialize;
 
@@ -52,9 +54,9 @@ pub(super) fn lowest(values: &[f64], count: usize) -> Vec<usize> {
 
 /// The measure of each cell of the moved mesh `[n_cells]`, by which cells are ranked: beta in a
 /// mesh of tets, the scaled Jacobian of the worst corner in a mesh with other cells.
-pub(super) fn ranking(outcome: &Outcome) -> Vec<f64> {
+pub(super) fn ranking(outcome: &Outcome) -> Cow<'_, [f64]> {
     match &outcome.cell_measures {
-        None => outcome.beta.clone(),
+        None => Cow::Borrowed(&outcome.beta),
         Some(measures) => measures.iter().map(|cell| cell.jacobian).collect(),
     }
 }

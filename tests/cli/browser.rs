@@ -116,6 +116,21 @@ fn a_hostile_name_is_shown() {
     assert!(document.matches("&lt;/script&gt;&lt;img").count() >= 2);
 }
 
+/// Fails if the script of a batch's page does not run under the page's policy.
+#[test]
+fn the_page_of_a_batch_is_sorted_and_filtered() {
+    if is_off() {
+        return;
+    }
+    let fixture = Fixture::with_designs(2);
+    let batch = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "--out", "moved"];
+    assert_good(&fixture.idmesh(&[&batch[..], &["--json", "all.jsonl"]].concat()));
+    assert_good(&fixture.idmesh(&["report", "all.jsonl", "-o", "designs.html"]));
+    let document = opened(&fixture.path("designs.html"));
+    assert_eq!(data(&document)["state"], "ready");
+    assert!(document.contains("<output id=\"shown\">2 of 2</output>"));
+}
+
 /// Above 200 000 cells a page holds a part of the mesh, says so, and has at most 3 MB.
 #[test]
 fn a_large_mesh_is_shown_in_part() {

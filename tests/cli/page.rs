@@ -168,3 +168,23 @@ fn designs_have_pages() {
         assert!(fixture.read(&format!("moved/{name}.html")).contains(&format!("<title>{name}: valid</title>")));
     }
 }
+
+/// The page of a batch has a row for each design of the reports, and joins them as `--join` does.
+/// Fails if a design is left out, if `--join` is not done beside it, or if nothing is asked for.
+#[test]
+fn a_batch_has_a_page_of_its_designs() {
+    let fixture = Fixture::with_designs(3);
+    fixture.write("designs/2.csv", "profile,x,y,z\n0,no,number,0\n");
+    let batch = ["batch", "case.toml", "--backend", "cpu", "--designs", "designs", "--out", "moved"];
+    let output = fixture.idmesh(&[&batch[..], &["--json", "all.jsonl"]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_good(&fixture.idmesh(&["report", "all.jsonl", "-o", "designs.html", "--join", "-"]));
+    assert_good(&fixture.idmesh(&["report", "all.jsonl", "all.jsonl", "-o", "designs.html"]));
+    let page = fixture.read("designs.html");
+    for (name, verdict) in [("0", "valid"), ("1", "valid"), ("2", "not moved")] {
+        assert_eq!(page.matches(&format!("<td>{name}</td>\n<td>{verdict}</td>")).count(), 1, "{name}");
+    }
+    assert!(page.contains("2 of 3 valid") && !page.contains("http:"));
+    assert_eq!(fixture.idmesh(&["report", "all.jsonl"]).status.code(), Some(2));
+    assert_eq!(fixture.idmesh(&["report", "all.jsonl", "-o", "all.jsonl"]).status.code(), Some(2));
+}

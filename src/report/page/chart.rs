@@ -72,7 +72,7 @@ impl Chart {
     /// - `labels`: of the two axes
     pub fn new(size: [f64; 2], title: &str, x: Axis, y: Axis, labels: [&str; 2]) -> Self {
         let [width, height] = size;
-        let area = [54.0, width - 12.0, 22.0, height - 38.0];
+        let area = [54.0, width - 18.0, 22.0, height - 38.0];
         let mut chart = Self { svg: Svg::inline(width, height, title), x, y, area };
         let [left, right, top, bottom] = area;
         for tick in y.ticks(4) {
@@ -103,6 +103,12 @@ impl Chart {
     pub fn curve(&mut self, class: &'static str, points: impl IntoIterator<Item = [f64; 2]>) {
         let places: Vec<[f64; 2]> = points.into_iter().map(|[x, y]| self.place(x, y)).collect();
         polyline(&mut self.svg, class, &places);
+    }
+
+    /// Adds a dot.
+    pub fn dot(&mut self, class: &'static str, x: f64, y: f64) {
+        let [x, y] = self.place(x, y);
+        self.svg.element("circle", &[("class", &class), ("cx", &Pixels(x)), ("cy", &Pixels(y)), ("r", &2.5)]);
     }
 
     /// Adds a line between two places of the picture.

@@ -101,7 +101,9 @@ pub(super) fn number(value: f64) -> String {
         let text = format!("{value:.decimals$}");
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     } else {
-        format!("{value:.2e}")
+        let text = format!("{value:.2e}");
+        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+        format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
     }
 }
 
@@ -146,7 +148,7 @@ mod tests {
     fn numbers_have_four_digits() {
         let cases = [(0.0, "0"), (0.0092751, "0.009275"), (-1.5, "-1.5"), (20.0, "20"), (12345.6, "12346")];
         cases.iter().for_each(|&(value, text)| assert_eq!(number(value), text));
-        assert_eq!((number(6.604e-6), number(f64::NAN)), ("6.60e-6".to_owned(), "\u{2013}".to_owned()));
+        assert_eq!([6.604e-6, 1e-4, f64::NAN].map(number), ["6.6e-6", "1e-4", "\u{2013}"]);
         assert_eq!((count(97694), count(12)), ("97\u{a0}694".to_owned(), "12".to_owned()));
     }
 }

@@ -13,7 +13,9 @@
 //! | `quality_charts`, `section_charts`, `relaxation_charts` | what the diagrams show |
 //! | `scene`, `coding` | the mesh for the script, and how it is packed |
 //! | `style.css`, `view.js` | the style sheet and the script |
+//! | `batch`, `batch.js` | the page of many designs |
 
+mod batch;
 mod chart;
 mod coding;
 mod html;
@@ -32,6 +34,7 @@ use super::{Measured, RunReport};
 use crate::mesh::{CellMeasures, HybridMesh, measures};
 use crate::mover::{Design, Outcome, Settings};
 use crate::profile::Profile;
+pub use batch::batch_html;
 use html::{Html, number};
 use relaxation_charts::Group;
 use scene::Scene;
@@ -81,15 +84,7 @@ impl Page<'_> {
         let bodies: Vec<&str> = self.roles.iter().filter(|(_, role)| is_body(role)).map(|(name, _)| *name).collect();
         let scene = Scene::new(self.outcome, &bodies, self.report.worst_cells.as_deref().unwrap_or_default())?;
         let mut html = Html::default();
-        html.markup(BEGIN);
-        html.markup("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
-        let policy = format!(
-            "default-src 'none'; style-src '{}'; script-src '{}'; base-uri 'none'; form-action 'none'",
-            checksum(STYLE),
-            checksum(SCRIPT)
-        );
-        html.markup("<meta http-equiv=\"Content-Security-Policy\" content=\"").text(policy).markup("\">\n");
-        html.element("title", format_args!("{}: {}", self.name(), verdict::word(self.report)));
+        begin(&mut html, &format!("{}: {}", self.name(), verdict::word(self.report)), SCRIPT);
         html.markup("<style>").markup(STYLE).markup("</style>\n<body data-state=\"text\">\n");
         verdict::write(self, &mut html);
         html.markup("<main>\n<div class=\"text\">\n");
@@ -192,6 +187,20 @@ impl Page<'_> {
         }
         html.markup("</div></section>\n");
     }
+}
+
+/// Begins a page with its policy: no source but the page itself, and no style and no script but its
+/// own.
+fn begin(html: &mut Html, title: &str, script: &str) {
+    html.markup(BEGIN);
+    html.markup("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+    let policy = format!(
+        "default-src 'none'; style-src '{}'; script-src '{}'; base-uri 'none'; form-action 'none'",
+        checksum(STYLE),
+        checksum(script)
+    );
+    html.markup("<meta http-equiv=\"Content-Security-Policy\" content=\"").text(policy).markup("\">\n");
+    html.element("title", title);
 }
 
 /// The names of the lines in a chart.

@@ -5,6 +5,7 @@
 //! and displacements i16. They are to look at. What the page measures again are the worst cells,
 //! whose positions it gets in f64.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
@@ -105,7 +106,7 @@ struct Shown<'a> {
     moved: &'a [DVec3],
     displacement: &'a [DVec3],
     /// The measure of each cell `[n_cells]`.
-    values: Vec<f64>,
+    values: Cow<'a, [f64]>,
     /// The best value of the measure.
     best: f64,
     focus: Focus,
@@ -185,7 +186,7 @@ impl Shown<'_> {
             "centre": centre.to_array(),
             "unit": unit,
             "largest": self.largest,
-            "size": self.focus.size(),
+            "size": if self.focus.size() > 0.0 { self.focus.size() } else { 1.0 },
             "low": self.focus.low.to_array(),
             "high": self.focus.high.to_array(),
             // The ends of the whole mesh along y.

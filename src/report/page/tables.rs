@@ -1,8 +1,8 @@
 //! The tables of a page.
 
 use super::super::{Checksums, RunReport, Sums, beta_text, stage_remark};
+use super::Page;
 use super::html::{Html, count, number, place};
-use super::{Page, verdict};
 use crate::mover::{StageName, StageQuality};
 use crate::smoothing::QualityTarget;
 
@@ -74,7 +74,11 @@ pub(super) fn worst_cells(report: &RunReport, html: &mut Html) {
     let name = if worst[0].measure == "beta" { "beta" } else { "scaled Jacobian" };
     html.element(
         "p class=\"note\"",
-        format_args!("The {} cells with the lowest {name}. A click on a row shows the cell in the view.", worst.len()),
+        format_args!(
+            "The {} cells with the lowest {name}. They touch the family named, or are near it. A click on a row \
+             shows the cell in the view.",
+            worst.len()
+        ),
     );
     let row = |cell: &super::super::WorstCell| {
         vec![
@@ -82,7 +86,11 @@ pub(super) fn worst_cells(report: &RunReport, html: &mut Html) {
             beta_text(cell.value, 6),
             beta_text(cell.original, 6),
             place(cell.at),
-            verdict::family(cell),
+            match (&cell.family, cell.touches) {
+                (Some(family), true) => family.clone(),
+                (Some(family), false) => format!("near {family}"),
+                (None, _) => String::new(),
+            },
         ]
     };
     html.chosen(&["cell", "new", "old", "place", "family"], &worst.iter().map(row).collect::<Vec<_>>());

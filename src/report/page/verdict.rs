@@ -72,7 +72,7 @@ fn card(html: &mut Html, name: &'static str, figure: &str, words: &str) {
 }
 
 /// Where a cell is, in words.
-pub(super) fn family(cell: &WorstCell) -> String {
+fn family(cell: &WorstCell) -> String {
     match (&cell.family, cell.touches) {
         (Some(family), true) => format!("touches {family}"),
         (Some(family), false) => format!("nearest to {family}"),
@@ -85,9 +85,13 @@ fn worst(report: &RunReport, html: &mut Html) {
     let name = if worst.measure == "beta" { "Worst beta" } else { "Worst scaled Jacobian" };
     let at = place(worst.at);
     let WorstCell { kind, index, .. } = worst;
-    let lowest = report.stages.as_ref().and_then(|stages| stages.first()).map(|stage| stage.beta_min);
+    let kinds = report.cells_original.iter().flat_map(|kinds| kinds.values());
+    let lowest = match worst.measure {
+        "beta" => report.stages.as_ref().and_then(|stages| stages.first()).map(|stage| stage.beta_min),
+        _ => kinds.map(|kind| kind.jacobian_min).reduce(f64::min),
+    };
     let before = match lowest {
-        Some(lowest) if worst.measure == "beta" && lowest > 0.0 => {
+        Some(lowest) if lowest > 0.0 => {
             let share = 100.0 * worst.value / lowest;
             format!("{share:.0} % of the worst before, {}: ", number(lowest))
         }

@@ -135,23 +135,25 @@ const shader = (type, text) => {
 const program = gl.createProgram();
 gl.attachShader(program, shader(gl.VERTEX_SHADER, `
 in vec3 from, way; in float value; in vec3 side;
-uniform mat4 view; uniform float time;
+uniform mat4 view; uniform float time, spot;
 out vec3 place, sides; out float shade;
-void main() { place = from + time * way; sides = side; shade = value; gl_Position = view * vec4(place, 1.); }`));
+void main() { place = from + time * way; sides = side; shade = value; gl_Position = view * vec4(place, 1.); gl_PointSize = spot; }`));
 gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `
 in vec3 place, sides; in float shade;
-uniform vec3 eye, ramp[6], ink; uniform float edges;
+uniform vec3 eye, ramp[6], ink; uniform float edges, spot;
 out vec4 colour;
 vec3 ramped(float x) { x = clamp(x, 0., 1.) * 5.; int i = min(int(x), 4); return mix(ramp[i], ramp[i + 1], x - float(i)); }
 void main() {
-  vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
-  float light = .55 + .45 * abs(dot(normal, normalize(eye - place)));
+  float off = spot > 0. ? distance(gl_PointCoord, vec2(.5)) : 0.;
+  if (off > .5) discard;
+  vec3 normal = cross(dFdx(place), dFdy(place)), ray = normalize(eye - place);
+  float light = spot > 0. ? 1. : .66 + .34 * abs(dot(normal, ray)) / length(normal);
   vec3 own = shade < -8. ? vec3(.74, .76, .79) : shade < -6. ? vec3(1., .75, 0.) : shade < -4. ? vec3(.85, 0., .75) : ramped(shade);
   vec3 pixel = max(fwidth(sides), vec3(1e-9)), near = sides / pixel;
   // Edges closer than some pixels would hide the colours.
   float room = 1. - smoothstep(.06, .3, max(pixel.x, max(pixel.y, pixel.z)));
   float line = edges * mix(.25, 1., room) * (1. - smoothstep(.3, 1.2, min(near.x, min(near.y, near.z))));
-  colour = vec4(mix(own * light, ink, line), 1.);
+  colour = vec4(mix(own * light, ink, spot > 0. ? step(.36, off) : line), 1.);
 }`));
 gl.linkProgram(program);
 gl.useProgram(program);
@@ -172,7 +174,7 @@ class Batch {
     });
     this.corners = list.length / 10;
   }
-  draw() { gl.bindVertexArray(this.array); gl.drawArrays(gl.TRIANGLES, 0, this.corners); }
+  draw(as = gl.TRIANGLES) { gl.bindVertexArray(this.array); gl.drawArrays(as, 0, this.corners); }
 }
 // Corners of the triangles of a face, and how far each is from the three edges of its triangle. The diagonal of a
 // quadrilateral is no edge: nothing is near it.
@@ -189,31 +191,29 @@ function face(list, vertices, shades) {
 }
 const colours = () => find("colours").value;
 const shadeOf = value => value <= 0 ? INVERTED : value / 127;
+/** The shades of a face of the surface: those of its vertices, unless one of them has a colour of its own. */
+function shades(vertices) {
+  if (colours() === "displacement") return vertices.map(v => lengths[v]);
+  const own = vertices.map(v => colours() === "quality" && hasCell[v] ? shadeOf(lowest[v]) : NONE);
+  const odd = [INVERTED, NONE].find(shade => own.includes(shade));
+  return odd ? own.map(() => odd) : own;
+}
 function surface() {
   const list = [];
-  families.forEach(family => {
-    if (!family.shown) return;
-    family.faces.forEach(({ count, size, all }) => {
-      for (let i = 0; i < count; i++) {
-        const vertices = all.subarray(i * size, (i + 1) * size);
-        let shades = vertices;
-        if (colours() === "displacement") shades = Array.from(vertices, v => lengths[v]);
-        else if (colours() === "quality") shades = Array.from(vertices, v => hasCell[v] ? Math.max(shadeOf(lowest[v]), NONE) : NONE);
-        else shades = Array(size).fill(NONE);
-        if (shades.includes(INVERTED)) shades = shades.map(() => INVERTED);
-        face(list, vertices, shades);
-      }
-    });
-  });
+  families.filter(family => family.shown).forEach(family => family.faces.forEach(({ count, size, all }) => {
+    for (let i = 0; i < count; i++) {
+      const vertices = Array.from(all.subarray(i * size, (i + 1) * size));
+      face(list, vertices, shades(vertices));
+    }
+  }));
   batches.surface.fill(list);
 }
 function cell(list, kind, number, value, marked) {
   const { size, all } = cells[kind], of = all.subarray(number * size, (number + 1) * size);
+  const own = marked && value > 0 ? MARKED : shadeOf(value), isPlain = marked || colours() !== "displacement";
   FACES[size].forEach(places => {
     const vertices = places.map(k => of[k]);
-    let shades = vertices.map(v => colours() === "displacement" ? lengths[v] : shadeOf(value));
-    if (marked) shades = shades.map(() => value <= 0 ? INVERTED : MARKED);
-    face(list, vertices, shades);
+    face(list, vertices, vertices.map(v => isPlain ? own : lengths[v]));
   });
 }
 function slice() {
@@ -233,7 +233,7 @@ function slice() {
         const at = moved(all[number * size + k]);
         if (at[axis] <= place) below = true;
         if (at[axis] >= place) above = true;
-        if (Math.hypot(...minus(at, middle)) < .8 * meta.size) near = true;
+        if (Math.hypot(...minus(at, middle)) < .6 * meta.size) near = true;
       }
       // What is far from the moved families would hide them.
       if (below && above && near) cell(list, kind, number, value, false);
@@ -246,7 +246,14 @@ function mark() {
   worst.slice(0, +find("count").value || 0).forEach(([value, kind, number]) => cell(list, kind, number, value, true));
   batches.worst.fill(list);
 }
-const batches = { surface: new Batch(), slice: new Batch(), worst: new Batch(), chosen: new Batch() };
+const batches = {};
+["surface", "slice", "worst", "chosen", "listed"].forEach(name => batches[name] = new Batch());
+const middleOf = points => points.reduce((sum, p) => sum.map((x, i) => x + p[i] / points.length), [0, 0, 0]);
+// The listed cells are too small to be seen from afar: each has a dot.
+batches.listed.fill(meta.worst.flatMap(({ points, old: before }) => {
+  const from = middleOf(before);
+  return [...minus(from, meta.centre), ...minus(middleOf(points), from), MARKED, 1, 1, 1];
+}));
 function choose(number) {
   rows.forEach((row, other) => row.classList.toggle("chosen", other === number));
   const { points, old: before } = meta.worst[number], list = [];
@@ -256,7 +263,7 @@ function choose(number) {
     });
   });
   batches.chosen.fill(list);
-  const place = points.reduce((sum, p) => sum.map((x, i) => x + p[i] / points.length), [0, 0, 0]);
+  const place = middleOf(points);
   const size = Math.max(...points.map(p => Math.hypot(...minus(p, place))));
   camera.centre = minus(place, meta.centre);
   camera.distance = Math.max(14 * size, 1e-6 * meta.size);
@@ -304,7 +311,8 @@ function draw() {
   const focal = 2.2, near = camera.distance * .02, far = camera.distance + 60 * meta.size;
   const [a, b] = [(far + near) / (near - far), 2 * far * near / (near - far)];
   const view = new Float32Array(16);
-  [[right, focal * height / width], [up, focal]].forEach(([along, by], row) => {
+  const fit = Math.min(1, width / height);
+  [[right, focal * fit * height / width], [up, focal * fit]].forEach(([along, by], row) => {
     [0, 1, 2].forEach(i => view[4 * i + row] = by * along[i]);
     view[12 + row] = -by * dot(along, eye);
   });
@@ -316,6 +324,7 @@ function draw() {
   gl.uniform3fv(at("eye"), eye);
   gl.uniform3fv(at("ink"), ink);
   gl.uniform3fv(at("ramp"), RAMPS[colours() === "quality" ? "quality" : "displacement"].flat());
+  gl.uniform1f(at("spot"), 0);
   gl.uniform1f(at("edges"), find("edges").checked ? .45 : 0);
   batches.surface.draw();
   batches.slice.draw();
@@ -324,6 +333,8 @@ function draw() {
   gl.clear(gl.DEPTH_BUFFER_BIT);
   batches.worst.draw();
   batches.chosen.draw();
+  gl.uniform1f(at("spot"), 9 * scale);
+  if (+find("count").value) batches.listed.draw(gl.POINTS);
 }
 let asked = 0;
 function later() {
@@ -337,11 +348,12 @@ function legend() {
   ramp.forEach((rgb, i) => gradient.addColorStop(i / 5, `rgb(${rgb.map(x => 255 * x)})`));
   paint.fillStyle = gradient;
   paint.fillRect(0, 0, 160, 10);
+  find("what").textContent = kind === "quality" ? meta.measure : kind;
   // Shades of quality go with its root.
   const most = kind === "quality" ? meta.best : meta.largest, power = kind === "quality" ? 2 : 1;
   find("ticks").replaceChildren(...[0, .5, 1].map(share => {
     const tick = document.createElement("span");
-    tick.textContent = +(most * share ** power).toPrecision(2) + (share === 1 ? ` ${kind === "quality" ? meta.measure : ""}` : "");
+    tick.textContent = +(most * share ** power).toPrecision(2);
     return tick;
   }));
 }
