@@ -62,8 +62,8 @@ fn cells(report: &RunReport, html: &mut Html) {
             before(kind.shape_min),
         ]);
     }
-    html.markup("<h3>Cells by kind</h3>\n");
-    let header = ["cells", "count", "inverted", "Jacobian min, old", "new", "mean, old", "new", "shape min"];
+    html.markup("<h3>Cells by kind, scaled Jacobian</h3>\n");
+    let header = ["cells", "count", "inverted", "min, old", "new", "mean, old", "new", "shape min"];
     html.table(&header, &rows);
 }
 

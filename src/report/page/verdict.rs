@@ -105,6 +105,9 @@ fn displacement(page: &Page, html: &mut Html) {
     let moved = page.outcome.even_if_invalid().displacement();
     let longest = moved.iter().enumerate().max_by(|a, b| a.1.length_squared().total_cmp(&b.1.length_squared()));
     let Some((vertex, largest)) = longest else { return };
+    if *largest == DVec3::ZERO {
+        return card(html, "Largest displacement", "0", "nothing moved");
+    }
     let mesh = HybridMesh { mesh: page.outcome.mesh(), others: page.outcome.other_cells() };
     let of_face = (0..mesh.n_faces() as u32).find(|&face| mesh.face_vertices(face).contains(&(vertex as u32)));
     let family = of_face.and_then(|face| mesh.family_of(face)).map(|family| &mesh.mesh.families[family.index()]);

@@ -334,7 +334,9 @@ function draw() {
   batches.worst.draw();
   batches.chosen.draw();
   gl.uniform1f(at("spot"), 9 * scale);
+  gl.disable(gl.DEPTH_TEST);
   if (+find("count").value) batches.listed.draw(gl.POINTS);
+  gl.enable(gl.DEPTH_TEST);
 }
 let asked = 0;
 function later() {
