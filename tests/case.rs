@@ -54,6 +54,7 @@ max_sweeps = 500
 [output]
 mesh = ["out/moved.msh", "moved.vtu"]
 histogram = "beta.svg"
+report = "out/report.html"
 "#;
 
 fn parse(text: &str) -> Result<Case, CaseError> {
@@ -104,6 +105,7 @@ fn good_case_is_read_whole() {
     );
     assert_eq!(case.output.mesh, [here.join("out/moved.msh"), here.join("moved.vtu")]);
     assert_eq!(case.output.histogram, Some(here.join("beta.svg")));
+    assert_eq!(case.output.report, Some(here.join("out/report.html")));
 }
 
 #[test]
@@ -118,6 +120,7 @@ fn defaults() {
     );
     assert_eq!(case.output.mesh, [Path::new("cases/moved.msh.gz")]);
     assert_eq!(case.output.histogram, None);
+    assert_eq!(case.output.report, None);
     let moved = |mesh: &str| parse(&format!("mesh = \"{mesh}\"")).unwrap().output.mesh;
     assert_eq!(moved("v1.2/wing.su2"), [Path::new("cases/moved.su2")]);
     assert_eq!(moved("wing.v22.msh"), [Path::new("cases/moved.msh")]);
@@ -380,6 +383,8 @@ fn outputs_are_checked() {
     assert_mistake("\"out/moved.msh\"", "\"moved.vtu\"", 37, 22, "the output \"moved.vtu\" is listed twice");
     let svg = "`output.histogram` is \"beta.png\", expected a name ending in .svg";
     assert_mistake("\"beta.svg\"", "\"beta.png\"", 38, 13, svg);
+    let html = "`output.report` is \"beta.json\", expected a name ending in .html";
+    assert_mistake("\"out/report.html\"", "\"beta.json\"", 39, 10, html);
 }
 
 #[test]

@@ -7,11 +7,12 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
-use idmesh::mover::{FamilyReport, ProfileReport, Solver, StageName, StageQuality};
+use idmesh::mover::{FamilyReport, MovedSection, ProfileReport, Solver, StageName, StageQuality, StageRelaxation};
 use idmesh::quality::Statistics;
+use idmesh::relaxation::Relaxation;
 use idmesh::report::{
     Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, Repaired, ReportError, RunReport, Seconds, Series,
-    Smoothing, histogram_svg, kind_table, stage_remark, stage_table,
+    Smoothing, WorstCell, histogram_svg, kind_table, stage_remark, stage_table,
 };
 use idmesh::volume::Path;
 use schema::assert_report;
@@ -80,6 +81,16 @@ fn report() -> RunReport {
             "prisms",
             Kind { count: 7, inverted: 0, jacobian_min: 0.5, jacobian_mean: 0.875, shape_min: None },
         )])),
+        worst_cells: Some(vec![WorstCell {
+            kind: "prism",
+            index: 3,
+            at: [1.0, 2.0, 0.5],
+            family: Some("wing".into()),
+            touches: true,
+            measure: "scaled-jacobian",
+            value: -0.5,
+            original: 0.75,
+        }]),
         families: Some(families),
         profiles: Some(BTreeMap::from([(
             "wing".into(),
@@ -90,7 +101,22 @@ fn report() -> RunReport {
                 not_measured: Some("why".into()),
             },
         )])),
+        sections: Some(BTreeMap::from([(
+            "wing".into(),
+            vec![MovedSection { profile: 7, max_distance_to_new_profile: 2e-3, points: vec![DVec3::ONE] }],
+        )])),
         solver: Some(Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 }),
+        relaxations: Some(vec![StageRelaxation {
+            stage: "volume",
+            relaxation: Relaxation {
+                of: "rotation",
+                method: "chebyshev",
+                converged: true,
+                sweeps: 32,
+                changes: vec![(16, 0.5), (32, 0.125)],
+                residuals: vec![(0, 1.0), (32, 0.25)],
+            },
+        }]),
         path: Some(Path { steps: 3, given_up: 1, reached: 1.0 }),
         smoothing: Some(Smoothing { sweeps: 12, moved: 345 }),
         warnings: vec!["mind the gap".into()],
@@ -119,6 +145,15 @@ fn json_has_the_promised_names() {
         "families": { "carenage": { "max_distance_to_original_surface": 1e-9 }, "symmetry": { "max_distance_to_plane": 0.0 },
                       "wing": { "folded_triangles": 2, "pierced_triangles": 1 } },
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why" } },
+        "worst_cells": [
+            { "kind": "prism", "index": 3, "at": [1.0, 2.0, 0.5], "family": "wing", "touches": true,
+              "measure": "scaled-jacobian", "value": -0.5, "original": 0.75 }
+        ],
+        "sections": { "wing": [{ "profile": 7, "max_distance_to_new_profile": 2e-3 }] },
+        "relaxations": [
+            { "stage": "volume", "of": "rotation", "method": "chebyshev", "converged": true, "sweeps": 32,
+              "changes": [[16, 0.5], [32, 0.125]], "residuals": [[0, 1.0], [32, 0.25]] }
+        ],
         "solver": { "method": "chebyshev", "sweeps": 700, "relative_residual": 1e-5 },
         "path": { "steps": 3, "given_up": 1, "reached": 1.0 },
         "valid": false, "converged": true, "exit": 5,

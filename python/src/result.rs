@@ -247,7 +247,7 @@ impl MoveResult {
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<PathBuf>> {
         let case = &self.job.case;
         let write = |outcome: &Outcome| -> Result<Vec<PathBuf>, SessionError> {
-            let outputs = Outputs { meshes: vec![path], histogram: None };
+            let outputs = Outputs { meshes: vec![path], ..Outputs::default() };
             outputs.check(case)?;
             outputs.remove_earlier(&case.inputs, None)?;
             let mut files = FileSet::default();

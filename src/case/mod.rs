@@ -126,6 +126,8 @@ pub struct Output {
     pub mesh: Vec<PathBuf>,
     /// The file of the distributions of beta in the original and the final mesh (SVG).
     pub histogram: Option<PathBuf>,
+    /// The file of the report as a page for browsers (HTML).
+    pub report: Option<PathBuf>,
 }
 
 /// A place in a text file.

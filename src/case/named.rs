@@ -56,7 +56,8 @@ impl NamedFiles {
             _ => vec!["no table"],
         });
         // A table without the name of such a file is no misspelt `[output]`.
-        let is_result = |text: &str| has_format(Path::new(text)) || parse::is_svg(Path::new(text));
+        let is_other = |path: &Path| parse::is_svg(path) || parse::is_html(path);
+        let is_result = |text: &str| has_format(Path::new(text)) || is_other(Path::new(text));
         let are_outputs_sure = mesh.is_some()
             && output_keys.iter().all(|key| parse::OUTPUT_KEYS.contains(key))
             && !unknown.iter().flat_map(|value| texts(value)).any(is_result);
@@ -69,16 +70,17 @@ impl NamedFiles {
             None => mesh.iter().map(|mesh| folder.join(parse::default_name(mesh))).collect(),
             Some(value) => texts(value).into_iter().map(|text| folder.join(text)).collect(),
         };
-        let histogram = key("histogram").and_then(Value::as_str).map(|text| folder.join(text));
+        let file = |name: &str| key(name).and_then(Value::as_str).map(|text| folder.join(text));
         // A file with another extension would not be written.
-        let histogram = histogram.filter(|path| parse::is_svg(path));
+        let histogram = file("histogram").filter(|path| parse::is_svg(path));
+        let report = file("report").filter(|path| parse::is_html(path));
         let tables = top.get("profiles").and_then(Value::as_table);
         let tables = tables.into_iter().flat_map(Table::keys).cloned().collect();
         // Any other text may name an input under a key with a mistake.
         let mut inputs: BTreeSet<PathBuf> = mesh.into_iter().chain([path.to_path_buf()]).collect();
         top.values().flat_map(texts).for_each(|text| add(text, folder, &mut inputs));
         let are_outputs_sure = are_outputs_sure && !meshes.is_empty();
-        let output = Output { mesh: meshes, histogram };
+        let output = Output { mesh: meshes, histogram, report };
         Some(Self { inputs: inputs.into_iter().collect(), output, are_outputs_sure, tables })
     }
 }
@@ -118,7 +120,8 @@ mod tests {
     /// A case with a mistake names the files of the case without the mistake.
     #[test]
     fn a_mistake_hides_no_file() {
-        let output = "[output]\nmesh = [\"moved.msh\", \"moved.vtu\"]\nhistogram = \"beta.svg\"\n";
+        let output =
+            "[output]\nmesh = [\"moved.msh\", \"moved.vtu\"]\nhistogram = \"beta.svg\"\nreport = \"report.html\"\n";
         for output in ["", output] {
             let good = named(&format!("{CASE}{output}")).unwrap();
             for (from, to) in [("role = \"wing\"", "role = \"wimg\""), ("new =", "nwe ="), ("[family", "[famly")] {
@@ -141,6 +144,7 @@ mod tests {
         assert_eq!(named("mesh = "), None);
         // The run would refuse such a name.
         assert_eq!(named(&format!("{CASE}[output]\nhistogram = \"new.csv\"\n")).unwrap().output.histogram, None);
+        assert_eq!(named(&format!("{CASE}[output]\nreport = \"new.csv\"\n")).unwrap().output.report, None);
     }
 
     /// Whether a mistake may hide the name of a result.

@@ -24,7 +24,7 @@ use crate::text::nearest::{did_you_mean, quoted_list};
 pub(super) const KEYS: [&str; 7] = ["mesh", "profiles", "family", "volume", "quality", "solver", "output"];
 
 /// The keys of its table `[output]`.
-pub(super) const OUTPUT_KEYS: [&str; 2] = ["mesh", "histogram"];
+pub(super) const OUTPUT_KEYS: [&str; 3] = ["mesh", "histogram", "report"];
 
 /// Reads the text of a case file; see [`Case::parse`].
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
@@ -347,7 +347,7 @@ fn solver(top: &TomlTable, method: Method, stopping: Stopping) -> Result<(Method
 
 fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseError> {
     let section = top.get("output").map(|table| table.section(&OUTPUT_KEYS)).transpose()?;
-    let mut output = Output { mesh: vec![folder.join(default_name(mesh))], histogram: None };
+    let mut output = Output { mesh: vec![folder.join(default_name(mesh))], histogram: None, report: None };
     let Some(section) = section else { return Ok(output) };
     if let Some(value) = section.get("mesh") {
         output.mesh.clear();
@@ -373,12 +373,26 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
         }
         output.histogram = Some(file);
     }
+    if let Some(value) = section.get("report") {
+        let file = paths::file(&value, folder)?;
+        if !is_html(&file) {
+            return Err(
+                value.error(format!("`output.report` is \"{}\", expected a name ending in .html", value.text()?))
+            );
+        }
+        output.report = Some(file);
+    }
     Ok(output)
 }
 
 /// Whether a path has the extension of a histogram.
 pub(super) fn is_svg(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
+}
+
+/// Whether a path has the extension of a page.
+pub(super) fn is_html(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"))
 }
 
 /// The output's default name: `moved` with the input's extension. An extension may have several

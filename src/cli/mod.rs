@@ -83,7 +83,7 @@ enum Command {
     Check(check::Arguments),
     /// Move a mesh to many designs, set up once.
     Batch(batch::Arguments),
-    /// Join the reports of several jobs, each design once.
+    /// Join the reports of several jobs, each design once, or make a page of them.
     Report(report::Arguments),
     /// Compare CPU and GPU on a case, or two meshes vertex by vertex.
     Compare(compare::Arguments),
@@ -141,6 +141,15 @@ impl From<PathBuf> for JsonTarget {
 
 fn json_target(text: &str) -> Result<JsonTarget, std::convert::Infallible> {
     Ok(PathBuf::from(text).into())
+}
+
+/// The file of a page.
+fn page_target(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html")) {
+        true => Ok(path),
+        false => Err("expected a name ending in .html".to_owned()),
+    }
 }
 
 /// A number of bytes, such as `8G`.

@@ -1,12 +1,13 @@
-//! `idmesh report` joins files of reports.
+//! `idmesh report` joins files of reports, and makes a page of them.
 
 use std::path::{Path, PathBuf};
 
 use super::console::Console;
 use super::failure::Failure;
 use super::json::check_json;
-use super::{JsonTarget, json_target};
-use crate::session::{JoinedLine, check_distinct, join, write_text};
+use super::{JsonTarget, json_target, page_target};
+use crate::report::batch_html;
+use crate::session::{JoinedLine, check_distinct, check_writable, join, write_text};
 
 /// Arguments of `idmesh report`.
 #[derive(Debug, clap::Args)]
@@ -15,16 +16,22 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "REPORTS")]
     reports: Vec<PathBuf>,
     /// Join the files into one, with each design once; `-` is standard output.
-    #[arg(long, value_name = "FILE", required = true, value_parser = json_target)]
-    join: JsonTarget,
+    #[arg(long, value_name = "FILE", required_unless_present = "output", value_parser = json_target)]
+    join: Option<JsonTarget>,
+    /// Make a page for browsers of the designs.
+    #[arg(short, long, value_name = "FILE.html", value_parser = page_target)]
+    output: Option<PathBuf>,
 }
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    if let JsonTarget::File(path) = &arguments.join {
-        check_distinct(&arguments.reports, &[path])?;
-    }
-    check_json(Some(&arguments.join), console)?;
+    let file = match &arguments.join {
+        Some(JsonTarget::File(path)) => Some(path.as_path()),
+        _ => None,
+    };
+    check_distinct(&arguments.reports, &file.into_iter().chain(arguments.output.as_deref()).collect::<Vec<_>>())?;
+    check_json(arguments.join.as_ref(), console)?;
+    arguments.output.as_deref().map_or(Ok(()), check_writable)?;
     let joined = join(&arguments.reports)?;
     for path in &joined.torn {
         console.warn(format_args!(
@@ -52,10 +59,17 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             ));
         }
     }
-    let text: String = joined.lines.iter().map(|line| line.text.clone() + "\n").collect();
+    let text = || joined.lines.iter().map(|line| line.text.clone() + "\n").collect::<String>();
+    if let Some(path) = &arguments.output {
+        // The lines were read as JSON before.
+        let reports = joined.lines.iter().filter_map(|line| serde_json::from_str(&line.text).ok());
+        write_text(path, &batch_html(&reports.collect::<Vec<_>>()))?;
+        console.note(format_args!("wrote {}", path.display()));
+    }
     match &arguments.join {
-        JsonTarget::StandardOutput => console.json(&text)?,
-        JsonTarget::File(path) => write_text(path, &text)?,
+        Some(JsonTarget::StandardOutput) => console.json(&text())?,
+        Some(JsonTarget::File(path)) => write_text(path, &text())?,
+        None => {}
     }
     let failed = joined.lines.iter().filter(|line| line.exit != 0).count();
     console.note(format_args!("{} designs, {failed} of them failed", joined.lines.len()));

@@ -6,10 +6,10 @@ use std::time::Instant;
 use super::console::Console;
 use super::failure::Failure;
 use super::json::{check_json, print_json};
-use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, read_case};
-use crate::case::{LoadedCase, NamedFiles};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, page_target, read_case};
+use crate::case::{LoadedCase, NamedFiles, Output};
 use crate::formats::read_file;
-use crate::report::{kind_table, stage_remark, stage_table};
+use crate::report::{is_page, kind_table, stage_remark, stage_table};
 use crate::session::{Folder, Job, Outputs, ReadFiles, Session, SessionError, check_distinct, sums_of_case};
 
 /// Arguments of `idmesh run`.
@@ -23,9 +23,23 @@ pub(super) struct Arguments {
     /// Put the outputs into this folder, made if missing, instead of where the case says.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write the report as a page for browsers, instead of where the case says.
+    #[arg(long, value_name = "FILE.html", value_parser = page_target)]
+    report: Option<PathBuf>,
     /// Write the run report as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE", value_parser = json_target)]
     json: Option<JsonTarget>,
+}
+
+impl Arguments {
+    /// The outputs of a case, as the command changes them.
+    fn outputs(&self, output: &Output) -> Outputs {
+        let mut outputs = Outputs::in_folder(output, self.out.as_deref());
+        if let Some(page) = &self.report {
+            outputs.page = Some(page.clone());
+        }
+        outputs
+    }
 }
 
 /// Runs the command.
@@ -37,7 +51,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     remove(arguments, Some(&NamedFiles::of(&case)));
     let case = load_files(case, console)?;
     let read_seconds = start.elapsed().as_secs_f64();
-    let outputs = Outputs::of(&case.case, arguments.out.as_deref());
+    let outputs = arguments.outputs(&case.case.output);
     let _folder = check(&outputs, &case, arguments, console)?;
     console.losses(outputs.losses(&case)?);
     let file = match &arguments.json {
@@ -47,7 +61,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     outputs.remove_earlier(&case.inputs, file)?;
     let backend = choose_backend(arguments.backend, console)?;
     let mut session = Session::new(&case, backend, console.progress())?;
-    let checksums = arguments.json.is_some().then(|| sums_of_case(&case));
+    let is_told = arguments.json.is_some() || outputs.page.is_some();
+    let checksums = is_told.then(|| sums_of_case(&case));
     let job = Job {
         design: &case.design,
         name: None,
@@ -119,8 +134,10 @@ fn remove(arguments: &Arguments, named: Option<&NamedFiles>) {
         Some(JsonTarget::File(path)) if check_distinct(&inputs, &[path]).is_ok() && is_report(path) => Some(&**path),
         _ => None,
     };
-    let outputs = named.map(|named| Outputs::in_folder(&named.output, arguments.out.as_deref()));
-    outputs.unwrap_or_default().remove_all_but(&ReadFiles::new(&inputs), report);
+    let mut outputs = named.map_or_else(Outputs::default, |named| arguments.outputs(&named.output));
+    // The user may have named another page by mistake.
+    outputs.page = outputs.page.filter(|path| read_file(path).is_ok_and(|bytes| is_page(&bytes)));
+    outputs.remove_all_but(&ReadFiles::new(&inputs), report);
 }
 
 /// Whether a file is a report of an earlier run. Where the case cannot be read, the file may also

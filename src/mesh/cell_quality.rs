@@ -122,15 +122,40 @@ impl CellMeasures {
 /// - `undeformed` `[n_vertices]`: positions in the undeformed mesh, if `vertices` come from a
 ///   motion
 pub fn measures(mesh: HybridMesh, vertices: &[DVec3], undeformed: Option<&[DVec3]>) -> Vec<CellMeasures> {
-    let measure = |tets: &mut Vec<[u32; 4]>, cell: usize| match mesh.cell(mesh.name(cell)) {
+    let measure = |tets: &mut Vec<[u32; 4]>, cell: usize| measure(mesh, cell, vertices, undeformed, tets);
+    (0..mesh.n_cells()).into_par_iter().map_init(|| Vec::with_capacity(8), measure).collect()
+}
+
+/// [`measures()`] of one cell.
+///
+/// - `cell`: its number in the order of [`HybridMesh`]
+pub fn measures_of_cell(
+    mesh: HybridMesh,
+    cell: usize,
+    vertices: &[DVec3],
+    undeformed: Option<&[DVec3]>,
+) -> CellMeasures {
+    measure(mesh, cell, vertices, undeformed, &mut Vec::with_capacity(8))
+}
+
+/// The measures of a cell.
+///
+/// - `tets`: room for its corner tets
+fn measure(
+    mesh: HybridMesh,
+    cell: usize,
+    vertices: &[DVec3],
+    undeformed: Option<&[DVec3]>,
+    tets: &mut Vec<[u32; 4]>,
+) -> CellMeasures {
+    match mesh.cell(mesh.name(cell)) {
         &[a, b, c, d] => measures_of_tet([a, b, c, d], vertices, undeformed),
         cell => {
             tets.clear();
             corner_tets(cell, tets);
             measures_by_corners(cell, tets, vertices, undeformed)
         }
-    };
-    (0..mesh.n_cells()).into_par_iter().map_init(|| Vec::with_capacity(8), measure).collect()
+    }
 }
 
 /// The measures of a tet. Its four corners share one volume and one shape, but not one scaled

@@ -31,7 +31,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub use cell_quality::{
-    CellMeasures, KindQuality, WorstCorner, by_kind, cell_volume, measures, middle_of_cell, worst_corner,
+    CellMeasures, KindQuality, WorstCorner, by_kind, cell_volume, measures, measures_of_cell, middle_of_cell,
+    worst_corner,
 };
 pub use corner_cells::{CornerCells, counted};
 pub use error::MeshError;

@@ -52,7 +52,8 @@ use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
 use outcome::Found;
 pub use outcome::{
-    Deviation, FamilyReport, HeldBackSummary, Moved, Outcome, ProfileReport, Solver, StageName, StageQuality,
+    Deviation, FamilyReport, HeldBackSummary, Moved, MovedSection, Outcome, ProfileReport, Solver, StageName,
+    StageQuality, StageRelaxation,
 };
 pub use product_error::{NotDifferentiable, ProductError};
 pub use products::Gradient;
@@ -383,7 +384,7 @@ impl Mover {
         }
 
         let unconverged: Vec<_> =
-            ends.iter().filter(|(_, end)| !end.converged).map(|&(stage, end)| (stage, end.error)).collect();
+            ends.iter().filter(|(_, end)| !end.converged).map(|(stage, end)| (*stage, end.error)).collect();
         let failed = ends.iter().find_map(|(_, end)| end.failed);
         let FoldCheck { folds, folded, .. } = fold_check;
         // The volume is the last stage. Its jump counts, not the steps that may have followed.
@@ -403,6 +404,7 @@ impl Mover {
             .wings
             .missed(&design.profiles, &vertices)
             .map_err(|(family, error)| MoveError::Profiles { family, error })?;
+        let (profiles, sections) = self.profile_reports(&vertices, design, &missed, &self.stages.wings.flat_cuts());
         Ok(Outcome {
             differentiable: Differentiable::new(kept, path.steps, smoothed.map_or(0, |smoothed| smoothed.moved)),
             off_surface: self.off_surface(&distances_off),
@@ -410,7 +412,9 @@ impl Mover {
             warnings: self.warnings(&vertices, &held_back, design, &missed, &folded),
             held_back,
             families,
-            profiles: self.profile_reports(&vertices, design, &missed, &self.stages.wings.flat_cuts()),
+            profiles,
+            sections,
+            relaxations: StageRelaxation::of_stages(ends),
             missed: self.beyond(missed),
             nearest_to_refusal: self.stages.wings.nearest_to_refusal(),
             solver: self.solver_report(&volume),

@@ -15,7 +15,7 @@ use crate::{
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed},
     quality::Statistics,
-    relaxation::Method,
+    relaxation::{Convergence, Method, Relaxation},
     smoothing::Smoothed,
     volume::Path,
 };
@@ -89,6 +89,11 @@ pub struct Outcome {
     /// Deviations of wings from their new profiles, by the name of the wing and of each of its
     /// families.
     pub profiles: BTreeMap<String, ProfileReport>,
+    /// The sections of the moved wings, by the wing's name, in the order of the design's new
+    /// profiles. Sections that cannot be cut are left out.
+    pub sections: BTreeMap<String, Vec<MovedSection>>,
+    /// How the relaxations went, in the order of the stages.
+    pub relaxations: Vec<StageRelaxation>,
     /// The relaxation of the volume's network.
     pub solver: Solver,
     /// The steps of the volume stage.
@@ -302,6 +307,39 @@ pub struct ProfileReport {
     /// The reason why a deviation could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_measured: Option<String>,
+}
+
+/// The section of a moved wing in the plane of a new profile. Lengths are in the mesh's unit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MovedSection {
+    /// The number of the profile.
+    pub profile: i64,
+    /// Largest distance of the section from the new profile. The sag of the facets is included.
+    pub max_distance_to_new_profile: f64,
+    /// The cut through the moved facets, in order. The report leaves it out.
+    #[serde(skip)]
+    pub points: Vec<DVec3>,
+}
+
+/// One relaxation of a stage.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StageRelaxation {
+    /// The stage, as [`crate::stages::STAGES`] names it.
+    pub stage: &'static str,
+    /// The relaxation.
+    #[serde(flatten)]
+    pub relaxation: Relaxation,
+}
+
+impl StageRelaxation {
+    /// The relaxations of all stages, in order.
+    pub(super) fn of_stages(ends: Vec<(&'static str, Convergence)>) -> Vec<Self> {
+        let of_stage = |(stage, end): (&'static str, Convergence)| {
+            let relaxations = end.history.relaxations().to_vec();
+            relaxations.into_iter().map(move |relaxation| Self { stage, relaxation })
+        };
+        ends.into_iter().flat_map(of_stage).collect()
+    }
 }
 
 /// The relaxation of the volume's network.

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, Deviation, FamilyReport, HeldBack, MISSED, Mover, ProfileReport, Solver};
+use super::{Design, Deviation, FamilyReport, HeldBack, MISSED, MovedSection, Mover, ProfileReport, Solver};
 use crate::{
     families::{PlacedBy, shape::FamilyShape},
     mesh::FamilyId,
-    profile::{Missed, Plane, ProfileError, cut, distance},
+    profile::{Missed, Plane, Profile, ProfileError, cut, distance},
     relaxation::Convergence,
 };
 
@@ -142,7 +142,7 @@ impl Mover {
     }
 
     /// Deviations of the moved wings from their new profiles, by the name of the wing and of each
-    /// of its families.
+    /// of its families; and the sections of the wings, by the name of the wing.
     ///
     /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
     /// - `missed`: the worst vertex of each profile, by wing
@@ -153,18 +153,21 @@ impl Mover {
         design: &Design,
         missed: &BTreeMap<String, Vec<Missed>>,
         flat_cuts: &[String],
-    ) -> BTreeMap<String, ProfileReport> {
-        let mut reports = BTreeMap::new();
+    ) -> (BTreeMap<String, ProfileReport>, BTreeMap<String, Vec<MovedSection>>) {
+        let (mut reports, mut all_sections) = (BTreeMap::new(), BTreeMap::new());
         for (wing, families) in &self.wing_families {
             let Some(new) = design.profiles.get(wing) else { continue };
             let corners = families.iter().flat_map(|&family| self.surface.corners_of(family));
             let triangles: Vec<[u32; 3]> = corners.collect();
-            let furthest = new
-                .iter()
-                .map(|new| {
-                    let section = cut::cut(vertices, &triangles, &Plane::of_profile(new)?)?;
-                    Ok(distance::max_distance(&section, &new.points))
-                })
+            let section = |new: &Profile| {
+                let points = cut::cut(vertices, &triangles, &Plane::of_profile(new)?)?;
+                let max_distance_to_new_profile = distance::max_distance(&points, &new.points);
+                Ok(MovedSection { profile: new.number, max_distance_to_new_profile, points })
+            };
+            let sections: Vec<Result<MovedSection, ProfileError>> = new.iter().map(section).collect();
+            let distances = sections.iter().map(|section| section.as_ref().map(|of| of.max_distance_to_new_profile));
+            let furthest = distances
+                .map(|distance| distance.map_err(Clone::clone))
                 .try_fold(0.0, |furthest, distance: Result<f64, ProfileError>| distance.map(|d| f64::max(furthest, d)));
             let share = missed.get(wing).and_then(|missed| missed.iter().map(|missed| missed.share).reduce(f64::max));
             let report = ProfileReport {
@@ -181,8 +184,9 @@ impl Mover {
                 reports.insert(self.mesh.families[family.index()].clone(), report.clone());
             }
             reports.insert(wing.clone(), report);
+            all_sections.insert(wing.clone(), sections.into_iter().flatten().collect());
         }
-        reports
+        (reports, all_sections)
     }
 
     /// The wings that miss their new profiles by more than [`MISSED`], with the worst vertex in the

@@ -16,6 +16,7 @@
 //! size and in every unit of length.
 
 mod free_rows;
+mod history;
 pub mod multigrid;
 mod network;
 mod products;
@@ -24,6 +25,7 @@ mod schedule;
 mod spectrum;
 
 pub use free_rows::FreeRows;
+pub use history::{History, Relaxation};
 pub use network::Network;
 pub use relaxer::{Convergence, Relaxer};
 pub use schedule::Method;

@@ -98,6 +98,7 @@ impl Relaxer {
             let round = self.relax(displacement, force, &Stopping { tolerance, max_sweeps })?;
             total.sweeps += round.sweeps;
             total.relative_residual *= round.relative_residual;
+            total.history = total.history.and(round.history);
         }
         total.converged &= total.relative_residual <= stopping.tolerance;
         total.error = total.error.max(total.relative_residual);

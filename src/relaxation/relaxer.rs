@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    FreeRows, Method, Network, Spectrum, Stopping,
+    FreeRows, History, Method, Network, Relaxation, Spectrum, Stopping,
     multigrid::{AggregateMaps, Hierarchy},
     schedule::Schedule,
 };
@@ -24,7 +24,7 @@ pub struct Relaxer {
 }
 
 /// The result of a relaxation.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Convergence {
     /// Whether the estimated error fell below the tolerance.
     pub converged: bool,
@@ -37,6 +37,8 @@ pub struct Convergence {
     pub error: f64,
     /// The method of a relaxation that did not converge. `None` if all did.
     pub failed: Option<Method>,
+    /// How the relaxations went.
+    pub history: History,
 }
 
 impl Convergence {
@@ -49,6 +51,7 @@ impl Convergence {
             relative_residual: self.relative_residual.max(other.relative_residual),
             error: self.error.max(other.error),
             failed: self.failed.or(other.failed),
+            history: self.history.and(other.history),
         }
     }
 
@@ -139,10 +142,12 @@ impl Relaxer {
             return Ok(Convergence::nothing_to_do());
         };
         let mut result = Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() };
+        let (of, method) = ("displacement", self.method.name());
+        let mut relaxation = Relaxation { of, method, residuals: vec![(0, 1.0)], ..Relaxation::default() };
         // A pass in f32 gains about five digits. After more than a handful of passes nothing more
         // is gained.
         for _ in 0..8 {
-            let pass = self.pass(&residual, spectrum, stopping, result.sweeps)?;
+            let pass = self.pass(&residual, spectrum, stopping, &mut relaxation)?;
             let correction = self.device.correction()?;
             let mut furthest: f64 = 0.0;
             for (&row, e) in self.moving.iter().zip(&correction) {
@@ -158,6 +163,7 @@ impl Relaxer {
             let rounding = 8.0 * self.epsilon * furthest;
             result.sweeps += pass.sweeps;
             result.relative_residual = norm(&residual) / first_norm;
+            relaxation.residuals.push((result.sweeps, result.relative_residual));
             result.error = if furthest.is_nan() { f64::NAN } else { pass.error.max(rounding) };
             result.converged = result.error <= stopping.tolerance;
             if !pass.settled || result.converged || residual.iter().all(|r| *r == DVec3::ZERO) {
@@ -165,6 +171,8 @@ impl Relaxer {
             }
         }
         result.failed = (!result.converged).then_some(self.method);
+        relaxation.converged = result.converged;
+        result.history = History::of(relaxation);
         Ok(result)
     }
 
@@ -178,12 +186,13 @@ impl Relaxer {
         load: &[DVec3],
         spectrum: Spectrum,
         stopping: &Stopping,
-        done: usize,
+        relaxation: &mut Relaxation,
     ) -> Result<Pass, BackendError> {
         let mut schedule = Schedule::new(self.method, spectrum);
         let batch = schedule.batch();
         let load = self.gather(load);
         self.device.start(&load)?;
+        let done = relaxation.sweeps;
         let mut sweeps = 0;
         let mut largest_change: f64 = 0.0;
         let mut last = Change { measured: f64::INFINITY, bound: f64::INFINITY, ratio: f64::INFINITY };
@@ -195,6 +204,8 @@ impl Relaxer {
             }
             let measured = self.device.sweep(&schedule.next(count))?.change;
             sweeps += count;
+            relaxation.sweeps = done + sweeps;
+            relaxation.add_change(done + sweeps, measured);
             if !measured.is_finite() {
                 return Ok(Pass { sweeps, error: f64::NAN, settled: false });
             }

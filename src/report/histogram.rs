@@ -26,7 +26,7 @@ pub enum Measured {
 impl Measured {
     /// Width of a bin. The largest beta is 0.11785 (the regular tet), so a valid mesh fills at most
     /// 48 bins. The largest scaled Jacobian is 1.
-    fn bin(self) -> f64 {
+    pub(super) fn bin(self) -> f64 {
         match self {
             Self::Beta => 0.0025,
             Self::ScaledJacobian => 0.025,
@@ -34,7 +34,7 @@ impl Measured {
     }
 
     /// Number of bins right of zero.
-    fn positive_bins(self) -> i64 {
+    pub(super) fn positive_bins(self) -> i64 {
         match self {
             Self::Beta => 48,
             Self::ScaledJacobian => 40,
@@ -50,21 +50,21 @@ impl Measured {
     }
 
     /// What has the measure.
-    fn noun(self) -> &'static str {
+    pub(super) fn noun(self) -> &'static str {
         match self {
             Self::Beta => "tets",
             Self::ScaledJacobian => "cells",
         }
     }
 
-    fn label(self) -> &'static str {
+    pub(super) fn label(self) -> &'static str {
         match self {
             Self::Beta => "beta = V / l_max\u{b3}",
             Self::ScaledJacobian => "scaled Jacobian of the worst corner",
         }
     }
 
-    fn bin_of(self, value: f64) -> i64 {
+    pub(super) fn bin_of(self, value: f64) -> i64 {
         // The clamp limits the number of bins for values that cannot be a measure, and puts 1 into
         // the last bin.
         let n = self.positive_bins();
@@ -106,7 +106,7 @@ pub fn histogram_svg(measure: Measured, title: &str, series: &[Series]) -> Strin
     svg.finish()
 }
 
-fn count(measure: Measured, values: &[f64], first_bin: i64, n_bins: usize) -> Vec<usize> {
+pub(super) fn count(measure: Measured, values: &[f64], first_bin: i64, n_bins: usize) -> Vec<usize> {
     let mut counts = vec![0; n_bins];
     for &value in values.iter().filter(|value| value.is_finite()) {
         counts[(measure.bin_of(value) - first_bin) as usize] += 1;

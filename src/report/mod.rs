@@ -1,4 +1,5 @@
-//! The report of a run: JSON, the table of the four stages, and the distribution of beta.
+//! The report of a run: JSON, the table of the four stages, the distribution of beta, and a page
+//! for browsers.
 //!
 //! The structs are plain data. The structs serialise to the JSON report, which other programs read,
 //! so field names are part of idmesh's interface. [`SCHEMA`] is the JSON Schema of the report.
@@ -6,11 +7,13 @@
 
 mod checksums;
 mod histogram;
+mod page;
 mod reasons;
 mod run_report;
 #[doc(hidden)]
 pub mod svg;
 mod table;
+mod worst_cells;
 
 use std::collections::BTreeMap;
 
@@ -20,7 +23,10 @@ use crate::mesh::{CellKind, FamilyId, HybridMesh, KindQuality};
 
 pub use checksums::{Checksums, Sums};
 pub use histogram::{Measured, Series, histogram_svg};
+pub use page::{Page, batch_html, is_page};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
+
+pub use worst_cells::WorstCell;
 
 pub(crate) use table::{aligned, beta_text};
 pub use table::{kind_table, stage_remark, stage_table};

@@ -5,8 +5,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Backend, Checksums, Kind, Mesh, by_kind};
-use crate::mover::{FamilyReport, Fault, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality};
+use super::{Backend, Checksums, Kind, Mesh, WorstCell, by_kind};
+use crate::mover::{
+    FamilyReport, Fault, MovedSection, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality,
+    StageRelaxation,
+};
 use crate::volume::Path;
 
 /// The report of one design. A design that could not be moved has no measures: their fields are
@@ -43,14 +46,20 @@ pub struct RunReport {
     pub cells: Option<BTreeMap<&'static str, Kind>>,
     /// The same of the original mesh. The moved mesh is judged by comparison with these values.
     pub cells_original: Option<BTreeMap<&'static str, Kind>>,
+    /// The cells with the lowest quality in the moved mesh, the worst first.
+    pub worst_cells: Option<Vec<WorstCell>>,
     /// Deviations of each family from its shape, by name. Families with nothing to report are left
     /// out.
     pub families: Option<BTreeMap<String, FamilyReport>>,
     /// Deviations of each wing from its new profiles, by the name of the wing and of each of its
     /// families.
     pub profiles: Option<BTreeMap<String, ProfileReport>>,
+    /// Distances of the moved wings' sections from the new profiles, by the wing's name.
+    pub sections: Option<BTreeMap<String, Vec<MovedSection>>>,
     /// The relaxation of the volume's network.
     pub solver: Option<Solver>,
+    /// How the relaxations went, in the order of the stages.
+    pub relaxations: Option<Vec<StageRelaxation>>,
     /// The steps of the volume stage.
     pub path: Option<Path>,
     /// Local optimisation, if it ran.
@@ -197,9 +206,12 @@ impl RunReport {
             stages: None,
             cells: None,
             cells_original: None,
+            worst_cells: None,
             families: None,
             profiles: None,
+            sections: None,
             solver: None,
+            relaxations: None,
             path: None,
             smoothing: None,
             warnings: Vec::new(),
@@ -221,9 +233,12 @@ impl RunReport {
         self.stages = Some(outcome.stages.clone());
         self.cells = outcome.kinds.as_deref().map(by_kind);
         self.cells_original = outcome.original_kinds.as_deref().map(by_kind);
+        self.worst_cells = Some(WorstCell::list(outcome));
         self.families = Some(outcome.families.clone());
         self.profiles = Some(outcome.profiles.clone());
+        self.sections = Some(outcome.sections.clone());
         self.solver = Some(outcome.solver.clone());
+        self.relaxations = Some(outcome.relaxations.clone());
         self.path = Some(outcome.path);
         self.smoothing = outcome.smoothed.map(|done| Smoothing { sweeps: done.sweeps, moved: done.moved });
         self.warnings = outcome.warnings.iter().map(ToString::to_string).collect();

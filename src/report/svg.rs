@@ -52,6 +52,19 @@ impl Svg {
         svg
     }
 
+    /// An empty picture inside an HTML page, whose style sheet gives ground, colours and letters.
+    ///
+    /// - `width`, `height`: in pixels of the picture, which the page may scale
+    /// - `title`: description for browsers and screen readers
+    pub fn inline(width: f64, height: f64, title: &str) -> Self {
+        let mut svg = Self { text: String::new() };
+        let view = format_args!("0 0 {width:.0} {height:.0}");
+        svg.tag("svg", &[("class", &"chart"), ("role", &"img"), ("viewBox", &view)], ">\n");
+        svg.tag("title", &[], ">");
+        svg.content(title, "title");
+        svg
+    }
+
     /// Adds an element without content, such as a `line`.
     pub fn element(&mut self, name: &str, attributes: &Attributes) {
         self.tag(name, attributes, "/>\n");
@@ -83,7 +96,7 @@ impl Svg {
     }
 }
 
-/// The text without characters that have a meaning in XML or that XML excludes.
-fn escape(text: impl Display) -> String {
+/// The text without characters that have a meaning in XML or HTML, or that XML excludes.
+pub(super) fn escape(text: impl Display) -> String {
     shown(text).to_string().replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -218,9 +218,11 @@ impl<'a> Session<'a> {
         let mut files = if job.checksums.is_some() { FileSet::with_checksums() } else { FileSet::default() };
         job.outputs.add_to(&mut files, self.case, job.name, &outcome)?;
         // A file that is there already belongs to the result too.
-        let sums = files.files().chain(files.kept());
-        let sums: Vec<_> = sums.map(|(path, sum)| (path.to_path_buf(), sum.map(str::to_owned))).collect();
-        let mut written: Vec<_> = files.files().map(|(path, _)| path.to_path_buf()).collect();
+        let sums_of = |files: &FileSet| {
+            let sums = files.files().chain(files.kept());
+            sums.map(|(path, sum)| (path.display().to_string(), sum.map(str::to_owned))).collect()
+        };
+        let written: Vec<_> = files.files().map(|(path, _)| path.to_path_buf()).collect();
         let meshes: Vec<_> =
             written.iter().filter(|path| Some(*path) != job.outputs.histogram.as_ref()).cloned().collect();
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &meshes));
@@ -229,13 +231,21 @@ impl<'a> Session<'a> {
         let warnings = std::mem::take(&mut report.warnings);
         let losses = job.outputs.losses(self.case)?.into_iter().filter(|loss| !loss.is_detail).map(|loss| loss.text);
         report.warnings = losses.chain(warnings.iter().cloned()).collect();
-        report.checksums = job.checksums.map(|checksums| {
-            let outputs = sums.into_iter().map(|(path, sum)| (path.display().to_string(), sum)).collect();
-            Checksums { outputs, ..checksums.clone() }
-        });
-        let (setup, write, total) = (self.setup_seconds, write.elapsed(), job.started.elapsed());
-        let [write, total] = [write, total].map(|time| time.as_secs_f64());
-        report.seconds = Some(Seconds { read: job.read_seconds, setup, update, write, total });
+        report.checksums = job.checksums.map(|checksums| Checksums { outputs: sums_of(&files), ..checksums.clone() });
+        let setup = self.setup_seconds;
+        let seconds = || {
+            let [write, total] = [write.elapsed(), job.started.elapsed()].map(|time| time.as_secs_f64());
+            Some(Seconds { read: job.read_seconds, setup, update, write, total })
+        };
+        report.seconds = seconds();
+        if job.outputs.page.is_some() {
+            self.mover.tell("writing the page");
+            job.outputs.add_page(&mut files, self.case, &report, (job.design, &outcome))?;
+            // The page cannot hold its own checksum, nor the time that it took.
+            report.checksums.iter_mut().for_each(|checksums| checksums.outputs = sums_of(&files));
+            report.seconds = seconds();
+        }
+        let mut written: Vec<_> = files.files().map(|(path, _)| path.to_path_buf()).collect();
         let report = report.with_reasons();
         if let Some(path) = job.report {
             add_report(&mut files, path, &report)?;

@@ -16,10 +16,11 @@ use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, SessionError};
 use crate::case::{Case, LoadedCase, Output};
+use crate::families::Role;
 use crate::formats::{Fields, FileSet, NamesLock, Placed, has_format, is_special, real_path, twin};
 use crate::mesh::{self, CellMeasures};
-use crate::mover::{Outcome, Why};
-use crate::report::{Measured, Series, histogram_svg, share_of_tets};
+use crate::mover::{Design, Outcome, Why};
+use crate::report::{Measured, Page, RunReport, Series, histogram_svg, share_of_tets};
 
 /// The files of one design's results, and the rule for their names:
 ///
@@ -34,6 +35,9 @@ pub struct Outputs {
     pub meshes: Vec<PathBuf>,
     /// The file of the distribution of beta (SVG).
     pub histogram: Option<PathBuf>,
+    /// The file of the report as a page for browsers (HTML). It is there for every result that has
+    /// files, valid or not, and says which.
+    pub page: Option<PathBuf>,
 }
 
 impl Outputs {
@@ -49,7 +53,11 @@ impl Outputs {
             (Some(folder), Some(name)) => folder.join(name),
             _ => path.clone(),
         };
-        Self { meshes: output.mesh.iter().map(place).collect(), histogram: output.histogram.as_ref().map(place) }
+        Self {
+            meshes: output.mesh.iter().map(place).collect(),
+            histogram: output.histogram.as_ref().map(place),
+            page: output.report.as_ref().map(place),
+        }
     }
 
     /// These outputs with the name of a design before the extensions.
@@ -59,12 +67,13 @@ impl Outputs {
     pub fn named(&self, design: &str) -> Result<Self, SessionError> {
         let place = |path: &PathBuf| named_after(path, design);
         let meshes = self.meshes.iter().map(place).collect::<Result<_, _>>()?;
-        Ok(Self { meshes, histogram: self.histogram.as_ref().map(place).transpose()? })
+        let [histogram, page] = [&self.histogram, &self.page].map(|path| path.as_ref().map(place).transpose());
+        Ok(Self { meshes, histogram: histogram?, page: page? })
     }
 
     /// All files.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.meshes.iter().chain(&self.histogram).map(PathBuf::as_path)
+        self.meshes.iter().chain(&self.histogram).chain(&self.page).map(PathBuf::as_path)
     }
 
     /// Every name that a result may have, valid or not.
@@ -72,14 +81,14 @@ impl Outputs {
         let meshes = self.meshes.iter().flat_map(|path| [Some(path.clone()), Some(invalid_name(path)), twin(path)]);
         let meshes = meshes.flatten();
         let inverted = self.meshes.first().map(|path| inverted_name(path));
-        meshes.chain(inverted).chain(self.histogram.clone()).collect()
+        meshes.chain(inverted).chain(self.histogram.clone()).chain(self.page.clone()).collect()
     }
 
     /// The names of the files of a result of which it is known whether it is valid. Without
     /// `NAME.inverted.vtu`, which not every invalid result has.
     pub(super) fn names_of(&self, is_valid: bool) -> Vec<PathBuf> {
         let mesh = |path: &PathBuf| if is_valid { path.clone() } else { invalid_name(path) };
-        self.meshes.iter().map(mesh).chain(self.histogram.clone()).collect()
+        self.meshes.iter().map(mesh).chain(self.histogram.clone()).chain(self.page.clone()).collect()
     }
 
     /// Refuses outputs that would overwrite an input or each other, if the result is not valid too:
@@ -150,7 +159,7 @@ impl Outputs {
         // their names.
         let invalid: Vec<_> = self.meshes.iter().map(|path| invalid_name(path)).collect();
         case.file.check_beside(&invalid.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-        self.histogram.iter().try_for_each(|path| check_writable(path))
+        self.histogram.iter().chain(&self.page).try_for_each(|path| check_writable(path))
     }
 
     /// The parts of the input mesh that the written meshes will not hold. The loss of a `.vtu` file
@@ -197,7 +206,8 @@ impl Outputs {
     pub fn remove_all_but(&self, read: &ReadFiles, report: Option<&Path>) {
         let _lock = self.lock(report);
         let _ = report.map(remove_file);
-        let can_be_written = |path: &PathBuf| self.histogram.as_ref() == Some(path) || has_format(path);
+        let is_other = |path: &PathBuf| [&self.histogram, &self.page].map(Option::as_ref).contains(&Some(path));
+        let can_be_written = |path: &PathBuf| is_other(path) || has_format(path);
         for path in self.names().into_iter().filter(can_be_written) {
             if read.lost_to(&path).is_none() {
                 let _ = remove_result(&path);
@@ -243,7 +253,8 @@ impl Outputs {
     }
 
     /// Adds the files of a result to a set, by the rule of this module: the moved mesh, the faulty
-    /// cells if cells are inverted or the surface self-intersects, and the histogram.
+    /// cells if cells are inverted or the surface self-intersects, and the histogram. The page is
+    /// added with its report.
     ///
     /// - `design`: the design's name, for the histogram's title
     ///
@@ -304,6 +315,36 @@ impl Outputs {
     }
 }
 
+impl Outputs {
+    /// Adds the report as a page to a set of files, if the outputs have one.
+    ///
+    /// - `report`: the report of the outcome
+    /// - `design`: the design that was moved to
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(super) fn add_page(
+        &self,
+        files: &mut FileSet,
+        case: &LoadedCase,
+        report: &RunReport,
+        (design, outcome): (&Design, &Outcome),
+    ) -> Result<(), SessionError> {
+        let Some(path) = &self.page else { return Ok(()) };
+        let names = case.file.mesh.families.iter().map(String::as_str);
+        let page = Page {
+            report,
+            outcome,
+            design,
+            old: case.old_profiles().collect(),
+            settings: &case.case.settings,
+            roles: names.zip(case.roles().iter().map(Role::name)).collect(),
+        };
+        let written = page.html().and_then(|html| files.add(path, move |out| out.write_all(html.as_bytes())));
+        written.map_err(|error| cannot_write(path, error))
+    }
+}
+
 /// Removes a file of an earlier result, or the files of a mesh that is a folder. The name of an
 /// invalid mesh is idmesh's own, so such a folder goes with all its files: those of the mesh that
 /// was read, such as its zones, are there too.
@@ -342,7 +383,8 @@ pub struct Loss {
 
 impl LoadedCase {
     /// Writes the moved mesh to the outputs of the case, by the rule of
-    /// [`crate::session::Outputs`], and returns the files written. All files appear, or none.
+    /// [`crate::session::Outputs`], and returns the files written. All files appear, or none. The
+    /// page of a report is left out: [`crate::session::Session::finish`] makes reports.
     ///
     /// ```no_run
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {

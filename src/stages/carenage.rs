@@ -85,7 +85,9 @@ impl Stage for Carenages {
                         (displacement[vertex as usize] - before).length() * inverse_length
                     })
                     .fold(0.0, f64::max);
-                convergence = Convergence { sweeps: convergence.sweeps + tangential.sweeps, ..tangential };
+                let history = convergence.history.and(tangential.history.clone());
+                convergence =
+                    Convergence { sweeps: convergence.sweeps + tangential.sweeps, history, ..tangential.clone() };
                 // A round leaves only the error that the surface's curvature causes, which is
                 // smaller than the motion of the round. So this motion bounds the error.
                 convergence.error = tangential.error.max(moved);

@@ -315,7 +315,7 @@ impl Stage for VolumeStage {
         self.result = Some(VolumeResult {
             vertices: state.vertices,
             beta: state.beta,
-            convergence,
+            convergence: convergence.clone(),
             path,
             smoothed,
             kept: Kept { surfaces, rotations },

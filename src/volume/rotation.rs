@@ -89,7 +89,8 @@ impl Rotation {
         let mut vectors = self.surfaces.turns(vertices, displacement);
         let stopping = Stopping { tolerance: ANGLE * stopping.tolerance, ..*stopping };
         self.last.recall(&self.relaxer.network().constraint, &mut vectors);
-        let convergence = self.relaxer.relax(&mut vectors, None, &stopping)?;
+        let mut convergence = self.relaxer.relax(&mut vectors, None, &stopping)?;
+        convergence.history = convergence.history.of_rotations();
         self.last.keep(&convergence, &vectors);
         Ok((vectors, convergence))
     }

@@ -137,7 +137,8 @@ impl VolumeNetwork {
         };
         let mut convergence = self.relaxer.relax(displacement, force.as_deref(), stopping)?;
         if self.rotation.is_some() {
-            convergence = convergence.and(spread);
+            // The rotations are relaxed first.
+            convergence = spread.and(convergence);
         }
         if let Some(Tied { relaxer, sets }) = &mut self.tied {
             sets.iter().for_each(|set| even(set, displacement, false));

@@ -4,6 +4,7 @@
 mod at_once;
 mod batch;
 mod book;
+mod browser;
 mod check;
 #[cfg(target_os = "linux")]
 mod claims;
@@ -24,6 +25,7 @@ mod left_handed;
 #[cfg(target_os = "linux")]
 mod memory;
 mod odd;
+mod page;
 mod refine;
 mod refusals;
 mod results;

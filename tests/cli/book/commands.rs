@@ -94,7 +94,7 @@ fn run(folder: &Path, arguments: &str, exit: i32, place: &str) -> bool {
     let output = command(folder, &words).output().unwrap();
     assert_eq!(output.status.code(), Some(exit), "{place}: {}", stderr(&output));
     for pair in words.windows(2) {
-        if ["--out", "--json", "--histogram"].contains(&pair[0]) && pair[1] != "-" {
+        if ["--out", "--json", "--histogram", "--report", "--output"].contains(&pair[0]) && pair[1] != "-" {
             assert!(folder.join(pair[1]).exists(), "{place} wrote no {}", pair[1]);
         }
     }

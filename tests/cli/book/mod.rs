@@ -107,12 +107,21 @@ fn workplace() -> TempDir {
     folder
 }
 
-/// The README is what everybody reads: it stays short, and its picture is there.
+/// The README is what everybody reads: it stays short, and its picture is there. So is that of the
+/// introduction.
 #[test]
 fn the_readme_is_short_and_has_a_picture() {
     let readme = page("README.md");
     assert!(readme.text.lines().count() <= 150);
-    let picture = fs::read(root().join("docs/src/images/wing-body.png")).unwrap();
-    assert!(picture.starts_with(b"\x89PNG") && picture.len() < 200_000);
-    assert!(readme.text.contains("](docs/src/images/wing-body.png)"));
+    for (text, picture) in [
+        (readme.text, "docs/src/images/report.png"),
+        (
+            page("docs/src/introduction.md").text.replace("](images", "](docs/src/images"),
+            "docs/src/images/wing-body.png",
+        ),
+    ] {
+        let bytes = fs::read(root().join(picture)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() < 300_000);
+        assert!(text.contains(&format!("]({picture})")));
+    }
 }
