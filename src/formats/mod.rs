@@ -52,7 +52,7 @@ pub(crate) use disk::{Sync, folder_to_disk, to_disk};
 pub use error::{Location, ReadError, WriteError};
 pub use format::Format;
 pub(crate) use input::{open_file, read_file, read_lines, read_named};
-pub(crate) use names_lock::NamesLock;
+pub(crate) use names_lock::{NamesLock, patiently};
 pub use new_file::{Cells, Fields};
 pub use placed::{PlaceError, Placed};
 pub use read::{MeshFile, mesh_path, read, read_bytes, read_mixed};

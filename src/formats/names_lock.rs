@@ -68,16 +68,30 @@ impl NamesLock {
 
 /// Locks a folder; `None` if its file system has no locks.
 fn lock(folder: &Path) -> io::Result<Option<Locked>> {
+    patiently(folder, || match try_folder(folder).or_else(|_| try_file(&folder.join(NAME))) {
+        Ok(Some(locked)) => Some(Some(locked)),
+        Ok(None) => None,
+        Err(_) => Some(None),
+    })
+}
+
+/// Tries until something comes of it, for about a minute.
+///
+/// - `path`: what is locked, for the message
+/// - `attempt`: `None` if another process holds the lock
+///
+/// # Errors
+/// Another process holds the lock and does not end.
+pub(crate) fn patiently<T>(path: &Path, mut attempt: impl FnMut() -> Option<T>) -> io::Result<T> {
     let [mut pause, longest] = PAUSES;
     for _ in 0..ATTEMPTS {
-        match try_folder(folder).or_else(|_| try_file(&folder.join(NAME))) {
-            Ok(Some(locked)) => return Ok(Some(locked)),
-            Ok(None) => thread::sleep(pause),
-            Err(_) => return Ok(None),
+        if let Some(found) = attempt() {
+            return Ok(found);
         }
+        thread::sleep(pause);
         pause = longest.min(2 * pause);
     }
-    let message = format!("another process that writes results into {} stands still", folder.display());
+    let message = format!("another process that writes into {} stands still", path.display());
     Err(io::Error::new(io::ErrorKind::TimedOut, message))
 }
 

@@ -12,7 +12,7 @@
 //! line, and looks after it has the lock whether the file still has its name.
 
 use std::collections::{HashMap, HashSet};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ use serde::Deserialize;
 
 use super::SessionError;
 use super::files::{cannot_write, write_text};
-use crate::formats::{Claim, Sync, folder_to_disk, is_at, is_same, is_special, real_path, to_disk};
+use crate::formats::{Claim, Sync, folder_to_disk, is_at, is_same, is_special, patiently, real_path, to_disk};
 use crate::report::Checksums;
 
 /// A file with one report a line.
@@ -160,7 +160,9 @@ impl ReportFile {
     /// - `line`: with its line end
     ///
     /// # Errors
-    /// The line cannot be written, or cannot be brought to the disk. The file is then as it was.
+    /// The line cannot be written, or cannot be brought to the disk. The file is then as it was,
+    /// unless another job has appended a line meanwhile. Or another job stands still while it
+    /// writes.
     pub fn append(&mut self, design: &str, line: &str) -> Result<(), SessionError> {
         self.append_with(design, line, &mut |_, file| file.sync_data())
     }
@@ -186,19 +188,35 @@ impl ReportFile {
             let kept: String = others.map(|(_, text)| format!("{text}\n")).collect();
             return write_text(&self.place, &(kept + line));
         }
-        let mut append = |file: &mut File| {
+        let append = |file: &mut File| {
             file.set_len(end)?;
             file.seek(SeekFrom::Start(end))?;
-            file.write_all(line.as_bytes())?;
-            to_disk(&self.place, file, sync)?;
+            file.write_all(line.as_bytes())
+        };
+        append(&mut file).inspect_err(|_| drop(file.set_len(end))).map_err(unwritable)?;
+        // Where the file system has no locks, there is none to give back. The disk may take long,
+        // and a job that is stopped meanwhile must not keep the others from the file.
+        let _ = file.unlock();
+        let mut to_disk = || {
+            to_disk(&self.place, &file, sync)?;
             // A file with its first line may be new, and then its name is not on the disk either.
             if end == 0 { folder_to_disk(&self.place, sync) } else { Ok(()) }
         };
-        append(&mut file).inspect_err(|_| drop(file.set_len(end))).map_err(unwritable)?;
-        // Where the file system has no locks, there is none to give back.
-        let _ = file.unlock();
-        self.seen = Some(Seen { file, end: end + line.len() as u64, designs });
+        let end_of_line = end + line.len() as u64;
+        if let Err(error) = to_disk() {
+            self.take_back(&file, end, end_of_line);
+            return Err(unwritable(error));
+        }
+        self.seen = Some(Seen { file, end: end_of_line, designs });
         Ok(())
+    }
+
+    /// Takes the last line back, unless another job has appended one since.
+    fn take_back(&self, file: &File, end: u64, end_of_line: u64) {
+        let Ok(locked) = self.locked() else { return };
+        if is_same(&locked, file) && locked.metadata().is_ok_and(|metadata| metadata.len() == end_of_line) {
+            let _ = locked.set_len(end);
+        }
     }
 
     fn append_to_special(&mut self, line: &str) -> io::Result<()> {
@@ -218,18 +236,22 @@ impl ReportFile {
 
     /// Opens the file and waits until no other job holds its lock. The lock ends with the file's
     /// handle. Where the file system has no locks, the file is opened without one.
+    ///
+    /// # Errors
+    /// The file cannot be opened, or another job holds the lock and stands still.
     fn locked(&self) -> io::Result<File> {
-        loop {
-            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&self.place)?;
-            match file.lock() {
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                Ok(()) | Err(_) => {}
+        patiently(&self.path, || {
+            let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&self.place);
+            let file = match open {
+                Ok(file) => file,
+                Err(error) => return Some(Err(error)),
+            };
+            if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+                return None;
             }
             // Another job may have replaced the file between the opening and the lock.
-            if is_at(&file, &self.place) {
-                return Ok(file);
-            }
-        }
+            is_at(&file, &self.place).then_some(Ok(file))
+        })?
     }
 
     /// The reports in the lines of a file, each with its text. A later line of a design takes the
