@@ -9,6 +9,7 @@ mod corner_cells;
 pub mod corners;
 #[doc(hidden)]
 pub mod csr;
+mod division;
 #[doc(hidden)]
 pub mod edges;
 mod error;
@@ -35,8 +36,8 @@ pub use cell_quality::{
     worst_corner,
 };
 pub use corner_cells::{CornerCells, counted};
+pub use division::{halves, triangles_of_families};
 pub use error::MeshError;
-pub use half_edge::triangles_of_families;
 pub use half_face::{families_inside, partly_inside};
 pub use hybrid::{CellKind, CellName, HybridMesh};
 pub use order::Order;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::mesh::{CornerCells, HybridMesh, OtherCells, TetMesh, half_edge::halves};
+use crate::mesh::{CornerCells, HybridMesh, OtherCells, TetMesh, halves};
 
 /// A mesh as tets and triangles: tets and corner tets, triangles and the halves of quadrilaterals.
 pub(super) struct SimplexView<'a> {
