@@ -4,6 +4,7 @@
 mod wing;
 
 use glam::DVec3;
+use idmesh::mover::MISSED;
 use idmesh::profile::{Plane, Profile, ProfileError, ProfileInterpolation, WingSurface, cut, distance, matching};
 use wing::{BLUNT, CHORD, SHARP, Surface, Wing, affine, mapped, resampled};
 
@@ -311,6 +312,30 @@ fn vertices_in_the_planes_are_judged_too() {
     moved[vertex].z += 0.01 * CHORD;
     let missed = loft.missed(&new, &motion, &moved).unwrap();
     assert!(missed.len() == 2 && missed[0].vertex == vertex && missed[0].share > 5e-3, "{missed:?}");
+}
+
+/// A plane passes a round tip, where the vertices beside it are far off the section. A wing that
+/// becomes thicker by one factor all along is as asked.
+///
+/// Fails if the distances of the vertices do not grow with the section: then the wing is off by
+/// more than `MISSED` allows.
+#[test]
+fn a_round_tip_grows_with_its_section() {
+    let mut surface = SHARP.surface();
+    let middle = |at: DVec3| 0.07 * at.y;
+    let round = |at: DVec3| (1.0 - ((at.y - 3.0).max(0.0) / 1.05).powi(2)).sqrt();
+    for at in &mut surface.vertices {
+        at.z = middle(*at) + (at.z - middle(*at)) * round(*at);
+    }
+    let old = surface.cut(&[1.0, 2.5, 3.9]);
+    let thicker = |at: DVec3| DVec3::new(at.x, at.y, middle(at) + 1.5 * (at.z - middle(at)));
+    let loft = surface.loft(&old);
+    let new = mapped(&old, thicker);
+    let motion = loft.displacements(&new).unwrap();
+    let moved: Vec<DVec3> = surface.vertices.iter().zip(&motion.displacement).map(|(v, d)| *v + *d).collect();
+    assert!(moved.iter().zip(&surface.vertices).all(|(moved, at)| moved.distance(thicker(*at)) < 1e-6 * CHORD));
+    let missed = loft.missed(&new, &motion, &moved).unwrap();
+    assert!(missed.iter().all(|missed| missed.share < MISSED), "{missed:?}");
 }
 
 /// The wing's own sections, as its vertices say them, to seven digits, and a design made of one of

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use super::paths::{folder_of, is_pattern, matches};
+use super::paths::{folder_of, has_extension, is_pattern, matches};
 use super::{Case, Output, parse, read_case};
 use crate::formats::{has_format, mesh_path};
 
@@ -56,7 +56,7 @@ impl NamedFiles {
             _ => vec!["no table"],
         });
         // A table without the name of such a file is no misspelt `[output]`.
-        let is_other = |path: &Path| parse::is_svg(path) || parse::is_html(path);
+        let is_other = |path: &Path| has_extension(path, "svg") || has_extension(path, "html");
         let is_result = |text: &str| has_format(Path::new(text)) || is_other(Path::new(text));
         let are_outputs_sure = mesh.is_some()
             && output_keys.iter().all(|key| parse::OUTPUT_KEYS.contains(key))
@@ -72,8 +72,8 @@ impl NamedFiles {
         };
         let file = |name: &str| key(name).and_then(Value::as_str).map(|text| folder.join(text));
         // A file with another extension would not be written.
-        let histogram = file("histogram").filter(|path| parse::is_svg(path));
-        let report = file("report").filter(|path| parse::is_html(path));
+        let histogram = file("histogram").filter(|path| has_extension(path, "svg"));
+        let report = file("report").filter(|path| has_extension(path, "html"));
         let tables = top.get("profiles").and_then(Value::as_table);
         let tables = tables.into_iter().flat_map(Table::keys).cloned().collect();
         // Any other text may name an input under a key with a mistake.

@@ -15,7 +15,7 @@ use crate::smoothing::QualityTarget;
 use crate::springs::{SPRINGS, Springs};
 
 use super::document::{CaseDocument, TomlTable, Value};
-use super::paths::{is_pattern, matches};
+use super::paths::{has_extension, is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Output, Position, ProfileSource, paths};
 use crate::formats::{extension, mesh_path};
 use crate::text::nearest::{did_you_mean, quoted_list};
@@ -364,35 +364,20 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
             output.mesh.push(file);
         }
     }
-    if let Some(value) = section.get("histogram") {
-        let file = paths::file(&value, folder)?;
-        if !is_svg(&file) {
-            return Err(
-                value.error(format!("`output.histogram` is \"{}\", expected a name ending in .svg", value.text()?))
-            );
-        }
-        output.histogram = Some(file);
-    }
-    if let Some(value) = section.get("report") {
-        let file = paths::file(&value, folder)?;
-        if !is_html(&file) {
-            return Err(
-                value.error(format!("`output.report` is \"{}\", expected a name ending in .html", value.text()?))
-            );
-        }
-        output.report = Some(file);
-    }
+    output.histogram = other_output(&section, "histogram", "svg", folder)?;
+    output.report = other_output(&section, "report", "html", folder)?;
     Ok(output)
 }
 
-/// Whether a path has the extension of a histogram.
-pub(super) fn is_svg(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
-}
-
-/// Whether a path has the extension of a page.
-pub(super) fn is_html(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"))
+/// An output that is no mesh: a file with this extension.
+fn other_output(section: &TomlTable, key: &str, extension: &str, folder: &Path) -> Result<Option<PathBuf>, CaseError> {
+    let Some(value) = section.get(key) else { return Ok(None) };
+    let file = paths::file(&value, folder)?;
+    if !has_extension(&file, extension) {
+        let found = value.text()?;
+        return Err(value.error(format!("`output.{key}` is \"{found}\", expected a name ending in .{extension}")));
+    }
+    Ok(Some(file))
 }
 
 /// The output's default name: `moved` with the input's extension. An extension may have several

@@ -14,6 +14,11 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     folder.unwrap_or(Path::new(""))
 }
 
+/// Whether a path ends in an extension, in any case of letters.
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
+}
+
 /// The file that a value names.
 pub(super) fn file(value: &Value, folder: &Path) -> Result<PathBuf, CaseError> {
     Ok(folder.join(value.text()?))

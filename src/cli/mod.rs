@@ -34,7 +34,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use clap::{ArgAction, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::backend::{self, Backend, Selection};
-use crate::case::{Case, LoadError, LoadedCase};
+use crate::case::{Case, LoadError, LoadedCase, has_extension};
 use crate::formats::{MeshFile, has_format};
 use crate::memory::set_most;
 use crate::mesh::{mostly_left_handed, partly_inside};
@@ -146,7 +146,7 @@ fn json_target(text: &str) -> Result<JsonTarget, std::convert::Infallible> {
 /// The file of a page.
 fn page_target(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html")) {
+    match has_extension(&path, "html") {
         true => Ok(path),
         false => Err("expected a name ending in .html".to_owned()),
     }

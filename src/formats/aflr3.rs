@@ -317,15 +317,17 @@ fn companion(new_file: &NewFile) -> Companion {
     Companion { path: mapbc_path, bytes, names, conditions: Conditions::new() }
 }
 
-/// The loss of a new file with coordinates in single precision.
-pub(super) const ROUNDED: &str = "coordinates are rounded to single precision";
+/// Whether new files with an extension hold coordinates in single precision.
+pub(super) fn is_single(extension: &str) -> bool {
+    FORMAT.extensions.contains(&extension) && Variant::of(extension).width == Width::Single
+}
 
 /// Losses of a new file: boundary conditions, spaces in names, perhaps double precision.
 fn limits(new_file: &NewFile) -> Vec<String> {
     let mut limits = mapbc::limits(new_file);
     limits.push(mapbc::NO_CONDITIONS.to_string());
-    if Variant::of(new_file.extension).width == Width::Single {
-        limits.push(ROUNDED.to_string());
+    if is_single(new_file.extension) {
+        limits.push("coordinates are rounded to single precision".to_string());
     }
     limits
 }

@@ -302,8 +302,8 @@ pub enum WriteError {
     },
     /// Cells are inverted by the rounding of a file in single precision.
     #[error(
-        "cannot write {}: the file's single precision would round coordinates so that {count} cells are inverted, the first \
-         at {at}; write a format with double precision, or move the origin of the coordinates nearer to these cells",
+        "cannot write {}: the rounding to the file's single precision would invert {count} of the cells, the first at \
+         {at}; write a format with double precision, or move the origin of the coordinates nearer to these cells",
         path.display(), at = place_of(*at)
     )]
     Rounded {

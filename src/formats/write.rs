@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::aflr3::ROUNDED;
+use super::aflr3;
 use super::atomic::{self, FileSet};
 use super::document::{Companion, SourceFile, check_single};
 use super::error::WriteError;
@@ -272,9 +272,7 @@ impl MeshFile {
         let (format, extension) = output_format(path)?;
         let is_single = match self.source(format, extension) {
             Some(document) => document.is_single(),
-            None => {
-                (format.limits)(&self.new_file(vertices, Fields::default(), extension)).contains(&ROUNDED.to_owned())
-            }
+            None => aflr3::is_single(extension),
         };
         if !is_single {
             return Ok(());

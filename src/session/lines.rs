@@ -367,6 +367,29 @@ mod tests {
         file.append_with("d", "{}\n", &mut |_, _| Err(io::ErrorKind::Unsupported.into())).unwrap();
     }
 
+    /// While the disk takes a line, another job may append one. It stays, also if the disk fails.
+    ///
+    /// Fails if a line is brought to the disk under the lock, or if a line that the disk does not
+    /// take is taken back together with those that follow it.
+    #[test]
+    fn the_disk_keeps_no_job_from_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("all.jsonl");
+        let line = |design: &str| format!("{{\"design\":\"{design}\",\"of\":\"one\"}}\n");
+        for (one, other, takes) in [("a", "b", true), ("c", "d", false)] {
+            let mut is_first = true;
+            let mut sync = |_: &Path, _: &File| {
+                if std::mem::take(&mut is_first) {
+                    append(&mut ReportFile::new(&path), other, "one");
+                }
+                if takes { Ok(()) } else { Err(io::Error::other("a bad disk")) }
+            };
+            let appended = ReportFile::new(&path).append_with(one, &line(one), &mut sync);
+            assert_eq!(appended.is_ok(), takes);
+        }
+        assert_eq!(fs::read_to_string(&path).unwrap(), ["a", "b", "c", "d"].map(line).concat());
+    }
+
     /// A line torn by a full disk, a killed job or a power cut is left out, and gives its place to
     /// the next line. Other text at the end is an error.
     #[test]

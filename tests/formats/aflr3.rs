@@ -258,7 +258,7 @@ fn cells_that_single_precision_inverts_are_not_written() {
     let single = folder.path().join("single.lb4.ugrid");
     let error = file.write(&single, &vertices, &Fields::default()).unwrap_err();
     assert!(matches!(error, WriteError::Rounded { count: 1, .. }), "{error}");
-    assert!(error.to_string().contains("so that 1 cells are inverted, the first at (10000.25, "), "{error}");
+    assert!(error.to_string().contains("would invert 1 of the cells, the first at (10000.25, "), "{error}");
     assert!(!single.exists() && !folder.path().join("single.mapbc").exists());
     file.write(&folder.path().join("double.lb8.ugrid"), &vertices, &Fields::default()).unwrap();
     // Where the rounding does no harm, the file is written.

@@ -107,7 +107,7 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// A count with thin spaces between groups of three digits.
+/// A count with no-break spaces between groups of three digits.
 pub(super) fn count(value: usize) -> String {
     let digits = value.to_string();
     let mut text = String::new();
