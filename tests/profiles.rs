@@ -309,6 +309,40 @@ fn a_round_trailing_edge_goes_along() {
     }
 }
 
+/// Other points of the same round end: the edge is carried to a place between them.
+///
+/// Fails if, of `carried_edge`, `AT_POINT` is 0.6: then the place is a point of the profile.
+#[test]
+fn a_round_trailing_edge_goes_between_points() {
+    let stations: Vec<f64> = (1..40).rev().map(|i| 0.97 * (f64::from(i) / 40.0).powi(2)).collect();
+    let old = Profile { number: 0, points: round_edge(&[34.0], &stations) };
+    for turns in [&[25.0, 50.0, 75.0][..], &[30.0, 60.0, 85.0], &[20.0, 45.0, 70.0]] {
+        let new = Profile { number: 0, points: round_edge(turns, &stations) };
+        let found = matching::match_points(&old, &new).unwrap();
+        let at_end = old.points.iter().zip(&found).filter(|(old, _)| old.x > 0.98);
+        let error = at_end.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(error < 6e-4, "{turns:?}: {error:e}");
+    }
+}
+
+/// A new profile with a sharp trailing edge keeps it, whatever the old one's is: the old corners
+/// would lie beside the new curve.
+///
+/// Fails if, of `carried_edge`, `ON_CURVE` is 10.
+#[test]
+fn a_sharp_trailing_edge_is_taken() {
+    let stations: Vec<f64> = (1..40).rev().map(|i| 0.97 * (f64::from(i) / 40.0).powi(2)).collect();
+    let old = Profile { number: 0, points: round_edge(&[34.0], &stations) };
+    let upper = stations.iter().map(|&x| DVec3::new(x, 1.4, 0.1 * x.sqrt() * (1.0 - x)));
+    let upper: Vec<DVec3> = [DVec3::new(1.0, 1.4, 0.0)].into_iter().chain(upper).collect();
+    let lower = upper.iter().rev().map(|at| DVec3::new(at.x, at.y, -at.z));
+    let points = upper.iter().copied().chain([DVec3::new(0.0, 1.4, 0.0)]).chain(lower).collect();
+    let found = matching::match_points(&old, &Profile { number: 0, points }).unwrap();
+    for (old, found) in old.points.iter().zip(&found).filter(|(old, _)| old.x > 0.99) {
+        assert!(found.distance(DVec3::new(1.0, 1.4, 0.0)) < 1e-9, "{old} {found}");
+    }
+}
+
 /// Profiles of a coarse mesh (26 and 31 points) and new ones made from a spline through their moved
 /// points: 161 and 121 points, and the moved points themselves for comparison. Along the curve a
 /// match is a matter of judgement where the change is not affine; the bounds hold what was measured

@@ -186,6 +186,16 @@ mod tests {
 
     use super::*;
 
+    /// A message has the system's words, and not the name of a temporary file.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn errors_have_the_words_of_the_system() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = with_suffix(&folder.path().join("gone"), "").unwrap_err();
+        let told = (error.to_string(), error.kind());
+        assert_eq!(told, ("No such file or directory (os error 2)".to_owned(), io::ErrorKind::NotFound));
+    }
+
     /// The number of a process that has ended.
     fn ended() -> u32 {
         let mut child = Command::new("true").spawn().unwrap();

@@ -181,3 +181,21 @@ fn pieces_that_repeat_cells_or_share_bytes_are_refused() {
     let found = error(&bytes);
     assert!(found.contains("a file of pieces that are encoded differently or overlap is not read; merge"), "{found}");
 }
+
+/// Arrays of a motion are copied as they are when the mesh is moved again, so a warning tells of
+/// them. An array with one of their names alone may be somebody else's.
+#[test]
+fn arrays_of_an_earlier_motion_are_told() {
+    let file = formats::read_mixed(&data("mixed/vtk.ascii.vtu")).unwrap();
+    let of_motion = |fields: &Fields| {
+        let mut bytes = Vec::new();
+        let mesh = MeshFile::from_cells(file.mesh.clone(), file.others.clone());
+        mesh.write_to(&mut bytes, Path::new("a.vtu"), &file.mesh.vertices, fields).unwrap();
+        read_bytes("a.vtu", &bytes).unwrap().warnings().join(", ")
+    };
+    let (displacement, beta) = (vec![DVec3::X; file.mesh.vertices.len()], vec![0.1; file.mesh.tets.len()]);
+    let one = Fields { beta: Some(&beta), ..Fields::default() };
+    assert_eq!(of_motion(&one), "");
+    let told = of_motion(&Fields { displacement: Some(&displacement), ..one });
+    assert!(told.contains("the arrays `beta`, `displacement` seem to tell of an earlier motion"), "{told}");
+}
