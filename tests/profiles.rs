@@ -328,7 +328,7 @@ fn a_round_trailing_edge_goes_between_points() {
 /// A new profile with a sharp trailing edge keeps it, whatever the old one's is: the old corners
 /// would lie beside the new curve.
 ///
-/// Fails if, of `carried_edge`, `ON_CURVE` is 10.
+/// Fails if corners that lie off the new curve are carried too.
 #[test]
 fn a_sharp_trailing_edge_is_taken() {
     let stations: Vec<f64> = (1..40).rev().map(|i| 0.97 * (f64::from(i) / 40.0).powi(2)).collect();
