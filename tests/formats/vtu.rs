@@ -186,7 +186,7 @@ fn pieces_that_repeat_cells_or_share_bytes_are_refused() {
 /// them. An array with one of their names alone may be somebody else's.
 #[test]
 fn arrays_of_an_earlier_motion_are_told() {
-    let file = formats::read_mixed(&data("mixed/vtk.ascii.vtu")).unwrap();
+    let file = read_mixed(&data("mixed/vtk.ascii.vtu")).unwrap();
     let of_motion = |fields: &Fields| {
         let mut bytes = Vec::new();
         let mesh = MeshFile::from_cells(file.mesh.clone(), file.others.clone());
