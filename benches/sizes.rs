@@ -70,7 +70,7 @@ fn run() -> Result<(), Failure> {
     let mut costs = Vec::new();
     for (at, file) in files.iter().enumerate() {
         let start = Instant::now();
-        let MeshFile { mut mesh, mut others, .. } = formats::read(file)?;
+        let MeshFile { mut mesh, mut others, .. } = formats::read_mixed(file)?;
         let mut read = format!("{:.3}", start.elapsed().as_secs_f64());
         let mut name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         for refinement in 0..=if at + 1 == files.len() { refinements } else { 0 } {
@@ -139,7 +139,7 @@ fn written_and_read(mesh: &TetMesh, others: &OtherCells) -> Result<String, Failu
     file.write(&path, &file.mesh.vertices, &formats::Fields::default())?;
     drop(file);
     let start = Instant::now();
-    formats::read(&path)?;
+    formats::read_mixed(&path)?;
     Ok(format!("{:.3}", start.elapsed().as_secs_f64()))
 }
 

@@ -39,7 +39,7 @@ impl Prescribed {
     /// # Errors
     /// The mesh cannot be read, it has no such family, or that has no chord or span.
     pub fn read(path: &Path, family: &str) -> Result<Self, Failure> {
-        let file = formats::read(path)?;
+        let file = formats::read_mixed(path)?;
         let (mesh, others) = (&file.mesh, &file.others);
         let family = mesh.family(family).ok_or_else(|| format!("{}: no family `{family}`", path.display()))?;
         let triangles = mesh.triangles.iter().zip(&mesh.triangle_family).map(|(face, of)| (&face[..], of));

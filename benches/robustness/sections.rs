@@ -51,7 +51,7 @@ impl Sections {
     /// A file cannot be read, the case has not one wing, or that cannot be cut.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let case = Case::read(path)?;
-        let file = formats::read(&case.mesh)?;
+        let file = formats::read_mixed(&case.mesh)?;
         if !file.others.is_empty() {
             return Err(format!("{}: sections are cut from meshes of tets alone", path.display()).into());
         }

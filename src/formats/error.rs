@@ -191,7 +191,8 @@ pub enum ReadError {
     },
     /// The mesh has cells or faces other than tets and triangles.
     #[error(
-        "{}: only meshes of linear tets and triangles can be moved, but the file has {found}", path.display()
+        "{}: read as a mesh of tets and triangles alone, but the file has {found} (`read_mixed` takes these too)",
+        path.display()
     )]
     Elements {
         /// Path of the mesh file.
