@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-@dataclass
+@dataclass(eq=False)
 class Design:
     """What a loop changes. Lengths are in the mesh's unit."""
 
@@ -18,7 +18,7 @@ class Design:
     """Displacements (k, 3) of each prescribed family, in the order of `Mover.family_vertices`."""
 
 
-@dataclass
+@dataclass(eq=False)
 class Gradient:
     """The derivative of a number by a design, with the shapes of the design."""
 

@@ -46,7 +46,8 @@ def checked(options: Mapping[str, Any] | None) -> dict[str, Any]:
         found[names[str(name).lower()]] = value
     if found["gridFile"] is None:
         raise InputError("the option `gridFile` is missing, expected the file of the mesh")
-    found["gridFile"] = os.fspath(found["gridFile"])
+    # The folder may change between the first and the second reading.
+    found["gridFile"] = os.path.abspath(os.fspath(found["gridFile"]))
     if found["fileType"] is not None:
         _check_type(found["gridFile"], str(found["fileType"]))
     for name in ("specifiedSurfaces", "symmetrySurfaces"):

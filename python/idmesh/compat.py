@@ -10,7 +10,7 @@ called by all processes together. The first process has the mesh and moves it. W
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,8 @@ class USMesh:
         self._grid: Floats | None = None
         self._stale: str | None = None
         self._dxs: Floats | None = None
+        # Of how many motions this is the grid. Components look whether it is still theirs.
+        self.motions = 0
         # Of the first process: each process's numbers, and the last results by the surface they are for.
         self._counts: list[int] = []
         self._points: list[int] = []
@@ -70,6 +72,7 @@ class USMesh:
         """The coordinate numbers that this process's flow solver has, from 0, in its order. They may be doubled."""
 
         def check() -> Integers:
+            _refuse_masks(ind, "the indices")
             found = np.asarray(ind)
             if found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
                 raise InputError(f"the indices have the shape {found.shape} and type {found.dtype}, expected (n,) integers")
@@ -103,16 +106,19 @@ class USMesh:
                 )
             return points
 
-        self._surface = self._all.together(check)
-        self._stale = self._dxs = None
-        parts = self._all.gather(self._surface)
+        points = self._all.together(check)
+        parts = self._all.gather(points)
 
         def make() -> None:
             assert parts is not None
-            self._points = [len(part) for part in parts]
             self._make_mover(np.concatenate(parts))
+            self._points = [len(part) for part in parts]
 
         self._all.of_first(make)
+        # What failed leaves the surface that was there.
+        self._surface = points
+        self._stale = self._dxs = None
+        self.motions += 1
         if self._indices is not None:
             self._grid = self._all.scatter(self._split(self._vertices))
 
@@ -152,7 +158,12 @@ class USMesh:
         roles = {family: self._role(mesh, family) for family in families}
         roles.update(dict.fromkeys(found, "prescribed"))
         keywords = {name: self._options[name] for name in OWN if self._options[name] is not None}
-        self._mover = Mover(self._options["gridFile"], roles, **keywords)
+        mover = Mover(self._options["gridFile"], roles, **keywords)
+        if not np.array_equal(mover.vertices, mesh.vertices):
+            raise InputError(
+                f"{self._options['gridFile']} has changed since the mesh was made from it, expected the same file"
+            )
+        self._mover = mover
         self._owner = found
         # Results of another surface are none of this one.
         self._warped = self._looked = None
@@ -191,6 +202,7 @@ class USMesh:
         succeeds.
         """
         surface = self._gathered_surface()
+        self.motions += 1
         self._stale = "the last `warpMesh` failed, so there is no moved grid"
 
         def warp() -> Result:
@@ -302,9 +314,27 @@ class USMesh:
         seed = np.asarray(dXv, float)
         self.warpDeriv(seed, solverVec)
         before = self.getSurfaceCoordinates()
+        n = 3 * self._all.share(len(self._gathered_surface()))
+        if not 0 <= dofStart <= dofEnd <= n:
+            raise InputError(f"`dofStart` is {dofStart} and `dofEnd` {dofEnd}, expected numbers from 0 to {n} in order")
+        try:
+            rows = self._differences(seed, solverVec, range(dofStart, dofEnd), before, h)
+        finally:
+            # A probe that fails leaves neither its surface nor its want of a grid.
+            self.setSurfaceCoordinates(before)
+            self.warpMesh()
+        if self._all.is_first:
+            for dof, product, difference in rows:
+                print(f"{dof:6d} product {product: .12e} difference {difference: .12e}")
+        return rows
+
+    def _differences(
+        self, seed: Floats, solverVec: bool, dofs: Iterable[int], before: Floats, h: float
+    ) -> list[tuple[int, float, float]]:
+        """For each coordinate of all surface points the product and the central difference of step `h`."""
         start = self._all.before(len(before))
         rows = []
-        for dof in range(dofStart, dofEnd):
+        for dof in dofs:
             ends = []
             for sign in (1.0, -1.0):
                 moved = before.copy().ravel()
@@ -318,11 +348,6 @@ class USMesh:
             here = dof - 3 * start
             own = self.getdXs().ravel()[here] if 0 <= here < before.size else 0.0
             rows.append((dof, self._all.sum_of(float(own)), (ends[0] - ends[1]) / (2.0 * h)))
-        self.setSurfaceCoordinates(before)
-        self.warpMesh()
-        if self._all.is_first:
-            for dof, product, difference in rows:
-                print(f"{dof:6d} product {product: .12e} difference {difference: .12e}")
         return rows
 
     # ------------------------------------------------------------------ parts
@@ -391,7 +416,15 @@ class USMesh:
         return found
 
 
+def _refuse_masks(array: ArrayLike, what: str) -> None:
+    """A mask would be lost without a word."""
+    rows = array if isinstance(array, (list, tuple)) else []
+    if np.ma.is_masked(array) or any(np.ma.is_masked(row) for row in rows):
+        raise InputError(f"{what} have masked entries, expected a number for each")
+
+
 def _real(array: ArrayLike, what: str) -> Floats:
+    _refuse_masks(array, what)
     found = np.array(array)
     if found.dtype.kind not in "fiu":
         raise InputError(f"{what} hold values of type {found.dtype}, expected real numbers")

@@ -51,6 +51,7 @@ class SurfaceWarper(_Warper):
         self.add_output(self.options["output"], distributed=True, shape=size, tags=["mphys_coupling"])
         self._declare_checks()
         self._at: Floats | None = None
+        self._motions = -1
 
     def _warp(self, inputs: Any) -> None:
         self._refuse_complex_step()
@@ -58,7 +59,7 @@ class SurfaceWarper(_Warper):
         points = np.array(inputs["x_aero"]).reshape(-1, 3)
         # Another user of the mesh may have moved it meanwhile.
         known = self._at is not None and np.array_equal(points, self._at)
-        known = known and np.array_equal(points, mesh.getSurfaceCoordinates())
+        known = known and self._motions == mesh.motions and np.array_equal(points, mesh.getSurfaceCoordinates())
         if self.comm.size > 1:
             known = all(self.comm.allgather(known))
         if known:
@@ -69,7 +70,7 @@ class SurfaceWarper(_Warper):
             mesh.warpMesh()
         except (InvalidMesh, NotConverged) as error:
             raise om.AnalysisError(f"{self.msginfo}: {error}") from error
-        self._at = points
+        self._at, self._motions = points, mesh.motions
 
     def compute(self, inputs: Any, outputs: Any, discrete_inputs: Any = None, discrete_outputs: Any = None) -> None:
         self._warp(inputs)

@@ -6,7 +6,7 @@
 use idmesh::DVec3;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::errors::input;
 
@@ -26,7 +26,15 @@ pub fn vectors(array: &Bound<'_, PyAny>, what: &str, n_rows: Option<usize>) -> P
     };
     let no_array = |error: PyErr| input(py, &format!("{what} is no array of shape {wanted}: {}", error.value(py)));
     // A mask would be lost without a word.
-    if numpy.getattr("ma")?.call_method1("is_masked", (array,))?.extract()? {
+    let is_masked =
+        |array: &Bound<'_, PyAny>| numpy.getattr("ma")?.call_method1("is_masked", (array,))?.extract::<bool>();
+    let mut masked = is_masked(array)?;
+    if array.is_instance_of::<PyList>() || array.is_instance_of::<PyTuple>() {
+        for row in array.try_iter()? {
+            masked |= is_masked(&row?)?;
+        }
+    }
+    if masked {
         return Err(input(py, &format!("{what} has masked entries, expected a number for each")));
     }
     let found = numpy.call_method1("asarray", (array,)).map_err(no_array)?;

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, ThreadId};
@@ -18,6 +18,7 @@ use idmesh::report;
 use idmesh::session::SessionError;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyMapping, PyTuple};
 
 use crate::arrays::{rows, vectors};
@@ -59,6 +60,8 @@ pub struct Mover {
     /// The name of the function that makes such a mover, its arguments and its keywords.
     origin: Py<PyTuple>,
     starts_from_last: AtomicBool,
+    /// See `idmesh._restore.fingerprint`.
+    fingerprint: PyOnceLock<u32>,
 }
 
 /// Reads what a mover needs and sets it up.
@@ -104,6 +107,7 @@ fn set_up(
         design,
         origin,
         starts_from_last: AtomicBool::new(false),
+        fingerprint: PyOnceLock::new(),
     })
 }
 
@@ -243,10 +247,13 @@ impl Drop for AtWork<'_> {
     }
 }
 
-/// Arguments to pickle: no later change of the caller's arrays or mappings reaches them, and a
-/// path holds in a process with another working folder.
-fn origin(py: Python<'_>, make: &str, path: &PathBuf, keywords: Bound<'_, PyDict>) -> PyResult<Py<PyTuple>> {
-    let path = py.import("os.path")?.call_method1("abspath", (path,))?;
+/// A path that stays the same when the working folder changes.
+fn absolute(py: Python<'_>, path: &Path) -> PyResult<PathBuf> {
+    std::path::absolute(path).map_err(|error| input(py, &format!("{}: {error}", path.display())))
+}
+
+/// Arguments to pickle: no later change of the caller's arrays or mappings reaches them.
+fn origin(py: Python<'_>, make: &str, path: &Path, keywords: Bound<'_, PyDict>) -> PyResult<Py<PyTuple>> {
     let keywords = py.import("copy")?.call_method1("deepcopy", (keywords,))?;
     Ok((make, path, keywords).into_pyobject(py)?.unbind())
 }
@@ -283,6 +290,7 @@ impl Mover {
         max_steps: i64,
     ) -> PyResult<Self> {
         let selection = options::backend(py, backend)?;
+        let mesh = absolute(py, &mesh)?;
         let mut settings = Settings::default();
         settings.springs = options::springs(py, springs)?;
         settings.method = options::method(py, method)?;
@@ -320,6 +328,7 @@ impl Mover {
         quality: Option<&str>,
     ) -> PyResult<Self> {
         let selection = options::backend(py, backend)?;
+        let path = absolute(py, &path)?;
         let target = quality.map(|name| options::quality(py, name)).transpose()?;
         let keywords = PyDict::new(py);
         keywords.set_item("backend", backend)?;
@@ -443,18 +452,30 @@ impl Mover {
     ) -> PyResult<Bound<'py, MoveResult>> {
         let design = self.design_of(py, profiles, displacements)?;
         let (outcome, seconds) = self.run(py, &design, progress.as_ref())?;
-        let result = Bound::new(py, MoveResult::new(py, outcome, self.job.clone(), seconds)?)?;
+        let name = (profiles.is_some() || displacements.is_some()).then_some("given to update");
+        let result = Bound::new(py, MoveResult::new(py, outcome, self.job.clone(), name, seconds)?)?;
         match result.get().refused() {
             Some(refused) if check => Err(of_refused(py, refused, Some(result.clone().into_any().unbind()))),
             _ => Ok(result),
         }
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let restore = py.import("idmesh._restore")?.getattr("restore")?;
-        let origin = self.origin.bind(py);
-        let arguments = (origin.get_item(0)?, origin.get_item(1)?, origin.get_item(2)?, self.starts_from_last());
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, mover) = (slf.py(), slf.get());
+        let module = py.import("idmesh._restore")?;
+        let restore = module.getattr("restore")?;
+        let fingerprint =
+            mover.fingerprint.get_or_try_init(py, || module.call_method1("fingerprint", (slf,))?.extract::<u32>())?;
+        let origin = mover.origin.bind(py);
+        let last = mover.starts_from_last();
+        let arguments = (origin.get_item(0)?, origin.get_item(1)?, origin.get_item(2)?, last, fingerprint);
         Ok((restore, arguments).into_pyobject(py)?.into_any())
+    }
+
+    /// A copy is set up again, from the same files, and shares nothing.
+    fn __deepcopy__<'py>(slf: &Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let reduced = Self::__reduce__(slf)?;
+        slf.py().import("idmesh._restore")?.call_method1("copied", reduced.get_item(1)?.cast_into::<PyTuple>()?)
     }
 
     /// Whether the springs of an update start from the last design; see `start_from`.

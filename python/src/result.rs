@@ -32,12 +32,20 @@ pub struct MoveResult {
     beta: PyOnceLock<Py<PyArray1<f64>>>,
     report: PyOnceLock<String>,
     job: Arc<Job>,
+    /// The design's name in the report. `None` for the design of the case.
+    design: Option<&'static str>,
     update_seconds: f64,
 }
 
 impl MoveResult {
     /// The arrays take the memory of the moved mesh.
-    pub fn new(py: Python<'_>, mut outcome: Outcome, job: Arc<Job>, update_seconds: f64) -> PyResult<Self> {
+    pub fn new(
+        py: Python<'_>,
+        mut outcome: Outcome,
+        job: Arc<Job>,
+        design: Option<&'static str>,
+        update_seconds: f64,
+    ) -> PyResult<Self> {
         let refused = detached(py, || outcome.check().err())?;
         let (vertices, displacement) = outcome.replace_moved(Moved::default()).into_arrays();
         Ok(Self {
@@ -48,6 +56,7 @@ impl MoveResult {
             beta: PyOnceLock::new(),
             report: PyOnceLock::new(),
             job,
+            design,
             update_seconds,
         })
     }
@@ -164,7 +173,7 @@ impl MoveResult {
             let job = &self.job;
             let exit = self.refused().map_or(0, |refused| Exit::from(refused) as u8);
             let case = job.case.case.path.display().to_string();
-            let report = RunReport::failed(case, None, job.backend.clone(), job.size.clone(), exit);
+            let report = RunReport::failed(case, self.design.map(str::to_owned), job.backend.clone(), job.size.clone(), exit);
             // The places of the worst cells are in the moved mesh.
             let mut report = self.with_moved(py, |outcome| report.of_outcome(outcome, self.refused()))?;
             let (read, setup, update) = (job.read_seconds, job.setup_seconds, self.update_seconds);
@@ -253,7 +262,9 @@ impl MoveResult {
             outputs.remove_earlier(&case.inputs, None)?;
             let mut files = FileSet::default();
             outputs.add_to(&mut files, case, None, outcome)?;
-            let written = files.files().map(|(path, _)| path.to_path_buf()).collect();
+            // The mesh comes first, whatever stands beside it.
+            let mut written: Vec<PathBuf> = files.files().map(|(path, _)| path.to_path_buf()).collect();
+            written.sort_by_key(|path| path.extension().is_some_and(|extension| extension == "mapbc"));
             outputs.place(files, &case.inputs, None, || Ok(()))?;
             Ok(written)
         };

@@ -88,6 +88,7 @@ def test_single_precision_is_converted(mover: idmesh.Mover, turn: Turn) -> None:
         (lambda rows: rows.astype(object), "type object, expected real numbers"),
         (lambda rows: [[0.0, 0.0, 0.0], [0.0]], "is no array"),
         (lambda rows: np.ma.masked_greater(rows, 0.0), "masked entries"),
+        (lambda rows: list(np.ma.masked_greater(rows, 0.0)), "masked entries"),
         (lambda rows: np.where(rows == rows.max(), np.nan, rows), "expected finite numbers"),
         (lambda rows: np.where(rows == rows.max(), np.inf, rows), "expected finite numbers"),
         (lambda rows: None, "expected real numbers"),

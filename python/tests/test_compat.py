@@ -126,6 +126,57 @@ def test_verify_compares_with_differences(mesh: USMesh, solver: Solver, capsys: 
     assert any(product for _, product, _ in rows) and len(capsys.readouterr().out.splitlines()) == 4
 
 
+def test_what_fails_leaves_the_surface(mesh: USMesh, solver: Solver) -> None:
+    x = turned(solver.points, 0.1)
+    mesh.setSurfaceCoordinates(x)
+    mesh.warpMesh()
+    grid = mesh.getSolverGrid()
+    with pytest.raises(idmesh.InvalidMesh):
+        mesh.verifyWarpDeriv(dofStart=0, dofEnd=1, h=5.0)
+    assert np.array_equal(mesh.getSurfaceCoordinates(), x) and np.array_equal(mesh.getSolverGrid(), grid)
+    with pytest.raises(idmesh.InputError, match="is at no vertex"):
+        mesh.setSurfaceDefinition(np.vstack([solver.points, [[50.0, 0.0, 0.0]]]))
+    mesh.warpMesh()
+    assert np.array_equal(mesh.getSurfaceCoordinates(), x) and np.array_equal(mesh.getSolverGrid(), grid)
+    with pytest.raises(idmesh.InputError, match="expected numbers from 0 to"):
+        mesh.verifyWarpDeriv(dofStart=10**6, dofEnd=10**6 + 1)
+
+
+def test_a_grid_that_changes_between_its_readings_is_refused(
+    box: Box, box_path: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    solver = Solver(box, False)
+    path = tmp_path / "box.su2"
+    path.write_bytes(box_path.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    mesh = USMesh({"gridFile": "box.su2", "backend": "cpu", **PLANE})
+    monkeypatch.chdir("/")
+    # The folder of the first reading counts.
+    solver.connect(mesh)
+    mesh.setSurfaceCoordinates(turned(solver.points, 0.2))
+    mesh.writeGrid(tmp_path / "moved.su2")
+    other = USMesh({"gridFile": path, "backend": "cpu", **PLANE})
+    (tmp_path / "moved.su2").replace(path)
+    with pytest.raises(idmesh.InputError, match="has changed"):
+        solver.connect(other)
+
+
+def test_masked_entries_are_refused(mesh: USMesh, solver: Solver) -> None:
+    x = np.ma.masked_array(solver.points)
+    x[3:] = np.ma.masked
+    seed = np.ma.masked_array(np.ones(len(solver.indices)), mask=True)
+    indices = np.ma.masked_array(np.arange(6), mask=[0, 1, 1, 1, 1, 1])
+    calls: list[Callable[[], Any]] = [
+        lambda: mesh.setSurfaceCoordinates(x),
+        lambda: mesh.setSurfaceCoordinates(list(x)),
+        lambda: mesh.warpDeriv(seed),
+        lambda: mesh.setExternalMeshIndices(indices),
+    ]
+    for call in calls:
+        with pytest.raises(idmesh.InputError, match="masked entries"):
+            call()
+
+
 def test_a_warp_that_fails_leaves_no_grid(mesh: USMesh, solver: Solver) -> None:
     mesh.setSurfaceCoordinates(solver.points + [0.0, 0.6, 0.0])
     with pytest.raises(idmesh.InvalidMesh):

@@ -1,5 +1,6 @@
 """Updates, what they raise, and what goes on beside them."""
 
+import copy
 import multiprocessing
 import os
 import pickle
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from box import Box, Floats, turned, volumes
 from conftest import ROLES
 
 import idmesh
+from idmesh import _restore
 
 Turn = Callable[..., dict[str, Floats]]
 
@@ -355,6 +358,77 @@ def test_a_pickled_mover_is_made_again_once(box_path: Path, turn: Turn, tmp_path
     assert pickle.loads(pickle.dumps(one)).starts_from_last
     with pytest.raises(TypeError, match="cannot be pickled"):
         pickle.dumps(mover.update(displacements=turn(0.2)))
+
+
+def test_a_pickled_mover_is_of_the_same_mesh(box_path: Path, box: Box, turn: Turn, tmp_path: Path) -> None:
+    path = tmp_path / "box.su2"
+    path.write_bytes(box_path.read_bytes())
+    mover = idmesh.Mover(path, ROLES, backend="cpu")
+    sent = pickle.dumps(mover)
+    mover.update(displacements=turn(0.2)).write(tmp_path / "moved.su2")
+    (tmp_path / "moved.su2").replace(path)
+    with pytest.raises(idmesh.InputError, match="has changed since the mover was made"):
+        pickle.loads(sent)
+
+
+def test_a_copy_of_a_mover_is_its_own(mover: idmesh.Mover, turn: Turn) -> None:
+    one, other = copy.deepcopy(mover), copy.deepcopy(mover)
+    assert one is not other
+    one.start_from("last")
+    one.update(displacements=turn(0.3))
+    assert not other.starts_from_last
+    expected = mover.update(displacements=turn(0.2)).vertices
+    assert np.array_equal(other.update(displacements=turn(0.2)).vertices, expected)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_child_does_not_wait_for_a_thread_of_its_parent(mover: idmesh.Mover) -> None:
+    sent = pickle.dumps(mover)
+    with _restore._lock:
+        child = os.fork()
+        if child == 0:
+            try:
+                pickle.loads(sent)
+            except idmesh.IdmeshError:
+                # Threads of the parent are not in the child, and the mover says so.
+                pass
+            os._exit(0)
+        for _ in range(600):
+            done, status = os.waitpid(child, os.WNOHANG)
+            if done:
+                break
+            time.sleep(0.1)
+        else:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            raise AssertionError("the child waits")
+    assert status == 0
+
+
+def test_paths_hold_in_another_folder(
+    box_path: Path, turn: Turn, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "one").mkdir()
+    (tmp_path / "two").mkdir()
+    path = tmp_path / "one" / "box.su2"
+    path.write_bytes(box_path.read_bytes())
+    monkeypatch.chdir(tmp_path / "one")
+    mover = idmesh.Mover("box.su2", ROLES, backend="cpu")
+    monkeypatch.chdir(tmp_path / "two")
+    assert mover.inputs == [path]
+    result = mover.update(displacements=turn(0.1))
+    with pytest.raises(idmesh.InputError, match="overwrite"):
+        result.write(path)
+    assert path.read_bytes() == box_path.read_bytes()
+    # A file of the same name in this folder is no input.
+    assert result.write("box.su2") == [Path("box.su2")]
+
+
+def test_the_report_says_whose_design_it_is(example: idmesh.Mover) -> None:
+    own = example.update(check=False).report
+    assert own["design"] is None and "case" in own["reasons"]["/design"]
+    given = example.update(profiles=example.design.profiles, check=False).report
+    assert given["design"] == "given to update"
 
 
 def test_a_pickled_mover_of_a_case_holds_in_another_folder(
