@@ -7,6 +7,7 @@ mod straight_wing;
 mod wing;
 
 use glam::{DMat3, DVec3};
+use idmesh::mesh::corners::Face;
 use idmesh::profile::{Profile, ProfileError, ProfileInterpolation, WingSurface, compare_sizes};
 use straight_wing::{same, wing};
 use wing::{Surface, mapped};
@@ -22,7 +23,7 @@ fn with(mut profiles: Vec<Profile>, changed: usize, map: impl Fn(DVec3) -> DVec3
 }
 
 fn old(surface: &Surface, old: &[Profile]) -> Result<(), ProfileError> {
-    ProfileInterpolation::new(old, &surface.wing_surface()).map(drop)
+    surface.interpolation(old).map(drop)
 }
 
 fn new(old: &[Profile], new: &[Profile]) -> Result<(), ProfileError> {
@@ -72,17 +73,13 @@ fn old_profiles_lie_on_what_is_left_of_the_wing() {
 fn the_mirror_image_lies_on_the_old_profiles() {
     let surface = wing(0.0, same);
     let n = surface.vertices.len() as u32;
-    let mirrored: Vec<[u32; 3]> = surface.triangles.iter().map(|corners| corners.map(|corner| corner + n)).collect();
+    let faces = surface.faces();
+    let mirrored: Vec<Face> = faces.iter().map(|face| face.renumbered(|corner| corner + n)).collect();
     let beside = |by: f64| {
         let other = surface.vertices.iter().map(|&at| at + by * DVec3::Z);
         let positions: Vec<DVec3> = surface.vertices.iter().copied().chain(other).collect();
         let normals = [&surface.normals[..], &surface.normals].concat();
-        let both = WingSurface {
-            positions: &positions,
-            normals: &normals,
-            triangles: &surface.triangles,
-            mirrored: &mirrored,
-        };
+        let both = WingSurface { positions: &positions, normals: &normals, faces: &faces, mirrored: &mirrored };
         ProfileInterpolation::new(&profiles(0.0, &[1.05, 2.95]), &both).map(drop)
     };
     assert_eq!(beside(0.007), Ok(()));

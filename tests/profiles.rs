@@ -81,7 +81,7 @@ fn a_plane_beside_the_wing_is_told_its_extent() {
         Err(ProfileError::PlaneMisses { at, low, high, .. }) => assert_eq!((at, low, high), (5.0, 0.0, SPAN)),
         other => panic!("{other:?}"),
     }
-    assert!(matches!(cut::cut(&[], &[], &at_y(0.0)), Err(ProfileError::PlaneMisses { .. })));
+    assert!(matches!(cut::cut(&[], &[[0; 3]; 0], &at_y(0.0)), Err(ProfileError::PlaneMisses { .. })));
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn several_pieces_and_branches_are_errors() {
     assert!(matches!(result, Err(ProfileError::Branches { .. })), "{result:?}");
 
     let result = cut::cut(&surface.vertices, &[[0, 1, u32::MAX]], &at_y(1.0));
-    assert!(matches!(result, Err(ProfileError::Triangle { triangle: 0, vertex: u32::MAX, .. })), "{result:?}");
+    assert!(matches!(result, Err(ProfileError::Face { face: 0, vertex: u32::MAX, .. })), "{result:?}");
 }
 
 /// Fails if all `MARGINS` are 0.1 or 0.0001, and if `FULL` is 1.5.

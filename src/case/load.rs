@@ -322,5 +322,5 @@ pub(crate) fn prescribed(
 fn cut_like(mesh: HybridMesh, families: &[FamilyId], new: &[Profile]) -> Result<Vec<Profile>, ProfileError> {
     let planes = new.iter().map(|profile| Ok((profile.number, Plane::of_profile(profile)?)));
     let planes = planes.collect::<Result<Vec<_>, ProfileError>>()?;
-    profile::cut::cut_at_planes(mesh.vertices(), &mesh::triangles_of_families(mesh, families), &planes)
+    profile::cut::cut_at_planes(mesh.vertices(), &mesh::faces_of_families(mesh, families), &planes)
 }

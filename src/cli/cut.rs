@@ -11,7 +11,7 @@ use super::failure::Failure;
 use super::json::{check_json, write_json};
 use super::{JsonTarget, json_target, warn_of_file};
 use crate::formats::{self, write_atomically};
-use crate::mesh::{check_size, triangles_of_families};
+use crate::mesh::{check_size, faces_of_families};
 use crate::profile::{Plane, Pose, Profile, csv, cut, stations};
 use crate::report::aligned;
 use crate::session::{check_distinct, check_writable};
@@ -148,8 +148,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let file = formats::read_mixed(&arguments.mesh)?;
     warn_of_file(&arguments.mesh, &file, console);
     let (mesh, others) = (&file.mesh, &file.others);
-    let faces = mesh.triangles.iter().flatten().chain(others.quadrilaterals.iter().flatten());
-    let corners = faces.map(|&vertex| mesh.vertices[vertex as usize]);
+    let corners = mesh.triangles.iter().flatten().chain(others.quadrilaterals.iter().flatten());
+    let corners = corners.map(|&vertex| mesh.vertices[vertex as usize]);
     check_size(corners).map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     let families = arguments.family.iter().map(|name| {
         mesh.family(name).ok_or_else(|| {
@@ -163,12 +163,12 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     });
     let families = families.collect::<Result<Vec<_>, _>>()?;
     console.step("cutting");
-    let triangles = triangles_of_families(file.cells(), &families);
+    let faces = faces_of_families(file.cells(), &families);
     let planes = match arguments.planes {
-        Some(count) => stations::evenly(&mesh.vertices, &triangles, count.into()),
+        Some(count) => stations::evenly(&mesh.vertices, &faces, count.into()),
         None => Ok(arguments.at.clone()),
     };
-    let span = stations::span_axis(&mesh.vertices, &triangles).ok();
+    let span = stations::span_axis(&mesh.vertices, &faces).ok();
     let is_along = |plane: &&Plane| span.is_some_and(|span| plane.normal.dot(span).abs() < ACROSS);
     for plane in arguments.at.iter().filter(is_along) {
         let [across, along] = [plane.normal, span.unwrap_or_default()].map(axis);
@@ -180,7 +180,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let (profiles, planes) = planes
         .and_then(|planes| {
             let numbered: Vec<_> = (0..).zip(planes).collect();
-            Ok((cut::cut_at_planes(&mesh.vertices, &triangles, &numbered)?, numbered))
+            Ok((cut::cut_at_planes(&mesh.vertices, &faces, &numbered)?, numbered))
         })
         .map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
     let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();

@@ -84,6 +84,12 @@ pub struct Face {
     len: u8,
 }
 
+impl AsRef<[u32]> for Face {
+    fn as_ref(&self) -> &[u32] {
+        self.vertices()
+    }
+}
+
 impl Face {
     /// The face with these vertices, of which vertices equal to the one before are left out. `None`
     /// if fewer than three are left.
@@ -109,6 +115,12 @@ impl Face {
     /// The vertices in order.
     pub fn vertices(&self) -> &[u32] {
         &self.corners[..usize::from(self.len)]
+    }
+
+    /// The same face with other numbers of its vertices.
+    pub fn renumbered(mut self, number: impl Fn(u32) -> u32) -> Self {
+        self.corners[..usize::from(self.len)].iter_mut().for_each(|vertex| *vertex = number(*vertex));
+        self
     }
 
     /// The same face seen from the other side.

@@ -72,6 +72,14 @@ pub fn triangles_of_families(mesh: HybridMesh, families: &[FamilyId]) -> Vec<[u3
     triangles
 }
 
+/// The faces of some families, in the order of the mesh, triangles first.
+pub fn faces_of_families(mesh: HybridMesh, families: &[FamilyId]) -> Vec<Face> {
+    let triangles = mesh.mesh.triangles_of(families).into_iter().map(Face::of_triangle);
+    let quadrilaterals = mesh.others.quadrilaterals.iter().zip(&mesh.others.quadrilateral_family);
+    let of_families = quadrilaterals.filter(|(_, family)| families.contains(family));
+    triangles.chain(of_families.filter_map(|(face, _)| Face::new(face))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

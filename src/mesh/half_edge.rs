@@ -142,6 +142,21 @@ impl Surface {
         self.of_family.row(family.index())
     }
 
+    /// The faces of a family: its triangles, and each of its quadrilaterals as a whole.
+    pub fn faces_of(&self, family: FamilyId) -> impl Iterator<Item = Face> + '_ {
+        self.triangles_of(family).iter().filter_map(|&triangle| {
+            let half_edges = 3 * triangle..3 * triangle + 3;
+            let Some(diagonal) = half_edges.into_iter().find(|&half_edge| self.is_diagonal(half_edge)) else {
+                return Some(Face::of_triangle(self.triangles[triangle as usize]));
+            };
+            let opposite = self.opposite[diagonal as usize];
+            let apex = |half_edge: u32| self.origin(next(next(half_edge)));
+            // The lower of the two triangles stands for the quadrilateral.
+            let corners = [self.origin(diagonal), apex(opposite), self.origin(opposite), apex(diagonal)];
+            if triangle < opposite / 3 { Face::new(&corners) } else { None }
+        })
+    }
+
     /// The vertices of each of a family's triangles, in the order of [`Self::triangles_of`].
     pub fn corners_of(&self, family: FamilyId) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.triangles_of(family).iter().map(|&triangle| self.triangles[triangle as usize])

@@ -36,7 +36,7 @@ pub use cell_quality::{
     worst_corner,
 };
 pub use corner_cells::{CornerCells, counted};
-pub use division::{halves, triangles_of_families};
+pub use division::{faces_of_families, halves, triangles_of_families};
 pub use error::MeshError;
 pub use half_face::{families_inside, partly_inside};
 pub use hybrid::{CellKind, CellName, HybridMesh};

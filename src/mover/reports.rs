@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{Design, Deviation, FamilyReport, HeldBack, MISSED, MovedSection, Mover, ProfileReport, Solver};
 use crate::{
     families::{PlacedBy, shape::FamilyShape},
-    mesh::FamilyId,
+    mesh::{FamilyId, corners::Face},
     profile::{Missed, Plane, Profile, ProfileError, cut, distance},
     relaxation::Convergence,
 };
@@ -157,10 +157,9 @@ impl Mover {
         let (mut reports, mut all_sections) = (BTreeMap::new(), BTreeMap::new());
         for (wing, families) in &self.wing_families {
             let Some(new) = design.profiles.get(wing) else { continue };
-            let corners = families.iter().flat_map(|&family| self.surface.corners_of(family));
-            let triangles: Vec<[u32; 3]> = corners.collect();
+            let faces: Vec<Face> = families.iter().flat_map(|&family| self.surface.faces_of(family)).collect();
             let section = |new: &Profile| {
-                let points = cut::cut(vertices, &triangles, &Plane::of_profile(new)?)?;
+                let points = cut::cut(vertices, &faces, &Plane::of_profile(new)?)?;
                 let max_distance_to_new_profile = distance::max_distance(&points, &new.points);
                 Ok(MovedSection { profile: new.number, max_distance_to_new_profile, points })
             };

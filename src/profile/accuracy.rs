@@ -26,6 +26,7 @@ use super::near::Near;
 use super::span::{Span, SpanWeights};
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, extent};
+use crate::mesh::corners::Face;
 
 /// Largest distance of the vertices beside a plane from the old profile, as a share of its length,
 /// where another body cuts the wing's section short. Vertices carried along straight lines may be a
@@ -82,6 +83,11 @@ struct Carried {
     at: DVec3,
 }
 
+/// The edges of a face, each from a corner to the next.
+fn edges_of(corners: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
+    (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()]])
+}
+
 impl Watch {
     /// Chooses the vertices and checks them against the old sections.
     ///
@@ -104,8 +110,8 @@ impl Watch {
         let watched = |place: usize| {
             let (plane, section, compared) = (&span.planes[place], sections[place].section(), compared[place]);
             let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
-            let beside = |triangles: &[[u32; 3]]| -> Vec<Carried> {
-                let edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+            let beside = |faces: &[Face]| -> Vec<Carried> {
+                let edges = faces.iter().flat_map(|face| edges_of(face.vertices()));
                 // A vertex in the plane counts if the wing continues from it. Inside a cap that
                 // lies in the plane it does not.
                 let counts = |[end, other]: [u32; 2]| {
@@ -120,7 +126,7 @@ impl Watch {
                 };
                 vertices.into_iter().map(carried).collect()
             };
-            let mut vertices = beside(surface.triangles);
+            let mut vertices = beside(surface.faces);
             // A profile of few points may stand for a smooth curve or for straight lines. Before
             // the motion the larger of the two distances counts, after the motion the smaller one.
             let near = Near::new(&section);

@@ -18,6 +18,7 @@ use super::span::Span;
 use super::spanwise::along_span;
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, Remark, extent};
+use crate::mesh::corners::Face;
 use crate::text::figures::length;
 
 /// Largest distance between an old profile and the wing's section in its plane, as a share of the
@@ -105,17 +106,17 @@ pub(super) fn against_wing(
     sections: &[KeptSection],
     span: &Span,
     positions: &[DVec3],
-    triangles: &[[u32; 3]],
+    faces: &[Face],
 ) -> Result<(Vec<Option<OwnForms>>, Closeness), ProfileError> {
     let mut closeness = Closeness::default();
-    if triangles.is_empty() {
+    if faces.is_empty() {
         return Ok((sections.iter().map(|_| None).collect(), closeness));
     }
     let mut own = Vec::with_capacity(sections.len());
     let mut why_not = None;
     // The outer error tells that the wing has no section there, the inner one that the two differ.
     let compared = |(section, plane): (&KeptSection, &Plane)| {
-        let found = own_section(section.profile().number, plane, positions, triangles)?;
+        let found = own_section(section.profile().number, plane, positions, faces)?;
         let section = section.section();
         Ok(compare(&section, &found).map(|near| (found.beside(&section), near)))
     };
@@ -167,7 +168,7 @@ pub(super) fn beside_wing(
     for ((section, plane), _) in alone {
         let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
         let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
-        if surface.triangles.is_empty() || low < 0.0 && high > 0.0 {
+        if surface.faces.is_empty() || low < 0.0 && high > 0.0 {
             continue;
         }
         let nearest = low.abs().min(high.abs());
@@ -185,14 +186,9 @@ pub(super) fn beside_wing(
 }
 
 /// The wing's own section in a plane.
-fn own_section(
-    number: i64,
-    plane: &Plane,
-    positions: &[DVec3],
-    triangles: &[[u32; 3]],
-) -> Result<OwnSection, ProfileError> {
-    let flat = flat_section(positions, triangles, plane)?;
-    let carried = carried(positions, triangles, plane, &flat);
+fn own_section(number: i64, plane: &Plane, positions: &[DVec3], faces: &[Face]) -> Result<OwnSection, ProfileError> {
+    let flat = flat_section(positions, faces, plane)?;
+    let carried = carried(positions, faces, plane, &flat);
     OwnSection::new(number, flat.points(), carried, plane)
 }
 

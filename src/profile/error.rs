@@ -333,13 +333,11 @@ pub enum ProfileError {
         /// The point where it branches.
         position: DVec3,
     },
-    /// A triangle names a vertex that does not exist, or whose coordinates are not finite.
-    #[error(
-        "triangle {triangle} names vertex {vertex}, expected one of the {n_vertices} vertices with finite position"
-    )]
-    Triangle {
-        /// Index of the triangle.
-        triangle: usize,
+    /// A face names a vertex that does not exist, or whose coordinates are not finite.
+    #[error("face {face} names vertex {vertex}, expected one of the {n_vertices} vertices with finite position")]
+    Face {
+        /// Index of the face.
+        face: usize,
         /// Index of the vertex.
         vertex: u32,
         /// Number of vertices.

@@ -98,7 +98,7 @@ impl ProfileInterpolation {
     ///   profiles do not belong to this wing
     /// - the errors of profiles that are no plane curves, see [`super::Plane::of_profile`]
     pub fn new(old: &[Profile], surface: &WingSurface) -> Result<Self, ProfileError> {
-        let WingSurface { positions, normals, triangles, .. } = *surface;
+        let WingSurface { positions, normals, faces, .. } = *surface;
         if positions.len() != normals.len() {
             return Err(ProfileError::Lengths { positions: positions.len(), normals: normals.len() });
         }
@@ -107,7 +107,7 @@ impl ProfileInterpolation {
         let (span, order) = Span::new(old, size)?;
         let pairs = order.iter().zip(&span.planes);
         let sections = pairs.map(|(&i, plane)| KeptSection::new(&old[i], plane)).collect::<Result<Vec<_>, _>>()?;
-        let (own, closeness) = checks::against_wing(&sections, &span, positions, triangles)?;
+        let (own, closeness) = checks::against_wing(&sections, &span, positions, faces)?;
         let compared: Vec<bool> = own.iter().map(Option::is_some).collect();
         Ok(Self { closeness, ..Self::of_sections(Forms::new(sections, own), &compared, span, surface)? })
     }

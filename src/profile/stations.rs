@@ -18,9 +18,9 @@ const FULL: f64 = 0.97;
 /// downstream, and a swept wing may be longer along x than along its span.
 ///
 /// # Errors
-/// [`ProfileError::Triangle`]
-pub fn span_axis(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<DVec3, ProfileError> {
-    let [low, high] = bounds(vertices, triangles)?;
+/// [`ProfileError::Face`]
+pub fn span_axis(vertices: &[DVec3], faces: &[impl AsRef<[u32]>]) -> Result<DVec3, ProfileError> {
+    let [low, high] = bounds(vertices, faces)?;
     Ok(if high.z - low.z > high.y - low.y { DVec3::Z } else { DVec3::Y })
 }
 
@@ -29,18 +29,18 @@ pub fn span_axis(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<DVec3, Pr
 /// stands in the middle.
 ///
 /// # Errors
-/// [`ProfileError::Triangle`], and [`ProfileError::NoProfiles`] for a count of zero.
-pub fn evenly(vertices: &[DVec3], triangles: &[[u32; 3]], count: usize) -> Result<Vec<Plane>, ProfileError> {
+/// [`ProfileError::Face`], and [`ProfileError::NoProfiles`] for a count of zero.
+pub fn evenly(vertices: &[DVec3], faces: &[impl AsRef<[u32]>], count: usize) -> Result<Vec<Plane>, ProfileError> {
     if count == 0 {
         return Err(ProfileError::NoProfiles);
     }
-    let normal = span_axis(vertices, triangles)?;
-    let [low, high] = bounds(vertices, triangles)?;
+    let normal = span_axis(vertices, faces)?;
+    let [low, high] = bounds(vertices, faces)?;
     let plane = |share: f64| Plane { point: normal * normal.dot(low.lerp(high, share)), normal };
     if count == 1 {
         return Ok(vec![plane(0.5)]);
     }
-    let length = |share: f64| cut(vertices, triangles, &plane(share)).ok().map(|section| extent(&section));
+    let length = |share: f64| cut(vertices, faces, &plane(share)).ok().map(|section| extent(&section));
     let margin = |at: &dyn Fn(f64) -> f64| {
         let last = MARGINS[MARGINS.len() - 1];
         let Some((near, far)) = length(at(last)).zip(length(at(2.0 * last))) else { return last };
@@ -73,8 +73,8 @@ pub fn parse(text: &str) -> Result<Plane, ProfileError> {
     }
 }
 
-/// Bounding box of the vertices of the triangles. Without triangles it is the origin.
-fn bounds(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<[DVec3; 2], ProfileError> {
-    check(vertices, triangles)?;
-    Ok(geometry::bounds(triangles.iter().flatten().map(|&v| vertices[v as usize])).unwrap_or_default())
+/// Bounding box of the vertices of the faces. Without faces it is the origin.
+fn bounds(vertices: &[DVec3], faces: &[impl AsRef<[u32]>]) -> Result<[DVec3; 2], ProfileError> {
+    check(vertices, faces)?;
+    Ok(geometry::bounds(faces.iter().flat_map(AsRef::as_ref).map(|&v| vertices[v as usize])).unwrap_or_default())
 }

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::mesh::corners::Face;
+
 /// A wing's surface, over which profiles are interpolated.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WingSurface<'a> {
@@ -9,11 +11,11 @@ pub struct WingSurface<'a> {
     pub positions: &'a [DVec3],
     /// Unit outward normals at the vertices `[n]`. A zero normal matches either side.
     pub normals: &'a [DVec3],
-    /// The wing's triangles as indices into `positions`, with any orientation. Old profiles are
-    /// checked against them; without triangles there is no check.
-    pub triangles: &'a [[u32; 3]],
-    /// Triangles of a half that is the mirror image of the other half, mirrored onto it. No
+    /// The wing's triangles and quadrilaterals as indices into `positions`, with any orientation.
+    /// Old profiles are checked against them; without faces there is no check.
+    pub faces: &'a [Face],
+    /// Faces of a half that is the mirror image of the other half, mirrored onto it. No
     /// sections are cut from them, but they too must agree with the profiles, before and after the
     /// motion.
-    pub mirrored: &'a [[u32; 3]],
+    pub mirrored: &'a [Face],
 }

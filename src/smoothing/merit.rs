@@ -68,6 +68,18 @@ impl Merit {
         self.cells.is_corner(simplex)
     }
 
+    /// The worst scaled Jacobian of a corner tet's kind in the undeformed mesh. `None` for a tet.
+    pub fn worst_jacobian(&self, simplex: usize) -> Option<f64> {
+        let corner = simplex.checked_sub(self.cells.n_tets)?;
+        Some(self.least_jacobian.get(corner)? / JACOBIAN)
+    }
+
+    /// Whether a corner tet of this merit can have less than a share of the worst scaled Jacobian
+    /// of its kind. This is quicker to see than the scaled Jacobian.
+    pub fn may_be_below(&self, merit: f64, share: f64) -> bool {
+        !self.is_of_tets() && merit * JACOBIAN < share * self.enough
+    }
+
     /// Whether all cells are tets.
     pub fn is_of_tets(&self) -> bool {
         self.least_jacobian.is_empty()

@@ -25,6 +25,7 @@
 
 mod active;
 mod colouring;
+mod flat_corners;
 mod merit;
 mod neighbourhood;
 mod state;
@@ -35,6 +36,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 pub use colouring::{NONE, colour};
+pub use flat_corners::Raised;
 pub use merit::Merit;
 pub use surface_motion::SurfaceMotion;
 pub use target::{QualityTarget, inverse_targets};

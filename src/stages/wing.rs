@@ -27,6 +27,7 @@ use crate::families::Families;
 use crate::families::PlacedBy;
 use crate::families::SetupError;
 use crate::mesh::Displacement;
+use crate::mesh::corners::Face;
 use crate::stage::{SetUp, Stage, StageError, Wanted};
 use crate::{
     backend::BackendError,
@@ -352,23 +353,24 @@ impl Wing {
         vertices.dedup();
         let place = |vertex: u32| vertices.binary_search(&vertex).expect("a triangle's corners are vertices") as u32;
         let corners = wing.families.iter().flat_map(|&family| surface.corners_of(family));
-        let mut triangles: Vec<[u32; 3]> = corners.map(|corners| corners.map(place)).collect();
+        let triangles: Vec<[u32; 3]> = corners.map(|corners| corners.map(place)).collect();
+        let faces = wing.families.iter().flat_map(|&family| surface.faces_of(family));
+        let mut faces: Vec<Face> = faces.map(|face| face.renumbered(place)).collect();
         let mut positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
         let mut normals = vertex_normals(&positions, &triangles);
         let mirror = wing.mirror.map(|plane| Mirror::new(plane, &wing.old, &positions)).transpose().map_err(about)?;
         let mut mirrored = Vec::new();
         if let Some(mirror) = &mirror {
-            let has = |corners: &[u32; 3], side| corners.iter().any(|&corner| mirror.side[corner as usize] == side);
-            (mirrored, triangles) = triangles.into_iter().partition(|corners| has(corners, Side::Beyond));
-            // A triangle with corners on both sides belongs to neither half.
-            mirrored.retain(|corners| !has(corners, Side::OfSections));
+            let has = |face: &Face, side| face.vertices().iter().any(|&corner| mirror.side[corner as usize] == side);
+            (mirrored, faces) = faces.into_iter().partition(|face| has(face, Side::Beyond));
+            // A face with corners on both sides belongs to neither half.
+            mirrored.retain(|face| !has(face, Side::OfSections));
             for place in 0..vertices.len() {
                 positions[place] = mirror.fold(place, positions[place]);
                 normals[place] = mirror.reflect(place, normals[place]);
             }
         }
-        let of_wing =
-            WingSurface { positions: &positions, normals: &normals, triangles: &triangles, mirrored: &mirrored };
+        let of_wing = WingSurface { positions: &positions, normals: &normals, faces: &faces, mirrored: &mirrored };
         let interpolation = ProfileInterpolation::new(&wing.old, &of_wing).map_err(about)?;
         if let Some(reach) = interpolation.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + SLACK)) {
             return Err(SetupError::Reach { wing: wing.name.clone(), reach, mirrored: mirror.is_some() });

@@ -296,6 +296,11 @@ impl Stage for VolumeStage {
             let (better, by) = smoothing.run(set_up, &state)?;
             (state, smoothed) = (better, Some(by));
         }
+        if let Some(smoothing) = &self.smoothing
+            && !self.refusal_expected
+        {
+            smoothed = smoothing.raise_flat_corners(&mut state, smoothed);
+        }
         for ((displacement, from), to) in displacement.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
             // A displacement that already gives the vertex's position keeps its bits.
             if moved(*from, *displacement) != *to {

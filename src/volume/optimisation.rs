@@ -88,4 +88,21 @@ impl Smoothing {
         self.smoother.run(&mut vertices, &mut beta, &goal, None)?;
         Ok(MovedMesh::of(vertices, beta))
     }
+
+    /// Raises single flat corners of other cells than tets; see [`Smoother::raise_flat_corners`].
+    /// Where many are flat the motion as a whole is the cause, and nothing is done.
+    ///
+    /// - `smoothed`: of the run before, if there was one; returned with the vertices of both
+    pub(super) fn raise_flat_corners(&self, state: &mut MovedMesh, smoothed: Option<Smoothed>) -> Option<Smoothed> {
+        let most = (LOCAL * state.beta.len() as f64) as usize;
+        let raised = self.smoother.raise_flat_corners(&mut state.vertices, &mut state.beta, most);
+        if raised.moved == 0 {
+            return smoothed;
+        }
+        let Statistics { inverted, min: beta_min, .. } = Statistics::new(&state.beta);
+        state.worst = beta_min;
+        let before = smoothed.unwrap_or_default();
+        let (sweeps, moved) = (before.sweeps + raised.sweeps, before.moved + raised.moved);
+        Some(Smoothed { sweeps, inverted, beta_min, moved })
+    }
 }

@@ -2,7 +2,8 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use glam::{DMat3, DVec3};
-use idmesh::profile::{Plane, Profile, ProfileInterpolation, WingSurface, cut};
+use idmesh::mesh::corners::Face;
+use idmesh::profile::{Plane, Profile, ProfileError, ProfileInterpolation, WingSurface, cut};
 
 /// A lofted NACA wing: swept, tapered, twisted, with dihedral.
 #[derive(Clone, Copy)]
@@ -99,12 +100,17 @@ impl Surface {
         cut::cut_at_planes(&self.vertices, &self.triangles, &planes).unwrap()
     }
 
-    pub fn wing_surface(&self) -> WingSurface<'_> {
-        WingSurface { positions: &self.vertices, normals: &self.normals, triangles: &self.triangles, mirrored: &[] }
+    pub fn faces(&self) -> Vec<Face> {
+        self.triangles.iter().copied().map(Face::of_triangle).collect()
+    }
+
+    pub fn interpolation(&self, old: &[Profile]) -> Result<ProfileInterpolation, ProfileError> {
+        let (positions, normals, faces) = (&self.vertices, &self.normals, &self.faces());
+        ProfileInterpolation::new(old, &WingSurface { positions, normals, faces, mirrored: &[] })
     }
 
     pub fn loft(&self, old: &[Profile]) -> ProfileInterpolation {
-        ProfileInterpolation::new(old, &self.wing_surface()).unwrap()
+        self.interpolation(old).unwrap()
     }
 }
 

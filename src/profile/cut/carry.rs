@@ -70,10 +70,10 @@ const CROWDED: f64 = 0.15;
 /// either side.
 ///
 /// - `vertices` `[n_vertices]`: positions, in the mesh's unit
-/// - `triangles`: the wing's triangles
+/// - `faces`: the wing's triangles and quadrilaterals
 pub(in crate::profile) fn carried(
     vertices: &[DVec3],
-    triangles: &[[u32; 3]],
+    faces: &[impl AsRef<[u32]>],
     plane: &Plane,
     flat: &FlatSection,
 ) -> Vec<DVec3> {
@@ -84,7 +84,7 @@ pub(in crate::profile) fn carried(
     for side in [-1.0, 1.0] {
         let guide = NEARER.iter().find_map(|share| {
             let at = Plane { point: plane.point + plane.normal * (side * share * away), normal: plane.normal };
-            let flat_guide = flat_section(vertices, triangles, &at).ok()?;
+            let flat_guide = flat_section(vertices, faces, &at).ok()?;
             let of_same_kind =
                 flat_guide.is_closed() == flat.is_closed() && flat_guide.base.is_some() == flat.base.is_some();
             let strip = of_same_kind.then(|| Strip::new(vertices, at, &flat_guide))?;

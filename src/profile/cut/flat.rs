@@ -1,8 +1,12 @@
 //! The flat section: the curve in which a plane cuts a wing's facets.
 //!
-//! The signs of the vertices alone decide which triangles a plane cuts, and how the pieces join. A
+//! The signs of the vertices alone decide which faces a plane cuts, and how the pieces join. A
 //! crossing is identified by its edge. So rounding cannot break the curve. A vertex exactly on the
 //! plane counts as above it; the crossings of its edges then coincide, and are merged at the end.
+//!
+//! A quadrilateral is cut at its own edges, not at a diagonal, so the division into triangles has
+//! no part in a section. Where all four edges cross the plane (a saddle), the sign of the middle
+//! decides which crossings join: the vertices on the other side are cut off one by one.
 
 use std::collections::HashMap;
 
@@ -50,21 +54,21 @@ fn is_closed(curve: &[Crossing]) -> bool {
 /// The section of [`super::cut()`], with the edges.
 pub(in crate::profile) fn flat_section(
     vertices: &[DVec3],
-    triangles: &[[u32; 3]],
+    faces: &[impl AsRef<[u32]>],
     plane: &Plane,
 ) -> Result<FlatSection, ProfileError> {
-    check(vertices, triangles)?;
+    check(vertices, faces)?;
     let at = plane.point.dot(plane.normal);
     let normal = plane.normal;
-    let mut curves = match crossing_curves(vertices, triangles, plane, true)? {
+    let mut curves = match crossing_curves(vertices, faces, plane, true)? {
         curves if !curves.is_empty() => curves,
         // The wing may end exactly in the plane and lie above it. Then vertices in the plane must
         // count as below.
-        _ => crossing_curves(vertices, triangles, plane, false)?,
+        _ => crossing_curves(vertices, faces, plane, false)?,
     };
     match (curves.pop(), curves.len()) {
         (None, _) => {
-            let distances = triangles.iter().flatten().map(|&v| vertices[v as usize].dot(normal));
+            let distances = faces.iter().flat_map(AsRef::as_ref).map(|&v| vertices[v as usize].dot(normal));
             let (low, high) = distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
             Err(ProfileError::PlaneMisses { normal, at, low, high })
         }
@@ -76,12 +80,12 @@ pub(in crate::profile) fn flat_section(
     }
 }
 
-/// Checks that all vertices of the triangles exist and have finite positions.
-pub(in crate::profile) fn check(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), ProfileError> {
-    for (triangle, corners) in triangles.iter().enumerate() {
-        for &vertex in corners {
+/// Checks that all vertices of the faces exist and have finite positions.
+pub(in crate::profile) fn check(vertices: &[DVec3], faces: &[impl AsRef<[u32]>]) -> Result<(), ProfileError> {
+    for (face, corners) in faces.iter().enumerate() {
+        for &vertex in corners.as_ref() {
             if !vertices.get(vertex as usize).is_some_and(|v| v.is_finite()) {
-                return Err(ProfileError::Triangle { triangle, vertex, n_vertices: vertices.len() });
+                return Err(ProfileError::Face { face, vertex, n_vertices: vertices.len() });
             }
         }
     }
@@ -91,45 +95,62 @@ pub(in crate::profile) fn check(vertices: &[DVec3], triangles: &[[u32; 3]]) -> R
 /// All curves of the cut, with coincident points merged. A closed curve repeats its first point.
 fn crossing_curves(
     vertices: &[DVec3],
-    triangles: &[[u32; 3]],
+    faces: &[impl AsRef<[u32]>],
     plane: &Plane,
     zero_is_above: bool,
 ) -> Result<Vec<Vec<Crossing>>, ProfileError> {
     const NONE: usize = usize::MAX;
-    let above = |v: u32| {
-        let d = plane.distance(vertices[v as usize]);
-        d > 0.0 || (d == 0.0 && zero_is_above)
-    };
+    let is_above = |distance: f64| distance > 0.0 || (distance == 0.0 && zero_is_above);
     let mut index: HashMap<(u32, u32), usize> = HashMap::new();
     let mut points: Vec<DVec3> = Vec::new();
     let mut edges: Vec<[u32; 2]> = Vec::new();
     let mut neighbours: Vec<[usize; 2]> = Vec::new();
-    for &[a, b, c] in triangles {
-        let mut ends = [NONE; 2];
-        let mut n_ends = 0;
-        for (i, j) in [(a, b), (b, c), (c, a)] {
-            if above(i) != above(j) && n_ends < 2 {
-                let edge = if above(i) { [j, i] } else { [i, j] };
+    for face in faces {
+        let corners = face.as_ref();
+        let n = corners.len();
+        let distance = |&vertex: &u32| plane.distance(vertices[vertex as usize]);
+        let side = |vertex: &u32| is_above(distance(vertex));
+        if corners.windows(2).all(|ends| side(&ends[0]) == side(&ends[1])) {
+            continue;
+        }
+        let distances: Vec<f64> = corners.iter().map(distance).collect();
+        let above: Vec<bool> = corners.iter().map(side).collect();
+        // The crossing of the edge from each corner to the next.
+        let mut cross = |k: usize| {
+            let next = (k + 1) % n;
+            (above[k] != above[next]).then(|| {
+                let (i, j) = (corners[k], corners[next]);
+                let edge = if above[k] { [j, i] } else { [i, j] };
                 let (i, j) = (i.min(j), i.max(j));
-                ends[n_ends] = *index.entry((i, j)).or_insert_with(|| {
+                *index.entry((i, j)).or_insert_with(|| {
                     points.push(crossing(vertices[i as usize], vertices[j as usize], plane));
                     edges.push(edge);
                     neighbours.push([NONE; 2]);
                     points.len() - 1
-                });
-                n_ends += 1;
+                })
+            })
+        };
+        let crossings: Vec<Option<usize>> = (0..n).map(&mut cross).collect();
+        let found: Vec<usize> = crossings.iter().copied().flatten().collect();
+        let pairs = match found[..] {
+            [one, other] => vec![[one, other]],
+            [_, _, _, _] => {
+                // The sum of opposite corners first: the first corner does not matter.
+                let middle = is_above((distances[0] + distances[2]) + (distances[1] + distances[3]));
+                let cut_off = (0..n).filter(|&k| above[k] != middle);
+                cut_off.filter_map(|k| Some([crossings[(k + n - 1) % n]?, crossings[k]?])).collect()
             }
-        }
-        // A triangle that names a vertex twice has both its crossings on one edge.
-        if n_ends < 2 || ends[0] == ends[1] {
-            continue;
-        }
-        for (me, other) in [(ends[0], ends[1]), (ends[1], ends[0])] {
-            match neighbours[me].iter().position(|&n| n == NONE) {
-                Some(place) => neighbours[me][place] = other,
-                None => {
-                    let at = plane.point.dot(plane.normal);
-                    return Err(ProfileError::Branches { normal: plane.normal, at, position: points[me] });
+            _ => Vec::new(),
+        };
+        // A face that names a vertex twice has both its crossings on one edge.
+        for [one, other] in pairs.into_iter().filter(|[one, other]| one != other) {
+            for (me, other) in [(one, other), (other, one)] {
+                match neighbours[me].iter().position(|&n| n == NONE) {
+                    Some(place) => neighbours[me][place] = other,
+                    None => {
+                        let at = plane.point.dot(plane.normal);
+                        return Err(ProfileError::Branches { normal: plane.normal, at, position: points[me] });
+                    }
                 }
             }
         }
@@ -231,4 +252,69 @@ fn starts_above(curve: &[DVec3], up: DVec3) -> bool {
     // The curve in order runs forward along the lower side and back along the upper one: it turns
     // from forward to up.
     twice_area(curve).dot((le - te).cross(up)) < 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ends of the pieces in which the plane z = 0 cuts one face, as pairs of edges.
+    fn pieces(vertices: &[DVec3], face: &[u32]) -> Vec<Vec<[u32; 2]>> {
+        let plane = Plane { point: DVec3::ZERO, normal: DVec3::Z };
+        let curves = crossing_curves(vertices, &[face], &plane, true).unwrap();
+        let edges = |curve: Vec<Crossing>| {
+            let mut edges: Vec<[u32; 2]> = curve.iter().flat_map(|crossing| crossing.edges.clone()).collect();
+            edges.iter_mut().for_each(|edge| edge.sort_unstable());
+            edges.sort_unstable();
+            edges
+        };
+        let mut pieces: Vec<Vec<[u32; 2]>> = curves.into_iter().map(edges).collect();
+        pieces.sort_unstable();
+        pieces
+    }
+
+    /// A square whose corners lie above and below the plane in turn. If its middle lies below, each
+    /// corner above is cut off, and the other way round. Neither the corner with which the face
+    /// begins, nor its orientation, nor the numbers of its vertices matter.
+    ///
+    /// Fails if the plane cuts the square's triangles on either side of a diagonal.
+    #[test]
+    fn the_middle_of_a_saddle_decides() {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        for (heights, cut_off) in [([1.0, -1.0, 1.0, -3.0], [0, 2]), ([1.0, -1.0, 3.0, -1.0], [1, 3])] {
+            for numbers in [[0, 1, 2, 3], [2, 0, 3, 1], [3, 2, 1, 0], [1, 3, 0, 2]] {
+                let mut vertices = [DVec3::ZERO; 4];
+                for place in 0..4 {
+                    let (x, y) = corners[place];
+                    vertices[numbers[place] as usize] = DVec3::new(x, y, heights[place]);
+                }
+                let edge = |a: usize, b: usize| {
+                    let (a, b) = (numbers[a % 4], numbers[b % 4]);
+                    [a.min(b), a.max(b)]
+                };
+                let around = |place: usize| {
+                    let mut edges = vec![edge(place + 3, place), edge(place, place + 1)];
+                    edges.sort_unstable();
+                    edges
+                };
+                let mut expected = cut_off.map(around).to_vec();
+                expected.sort_unstable();
+                for start in 0..4 {
+                    let mut face = numbers;
+                    face.rotate_left(start);
+                    assert_eq!(pieces(&vertices, &face), expected, "{heights:?} {face:?}");
+                    face.reverse();
+                    assert_eq!(pieces(&vertices, &face), expected, "{heights:?} {face:?}");
+                }
+            }
+        }
+    }
+
+    /// A warped quadrilateral is cut from edge to edge, also where its middle is off the section.
+    #[test]
+    fn a_section_has_no_point_on_a_diagonal() {
+        let vertices = [[0.0, 0.0, -1.0], [1.0, 0.2, -0.5], [1.1, 1.0, 2.0], [0.0, 1.0, 0.7]].map(DVec3::from_array);
+        assert_eq!(pieces(&vertices, &[0, 1, 2, 3]), [vec![[0, 3], [1, 2]]]);
+        assert_eq!(pieces(&vertices, &[0, 1, 2]), [vec![[0, 2], [1, 2]]]);
+    }
 }

@@ -19,7 +19,8 @@ use super::{Plane, Profile, ProfileError};
 /// another family). For a sharp one it is closed, and the first point is repeated.
 ///
 /// - `vertices` `[n_vertices]`: positions of the whole mesh, in its unit
-/// - `triangles`: the wing's triangles, with any orientation
+/// - `faces`: the wing's triangles `[u32; 3]`, or its triangles and quadrilaterals
+///   ([`crate::mesh::corners::Face`]), with any orientation. A quadrilateral is cut at its four edges
 ///
 /// "Lower" is the direction -z, or -y for a plane with the normal z.
 ///
@@ -28,37 +29,37 @@ use super::{Plane, Profile, ProfileError};
 /// - [`ProfileError::Pieces`] with the number of curves
 /// - [`ProfileError::CutShort`]: an open curve does not end at the trailing edge on both sides
 /// - [`ProfileError::Branches`]: the surface is no simple sheet
-/// - [`ProfileError::Triangle`]: a triangle names a vertex that does not exist or is not finite
-pub fn cut(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
-    Ok(flat_section(vertices, triangles, plane)?.points())
+/// - [`ProfileError::Face`]: a face names a vertex that does not exist or is not finite
+pub fn cut(vertices: &[DVec3], faces: &[impl AsRef<[u32]>], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
+    Ok(flat_section(vertices, faces, plane)?.points())
 }
 
 /// The section defined by a wing's vertices beside a plane, in the order of [`cut`]. Each vertex is
 /// carried into the plane along the wing's span-wise direction. Points are in the mesh's unit.
 ///
 /// - `vertices` `[n_vertices]`: of the mesh
-/// - `triangles` `[n_triangles]`: of the wing
+/// - `faces` `[n_faces]`: of the wing, as for [`cut`]
 ///
 /// # Errors
 /// As for [`cut`].
-pub fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
-    let flat = flat_section(vertices, triangles, plane)?;
-    Ok(carried(vertices, triangles, plane, &flat))
+pub fn section(vertices: &[DVec3], faces: &[impl AsRef<[u32]>], plane: &Plane) -> Result<Vec<DVec3>, ProfileError> {
+    let flat = flat_section(vertices, faces, plane)?;
+    Ok(carried(vertices, faces, plane, &flat))
 }
 
 /// [`section`] at each of several planes. Each plane comes with the number of its profile.
 ///
 /// - `vertices` `[n_vertices]`: of the mesh, in its unit
-/// - `triangles` `[n_triangles]`: of the wing
+/// - `faces` `[n_faces]`: of the wing, as for [`cut`]
 /// - `planes` `[n_profiles]`
 ///
 /// # Errors
 /// As for [`cut`], for the first plane that fails.
 pub fn cut_at_planes(
     vertices: &[DVec3],
-    triangles: &[[u32; 3]],
+    faces: &[impl AsRef<[u32]>],
     planes: &[(i64, Plane)],
 ) -> Result<Vec<Profile>, ProfileError> {
-    let profile = |&(number, ref plane)| Ok(Profile { number, points: section(vertices, triangles, plane)? });
+    let profile = |&(number, ref plane)| Ok(Profile { number, points: section(vertices, faces, plane)? });
     planes.iter().map(profile).collect()
 }

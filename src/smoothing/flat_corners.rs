@@ -1,0 +1,275 @@
+//! Flat corners: raises single corners of pyramids, prisms and hexahedra that springs have sheared,
+//! and keeps the thickness of layers.
+//!
+//! Where a wing moves along a fuselage, springs shear the outermost prisms over the junction. Few
+//! corners are concerned, and they are far from inverted. To optimise their cells as a whole would
+//! change the thickness of layers ([`super::merit`]). So each flat corner asks for the least motion
+//! of its four vertices that raises its scaled Jacobian to the limit, to first order. Motions count as
+//! shares of a vertex's shortest edge, so outer vertices move more than inner ones. A vertex takes
+//! the mean of what its corners ask for, perpendicular to its shortest edge, which in a layer is
+//! the edge to the next layer. This is repeated until no corner is flat. The result depends neither
+//! on the numbers of the vertices nor on the device.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+
+use super::{Smoother, moved};
+use crate::constraint::Constraint;
+use crate::geometry::corners;
+use crate::quality::{beta, determinant, edges_of_corner, faults::is_inverted, scaled_jacobian};
+
+/// A corner is flat if its scaled Jacobian is below this share of the worst of its kind in the
+/// undeformed mesh.
+const FLAT: f64 = 0.6;
+
+/// The share to which flat corners are raised.
+const RAISED: f64 = 0.61;
+
+/// Most repetitions. A prism over a junction takes 2.
+const MOST_SWEEPS: usize = 30;
+
+/// Farthest motion of a vertex, as a share of its shortest undeformed edge. A motion this far along
+/// a layer makes an edge between layers longer by 0.5 %.
+const FARTHEST: f64 = 0.1;
+
+/// Most change of an edge between layers, as a share of its length.
+const THICKNESS: f64 = 0.005;
+
+/// Edges within this factor of a vertex's shortest edge, and along it by at least
+/// [`ALONG`] (the cosine of their angle), lead between layers.
+const NEXT: f64 = 2.0;
+const ALONG: f64 = 0.7;
+
+/// A tet, and a corner that is no better than its kind's worst, keeps this share of its measure
+/// beside a raised corner.
+const BESIDE: f64 = 0.9;
+
+/// What [`Smoother::raise_flat_corners`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Raised {
+    /// Repetitions; none if no vertex moved.
+    pub sweeps: usize,
+    /// Number of vertices that moved.
+    pub moved: usize,
+}
+
+/// How a vertex moves.
+struct Freedom {
+    constraint: Constraint,
+    /// Length of the vertex's shortest undeformed edge, in the mesh's unit.
+    size: f64,
+    /// Other ends of the edges between layers.
+    next: Vec<u32>,
+}
+
+/// The vertices that move, in ascending order.
+type Moving = BTreeMap<u32, Freedom>;
+
+impl Smoother {
+    /// Raises flat corners of pyramids, prisms and hexahedra, if no cell is inverted and at most
+    /// `most` corners are flat. Vertices of surfaces do not slide.
+    ///
+    /// A vertex returns to its place if a tet or a corner beside it became bad, or if an edge
+    /// between layers changed by more than 0.5 %. Where no corner is flat, and in a mesh of tets,
+    /// all positions keep their bits.
+    ///
+    /// - `positions` `[n_vertices]`: in the mesh's unit
+    /// - `betas` `[n_tets]`: betas of the positions, or their merit (see [`super::Merit`]), updated
+    pub fn raise_flat_corners(&self, positions: &mut [DVec3], betas: &mut [f64], most: usize) -> Raised {
+        let flat = self.flat_corners(positions, betas);
+        if flat.is_empty() || flat.len() > most || betas.iter().any(|&beta| is_inverted(beta)) {
+            return Raised::default();
+        }
+        let vertices = flat.iter().flat_map(|&corner| self.topology.tets[corner]);
+        let mut moving: Moving =
+            vertices.filter_map(|vertex| Some((vertex, self.freedom(vertex, positions)?))).collect();
+        let around: BTreeSet<usize> = moving.keys().flat_map(|&vertex| self.simplices_at(vertex)).collect();
+        let mut at = positions.to_vec();
+        let mut sweeps = 0;
+        loop {
+            while sweeps < MOST_SWEEPS && self.raise(&moving, &around, positions, &mut at) {
+                sweeps += 1;
+            }
+            let harmful = self.harmful(&moving, &around, positions, &at);
+            if harmful.is_empty() {
+                break;
+            }
+            // The others may raise the corner without them.
+            for vertex in harmful {
+                at[vertex as usize] = positions[vertex as usize];
+                moving.remove(&vertex);
+            }
+        }
+        let moved = moving.keys().filter(|&&vertex| at[vertex as usize] != positions[vertex as usize]).count();
+        if moved == 0 {
+            return Raised::default();
+        }
+        positions.copy_from_slice(&at);
+        for simplex in around {
+            betas[simplex] = self.merit.of(simplex, self.topology.tets[simplex], positions);
+        }
+        Raised { sweeps, moved }
+    }
+
+    /// The corner tets that are flat, in ascending order.
+    fn flat_corners(&self, at: &[DVec3], betas: &[f64]) -> Vec<usize> {
+        let is_flat = |&(simplex, &merit): &(usize, &f64)| {
+            self.merit.may_be_below(merit, FLAT) && self.share(simplex, at).is_some_and(|share| share < FLAT)
+        };
+        betas.iter().enumerate().filter(is_flat).map(|(simplex, _)| simplex).collect()
+    }
+
+    /// Scaled Jacobian of a corner tet over the worst of its kind in the undeformed mesh. `None`
+    /// for a tet of the mesh.
+    fn share(&self, simplex: usize, at: &[DVec3]) -> Option<f64> {
+        let worst = self.merit.worst_jacobian(simplex)?;
+        Some(scaled_jacobian(corners(at, self.topology.tets[simplex])) / worst)
+    }
+
+    /// The tets and corner tets at a vertex.
+    fn simplices_at(&self, vertex: u32) -> impl Iterator<Item = usize> {
+        self.topology.vertex_tets.row(vertex as usize).iter().map(|&entry| entry as usize / 4)
+    }
+
+    /// Other ends of the edges of cells at a vertex, in ascending order.
+    fn neighbours(&self, vertex: u32) -> BTreeSet<u32> {
+        let ends = |simplex: usize| {
+            let tet = self.topology.tets[simplex];
+            // Those edges of a corner tet that are edges of its cell begin at its first vertex.
+            let is_whole = !self.merit.is_corner(simplex) || tet[0] == vertex;
+            tet.into_iter().filter(move |&other| other != vertex && (is_whole || other == tet[0]))
+        };
+        self.simplices_at(vertex).flat_map(ends).collect()
+    }
+
+    /// How a vertex may move. `None` if it may not.
+    fn freedom(&self, vertex: u32, at: &[DVec3]) -> Option<Freedom> {
+        let neighbours = self.neighbours(vertex);
+        let undeformed = |other: u32| self.original[other as usize] - self.original[vertex as usize];
+        // Of edges of one length their directions decide, not the numbers of their vertices.
+        let key = |&other: &u32| (undeformed(other).length(), undeformed(other).to_array());
+        let shortest = neighbours.iter().min_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal))?;
+        let length = undeformed(*shortest).length();
+        let way = |other: u32| (at[other as usize] - at[vertex as usize]).normalize_or_zero();
+        let normal = way(*shortest);
+        let is_next =
+            |&other: &u32| undeformed(other).length() <= NEXT * length && way(other).dot(normal).abs() >= ALONG;
+        let constraint = across(self.constraint[vertex as usize], normal);
+        let next = neighbours.iter().copied().filter(is_next).collect();
+        (constraint != Constraint::Held).then_some(Freedom { constraint, size: length, next })
+    }
+
+    /// Moves the vertices once. Returns whether a corner was flat and can be raised.
+    fn raise(&self, moving: &Moving, around: &BTreeSet<usize>, from: &[DVec3], at: &mut [DVec3]) -> bool {
+        let mut wanted: BTreeMap<u32, (DVec3, f64)> = BTreeMap::new();
+        for &simplex in around {
+            let (tet, worst) = (self.topology.tets[simplex], self.merit.worst_jacobian(simplex));
+            let Some((share, worst)) = self.share(simplex, at).zip(worst).filter(|(share, _)| *share < FLAT) else {
+                continue;
+            };
+            let limited = |(vertex, gradient)| Some((vertex, moving.get(&vertex)?.constraint.limit(gradient)));
+            let gradients: Vec<(u32, DVec3)> =
+                tet.into_iter().zip(jacobian_gradient(corners(at, tet))).filter_map(limited).collect();
+            let size = |vertex: u32| moving[&vertex].size.powi(2);
+            let squares: f64 = gradients.iter().map(|(vertex, by)| size(*vertex) * by.length_squared()).sum();
+            let step = (RAISED - share) * worst / squares;
+            for (vertex, gradient) in gradients.into_iter().filter(|_| step.is_finite()) {
+                let (sum, count) = wanted.entry(vertex).or_default();
+                *sum += step * size(vertex) * gradient;
+                *count += 1.0;
+            }
+        }
+        for (vertex, (sum, count)) in &wanted {
+            let start = from[*vertex as usize];
+            let by = at[*vertex as usize] - start + *sum / *count;
+            at[*vertex as usize] = moved(start, by.clamp_length_max(FARTHEST * moving[vertex].size));
+        }
+        !wanted.is_empty()
+    }
+
+    /// The moving vertices whose motion does harm.
+    fn harmful(&self, moving: &Moving, around: &BTreeSet<usize>, from: &[DVec3], at: &[DVec3]) -> BTreeSet<u32> {
+        let is_harmed = |&&simplex: &&usize| {
+            let tet = self.topology.tets[simplex];
+            let is_good = match self.share(simplex, from).zip(self.share(simplex, at)) {
+                Some((before, after)) => after >= (BESIDE * before.min(1.0)).max(before.min(FLAT)),
+                None => beta(corners(at, tet)) >= BESIDE * beta(corners(from, tet)),
+            };
+            !is_good
+        };
+        let harmed = around.iter().filter(is_harmed);
+        let mut harmful: BTreeSet<u32> = harmed.flat_map(|&simplex| self.topology.tets[simplex]).collect();
+        for (&vertex, freedom) in moving {
+            let length = |other: u32, at: &[DVec3]| at[vertex as usize].distance(at[other as usize]);
+            for &other in &freedom.next {
+                let before = length(other, from);
+                if (length(other, at) - before).abs() > THICKNESS * before {
+                    harmful.extend([vertex, other]);
+                }
+            }
+        }
+        harmful.retain(|vertex| moving.contains_key(vertex));
+        harmful
+    }
+}
+
+/// A constraint that keeps to a plane too.
+fn across(constraint: Constraint, normal: DVec3) -> Constraint {
+    match constraint {
+        Constraint::Free => Constraint::InPlane(normal),
+        Constraint::InPlane(other) => {
+            let line = other.cross(normal);
+            // The two planes are alike, and their line is not known.
+            if line.length() < 1e-3 { Constraint::Held } else { Constraint::OnLine(line.normalize()) }
+        }
+        Constraint::OnLine(_) | Constraint::Held => Constraint::Held,
+    }
+}
+
+/// Derivative of the scaled Jacobian of a corner tet with respect to its vertices, in one over the
+/// mesh's unit. With edges u, v, w it is `D = u x v . w` over their lengths, so its derivative
+/// with respect to u is `v x w` over the lengths less `J u / |u|^2`.
+fn jacobian_gradient(tet: [DVec3; 4]) -> [DVec3; 4] {
+    let [u, v, w] = edges_of_corner(tet);
+    let lengths = u.length() * v.length() * w.length();
+    let jacobian = determinant([u, v, w]) / lengths;
+    let of = |edge: DVec3, area: DVec3| area / lengths - jacobian * edge / edge.length_squared();
+    let [u, v, w] = [of(u, v.cross(w)), of(v, w.cross(u)), of(w, u.cross(v))];
+    [-(u + v + w), u, v, w]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The derivative agrees with differences over a short way, for each vertex and axis.
+    #[test]
+    fn the_gradient_is_that_of_the_scaled_jacobian() {
+        let tet = [[0.1, 0.2, 0.0], [1.3, 0.1, 0.2], [0.4, 0.9, -0.1], [0.3, 0.3, 0.05]].map(DVec3::from_array);
+        let gradient = jacobian_gradient(tet);
+        for vertex in 0..4 {
+            for axis in DVec3::AXES {
+                let at = |by: f64| {
+                    let mut tet = tet;
+                    tet[vertex] += by * axis;
+                    scaled_jacobian(tet)
+                };
+                let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
+                let exact = gradient[vertex].dot(axis);
+                assert!((difference - exact).abs() < 1e-7, "{vertex} {axis}: {difference} {exact}");
+            }
+        }
+    }
+
+    /// A vertex in a plane that keeps to another plane too has their line; on a line it has
+    /// nothing. Two planes that are one have no line.
+    #[test]
+    fn planes_have_a_line() {
+        assert_eq!(across(Constraint::Free, DVec3::Z), Constraint::InPlane(DVec3::Z));
+        assert_eq!(across(Constraint::InPlane(DVec3::Y), DVec3::Z), Constraint::OnLine(DVec3::X));
+        assert_eq!(across(Constraint::InPlane(DVec3::Z), DVec3::Z), Constraint::Held);
+        assert_eq!(across(Constraint::OnLine(DVec3::X), DVec3::Z), Constraint::Held);
+    }
+}
