@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use idmesh::families::{ROLES, Role, RoleOptions, RoleRow, TipStart};
+use glam::DVec3;
+use idmesh::families::{ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
@@ -54,19 +55,41 @@ fn one(family: &str, given: &Bound<'_, PyAny>) -> PyResult<Role> {
             "partner" => options.partner = Some(text()?),
             "start" => {
                 options.start = match text()?.as_str() {
-                    "affine" => TipStart::Affine,
-                    "rigid" => TipStart::Rigid,
-                    "original" => TipStart::Original,
+                    "affine" => Some(TipStart::Affine),
+                    "rigid" => Some(TipStart::Rigid),
+                    "original" => Some(TipStart::Original),
                     other => {
                         let expected = "expected \"affine\", \"rigid\" or \"original\"";
                         return Err(wrong(format!("`start` is \"{other}\", {expected}")));
                     }
                 }
             }
+            "motion" => options.motion = motion(&value).map_err(wrong)?,
             other => return Err(wrong(format!("the key \"{other}\" cannot be given here"))),
         }
     }
     Ok((row.make)(options))
+}
+
+/// The motion of a rigid family: a name, or a mapping with a turn and a shift.
+fn motion(value: &Bound<'_, PyAny>) -> Result<RigidMotion, String> {
+    let expected = "expected \"root\", \"translation\", \"none\", or a mapping such as {\"shift\": [0, 0, -0.05]}";
+    if let Ok(name) = value.extract::<String>() {
+        return match name.as_str() {
+            "root" => Ok(RigidMotion::Root),
+            "translation" => Ok(RigidMotion::Translation),
+            "none" => Ok(RigidMotion::None),
+            other => Err(format!("`motion` is \"{other}\", {expected}")),
+        };
+    }
+    let given: BTreeMap<String, [f64; 3]> = value
+        .extract()
+        .map_err(|_| format!("`motion` is neither a name nor a mapping of three numbers, {expected}"))?;
+    if let Some(key) = given.keys().find(|key| !["turn", "about", "shift"].contains(&key.as_str())) {
+        return Err(format!("unknown key \"{key}\" in `motion`, expected \"turn\", \"about\" or \"shift\""));
+    }
+    let vector = |key: &str| given.get(key).copied().map(DVec3::from);
+    RigidMotion::given(vector("turn"), vector("about"), vector("shift")).map_err(|why| format!("`motion` {why}"))
 }
 
 fn row(name: &str) -> Result<&'static RoleRow, String> {

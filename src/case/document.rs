@@ -276,6 +276,11 @@ impl<'d> Value<'d> {
         Err(self.error(format!("`{}` is \"{text}\", expected {}{advice}", self.name, quoted_list(names))))
     }
 
+    /// Whether the value is a table.
+    pub fn is_table(&self) -> bool {
+        matches!(self.value, DeValue::Table(_))
+    }
+
     /// A table that may have these keys only.
     pub fn section(&self, known: &[&str]) -> Result<TomlTable<'d>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };

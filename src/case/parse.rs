@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::families::{MOST_FLAT, ROLES, Role, RoleOptions, RoleRow, TipStart};
+use crate::families::{MOST_FLAT, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 use crate::mover::Settings;
 use crate::profile::files::{Placement, SpanAxis};
 use crate::profile::{Plane, stations};
@@ -51,7 +51,12 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
 fn families(top: &TomlTable, folder: &Path) -> Result<BTreeMap<String, FamilySettings>, CaseError> {
     let mut families = BTreeMap::new();
     let Some(table) = top.get("family") else { return Ok(families) };
-    let known: Vec<_> = std::iter::once(&"role").chain(ROLES.iter().flat_map(|row| row.keys)).copied().collect();
+    let mut known = vec!["role"];
+    for key in ROLES.iter().flat_map(|row| row.keys) {
+        if !known.contains(key) {
+            known.push(key);
+        }
+    }
     let sections = table.sections(&known)?;
     for (name, section) in &sections {
         let role = role(section)?;
@@ -143,7 +148,7 @@ fn role(section: &TomlTable) -> Result<Role, CaseError> {
     };
     let row = RoleRow::named(name).expect("it is one of the names");
     for owner in ROLES.iter().filter(|owner| owner.name != row.name) {
-        for key in owner.keys {
+        for key in owner.keys.iter().filter(|key| !row.keys.contains(key)) {
             if let Some(value) = section.get(key) {
                 return Err(value.key_error(format!(
                     "`{key}` does not fit role \"{}\", expected only in a family whose role is \"{}\"",
@@ -153,17 +158,39 @@ fn role(section: &TomlTable) -> Result<Role, CaseError> {
         }
     }
     let start = match section.get("start").map(|value| value.one_of(&["affine", "rigid", "original"])).transpose()? {
-        None | Some("affine") => TipStart::Affine,
-        Some("rigid") => TipStart::Rigid,
-        Some(_) => TipStart::Original,
+        None => None,
+        Some("affine") => Some(TipStart::Affine),
+        Some("rigid") => Some(TipStart::Rigid),
+        Some(_) => Some(TipStart::Original),
     };
     let options = RoleOptions {
         coefficient: section.get("coefficient").map(|value| in_unit_interval(&value)).transpose()?,
         start,
+        motion: section.get("motion").map(|value| motion(&value)).transpose()?.unwrap_or_default(),
         flat: section.get("flat").map(|value| flat(&value)).transpose()?,
         partner: section.get("partner").map(|value| value.text().map(str::to_owned)).transpose()?,
     };
     Ok((row.make)(options))
+}
+
+/// The motion of a rigid family: a name, or a table of a turn and a shift.
+fn motion(value: &Value) -> Result<RigidMotion, CaseError> {
+    const NAMES: [&str; 3] = ["root", "translation", "none"];
+    if value.is_table() {
+        let table = value.section(&["turn", "about", "shift"])?;
+        let vector = |key: &str| table.get(key).map(|value| value.position().map(DVec3::from)).transpose();
+        let motion = RigidMotion::given(vector("turn")?, vector("about")?, vector("shift")?);
+        return motion.map_err(|why| value.error(format!("`motion` {why}")));
+    }
+    match value.text() {
+        Ok("root") => Ok(RigidMotion::Root),
+        Ok("translation") => Ok(RigidMotion::Translation),
+        Ok("none") => Ok(RigidMotion::None),
+        _ => value
+            .one_of(&NAMES)
+            .map(|_| RigidMotion::Root)
+            .map_err(|error| error.with_advice("; a motion of its own is a table, such as { shift = [0, 0, -0.05] }")),
+    }
 }
 
 fn in_unit_interval(value: &Value) -> Result<f64, CaseError> {

@@ -4,7 +4,7 @@
 //! Each check looks at something that no family with the role can have in a mesh around an
 //! aircraft, and none of them depends on a name.
 
-use super::{Role, shape};
+use super::{RigidMotion, Role, shape};
 use crate::geometry::bounds;
 use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
 
@@ -40,10 +40,12 @@ pub(super) fn misplaced(mesh: &TetMesh, surface: &Surface, roles: &[Role]) -> Ve
         }
         let misplaced = match role {
             _ if follows && !touched[index] => Misplaced::Untouched,
-            Role::Wingtip { .. } | Role::TrailingEdge => match sides(mesh, surface, family) {
-                sides if sides >= FAR => Misplaced::Far(sides),
-                _ => return None,
-            },
+            Role::Wingtip { .. } | Role::Attached { .. } | Role::Rigid { .. } | Role::TrailingEdge => {
+                match sides(mesh, surface, family) {
+                    sides if sides >= FAR => Misplaced::Far(sides),
+                    _ => return None,
+                }
+            }
             Role::Carenage if shape::fit_plane(mesh, surface, family, None).is_ok() => Misplaced::Flat,
             _ => return None,
         };
@@ -54,13 +56,21 @@ pub(super) fn misplaced(mesh: &TetMesh, surface: &Surface, roles: &[Role]) -> Ve
 
 /// Whether a family with this role moves only if families that it touches move.
 fn follows(role: &Role) -> bool {
-    matches!(role, Role::TrailingEdge | Role::Wingtip { .. } | Role::Carenage)
+    match role {
+        Role::TrailingEdge | Role::Wingtip { .. } | Role::Attached { .. } | Role::Carenage => true,
+        Role::Rigid { motion } => matches!(motion, RigidMotion::Root | RigidMotion::Translation),
+        _ => false,
+    }
 }
 
 /// Whether each family is moved by the design, or touches such a family, itself or through families
 /// that follow `[n_families]`.
 fn touched(surface: &Surface, roles: &[Role]) -> Vec<bool> {
-    let moves = |role: &Role| matches!(role, Role::Wing | Role::Prescribed);
+    let moves = |role: &Role| match role {
+        Role::Wing | Role::Prescribed => true,
+        Role::Rigid { motion } => matches!(motion, RigidMotion::Given { .. }),
+        _ => false,
+    };
     // A forest: each family points to a family that it is joined to, the root to itself.
     let mut chief: Vec<usize> = (0..roles.len()).collect();
     fn find(chief: &mut [usize], mut at: usize) -> usize {

@@ -6,15 +6,17 @@ use glam::DVec3;
 use thiserror::Error;
 
 mod alike;
+mod assemblies;
 mod misplaced;
 mod partners;
 mod roles;
 #[doc(hidden)]
 pub mod shape;
 
+pub use assemblies::Assembly;
 pub use misplaced::Misplaced;
 pub use partners::{Partners, even};
-pub use roles::{PlacedBy, ROLES, Role, RoleOptions, RoleRow, TipStart};
+pub use roles::{PlacedBy, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 
 use crate::{
     backend::BackendError,
@@ -156,16 +158,51 @@ pub enum SetupError {
         /// The cause.
         why: String,
     },
-    /// Wingtip families that touch move as one, but their starts differ.
+    /// Wingtip and attached families that touch move as one, but their starts differ.
     #[error(
-        "the wingtip families `{family}` and `{other}` touch, so they move as one, but their `start` differs, expected \
-         the same for both"
+        "the families `{family}` and `{other}` are wingtips or attached and hang together, so they move as one, but their \
+         `start` differs, expected the same for both"
     )]
     TipStarts {
         /// Name of the first family.
         family: String,
         /// Name of a family with another start.
         other: String,
+    },
+    /// An assembly hangs from nothing that is placed before it.
+    #[error(
+        "family `{family}` has the role {role}, but neither it nor a family that it hangs together with touches a wing, a \
+         trailing edge, or a prescribed or fixed family: nothing says how it moves{}",
+        if *role == "rigid" { "; motion = \"none\" or a given motion needs no such family" } else { "" }
+    )]
+    NoRoot {
+        /// Name of the family.
+        family: String,
+        /// Its role.
+        role: &'static str,
+    },
+    /// The root of an assembly lies on a line, so it has no one rotation.
+    #[error(
+        "family `{family}` goes with the rotation of its root, but the root's {vertices} vertices lie on a line, so they \
+         turn about it in no known way; expected start = \"affine\" or motion = \"translation\""
+    )]
+    ThinRoot {
+        /// Name of the family.
+        family: String,
+        /// Number of the root's vertices.
+        vertices: usize,
+    },
+    /// A given motion takes a rigid family off a plane that it touches.
+    #[error(
+        "the motion of family `{family}` leaves the plane with the normal ({:.4}, {:.4}, {:.4}) that it touches, expected a \
+         turn about this normal and a shift in the plane",
+        normal.x, normal.y, normal.z
+    )]
+    LeavesPlane {
+        /// Name of the family.
+        family: String,
+        /// The plane's unit normal.
+        normal: DVec3,
     },
     /// The backend failed.
     #[error(transparent)]
@@ -206,6 +243,8 @@ pub struct Families {
     pub partners: Partners,
     /// Families with roles that cannot be meant, ascending.
     pub misplaced: Vec<(FamilyId, Misplaced)>,
+    /// Families that hang together from wings.
+    pub assemblies: Vec<Assembly>,
 }
 
 impl Families {
@@ -214,8 +253,8 @@ impl Families {
     /// - `roles` `[n_families]`
     ///
     /// # Errors
-    /// A plane family is not flat, a hole cannot be closed, or planes that shall be partners do not
-    /// match.
+    /// A plane family is not flat, a hole cannot be closed, planes that shall be partners do not
+    /// match, or the motion of an assembly is not known.
     pub fn new(mesh: &TetMesh, surface: &Surface, roles: Vec<Role>) -> Result<Self, SetupError> {
         let mut placed_by = vec![PlacedBy::Volume; mesh.vertices.len()];
         let mut touching = Vec::new();
@@ -246,7 +285,10 @@ impl Families {
             }
         }
         let misplaced = misplaced::misplaced(mesh, surface, &roles);
-        Ok(Self { roles, shapes, placed_by, touches, offsets, partners, misplaced })
+        let assemblies = Vec::new();
+        let mut families = Self { roles, shapes, placed_by, touches, offsets, partners, misplaced, assemblies };
+        families.assemblies = Assembly::all(mesh, surface, &families)?;
+        Ok(families)
     }
 
     /// The families whose vertices this stage places, in order.
@@ -260,6 +302,13 @@ impl Families {
     /// not count, as they only slide.
     pub fn moved(&self) -> impl Iterator<Item = FamilyId> + '_ {
         (0..self.roles.len()).filter(|&index| self.roles[index].placed_by().moves()).map(|index| FamilyId(index as u16))
+    }
+
+    /// The assemblies that hang from a wing by more than its tip: those with an attached or a rigid
+    /// family.
+    pub fn hung(&self) -> impl Iterator<Item = &Assembly> {
+        let is_tip = |family: &FamilyId| matches!(self.roles[family.index()], Role::Wingtip { .. });
+        self.assemblies.iter().filter(move |assembly| !assembly.families.iter().all(is_tip))
     }
 
     /// The shapes that a vertex must stay on: the carenages and planes it touches.

@@ -4,17 +4,60 @@
 
 use std::mem::discriminant;
 
-/// The start to which the conservative springs of a wingtip pull back.
+use glam::DVec3;
+
+/// The start to which the conservative springs of a wingtip or of an attached family pull back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TipStart {
-    /// The undeformed place, moved by the best affine motion of the tip's boundary. So the tip
+    /// The undeformed place, moved by the best affine motion of the assembly's root. So a tip
     /// follows a wing that is bent up and gets a longer tip chord.
     #[default]
     Affine,
-    /// The undeformed place, moved by the best rigid motion of the tip's boundary.
+    /// The undeformed place, moved by the best rigid motion of the assembly's root.
     Rigid,
     /// The undeformed place itself, as in the paper.
     Original,
+}
+
+/// The motion of a rigid family. The root is the root of its assembly; see
+/// [`Assembly`](super::Assembly).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum RigidMotion {
+    /// The best rigid motion of the root.
+    #[default]
+    Root,
+    /// The mean displacement of the root: the family keeps its attitude.
+    Translation,
+    /// None: the family stays.
+    None,
+    /// A motion that its user gives, whatever the root does: a turn about an axis through a point,
+    /// and then a shift.
+    Given {
+        /// The axis of the turn, as long as the angle in degrees.
+        turn: DVec3,
+        /// A point of the axis, in the mesh's unit.
+        about: DVec3,
+        /// The shift, in the mesh's unit.
+        shift: DVec3,
+    },
+}
+
+impl RigidMotion {
+    /// A given motion from the vectors that a user gave; see [`RigidMotion::Given`].
+    ///
+    /// # Errors
+    /// The reason why they are no motion.
+    pub fn given(turn: Option<DVec3>, about: Option<DVec3>, shift: Option<DVec3>) -> Result<Self, &'static str> {
+        match (turn, about, shift) {
+            (None, _, None) => Err("has neither `turn` nor `shift`, expected at least one of them"),
+            (Some(_), None, _) => Err("has a `turn`, expected also `about`, a point of its axis"),
+            (None, Some(_), _) => Err("has `about` but no `turn`, expected both or neither"),
+            _ => {
+                let [turn, about, shift] = [turn, about, shift].map(Option::unwrap_or_default);
+                Ok(Self::Given { turn, about, shift })
+            }
+        }
+    }
 }
 
 /// The motion of a family when the wing changes.
@@ -31,6 +74,19 @@ pub enum Role {
         coefficient: f64,
         /// The start to which the conservative springs pull back.
         start: TipStart,
+    },
+    /// A part that hangs from a wing, such as a pylon, a flap track fairing or a winglet without
+    /// profiles. It goes with its root, and gives way near it.
+    Attached {
+        /// As for [`Role::Wingtip`].
+        coefficient: f64,
+        /// The start to which the conservative springs pull back.
+        start: TipStart,
+    },
+    /// One rigid body, such as a nacelle.
+    Rigid {
+        /// Its motion.
+        motion: RigidMotion,
     },
     /// Elastic shape: the family slides on its original surface.
     Carenage,
@@ -61,7 +117,9 @@ pub enum PlacedBy {
     Prescribed,
     Wing,
     TrailingEdge,
-    Wingtip,
+    Rigid,
+    /// Wingtips too.
+    Attached,
     Carenage,
     Plane,
     Volume,
@@ -76,7 +134,7 @@ impl PlacedBy {
 
     /// Whether local optimisation may slide the vertices on their surface.
     pub fn slides(self) -> bool {
-        matches!(self, Self::Wing | Self::TrailingEdge | Self::Wingtip | Self::Carenage)
+        matches!(self, Self::Wing | Self::TrailingEdge | Self::Attached | Self::Carenage)
     }
 
     /// Whether the families move: by the design, or because they follow families that do. Planes do
@@ -91,8 +149,10 @@ impl PlacedBy {
 pub struct RoleOptions {
     /// See [`Role::Wingtip`]; 0.5 if `None`.
     pub coefficient: Option<f64>,
-    /// See [`Role::Wingtip`].
-    pub start: TipStart,
+    /// See [`Role::Wingtip`]; if `None`, affine for a wingtip and rigid for an attached family.
+    pub start: Option<TipStart>,
+    /// See [`Role::Rigid`].
+    pub motion: RigidMotion,
     /// See [`Role::Plane`].
     pub flat: Option<f64>,
     /// See [`Role::Plane`].
@@ -138,15 +198,47 @@ pub const ROLES: &[RoleRow] = &[
     RoleRow {
         name: "wingtip",
         aliases: &[],
-        called: &["tip", "cap", "winglet", "tipcap"],
+        called: &["tip", "cap", "tipcap"],
         keys: &["coefficient", "start"],
-        placed_by: PlacedBy::Wingtip,
-        make: |options| Role::Wingtip { coefficient: options.coefficient.unwrap_or(0.5), start: options.start },
+        placed_by: PlacedBy::Attached,
+        make: |options| Role::Wingtip {
+            coefficient: options.coefficient.unwrap_or(0.5),
+            start: options.start.unwrap_or(TipStart::Affine),
+        },
+    },
+    RoleRow {
+        name: "attached",
+        aliases: &[],
+        called: &[
+            "pylon",
+            "winglet",
+            "strut",
+            "flaptrack",
+            "flaptrackfairing",
+            "ftf",
+            "fence",
+            "hanging",
+            "attachment",
+        ],
+        keys: &["coefficient", "start"],
+        placed_by: PlacedBy::Attached,
+        make: |options| Role::Attached {
+            coefficient: options.coefficient.unwrap_or(0.5),
+            start: options.start.unwrap_or(TipStart::Rigid),
+        },
+    },
+    RoleRow {
+        name: "rigid",
+        aliases: &[],
+        called: &["nacelle", "engine", "pod", "store", "tank", "solid", "rigidbody"],
+        keys: &["motion"],
+        placed_by: PlacedBy::Rigid,
+        make: |options| Role::Rigid { motion: options.motion },
     },
     RoleRow {
         name: "carenage",
         aliases: &["fuselage", "fairing"],
-        called: &["body", "hull", "nacelle", "pylon", "engine", "slip", "slide", "sliding", "surface", "wall"],
+        called: &["body", "hull", "slip", "slide", "sliding", "surface", "wall"],
         keys: &[],
         placed_by: PlacedBy::Carenage,
         make: |_| Role::Carenage,
@@ -185,7 +277,6 @@ pub const ROLES: &[RoleRow] = &[
             "still",
             "held",
             "none",
-            "rigid",
             "opening",
             "external",
             "boundary",
@@ -269,6 +360,8 @@ mod tests {
             Role::Wing,
             Role::TrailingEdge,
             Role::Wingtip { coefficient: 0.1, start: TipStart::Rigid },
+            Role::Attached { coefficient: 0.1, start: TipStart::Rigid },
+            Role::Rigid { motion: RigidMotion::None },
             Role::Carenage,
             Role::PLANE,
             Role::Fixed,

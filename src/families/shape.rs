@@ -135,7 +135,7 @@ pub(super) fn continued(
         let under_a_wing = rim.iter().all(|&half_edge| {
             matches!(
                 roles[surface.family_behind(half_edge).index()].placed_by(),
-                PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Wingtip | PlacedBy::Prescribed
+                PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Attached | PlacedBy::Rigid | PlacedBy::Prescribed
             )
         });
         if under_a_wing {

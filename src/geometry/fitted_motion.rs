@@ -33,6 +33,20 @@ impl FittedMotion {
         Self { from: DVec3::ZERO, to: DVec3::ZERO, linear: Matrix3::identity() }
     }
 
+    /// The mean displacement of the points, as a motion without a rotation.
+    ///
+    /// - `pairs`: as in [`Self::rigid`]
+    pub fn translation(pairs: &[(DVec3, DVec3, f64)]) -> Self {
+        let (from, to) = centres(pairs);
+        Self { from, to, linear: Matrix3::identity() }
+    }
+
+    /// A rotation about an axis through a point, and then a shift.
+    pub fn turn(rotation: DQuat, about: DVec3, shift: DVec3) -> Self {
+        let columns = DMat3::from_quat(rotation).to_cols_array_2d();
+        Self { from: about, to: about + shift, linear: Matrix3::from_columns(&columns.map(Vector3::from)) }
+    }
+
     /// The rotation `R` that minimises `sum |R p - q|^2` over pairs `(p, q)` of vectors, from their
     /// sum `sum q p^T`.
     pub fn rotation_nearest(sum: DMat3) -> DQuat {
@@ -101,6 +115,19 @@ impl FittedMotion {
             wider = extent;
         }
         Self { linear: rigid.linear * stretch, ..rigid }
+    }
+
+    /// The angle of the rotation of a rigid motion, in radians, from 0 to pi. Not meaningful for an
+    /// affine motion.
+    pub fn angle(&self) -> f64 {
+        let rotation = self.rotation();
+        2.0 * rotation.xyz().length().atan2(rotation.w.abs())
+    }
+
+    /// The preimage of a point under a rigid motion. Not meaningful for an affine motion.
+    pub fn back(&self, at: DVec3) -> DVec3 {
+        let turned = self.linear.transpose() * column(at - self.to);
+        self.from + DVec3::new(turned.x, turned.y, turned.z)
     }
 
     /// Displacement of a point by the motion, in the unit of the points.

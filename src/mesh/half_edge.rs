@@ -13,7 +13,7 @@
 //!
 //! The paper (section 4) uses SHE to traverse a family's triangles, vertices and boundary curves.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 
@@ -165,6 +165,23 @@ impl Surface {
     /// The vertices of a family, ascending, each once.
     pub fn vertices_of(&self, family: FamilyId) -> &[u32] {
         self.vertices_of_family.row(family.index())
+    }
+
+    /// The shortest edge of a family's triangles at each of the family's vertices, in the unit of the
+    /// positions.
+    ///
+    /// - `positions` `[n_vertices]`
+    pub fn shortest_edges(&self, positions: &[DVec3], family: FamilyId) -> BTreeMap<u32, f64> {
+        let mut shortest = BTreeMap::new();
+        for [a, b, c] in self.corners_of(family) {
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                let length = positions[a as usize].distance(positions[b as usize]);
+                for end in [a, b] {
+                    shortest.entry(end).and_modify(|least: &mut f64| *least = least.min(length)).or_insert(length);
+                }
+            }
+        }
+        shortest
     }
 
     /// The vertices of all families, one family after another. A vertex on several families occurs

@@ -9,7 +9,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use super::{MoveError, Mover, Settings};
 use crate::{
     backend::Backend,
-    families::{MOST_FLAT, Role, SetupError},
+    families::{MOST_FLAT, RigidMotion, Role, SetupError},
     mesh::{FamilyId, HybridMesh, OtherCells, TetMesh, families_inside},
     profile::{Plane, Profile},
     relaxation::{Method, Stopping},
@@ -189,9 +189,13 @@ impl MoverBuilder {
 /// Refuses numbers of a role that mean nothing.
 fn check_role(family: &str, role: &Role) -> Result<(), SetupError> {
     let (name, value, is_good, expected) = match *role {
-        Role::Wingtip { coefficient, .. } => {
+        Role::Wingtip { coefficient, .. } | Role::Attached { coefficient, .. } => {
             let is_good = (0.0..=1.0).contains(&coefficient);
             ("coefficient", coefficient, is_good, "0 (rigid) to 1 (freely deformable)")
+        }
+        Role::Rigid { motion: RigidMotion::Given { turn, about, shift } } => {
+            let worst = [turn, about, shift].iter().flat_map(|v| v.to_array()).find(|x| !x.is_finite());
+            ("motion", worst.unwrap_or_default(), worst.is_none(), "finite numbers")
         }
         Role::Plane { flat: Some(flat), .. } => {
             let expected = "a fraction of the family's size, above 0 and up to 0.1";

@@ -35,6 +35,8 @@ pub enum FaultKind {
     Parted,
     /// A family holds vertices back that the design moves. Counts vertices.
     HeldBack,
+    /// A rigid family is torn from a family that it hangs from. Counts rigid families.
+    Strained,
     /// A wing misses its new profiles. Counts wings.
     MissedProfiles,
     /// Relaxations did not converge. Counts stages.
@@ -51,6 +53,7 @@ impl FaultKind {
             Self::OffSurface => "off-surface",
             Self::Parted => "parted",
             Self::HeldBack => "held-back",
+            Self::Strained => "strained",
             Self::MissedProfiles => "missed-profiles",
             Self::NotConverged => "not-converged",
         }

@@ -66,8 +66,9 @@ pub(super) fn held_back(
     let mut found: BTreeMap<(FamilyId, FamilyId), HeldBack> = BTreeMap::new();
     for &Wanted { family, vertex, displacement: wanted } in wanted {
         let distance = wanted.distance(displacement[vertex as usize]);
-        let (size, edges) =
-            measured.entry(family).or_insert_with(|| (size_of(mesh, surface, family), edges_of(mesh, surface, family)));
+        let (size, edges) = measured
+            .entry(family)
+            .or_insert_with(|| (size_of(mesh, surface, family), surface.shortest_edges(&mesh.vertices, family)));
         if distance <= BACK * *size {
             continue;
         }
@@ -99,20 +100,6 @@ pub(super) fn held_back(
 /// The diagonal of a family's bounding box, in the mesh's unit.
 fn size_of(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> f64 {
     geometry::diagonal(surface.vertices_of(family).iter().map(|&vertex| mesh.vertices[vertex as usize]))
-}
-
-/// The shortest edge of a family's triangles at each of the family's vertices, in the mesh's unit.
-fn edges_of(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> BTreeMap<u32, f64> {
-    let mut shortest = BTreeMap::new();
-    for [a, b, c] in surface.corners_of(family) {
-        for [a, b] in [[a, b], [b, c], [c, a]] {
-            let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]);
-            for end in [a, b] {
-                shortest.entry(end).and_modify(|least: &mut f64| *least = least.min(length)).or_insert(length);
-            }
-        }
-    }
-    shortest
 }
 
 impl Mover {

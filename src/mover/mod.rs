@@ -53,7 +53,7 @@ pub use held_back::{Beyond, HeldBack};
 use outcome::Found;
 pub use outcome::{
     Deviation, FamilyReport, HeldBackSummary, Moved, MovedSection, Outcome, ProfileReport, Solver, StageName,
-    StageQuality, StageRelaxation,
+    StageQuality, StageRelaxation, Strained,
 };
 pub use product_error::{NotDifferentiable, ProductError};
 pub use products::Gradient;
@@ -105,6 +105,11 @@ pub struct Mover {
 /// Largest increase of a wing vertex's distance from its profile in a valid outcome, as a fraction
 /// of the profile's length (about its chord); see [`Missed`](crate::profile::Missed).
 pub const MISSED: f64 = 2e-3;
+
+/// Largest distance of a vertex of a rigid family from where the family's motion has it, as a
+/// fraction of the vertex's shortest edge in the family. Only vertices that another family places
+/// have such a distance, and all of it falls on one row of triangles.
+pub const STRAINED: f64 = 0.2;
 
 impl Mover {
     /// Begins a mover of this mesh; see [`MoverBuilder`].
@@ -409,6 +414,7 @@ impl Mover {
             differentiable: Differentiable::new(kept, path.steps, smoothed.map_or(0, |smoothed| smoothed.moved)),
             off_surface: self.off_surface(&distances_off),
             parted: self.parted(&vertices),
+            strained: self.strained(),
             warnings: self.warnings(&vertices, &held_back, design, &missed, &folded),
             held_back,
             families,

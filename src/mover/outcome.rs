@@ -118,6 +118,9 @@ pub struct Outcome {
     pub parted: BTreeMap<String, Deviation>,
     /// Vertices that the design moves with one family, and that a fixed or prescribed family holds.
     pub held_back: Vec<HeldBack>,
+    /// Rigid families that touch a wing, a prescribed or a fixed family and go elsewhere than the
+    /// shared vertices by more than [`super::STRAINED`] of an edge, by name.
+    pub strained: BTreeMap<String, Strained>,
     /// Number of surface triangles that are turned over against the triangles around them, by
     /// family name. Families without such triangles are left out. See
     /// [`crate::quality::faults::folded`].
@@ -133,6 +136,21 @@ pub struct Outcome {
     pub self_intersecting: Vec<u32>,
     /// Remarks on the result that do not make it invalid.
     pub warnings: Vec<Warning>,
+}
+
+/// The vertex of a rigid family that another family takes farthest from where the rigid motion has
+/// it, by the vertex's shortest edge. Lengths are in the mesh's unit.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Strained {
+    /// The family that places the vertex.
+    pub by: String,
+    /// Original position of the vertex.
+    pub at: DVec3,
+    /// Distance of the vertex from where the rigid motion has it.
+    pub distance: f64,
+    /// The vertex's shortest edge in the rigid family.
+    pub edge: f64,
 }
 
 /// Vertices of a family that deviate from their place by more than is allowed.
@@ -164,6 +182,7 @@ impl Outcome {
             && self.off_surface.is_empty()
             && self.missed.is_empty()
             && self.parted.is_empty()
+            && self.strained.is_empty()
             && self.held_back.iter().all(|held| held.beyond.is_none());
         self.found = Found { is_valid, converged: self.converged };
         self
@@ -190,6 +209,7 @@ impl Outcome {
     /// - Wings have their new profiles within [`super::MISSED`].
     /// - Periodic planes match.
     /// - No vertex is held back by more than its shortest edge.
+    /// - No rigid family is strained by more than [`super::STRAINED`] of an edge.
     ///
     /// A valid mesh may come from relaxations that did not converge; see [`Outcome::converged`].
     /// [`Outcome::check`] tests both.
@@ -261,6 +281,23 @@ pub struct FamilyReport {
     /// Largest change of the vector between two partners of periodic planes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_of_partners: Option<f64>,
+    /// Of an attached or a rigid family: its role.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub role: Option<&'static str>,
+    /// Of an attached family: the largest distance of a vertex of its assembly's root from where
+    /// the root's best rigid motion has it. This is what the family gives way by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
+    /// Of an attached family: largest distance of its vertices from its original surface, carried
+    /// by the root's best rigid motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_distance_to_carried_surface: Option<f64>,
+    /// Of a rigid family: the angle of its turn, in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turn_degrees: Option<f64>,
+    /// Of a rigid family: the shift of the mean of its vertices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift: Option<[f64; 3]>,
     /// Vertices that this family holds although a design moves them with another family.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_back: Option<HeldBackSummary>,

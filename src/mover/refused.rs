@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::fault::{Fault, FaultKind, Place};
 use super::simplex_view::SimplexView;
-use super::{Beyond, Deviation, MISSED, Moved, Outcome, StageName, Warning, warnings::counts};
+use super::{Beyond, Deviation, MISSED, Moved, Outcome, STRAINED, StageName, Strained, Warning, warnings::counts};
 use crate::geometry::triangle_normal;
 use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh, WorstCorner};
 use crate::projection::crossing::crosses;
@@ -184,6 +184,16 @@ impl Outcome {
                 Shortest(short(edge))
             );
             add(FaultKind::HeldBack, held.vertices, Some(Place::new(at, Some(&held.by))), message);
+        }
+        for (family, Strained { by, at, distance, edge }) in &self.strained {
+            let message = format!(
+                "the rigid family `{family}` is torn from `{by}`, at {} by {} where its shortest edge is {}, allowed is \
+                 {STRAINED} of it: a family with the role attached between the two can give way",
+                short_place(*at),
+                Shortest(short(*distance)),
+                Shortest(short(*edge))
+            );
+            add(FaultKind::Strained, 1, Some(Place::new(*at, Some(family))), message);
         }
         for (wing, missed) in &self.missed {
             let at = moved[missed.vertex];

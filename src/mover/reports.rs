@@ -6,12 +6,16 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Design, Deviation, FamilyReport, HeldBack, MISSED, MovedSection, Mover, ProfileReport, Solver};
+use super::{
+    Design, Deviation, FamilyReport, HeldBack, MISSED, MovedSection, Mover, ProfileReport, STRAINED, Solver, Strained,
+};
 use crate::{
-    families::{PlacedBy, shape::FamilyShape},
+    families::{PlacedBy, Role, shape::FamilyShape},
     mesh::{FamilyId, corners::Face},
     profile::{Missed, Plane, Profile, ProfileError, cut, distance},
+    projection::TargetSurface,
     relaxation::Convergence,
+    stages::rigid::{Body, Strain},
 };
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size. A plane family
@@ -126,6 +130,10 @@ impl Mover {
                 reports.entry(name).or_default().max_distance_of_partners = Some(distance);
             }
         }
+        for (name, report) in self.assembly_reports(vertices) {
+            let entry: &mut FamilyReport = reports.entry(name).or_default();
+            *entry = FamilyReport { max_distance_of_partners: entry.max_distance_of_partners, ..report };
+        }
         for held in held_back {
             let entry = reports.entry(held.by.clone()).or_default().held_back.get_or_insert_default();
             entry.vertices += held.vertices;
@@ -139,6 +147,60 @@ impl Mover {
             reports.entry(family.clone()).or_default().pierced_triangles += 1;
         }
         reports
+    }
+
+    /// Motions and deviations of attached and rigid families, by name.
+    ///
+    /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
+    fn assembly_reports(&self, vertices: &[DVec3]) -> Vec<(String, FamilyReport)> {
+        let (families, original) = (&self.families, &self.ordered.vertices);
+        let name = |family: FamilyId| self.mesh.families[family.index()].clone();
+        let mut reports = Vec::new();
+        for (assembly, carried) in families.assemblies.iter().zip(self.stages.rigids.carried()) {
+            let is_attached = |family: &FamilyId| matches!(families.roles[family.index()], Role::Attached { .. });
+            for family in assembly.families.iter().copied().filter(is_attached) {
+                let still = TargetSurface::new(original, self.surface.corners_of(family).collect());
+                let own = self.surface.vertices_of(family).par_iter();
+                let distance = own.map(|&vertex| {
+                    still.closest(carried.motion.back(vertices[vertex as usize])).distance_squared.sqrt()
+                });
+                let report = FamilyReport {
+                    role: Some(families.roles[family.index()].name()),
+                    residual: Some(carried.residual),
+                    max_distance_to_carried_surface: Some(distance.reduce(|| 0.0, f64::max)),
+                    ..FamilyReport::default()
+                };
+                reports.push((name(family), report));
+            }
+        }
+        for body in self.stages.rigids.bodies() {
+            let own = self.surface.vertices_of(body.family);
+            let shifts = own.iter().map(|&vertex| body.motion.displacement(original[vertex as usize]));
+            let shift = shifts.sum::<DVec3>() / own.len().max(1) as f64;
+            let report = FamilyReport {
+                role: Some(families.roles[body.family.index()].name()),
+                turn_degrees: Some(body.motion.angle().to_degrees()),
+                shift: Some(shift.to_array()),
+                ..FamilyReport::default()
+            };
+            reports.push((name(body.family), report));
+        }
+        reports
+    }
+
+    /// Rigid families that are torn from what they touch, by name.
+    pub(super) fn strained(&self) -> BTreeMap<String, Strained> {
+        let of_body = |body: &Body| {
+            let Strain { vertex, distance, edge } = body.strain?;
+            if distance <= STRAINED * edge {
+                return None;
+            }
+            let by = self.families.holder(&self.surface, vertex)?;
+            let name = |family: FamilyId| self.mesh.families[family.index()].clone();
+            let at = self.ordered.vertices[vertex as usize];
+            Some((name(body.family), Strained { by: name(by), at, distance, edge }))
+        };
+        self.stages.rigids.bodies().iter().filter_map(of_body).collect()
     }
 
     /// Deviations of the moved wings from their new profiles, by the name of the wing and of each

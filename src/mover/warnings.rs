@@ -175,8 +175,8 @@ impl Mover {
             (distance > PARTED * self.size_of(pair.families[0])).then_some(Warning::Parted { families, distance, at })
         });
         let loose =
-            self.stages.wingtips.loose().map(|tip| Warning::LooseTip { families: tip.iter().map(name).collect() });
-        let is_loose = |family: &crate::mesh::FamilyId| self.stages.wingtips.loose().any(|tip| tip.contains(family));
+            self.stages.attached.loose().map(|tip| Warning::LooseTip { families: tip.iter().map(name).collect() });
+        let is_loose = |family: &crate::mesh::FamilyId| self.stages.attached.loose().any(|tip| tip.contains(family));
         let misplaced =
             self.families.misplaced.iter().filter(|(family, _)| !is_loose(family)).map(|(family, misplaced)| {
                 let role = &self.families.roles[family.index()];

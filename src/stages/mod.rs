@@ -5,7 +5,8 @@
 //! |---|---|---|---|
 //! | [`wing`] | wing vertices, by their profiles; then junction vertices, back onto their surface | - | 3.1 |
 //! | [`trailing_edge`] | the rest of the trailing edge's boundary curve, then the inside | vertices of the wing | 3.2 |
-//! | [`wingtip`] | the tip's inside, with conservative springs | the tip's boundary | 3.3 |
+//! | [`rigid`] | rigid bodies, with the root of their assembly | - | - |
+//! | [`attached`] | the inside of wingtips and attached families, with conservative springs | their roots, and rigid bodies | 3.3 |
 //! | [`carenage`] | carenage vertices, on their original surface | the carenage's boundary | 3.4 |
 //! | [`planes`] | vertices of plane families, in their planes | the planes' boundary | - |
 //! | [`crate::volume`] | all other vertices, and again those of plane families | the other surfaces | 3.4, last paragraph |
@@ -14,22 +15,24 @@
 //!
 //! A stage is set up once per mesh and run once per design ([`Stage`]). [`Stages`] holds the stages
 //! of a mesh. A vertex on several families belongs to the first of these families in the order
-//! fixed, prescribed, wing, trailing edge, wingtip, carenage, plane ([`PlacedBy`]). The carenages
+//! fixed, prescribed, wing, trailing edge, rigid, attached (with wingtip), carenage, plane ([`PlacedBy`]). The carenages
 //! and planes at the vertex limit its place all the same.
 
+pub mod attached;
 pub mod carenage;
 pub mod planes;
+pub mod rigid;
 pub mod surface_network;
 pub mod trailing_edge;
 pub mod wing;
-pub mod wingtip;
 
 pub use wing::{WingProfiles, Wings};
 
+use attached::AttachedFamilies;
 use carenage::Carenages;
 use planes::Planes;
+use rigid::Rigids;
 use trailing_edge::TrailingEdges;
-use wingtip::Wingtips;
 
 use crate::families::{PlacedBy, SetupError};
 use crate::stage::{Products, SetUp, Stage};
@@ -41,8 +44,10 @@ pub struct Stages {
     pub wings: Wings,
     /// Moves the trailing edges.
     pub trailing_edges: TrailingEdges,
-    /// Moves the wingtips.
-    pub wingtips: Wingtips,
+    /// Moves the rigid bodies.
+    pub rigids: Rigids,
+    /// Moves the wingtips and the attached families.
+    pub attached: AttachedFamilies,
     /// Moves the carenages.
     pub carenages: Carenages,
     /// Moves the plane families.
@@ -75,14 +80,15 @@ impl Stages {
         let shaped = wings.beside_sections();
         let of_surfaces = || {
             let trailing_edges = TrailingEdges::new(set_up)?;
-            let wingtips = Wingtips::new(set_up)?;
+            let attached = AttachedFamilies::new(set_up)?;
             let carenages = Carenages::new(set_up)?;
-            Ok::<_, SetupError>((trailing_edges, wingtips, carenages, Planes::new(set_up)?))
+            Ok::<_, SetupError>((trailing_edges, attached, carenages, Planes::new(set_up)?))
         };
         let (of_surfaces, volume) =
             rayon::join(of_surfaces, || VolumeStage::new(set_up, edge_graph, volume, lowest, &shaped));
-        let (trailing_edges, wingtips, carenages, planes) = of_surfaces?;
-        Ok(Self { wings, trailing_edges, wingtips, carenages, planes, volume: volume? })
+        let (trailing_edges, attached, carenages, planes) = of_surfaces?;
+        let rigids = Rigids::default();
+        Ok(Self { wings, trailing_edges, rigids, attached, carenages, planes, volume: volume? })
     }
 }
 
@@ -107,7 +113,8 @@ pub const STAGES: &[StageRow] = &[
         of: |stages| &mut stages.trailing_edges,
         products: None,
     },
-    StageRow { name: "wingtip", placed_by: PlacedBy::Wingtip, of: |stages| &mut stages.wingtips, products: None },
+    StageRow { name: "rigid", placed_by: PlacedBy::Rigid, of: |stages| &mut stages.rigids, products: None },
+    StageRow { name: "attached", placed_by: PlacedBy::Attached, of: |stages| &mut stages.attached, products: None },
     StageRow { name: "carenage", placed_by: PlacedBy::Carenage, of: |stages| &mut stages.carenages, products: None },
     StageRow {
         name: "planes",

@@ -3,14 +3,16 @@
 //! A design gives the end of the motion only. A straight route would shrink a body that turns:
 //! half-way through half a turn its chord would vanish. So each moved body follows a screw: a
 //! rotation about one axis and a translation along the axis, taken from the body's best rigid
-//! motion. Families of wings, trailing edges and wingtips that touch form one body. The rest of the
-//! body's motion grows in proportion to the progress, in the body's own frame. Vertices of
+//! motion. Families of wings, trailing edges and wingtips that touch form one body. Each rigid family
+//! is a body of its own, and so are the attached families of an assembly. The rest of the body's
+//! motion grows in proportion to the progress, in the body's own frame. Vertices of
 //! carenages and planes go straight. Vertices on carenages or planes are put back on them at each
 //! step.
 //!
 //! A rotation is known up to full turns only. The route takes the shorter way, at most half a turn.
 //! The paper moves in one step.
 
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
@@ -39,11 +41,12 @@ impl Bodies {
     pub fn new(set_up: &SetUp) -> Self {
         let SetUp { surface, families, .. } = *set_up;
         let is_body = |placed_by: PlacedBy| {
-            matches!(placed_by, PlacedBy::Prescribed | PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Wingtip)
+            matches!(placed_by, PlacedBy::Prescribed | PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Attached)
         };
+        let hung: BTreeSet<FamilyId> = families.hung().flat_map(|assembly| &assembly.families).copied().collect();
         let mut bodies: Vec<Vec<u32>> = Vec::new();
         for index in 0..families.roles.len() {
-            if !is_body(families.roles[index].placed_by()) {
+            if !is_body(families.roles[index].placed_by()) || hung.contains(&FamilyId(index as u16)) {
                 continue;
             }
             let own = |vertex: &u32| is_body(families.placed_by[*vertex as usize]);
@@ -59,6 +62,16 @@ impl Bodies {
                 !joined
             });
             bodies.push(body);
+        }
+        for assembly in families.hung() {
+            let placed = |family: FamilyId, by: PlacedBy| {
+                let own = surface.vertices_of(family).iter().copied();
+                own.filter(move |&vertex| families.placed_by[vertex as usize] == by)
+            };
+            let rigid = assembly.families.iter().map(|&family| placed(family, PlacedBy::Rigid).collect());
+            let attached = assembly.families.iter().flat_map(|&family| placed(family, PlacedBy::Attached));
+            let attached: BTreeSet<u32> = attached.collect();
+            bodies.extend(rigid.chain([attached.into_iter().collect()]).filter(|body: &Vec<u32>| !body.is_empty()));
         }
         let others = (0..families.placed_by.len() as u32)
             .filter(|&vertex| matches!(families.placed_by[vertex as usize], PlacedBy::Carenage | PlacedBy::Plane))

@@ -1,0 +1,235 @@
+//! [`Assembly`]: families that hang together from a wing, and the motion of their root.
+//!
+//! Families with the roles wingtip, attached and rigid that share vertices are one assembly, such
+//! as a pylon with its nacelle, or a winglet with its end. The *root* of an assembly are its
+//! vertices that earlier stages place: those that it shares with wings, trailing edges, prescribed
+//! and fixed families. For each design the best rigid motion of the root carries the assembly. The
+//! paper names such parts as future work.
+//!
+//! # Planes
+//!
+//! An assembly that touches a plane, such as a keel on the symmetry plane, must not leave it. The
+//! root's mirror image behind the plane counts in the fit like the root itself. The best motion of
+//! a set and its mirror image is symmetric, so it keeps the plane.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::{DQuat, DVec3};
+
+use super::{Families, PlacedBy, RigidMotion, Role, SetupError, TipStart, shape::FamilyShape};
+use crate::geometry::fitted_motion::FittedMotion;
+use crate::mesh::{
+    FamilyId, TetMesh,
+    half_edge::{Surface, next},
+};
+
+/// The root must extend off its longest line by more than this fraction of the line's length, or its
+/// rotation is unknown.
+const THIN: f64 = 1e-3;
+
+/// A motion that a user gives may leave a plane by this fraction of the family's distance from the
+/// axis, or of the shift.
+const OFF_PLANE: f64 = 1e-9;
+
+/// Families that hang together. Made once per mesh.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    /// The families, ascending.
+    pub families: Vec<FamilyId>,
+    /// The vertices that earlier stages place, ascending. The weight of each in the best motion is
+    /// half the length of the assembly's boundary edges at the vertex, so that a finer part of the
+    /// boundary does not count more.
+    pub root: Vec<(u32, f64)>,
+    /// A point and the unit normal of each plane family that the assembly touches.
+    planes: Vec<(DVec3, DVec3)>,
+}
+
+impl Assembly {
+    /// The assemblies of a mesh, in the order of their last families.
+    ///
+    /// # Errors
+    /// See [`Assembly::check`].
+    pub(super) fn all(mesh: &TetMesh, surface: &Surface, families: &Families) -> Result<Vec<Self>, SetupError> {
+        let assemblies = joined(surface, &families.roles).into_iter().map(|members| {
+            let assembly = Self::new(mesh, surface, families, members);
+            assembly.check(mesh, surface, &families.roles)?;
+            Ok(assembly)
+        });
+        assemblies.collect()
+    }
+
+    fn new(mesh: &TetMesh, surface: &Surface, families: &Families, members: Vec<FamilyId>) -> Self {
+        let vertices: BTreeSet<u32> = members.iter().flat_map(|&family| surface.vertices_of(family)).copied().collect();
+        let is_root = |vertex: &&u32| families.placed_by[**vertex as usize] < PlacedBy::Rigid;
+        let lengths = boundary_lengths(mesh, surface, &members);
+        let root: Vec<u32> = vertices.iter().filter(is_root).copied().collect();
+        // If an assembly touches the wing only in single vertices, no boundary edge gives these
+        // vertices a weight.
+        let even = root.iter().all(|vertex| !lengths.contains_key(vertex));
+        let weight = |vertex: u32| if even { 1.0 } else { lengths.get(&vertex).copied().unwrap_or(0.0) };
+        let touched = families.shapes.iter().enumerate().filter_map(|(index, shape)| match shape {
+            Some(FamilyShape::Plane(point, normal)) => {
+                let own = surface.vertices_of(FamilyId(index as u16));
+                own.iter().any(|vertex| vertices.contains(vertex)).then_some((*point, *normal))
+            }
+            _ => None,
+        });
+        Self {
+            planes: touched.collect(),
+            root: root.iter().map(|&vertex| (vertex, weight(vertex))).collect(),
+            families: members,
+        }
+    }
+
+    /// Refuses an assembly whose motion is not known.
+    ///
+    /// # Errors
+    /// - [`SetupError::NoRoot`]: attached families, or rigid ones that follow their root, have none
+    /// - [`SetupError::ThinRoot`]: the root lies on a line, so its rotation is unknown
+    /// - [`SetupError::LeavesPlane`]: a given motion leaves a plane that the family touches
+    fn check(&self, mesh: &TetMesh, surface: &Surface, roles: &[Role]) -> Result<(), SetupError> {
+        let role = |family: FamilyId| &roles[family.index()];
+        let name = |family: FamilyId| mesh.families[family.index()].clone();
+        // A wingtip without a root stays, and a warning says so.
+        let follows = |&&family: &&FamilyId| {
+            let own = matches!(role(family), Role::Rigid { motion: RigidMotion::None | RigidMotion::Given { .. } });
+            !own && !matches!(role(family), Role::Wingtip { .. })
+        };
+        if self.root.is_empty()
+            && let Some(&family) = self.families.iter().find(follows)
+        {
+            return Err(SetupError::NoRoot { family: name(family), role: role(family).name() });
+        }
+        let turns = |&&family: &&FamilyId| {
+            let of_root = Role::Rigid { motion: RigidMotion::Root };
+            *role(family) == of_root || matches!(role(family), Role::Attached { start: TipStart::Rigid, .. })
+        };
+        if let Some(&family) = self.families.iter().find(turns)
+            && self.is_thin(mesh)
+        {
+            return Err(SetupError::ThinRoot { family: name(family), vertices: self.root.len() });
+        }
+        for &family in &self.families {
+            let Role::Rigid { motion: motion @ RigidMotion::Given { .. } } = role(family) else { continue };
+            let given = given(motion);
+            for &(point, normal) in &self.planes {
+                let off = |&vertex: &u32| {
+                    let at = mesh.vertices[vertex as usize];
+                    let moved = given.displacement(at);
+                    normal.dot(moved).abs() > OFF_PLANE * (at.distance(point) + moved.length())
+                };
+                if surface.vertices_of(family).iter().any(off) {
+                    return Err(SetupError::LeavesPlane { family: name(family), normal });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the root and its mirror images lie on a line.
+    fn is_thin(&self, mesh: &TetMesh) -> bool {
+        let points: Vec<DVec3> = self.pairs(mesh, &|_| DVec3::ZERO).into_iter().map(|pair| pair.0).collect();
+        let farthest = |distance: &dyn Fn(DVec3) -> f64| points.iter().map(|&at| distance(at)).fold(0.0, f64::max);
+        let first = points[0];
+        let length = farthest(&|at| at.distance(first));
+        let last = points.iter().find(|at| at.distance(first) == length).copied().unwrap_or(first);
+        let along = (last - first).normalize_or_zero();
+        farthest(&|at| (at - first).reject_from_normalized(along).length()) <= THIN * length
+    }
+
+    /// The root's vertices before and after their displacement, with their weights, and the same
+    /// behind each plane.
+    fn pairs(&self, mesh: &TetMesh, displacement: &dyn Fn(u32) -> DVec3) -> Vec<(DVec3, DVec3, f64)> {
+        let pair = |&(vertex, weight): &(u32, f64)| {
+            let from = mesh.vertices[vertex as usize];
+            (from, from + displacement(vertex), weight)
+        };
+        let mut pairs: Vec<(DVec3, DVec3, f64)> = self.root.iter().map(pair).collect();
+        for &(point, normal) in &self.planes {
+            let mirrored = |at: DVec3| at - 2.0 * normal.dot(at - point) * normal;
+            let images: Vec<_> =
+                pairs.iter().map(|&(from, to, weight)| (mirrored(from), mirrored(to), weight)).collect();
+            pairs.extend(images);
+        }
+        pairs
+    }
+
+    /// Whether a vertex of the root moves.
+    ///
+    /// - `displacement` `[n_vertices]`
+    pub fn root_moves(&self, displacement: &[DVec3]) -> bool {
+        self.root.iter().any(|&(vertex, _)| displacement[vertex as usize] != DVec3::ZERO)
+    }
+
+    /// The best motion of the root. The identity, to the last bit, if the root does not move.
+    ///
+    /// - `displacement` `[n_vertices]`: in the mesh's unit
+    pub fn carried(&self, mesh: &TetMesh, displacement: &[DVec3], start: TipStart) -> FittedMotion {
+        if start == TipStart::Original || !self.root_moves(displacement) {
+            return FittedMotion::identity();
+        }
+        let pairs = self.pairs(mesh, &|vertex| displacement[vertex as usize]);
+        if start == TipStart::Rigid { FittedMotion::rigid(&pairs) } else { FittedMotion::affine(&pairs) }
+    }
+
+    /// The motion of a rigid family of the assembly.
+    ///
+    /// - `displacement` `[n_vertices]`: in the mesh's unit
+    pub fn rigid_motion(&self, mesh: &TetMesh, displacement: &[DVec3], motion: &RigidMotion) -> FittedMotion {
+        match motion {
+            RigidMotion::Root => self.carried(mesh, displacement, TipStart::Rigid),
+            RigidMotion::Translation if self.root_moves(displacement) => {
+                FittedMotion::translation(&self.pairs(mesh, &|vertex| displacement[vertex as usize]))
+            }
+            RigidMotion::Translation | RigidMotion::None => FittedMotion::identity(),
+            RigidMotion::Given { .. } => given(motion),
+        }
+    }
+}
+
+/// The motion that a user gives; the identity for every other.
+fn given(motion: &RigidMotion) -> FittedMotion {
+    match *motion {
+        RigidMotion::Given { turn, about, shift } => {
+            let angle = turn.map(f64::to_radians);
+            FittedMotion::turn(DQuat::from_scaled_axis(angle), about, shift)
+        }
+        _ => FittedMotion::identity(),
+    }
+}
+
+/// The families of assemblies in sets of families that touch, each set ascending.
+fn joined(surface: &Surface, roles: &[Role]) -> Vec<Vec<FamilyId>> {
+    let mut sets: Vec<(Vec<FamilyId>, BTreeSet<u32>)> = Vec::new();
+    for (index, role) in roles.iter().enumerate() {
+        if !matches!(role.placed_by(), PlacedBy::Rigid | PlacedBy::Attached) {
+            continue;
+        }
+        let family = FamilyId(index as u16);
+        let mut set = (vec![family], surface.vertices_of(family).iter().copied().collect::<BTreeSet<u32>>());
+        sets.retain_mut(|(others, vertices)| {
+            let apart = vertices.is_disjoint(&set.1);
+            if !apart {
+                set.0.append(others);
+                set.1.append(vertices);
+            }
+            apart
+        });
+        set.0.sort_unstable();
+        sets.push(set);
+    }
+    sets.into_iter().map(|(set, _)| set).collect()
+}
+
+/// For each vertex of the boundary of an assembly, half the length of the boundary edges at the
+/// vertex, in the mesh's unit.
+fn boundary_lengths(mesh: &TetMesh, surface: &Surface, members: &[FamilyId]) -> BTreeMap<u32, f64> {
+    let mut lengths = BTreeMap::new();
+    let loops = members.iter().flat_map(|&family| surface.boundary_loops(family)).flatten();
+    for half_edge in loops.filter(|&half_edge| !members.contains(&surface.family_behind(half_edge))) {
+        let ends = [surface.origin(half_edge), surface.origin(next(half_edge))];
+        let [a, b] = ends.map(|vertex| mesh.vertices[vertex as usize]);
+        ends.iter().for_each(|&end| *lengths.entry(end).or_default() += 0.5 * a.distance(b));
+    }
+    lengths
+}

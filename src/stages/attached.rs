@@ -1,0 +1,185 @@
+//! Stage attached (paper 3.3): the inside of wingtips and of attached families moves by longitudinal
+//! springs along the edges and a conservative spring at every inner vertex.
+//!
+//! The paper moves wingtips so. Pylons, fairings and winglets without profiles are moved alike, but
+//! their start is rigid, so that they keep their shape.
+//!
+//! # The coefficient
+//!
+//! The paper gives a stiffness coefficient `c` in `[0, 1]`, "the greater, the more deformable", and
+//! no formula. Read literally, a displacement is `c` times the mean of the neighbours'
+//! displacements. The motion of the boundary would then die away over a number of *rings of
+//! triangles*. On a fine mesh with `c = 0.5` the first ring would take most of the motion and fold.
+//! Here the motion dies away over a length that does not depend on the mesh:
+//!
+//! `reach = w sqrt(c / (1 - c))`, with `w` the family's mean width, twice its area over its perimeter
+//!
+//! With `c = 1` there are no conservative springs. With `c = 0` the inside keeps its start.
+//!
+//! # The start
+//!
+//! The paper's conservative springs pull a vertex to its original position. Such springs would pull
+//! the tip of a wing that is bent up back down. Here the best affine (or rigid) motion of the root
+//! of the [`Assembly`] is subtracted first. All springs, the longitudinal ones too, act on the remaining
+//! displacement, and the subtracted motion is added in the end. So a tip that is only turned or
+//! stretched keeps the shapes of its triangles with every coefficient. [`TipStart`] selects the
+//! motion, or the paper's own form.
+//!
+//! # Several families
+//!
+//! The wingtips and attached families of an assembly have one network and one start. So a family
+//! that borders on no wing follows its neighbours. The network holds the root and the vertices of
+//! rigid families. Each wingtip has its own width. The attached families of an assembly have the width
+//! of them all, so that the narrow trailing edge of a winglet gives way as the winglet does. Vertices on
+//! several families have the smallest reach.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::surface_network::SurfaceNetwork;
+use crate::families::{Assembly, PlacedBy, Role, SetupError, TipStart};
+use crate::mesh::Displacement;
+use crate::stage::{SetUp, Stage, StageError};
+use crate::{
+    constraint::Constraint,
+    geometry::triangle_normal,
+    mesh::{
+        FamilyId, TetMesh,
+        half_edge::{Surface, next},
+    },
+    relaxation::Convergence,
+};
+
+/// The wingtips and attached families of a mesh.
+pub struct AttachedFamilies {
+    sets: Vec<Attached>,
+}
+
+/// The wingtips and attached families of one assembly.
+struct Attached {
+    /// The number of the assembly.
+    assembly: usize,
+    families: Vec<FamilyId>,
+    start: TipStart,
+    /// Vertices of these families that earlier stages place.
+    placed: Vec<u32>,
+    inside: Vec<u32>,
+    network: SurfaceNetwork,
+}
+
+impl AttachedFamilies {
+    /// Sets up one network for each assembly.
+    ///
+    /// # Errors
+    /// - [`SetupError::TipStarts`]: families of one assembly have different starts
+    /// - [`SetupError::Backend`]: the backend failed
+    pub fn new(set_up: &SetUp) -> Result<Self, SetupError> {
+        let sets = set_up.families.assemblies.iter().enumerate().filter_map(|(index, assembly)| {
+            let is_attached =
+                |family: &FamilyId| set_up.families.roles[family.index()].placed_by() == PlacedBy::Attached;
+            let own: Vec<FamilyId> = assembly.families.iter().copied().filter(is_attached).collect();
+            (!own.is_empty()).then(|| Attached::new(set_up, index, own))
+        });
+        Ok(Self { sets: sets.collect::<Result<_, SetupError>>()? })
+    }
+
+    /// The families of each assembly that no vertex of an earlier stage moves.
+    pub fn loose(&self) -> impl Iterator<Item = &[FamilyId]> {
+        self.sets.iter().filter(|set| set.placed.is_empty()).map(|set| &set.families[..])
+    }
+}
+
+impl Stage for AttachedFamilies {
+    fn run(
+        &mut self,
+        set_up: &SetUp,
+        displacement: &mut Displacement,
+        _: &dyn Fn(&str),
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, families, stopping, .. } = set_up;
+        let mut convergence = Convergence::nothing_to_do();
+        for set in &mut self.sets {
+            // The families stay where they are if nothing that holds them moves, or if nothing
+            // holds them.
+            if set.placed.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
+                continue;
+            }
+            let assembly: &Assembly = &families.assemblies[set.assembly];
+            let start = assembly.carried(mesh, displacement, set.start);
+            // The conservative springs pull to displacement zero, so the best motion is subtracted.
+            let carried = |vertex: u32| start.displacement(mesh.vertices[vertex as usize]);
+            let given: Vec<DVec3> = set.placed.iter().map(|&vertex| displacement[vertex as usize]).collect();
+            for &vertex in &set.placed {
+                displacement[vertex as usize] -= carried(vertex);
+            }
+            convergence = convergence.and(set.network.relax(displacement, stopping)?);
+            for (&vertex, given) in set.placed.iter().zip(given) {
+                displacement[vertex as usize] = given;
+            }
+            for &vertex in &set.inside {
+                let at = mesh.vertices[vertex as usize];
+                let moved = at + displacement[vertex as usize] + carried(vertex);
+                displacement[vertex as usize] = families.settle(vertex, moved) - at;
+            }
+        }
+        Ok(convergence)
+    }
+}
+
+impl Attached {
+    fn new(set_up: &SetUp, assembly: usize, own: Vec<FamilyId>) -> Result<Self, SetupError> {
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
+        let of = |family: FamilyId| match families.roles[family.index()] {
+            Role::Wingtip { coefficient, start } | Role::Attached { coefficient, start } => (coefficient, start),
+            _ => unreachable!("only wingtips and attached families are placed by this stage"),
+        };
+        let start = of(own[0]).1;
+        if let Some(&other) = own.iter().find(|&&family| of(family).1 != start) {
+            let name = |family: FamilyId| mesh.families[family.index()].clone();
+            return Err(SetupError::TipStarts { family: name(own[0]), other: name(other) });
+        }
+        // A coefficient of 0 would need infinitely stiff springs. Such vertices are held at their
+        // start instead.
+        let mut reach: BTreeMap<u32, f64> = BTreeMap::new();
+        let is_tip = |family: &FamilyId| matches!(families.roles[family.index()], Role::Wingtip { .. });
+        let attached: Vec<FamilyId> = own.iter().copied().filter(|family| !is_tip(family)).collect();
+        for family in &own {
+            let coefficient = of(*family).0;
+            let width = if coefficient > 0.0 {
+                let of_width = if is_tip(family) { std::slice::from_ref(family) } else { &attached };
+                mean_width(mesh, surface, of_width) * (coefficient / (1.0 - coefficient)).sqrt()
+            } else {
+                0.0
+            };
+            let family = *family;
+            for &vertex in surface.vertices_of(family) {
+                reach.entry(vertex).and_modify(|reach| *reach = reach.min(width)).or_insert(width);
+            }
+        }
+        let is_inside = |vertex: u32| families.placed_by[vertex as usize] == PlacedBy::Attached;
+        let (inside, placed): (Vec<u32>, Vec<u32>) = reach.keys().partition(|&&vertex| is_inside(vertex));
+        let constraint = |vertex: u32| {
+            let free = is_inside(vertex) && reach[&vertex] > 0.0;
+            if free { families.plane_constraint(vertex) } else { Constraint::Held }
+        };
+        let edges = surface.edges_of(own.iter().flat_map(|&family| surface.triangles_of(family)));
+        let network =
+            SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
+        Ok(Self { assembly, families: own, start, placed, inside, network })
+    }
+}
+
+/// Mean width of a set of families in the mesh's unit: twice their area over the length of their
+/// common boundary. For a long strip this is the strip's width.
+fn mean_width(mesh: &TetMesh, surface: &Surface, families: &[FamilyId]) -> f64 {
+    let at = |vertex: u32| mesh.vertices[vertex as usize];
+    let corners = families.iter().flat_map(|&family| surface.corners_of(family));
+    let area: f64 = corners.map(|corners| 0.5 * triangle_normal(corners.map(at)).length()).sum();
+    let loops = families.iter().flat_map(|&family| surface.boundary_loops(family)).flatten();
+    let perimeter: f64 = loops
+        .filter(|&half_edge| families.len() == 1 || !families.contains(&surface.family_behind(half_edge)))
+        .map(|half_edge| at(surface.origin(half_edge)).distance(at(surface.origin(next(half_edge)))))
+        .sum();
+    2.0 * area / perimeter
+}

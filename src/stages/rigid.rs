@@ -1,0 +1,111 @@
+//! Stage rigid: bodies such as nacelles move without a change of their shape.
+//!
+//! Each family with the role rigid goes with the best rigid motion of its assembly's root, with
+//! the root's mean displacement, or with the motion that its user gives ([`RigidMotion`](crate::families::RigidMotion)). Its
+//! vertices keep their distances to rounding. Vertices of the root belong to the wing, whatever the
+//! motion: a body without a pylon gives way there, which [`Body::strain`] measures.
+//!
+//! The paper has no such stage.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::families::{PlacedBy, Role, TipStart};
+use crate::geometry::fitted_motion::FittedMotion;
+use crate::mesh::{Displacement, FamilyId};
+use crate::relaxation::Convergence;
+use crate::stage::{SetUp, Stage, StageError};
+
+/// All rigid families of a mesh, and the motions of the assemblies in the last run.
+#[derive(Default)]
+pub struct Rigids {
+    carried: Vec<Carried>,
+    bodies: Vec<Body>,
+}
+
+/// The best rigid motion of an assembly's root.
+#[derive(Clone, Copy)]
+pub struct Carried {
+    /// The motion.
+    pub motion: FittedMotion,
+    /// Largest distance of a root vertex from where the motion has it, in the mesh's unit.
+    pub residual: f64,
+}
+
+/// A rigid family and its motion.
+pub struct Body {
+    /// The family.
+    pub family: FamilyId,
+    /// The motion.
+    pub motion: FittedMotion,
+    /// The root vertex of the family that is farthest from where the motion has it, by its
+    /// shortest edge. `None` if the family has no vertex of the root.
+    pub strain: Option<Strain>,
+}
+
+/// A vertex of a rigid family that an earlier stage places elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strain {
+    /// The vertex, in the mover's order.
+    pub vertex: u32,
+    /// Its distance from where the family's motion has it, in the mesh's unit.
+    pub distance: f64,
+    /// The vertex's shortest edge in the family, in the mesh's unit.
+    pub edge: f64,
+}
+
+impl Rigids {
+    /// The best rigid motions of the assemblies, in the order of
+    /// [`Families::assemblies`](crate::families::Families::assemblies).
+    pub fn carried(&self) -> &[Carried] {
+        &self.carried
+    }
+
+    /// The rigid families, in the order of their assemblies.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+}
+
+impl Stage for Rigids {
+    fn run(
+        &mut self,
+        set_up: &SetUp,
+        displacement: &mut Displacement,
+        _: &dyn Fn(&str),
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, surface, families, .. } = *set_up;
+        (self.carried, self.bodies) = Default::default();
+        for assembly in &families.assemblies {
+            let off = |motion: &FittedMotion, displacement: &[DVec3], vertex: u32| {
+                motion.displacement(mesh.vertices[vertex as usize]).distance(displacement[vertex as usize])
+            };
+            let motion = assembly.carried(mesh, displacement, TipStart::Rigid);
+            let residual = assembly.root.iter().map(|&(vertex, _)| off(&motion, displacement, vertex));
+            self.carried.push(Carried { motion, residual: residual.fold(0.0, f64::max) });
+            // The root's displacement is that of earlier stages, so no family changes the motion of
+            // another.
+            for &family in &assembly.families {
+                let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
+                let motion = assembly.rigid_motion(mesh, displacement, motion);
+                let own = surface.vertices_of(family);
+                for &vertex in own.iter().filter(|&&vertex| families.placed_by[vertex as usize] == PlacedBy::Rigid) {
+                    displacement[vertex as usize] = motion.displacement(mesh.vertices[vertex as usize]);
+                }
+                let root = own.iter().filter(|&&vertex| families.placed_by[vertex as usize] < PlacedBy::Rigid);
+                let root: Vec<u32> = root.copied().collect();
+                let edges =
+                    if root.is_empty() { BTreeMap::new() } else { surface.shortest_edges(&mesh.vertices, family) };
+                let strain = |vertex: u32| {
+                    let edge = edges[&vertex];
+                    Strain { vertex, distance: off(&motion, displacement, vertex), edge }
+                };
+                let ratio = |strain: &Strain| strain.distance / strain.edge;
+                let strain = root.into_iter().map(strain).max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+                self.bodies.push(Body { family, motion, strain });
+            }
+        }
+        Ok(Convergence::nothing_to_do())
+    }
+}

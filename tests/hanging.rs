@@ -1,0 +1,237 @@
+//! Parts that hang from a wing: a pylon with its nacelle, and flap track fairings.
+//!
+//! The allowed distances are those that prototypes in another language measured on the same meshes
+//! and profiles, with a margin.
+
+mod common;
+
+use std::collections::HashMap;
+
+use common::aircraft::{Anyway, cpu, file, role, triangles_of, vertices_of};
+use glam::{DQuat, DVec3};
+use idmesh::families::{RigidMotion, Role, SetupError, TipStart};
+use idmesh::geometry::fitted_motion::FittedMotion;
+use idmesh::mesh::TetMesh;
+use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome};
+use idmesh::profile::{Profile, csv};
+
+const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid };
+
+fn rigid(motion: RigidMotion) -> Role {
+    Role::Rigid { motion }
+}
+
+fn mesh(name: &str) -> TetMesh {
+    idmesh::formats::read(&file(&format!("tests/data/aircraft/{name}.msh.gz"))).unwrap().mesh
+}
+
+fn profiles(mesh: &str, set: &str) -> Vec<Profile> {
+    let path = file(&format!("tests/data/aircraft/{mesh}/{set}.csv"));
+    csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap()
+}
+
+/// The usual roles, and others for the parts, with default settings.
+fn builder(name: &str, parts: &[(&str, Role)]) -> MoverBuilder {
+    let mesh = mesh(name);
+    let usual: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
+    let mut builder = Mover::builder(mesh).old_profiles("wing", profiles(name, "old"));
+    for (family, role) in
+        usual.iter().map(|(name, role)| (name.as_str(), role)).chain(parts.iter().map(|(n, r)| (*n, r)))
+    {
+        builder = builder.role(family, role.clone());
+    }
+    builder
+}
+
+fn mover(name: &str, parts: &[(&str, Role)]) -> Mover {
+    builder(name, parts).build(cpu()).unwrap()
+}
+
+fn update(mover: &mut Mover, new: Vec<Profile>) -> Outcome {
+    mover.update(&Design::of_wing("wing", new)).unwrap()
+}
+
+/// Largest distance of a family's vertices from their own best rigid motion.
+fn off_rigid(mesh: &TetMesh, moved: &[DVec3], family: &str) -> f64 {
+    let pairs: Vec<_> =
+        vertices_of(mesh, family).into_iter().map(|vertex| (mesh.vertices[vertex], moved[vertex], 1.0)).collect();
+    let motion = FittedMotion::rigid(&pairs);
+    pairs.iter().map(|&(from, to, _)| (from + motion.displacement(from)).distance(to)).fold(0.0, f64::max)
+}
+
+/// The largest change of the angle between two triangles that share an edge, in degrees.
+fn largest_kink(mesh: &TetMesh, moved: &[DVec3], families: &[&str]) -> f64 {
+    let mut behind: HashMap<[usize; 2], [usize; 3]> = HashMap::new();
+    let mut largest: f64 = 0.0;
+    for triangle in families.iter().flat_map(|family| triangles_of(mesh, family)) {
+        let [a, b, c] = triangle;
+        for [a, b] in [[a, b], [b, c], [c, a]] {
+            let Some(other) = behind.insert([a.min(b), a.max(b)], triangle) else { continue };
+            let angle = |at: &[DVec3]| {
+                let [one, two] = [triangle, other].map(|t| {
+                    let [a, b, c] = t.map(|vertex| at[vertex]);
+                    (b - a).cross(c - a)
+                });
+                one.angle_between(two).to_degrees()
+            };
+            largest = largest.max((angle(moved) - angle(&mesh.vertices)).abs());
+        }
+    }
+    largest
+}
+
+#[test]
+fn a_nacelle_goes_with_its_wing() {
+    let mut mover = mover("nacelle", &[("pylon", ATTACHED), ("nacelle", rigid(RigidMotion::Root))]);
+    let size = 40.0;
+    for (set, turn, off) in
+        [("small", 0.87, 0.0006), ("big", 1.43, 0.0055), ("planform", 3.37, 0.020), ("twist", 3.19, 0.0006)]
+    {
+        let outcome = update(&mut mover, profiles("nacelle", set));
+        outcome.check().unwrap_or_else(|refused| panic!("{set}: {refused}"));
+        let last = outcome.stages.last().unwrap();
+        assert!(last.beta_min >= 0.0029 && last.beta_mean >= 0.0474, "{set}: {last:?}");
+        assert!(outcome.folded.is_empty(), "{set}: {:?}", outcome.folded);
+        let (mesh, moved) = (mover.mesh(), outcome.vertices());
+        assert!(off_rigid(mesh, moved, "nacelle") <= 1e-12 * size, "{set}: {:e}", off_rigid(mesh, moved, "nacelle"));
+        let nacelle = outcome.families["nacelle"];
+        assert_eq!(nacelle.role, Some("rigid"));
+        assert!((nacelle.turn_degrees.unwrap() - turn).abs() <= 0.05, "{set}: {nacelle:?}");
+        let pylon = outcome.families["pylon"];
+        assert_eq!(pylon.role, Some("attached"));
+        assert!(pylon.max_distance_to_carried_surface.unwrap() <= off, "{set}: {pylon:?}");
+        assert!(off_rigid(mesh, moved, "pylon") <= 1.5 * off, "{set}: {:e}", off_rigid(mesh, moved, "pylon"));
+        let kink = largest_kink(mesh, moved, &["pylon", "nacelle", "wing"]);
+        assert!(kink < 60.0, "{set}: {kink}");
+    }
+}
+
+/// The pylon's role changes nothing of the wing, and unchanged profiles move nothing at all.
+#[test]
+fn the_wing_wins() {
+    let new = profiles("nacelle", "planform");
+    let tip = Role::Wingtip { coefficient: 0.5, start: TipStart::Affine };
+    let mut hung = mover("nacelle", &[("pylon", ATTACHED), ("nacelle", rigid(RigidMotion::Root))]);
+    let outcome = update(&mut hung, new.clone());
+    // Springs of the volume move no vertex of the surface, and local optimisation would.
+    assert!(outcome.smoothed.is_none());
+    let as_tip = update(&mut mover("nacelle", &[("pylon", tip), ("nacelle", Role::Fixed)]), new);
+    let wing = vertices_of(hung.mesh(), "wing");
+    let pylon = vertices_of(hung.mesh(), "pylon");
+    let shared: Vec<usize> = pylon.into_iter().filter(|vertex| wing.binary_search(vertex).is_ok()).collect();
+    assert!(shared.len() > 20);
+    for vertex in shared {
+        assert_eq!(outcome.displacement()[vertex], as_tip.displacement()[vertex]);
+    }
+    let still = update(&mut hung, profiles("nacelle", "old"));
+    assert_eq!(still.vertices(), hung.mesh().vertices);
+}
+
+#[test]
+fn a_nacelle_keeps_its_attitude_or_stays() {
+    let mover_of = |motion| mover("nacelle", &[("pylon", ATTACHED), ("nacelle", rigid(motion))]);
+    for set in ["planform", "twist"] {
+        let mut shifted = mover_of(RigidMotion::Translation);
+        let outcome = update(&mut shifted, profiles("nacelle", set));
+        outcome.check().unwrap();
+        let report = outcome.families["nacelle"];
+        assert_eq!(report.turn_degrees, Some(0.0));
+        let shift = DVec3::from(report.shift.unwrap());
+        assert!(shift.length() > 0.001);
+        for vertex in vertices_of(shifted.mesh(), "nacelle") {
+            assert!(outcome.displacement()[vertex].distance(shift) < 1e-14);
+        }
+        let mut still = mover_of(RigidMotion::None);
+        let outcome = update(&mut still, profiles("nacelle", set));
+        outcome.check().unwrap();
+        for vertex in vertices_of(still.mesh(), "nacelle") {
+            assert_eq!(outcome.vertices()[vertex], still.mesh().vertices[vertex]);
+        }
+    }
+}
+
+/// Three degrees nose up and lower, about a point of the junction; and moved so far inwards that
+/// the pylon closes on the nacelle.
+#[test]
+fn a_nacelle_is_moved_against_its_wing() {
+    let (turn, about) = (DVec3::new(0.0, 3.0, 0.0), DVec3::new(0.4, 1.6, -0.56));
+    let shift = DVec3::new(0.0, 0.0, -0.05);
+    let given = |turn, shift| [("pylon", ATTACHED), ("nacelle", rigid(RigidMotion::Given { turn, about, shift }))];
+    let mut lower = mover("nacelle", &given(turn, shift));
+    let outcome = update(&mut lower, profiles("nacelle", "small"));
+    outcome.check().unwrap();
+    assert!(outcome.stages.last().unwrap().beta_min >= 0.0029, "{:?}", outcome.stages);
+    let rotation = DQuat::from_rotation_y(3f64.to_radians());
+    for vertex in vertices_of(lower.mesh(), "nacelle") {
+        let there = about + rotation * (lower.mesh().vertices[vertex] - about) + shift;
+        assert!(outcome.vertices()[vertex].distance(there) < 1e-13);
+    }
+    let mut closing = mover("nacelle", &given(-turn, DVec3::new(0.05, 0.0, 0.03)));
+    let refused = update(&mut closing, profiles("nacelle", "small")).check().unwrap_err();
+    assert!(refused.message.contains("pylon") && refused.message.contains("nacelle"), "{refused}");
+}
+
+#[test]
+fn fairings_keep_their_shape() {
+    let mut mover = mover("fairings", &[("fairing_1", ATTACHED), ("fairing_2", ATTACHED)]);
+    for (set, off) in [("small", 0.0035), ("big", 0.0063), ("planform", 0.031), ("twist", 0.0010)] {
+        let outcome = update(&mut mover, profiles("fairings", set));
+        outcome.check().unwrap_or_else(|refused| panic!("{set}: {refused}"));
+        assert!(outcome.stages.last().unwrap().beta_min >= 0.0069, "{set}: {:?}", outcome.stages.last());
+        for fairing in ["fairing_1", "fairing_2"] {
+            let surface = outcome.families[fairing].max_distance_to_carried_surface.unwrap();
+            assert!(surface <= off && surface > 0.0, "{set}: {fairing} {surface}");
+            // Along the surface vertices may go a little farther.
+            let own = off_rigid(mover.mesh(), outcome.vertices(), fairing);
+            assert!(own <= 1.5 * off, "{set}: {fairing} {own}");
+        }
+    }
+}
+
+/// Profiles that turn and shift as one body take pylon and nacelle with them as one body.
+#[test]
+fn a_rigid_motion_of_the_wing_is_the_assemblys() {
+    let mut mover = mover("nacelle", &[("pylon", ATTACHED), ("nacelle", rigid(RigidMotion::Root))]);
+    let shift = DVec3::new(0.02, 0.0, 0.03);
+    let turn = DQuat::from_rotation_y(0.02);
+    let moved = |at: DVec3| turn * at + shift;
+    let mut new = profiles("nacelle", "old");
+    new.iter_mut().for_each(|profile| profile.points.iter_mut().for_each(|at| *at = moved(*at)));
+    let outcome = update(&mut mover, new);
+    for family in ["pylon", "nacelle"] {
+        for vertex in vertices_of(mover.mesh(), family) {
+            let off = outcome.vertices()[vertex].distance(moved(mover.mesh().vertices[vertex]));
+            assert!(off < 1e-10, "{family}: {off:e}");
+        }
+    }
+}
+
+fn refused(name: &str, parts: &[(&str, Role)]) -> SetupError {
+    match builder(name, parts).build(cpu()).err() {
+        Some(MoveError::Setup(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn assemblies_without_a_known_motion_are_refused() {
+    // The tail's end of the fuselage, and the far boundary, hang from nothing.
+    let parts = [("pylon", Role::Fixed), ("nacelle", Role::Fixed), ("farfield", rigid(RigidMotion::Root))];
+    assert!(matches!(refused("nacelle", &parts), SetupError::NoRoot { family, role: "rigid" } if family == "farfield"));
+    // Symmetry plane and far boundary share a curve.
+    let turn = DVec3::new(1.0, 0.0, 0.0);
+    let motion = RigidMotion::Given { turn, about: DVec3::ZERO, shift: DVec3::ZERO };
+    let parts = [("pylon", Role::Fixed), ("nacelle", Role::Fixed), ("farfield", rigid(motion))];
+    assert!(matches!(refused("nacelle", &parts), SetupError::LeavesPlane { family, .. } if family == "farfield"));
+}
+
+/// A rigid body that hangs from a wing without a band between: what the wing changes falls on one
+/// row of triangles.
+#[test]
+fn a_body_that_is_torn_from_its_wing_is_told_of() {
+    let mut mover = mover("nacelle", &[("pylon", rigid(RigidMotion::Root)), ("nacelle", rigid(RigidMotion::Root))]);
+    let outcome = update(&mut mover, profiles("nacelle", "planform"));
+    let strained = &outcome.strained["pylon"];
+    assert!(strained.by == "wing" && strained.distance > 0.2 * strained.edge, "{strained:?}");
+    assert!(outcome.check().unwrap_err().message.contains("the rigid family `pylon` is torn from `wing`"));
+}
