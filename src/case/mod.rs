@@ -43,6 +43,7 @@ pub use load::LoadedCase;
 pub(crate) use load::prescribed;
 pub use load_error::LoadError;
 pub use named::NamedFiles;
+pub(crate) use parse::default_name;
 pub(crate) use paths::has_extension;
 pub(crate) use profile_files::profiles_of;
 pub use profile_files::read_profiles;

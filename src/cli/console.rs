@@ -58,7 +58,7 @@ impl Console {
     }
 
     /// A function that shows each step of a mover or a session.
-    pub(super) fn progress(&self) -> impl Fn(&str) + Send + 'static {
+    pub(super) fn progress(&self) -> impl Fn(&str) + Clone + Send + 'static {
         let console = self.clone();
         move |step| console.step(step)
     }

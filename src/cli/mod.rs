@@ -13,6 +13,7 @@ mod console;
 mod convert;
 mod cut;
 mod failure;
+mod init;
 mod json;
 mod lines;
 mod man;
@@ -77,6 +78,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Make a first case of a mesh.
+    Init(init::Arguments),
     /// Move a mesh to one design.
     Run(run::Arguments),
     /// Check a case without moving the mesh.
@@ -321,6 +324,7 @@ fn remove_earlier(command: &Command, failure: Failure) -> Failure {
 
 fn run_command(command: &Command, console: &Console) -> Result<(), Failure> {
     match command {
+        Command::Init(arguments) => init::run(arguments, console),
         Command::Run(arguments) => run::run(arguments, console),
         Command::Check(arguments) => check::run(arguments, console),
         Command::Batch(arguments) => batch::run(arguments, console),

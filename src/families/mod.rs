@@ -6,6 +6,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 mod alike;
+pub mod guess;
 mod misplaced;
 mod partners;
 mod roles;

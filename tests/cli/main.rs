@@ -16,6 +16,7 @@ mod fixture;
 mod formats;
 mod gpu;
 mod help;
+mod init;
 #[cfg(unix)]
 mod inputs;
 #[cfg(unix)]
