@@ -32,6 +32,11 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
+    /// `idmesh run CASE --backend BACKEND`.
+    pub(super) fn of_case(case: &Path, backend: BackendChoice) -> Self {
+        Self { case: case.to_path_buf(), backend, out: None, report: None, json: None }
+    }
+
     /// The outputs of a case, as the command changes them.
     fn outputs(&self, output: &Output) -> Outputs {
         let mut outputs = Outputs::in_folder(output, self.out.as_deref());

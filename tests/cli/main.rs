@@ -11,6 +11,7 @@ mod claims;
 mod commands;
 mod damage;
 mod damaged_runs;
+mod demo;
 mod earlier;
 mod fixture;
 mod formats;
@@ -33,6 +34,7 @@ mod results;
 mod resume;
 #[path = "../common/schema.rs"]
 mod schema;
+mod schemas;
 #[cfg(unix)]
 mod scripts;
 mod shape;

@@ -2,8 +2,10 @@
 //! and writes a case file that runs as it is and moves nothing, with a file for each new section.
 //!
 //! [`propose`] guesses and checks, [`Proposal::write`] writes. The guess is checked as a run checks
-//! it: the mover of the case is set up. `text` makes the text of the case.
+//! it: the mover of the case is set up. `text` makes the text of the case. `demo` makes a case with
+//! the mesh in the program and changed sections.
 
+mod demo;
 mod text;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,12 +16,13 @@ use super::SessionError;
 use super::files::{Folder, cannot_write, check_distinct};
 use crate::backend::{self, Selection};
 use crate::case::{LoadError, default_name, has_extension};
-use crate::families::guess::{Certainty, Guess, GuessedWing, Known, guess};
+use crate::families::guess::{Certainty, Guess, GuessedWing, Known, Sections, guess};
 use crate::families::{Role, SetupError};
 use crate::formats::{FileSet, MeshFile, mesh_path, real_path};
 use crate::mesh::{FamilyId, families_inside, validate};
 use crate::mover::{Design, MoveError, Mover};
 use crate::profile::{Profile, csv};
+pub use demo::{check_demo_is_free, propose_demo};
 use text::slug;
 
 /// What shall be made.
@@ -48,7 +51,7 @@ pub struct Proposal {
     /// The wings, each with the name of its table.
     pub wings: Vec<(String, GuessedWing)>,
     /// The files of the case, the case file last.
-    files: Vec<(PathBuf, String)>,
+    files: Vec<(PathBuf, Vec<u8>)>,
     /// The folders of the files.
     folders: Vec<PathBuf>,
 }
@@ -93,6 +96,18 @@ fn free<'p>(wanted: &Wanted, mut paths: impl Iterator<Item = &'p PathBuf>) -> Re
 pub fn propose(
     file: &MeshFile,
     wanted: &Wanted,
+    progress: impl Fn(&str) + Clone + Send + 'static,
+) -> Result<Proposal, SessionError> {
+    let about = "As it stands the new sections are the old ones, so nothing moves. Change a file in `new`, and run";
+    make(file, wanted, about, &|sections| sections.profiles.clone(), progress)
+}
+
+/// [`propose`] with the second line of the case, and a function that makes the new sections.
+fn make(
+    file: &MeshFile,
+    wanted: &Wanted,
+    about: &str,
+    design: &dyn Fn(&Sections) -> Vec<Profile>,
     progress: impl Fn(&str) + Clone + Send + 'static,
 ) -> Result<Proposal, SessionError> {
     let path = mesh_path(wanted.mesh);
@@ -141,18 +156,25 @@ pub fn propose(
         }
         let old = format!("old/{file}.csv");
         files.push((folder.join(&old), csv_of(&wing.sections.profiles)));
-        let new: Vec<String> =
-            wing.sections.profiles.iter().map(|of| format!("new/{file}-{}.csv", of.number)).collect();
-        for (path, profile) in new.iter().zip(&wing.sections.profiles) {
+        let designed = design(&wing.sections);
+        let new: Vec<String> = designed.iter().map(|of| format!("new/{file}-{}.csv", of.number)).collect();
+        for (path, profile) in new.iter().zip(&designed) {
             files.push((folder.join(path), csv_of(std::slice::from_ref(profile))));
         }
         named.push((old, new));
     }
     let folders = vec![folder.clone(), folder.join("old"), folder.join("new")];
     let output = output_name(&path, &mesh);
-    let text =
-        text::Case { mesh: &mesh, families: &families, wings: &wings, files: &named, output: &output, case: &case };
-    files.push((case.clone(), text.to_string()));
+    let text = text::Case {
+        about,
+        mesh: &mesh,
+        families: &families,
+        wings: &wings,
+        files: &named,
+        output: &output,
+        case: &case,
+    };
+    files.push((case.clone(), text.to_string().into_bytes()));
     let paths: Vec<&Path> = files.iter().map(|(path, _)| path.as_path()).collect();
     check_distinct(std::slice::from_ref(&path), &paths)?;
     free(wanted, files.iter().map(|(path, _)| path))?;
@@ -173,7 +195,7 @@ impl Proposal {
         let _folders = self.folders.iter().map(|folder| Folder::make(folder)).collect::<Result<Vec<_>, _>>()?;
         let mut set = FileSet::default();
         for (path, text) in &self.files {
-            set.add(path, |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))?;
+            set.add(path, |out| out.write_all(text)).map_err(|error| cannot_write(path, error))?;
         }
         set.place()?;
         Ok(())
@@ -194,11 +216,11 @@ fn output_name(mesh: &Path, from_case: &str) -> String {
 }
 
 /// The text of a file with these profiles.
-fn csv_of(profiles: &[Profile]) -> String {
+fn csv_of(profiles: &[Profile]) -> Vec<u8> {
     let mut text = Vec::new();
     // Writing to memory cannot fail.
     let _ = csv::write(profiles, &mut text);
-    String::from_utf8_lossy(&text).into_owned()
+    text
 }
 
 /// Patches that the mesh file calls cyclic are both planes, or none is.

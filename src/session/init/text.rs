@@ -10,6 +10,8 @@ use crate::text::shown;
 
 /// A case file.
 pub(super) struct Case<'a> {
+    /// What the new sections are, in a line that ends before a command.
+    pub about: &'a str,
     /// The path of the mesh from the case.
     pub mesh: &'a str,
     pub families: &'a [(String, Guess)],
@@ -54,10 +56,7 @@ impl fmt::Display for Case<'_> {
             "# A case for {}, made by `idmesh init`. Roles are guesses; each has its reason.",
             shown(self.mesh)
         )?;
-        writeln!(
-            out,
-            "# As it stands the new sections are the old ones, so nothing moves. Change a file in `new`, and run"
-        )?;
+        writeln!(out, "# {}", self.about)?;
         writeln!(out, "#\n#     idmesh run {case}\n#\n# Paths are relative to this file.\n")?;
         writeln!(out, "mesh = {}", quoted(self.mesh))?;
         for ((name, wing), (old, new)) in self.wings.iter().zip(self.files) {
