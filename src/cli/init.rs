@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::console::Console;
+use super::estimate::SET_UP;
 use super::failure::Failure;
 use super::tell_of_file;
 use crate::families::guess::Certainty;
@@ -45,6 +46,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         replaces: arguments.force,
     };
     check_free(&wanted)?;
+    console.estimate(SET_UP);
     console.step(&format!("reading {}", arguments.mesh.display()));
     let file = formats::read_mixed(&arguments.mesh)?;
     tell_of_file(&arguments.mesh, &file, console);

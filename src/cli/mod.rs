@@ -13,6 +13,7 @@ mod console;
 mod convert;
 mod cut;
 mod demo;
+mod estimate;
 mod failure;
 mod init;
 mod json;

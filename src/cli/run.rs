@@ -50,6 +50,7 @@ impl Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let start = Instant::now();
+    console.estimate(1.0);
     let case = read_case(&arguments.case, console).map_err(|failure| remove_earlier(arguments, failure))?;
     // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
     // it.

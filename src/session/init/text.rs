@@ -32,9 +32,17 @@ pub(super) fn slug(name: &str) -> String {
     if slug.is_empty() { "wing".to_owned() } else { slug }
 }
 
-/// A text of TOML.
+/// A text of TOML in one line, in which a terminal obeys nothing.
 fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
+    let mut quoted = "\"".to_owned();
+    for letter in text.chars() {
+        match letter {
+            '"' | '\\' => quoted.extend(['\\', letter]),
+            _ if shown(letter).to_string() != letter.to_string() => quoted += &format!("\\U{:08X}", u32::from(letter)),
+            _ => quoted.push(letter),
+        }
+    }
+    quoted + "\""
 }
 
 /// A key of TOML.
@@ -140,19 +148,20 @@ mod tests {
 
     #[test]
     fn names_are_safe_in_files_and_tables() {
-        for (name, file, table) in [
-            ("wing", "wing", "wing"),
-            ("left wing", "left_wing", "\"left wing\""),
-            ("../x", "___x", "\"../x\""),
-            ("a\"b\n", "a_b_", "'''a\"b\n'''"),
-            ("", "wing", "\"\""),
-            ("7", "7", "7"),
+        for (name, file) in [
+            ("wing", "wing"),
+            ("left wing", "left_wing"),
+            ("../x", "___x"),
+            ("a\"b\\\n\u{7f}\u{202e}\u{e0001}\u{1f6e9}", "a_b______"),
+            ("", "wing"),
+            ("7", "7"),
         ] {
             assert_eq!(slug(name), file);
             // The key is read back as the name, whatever its form.
             let text = format!("[family.{}]\nrole = 1\n", key(name));
-            let read: toml::Table = text.parse().unwrap_or_else(|error| panic!("{table}: {text}: {error}"));
+            let read: toml::Table = text.parse().unwrap_or_else(|error| panic!("{text}: {error}"));
             assert!(read["family"].as_table().unwrap().contains_key(name), "{text}");
+            assert!(text.lines().count() == 2 && text.chars().all(|letter| letter == '\n' || !letter.is_control()));
         }
     }
 }
