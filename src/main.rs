@@ -157,8 +157,28 @@ fn share_limited_addresses() {
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 fn share_limited_addresses() {}
 
+/// Keeps a Vulkan layer quiet. Mesa's layer that sorts the devices asks Wayland which one draws on
+/// the screen. Where the folder of Wayland's sockets is not named, libwayland prints an error, which
+/// reads like one of ours. Any absolute path will do: Wayland is not reached either way, so the
+/// devices and their order stay the same.
+#[cfg(all(target_os = "linux", feature = "gpu"))]
+#[allow(unsafe_code, reason = "a change of the environment is unsafe beside other threads")]
+fn quieten_wayland() {
+    const NAME: &str = "XDG_RUNTIME_DIR";
+    // As libwayland judges it.
+    let is_named = std::env::var_os(NAME).is_some_and(|folder| folder.as_encoded_bytes().starts_with(b"/"));
+    if !is_named {
+        // SAFETY: no other thread runs yet.
+        unsafe { std::env::set_var(NAME, "/nonexistent") };
+    }
+}
+
+#[cfg(not(all(target_os = "linux", feature = "gpu")))]
+fn quieten_wayland() {}
+
 fn main() -> ExitCode {
     ignore_the_file_size_signal();
     share_limited_addresses();
+    quieten_wayland();
     idmesh::cli::main(STDOUT_IS_CLOSED.load(Relaxed))
 }

@@ -43,6 +43,7 @@ pub use load::LoadedCase;
 pub(crate) use load::prescribed;
 pub use load_error::LoadError;
 pub use named::NamedFiles;
+pub(crate) use parse::default_name;
 pub(crate) use paths::has_extension;
 pub(crate) use profile_files::profiles_of;
 pub use profile_files::read_profiles;
@@ -53,6 +54,10 @@ use crate::memory::check_memory;
 use crate::mover::Settings;
 use crate::profile::{Plane, files::Placement};
 use crate::text::shown;
+
+/// The JSON Schema (draft 7) of a case file, for editors. It knows keys and types; the parser checks
+/// more.
+pub const SCHEMA: &str = include_str!("../../docs/src/case.schema.json");
 
 /// Bytes for each byte of a case file while it is read. Measured were 58 with 100 000 tables of
 /// families, and 74 with a list of a million numbers.

@@ -409,7 +409,7 @@ fn other_output(section: &TomlTable, key: &str, extension: &str, folder: &Path) 
 
 /// The output's default name: `moved` with the input's extension. An extension may have several
 /// parts, so `wing.lb8.ugrid.gz` gives `moved.lb8.ugrid.gz`.
-pub(super) fn default_name(mesh: &Path) -> String {
+pub(crate) fn default_name(mesh: &Path) -> String {
     let name = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let parts: Vec<&str> = name.split('.').collect();
     let of_format = extension(mesh).map_or(1, |extension| extension.split('.').count());

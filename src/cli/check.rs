@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::console::Console;
+use super::estimate::SET_UP;
 use super::failure::Failure;
 use super::load;
 use crate::backend::{self, Selection};
@@ -20,6 +21,7 @@ pub(super) struct Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     console.check_stdout()?;
+    console.estimate(SET_UP);
     let case = load(&arguments.case, console)?;
     let outputs = Outputs::of(&case.case, None);
     outputs.check(&case)?;

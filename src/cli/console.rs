@@ -5,13 +5,15 @@
 //! contents of files are made safe: a terminal gets no character from them that it would obey, and
 //! a message is one line.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
+use super::estimate::Estimate;
 use super::failure::{Exit, Failure};
 use super::threads::OF_THREAD;
 use crate::memory::check_memory;
@@ -27,26 +29,39 @@ pub(super) struct Console {
     level: i8,
     /// The progress display. `None` with `-q` and `-v`, and if standard error is no terminal.
     spinner: Option<ProgressBar>,
+    /// The estimate that the progress display shows. `None` until a command asks for one.
+    estimate: Arc<Mutex<Option<Estimate>>>,
     since: Instant,
 }
 
 impl Console {
     pub(super) fn new(quiet: bool, verbose: u8) -> Self {
+        let since = Instant::now();
+        let estimate = Arc::new(Mutex::new(None::<Estimate>));
         let level = if quiet { -1 } else { verbose.min(1) as i8 };
         let spinner = (level == 0 && io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new_spinner();
             // The template has no colours, so NO_COLOR needs no care.
-            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
-                bar.set_style(style);
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed}{rest})") {
+                let estimate = estimate.clone();
+                bar.set_style(style.with_key("rest", move |_: &ProgressState, out: &mut dyn fmt::Write| {
+                    let estimate = estimate.lock().unwrap_or_else(PoisonError::into_inner);
+                    let words = estimate.as_ref().map(|estimate| estimate.in_words(since.elapsed().as_secs_f64()));
+                    // Writing to the line of a terminal in memory cannot fail.
+                    let _ = out.write_str(&words.unwrap_or_default());
+                }));
             }
             bar
         });
-        Self { level, spinner, since: Instant::now() }
+        Self { level, spinner, estimate, since }
     }
 
     /// Shows the current step.
     pub(super) fn step(&self, what: &str) {
         if let Some(spinner) = &self.spinner {
+            if let Some(estimate) = &mut *self.estimate.lock().unwrap_or_else(PoisonError::into_inner) {
+                estimate.begin(what, self.since.elapsed().as_secs_f64());
+            }
             spinner.set_message(shown(what).to_string());
             // The spinner turns on a thread of its own, whose stack must fit.
             if check_memory(OF_THREAD as u64).is_ok() {
@@ -57,8 +72,15 @@ impl Console {
         }
     }
 
+    /// Lets the progress display show how much is done and how long the rest takes.
+    ///
+    /// - `whole`: the share of a run that the command does
+    pub(super) fn estimate(&self, whole: f64) {
+        *self.estimate.lock().unwrap_or_else(PoisonError::into_inner) = Some(Estimate::new(whole));
+    }
+
     /// A function that shows each step of a mover or a session.
-    pub(super) fn progress(&self) -> impl Fn(&str) + Send + 'static {
+    pub(super) fn progress(&self) -> impl Fn(&str) + Clone + Send + 'static {
         let console = self.clone();
         move |step| console.step(step)
     }

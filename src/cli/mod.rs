@@ -12,7 +12,10 @@ mod completions;
 mod console;
 mod convert;
 mod cut;
+mod demo;
+mod estimate;
 mod failure;
+mod init;
 mod json;
 mod lines;
 mod man;
@@ -21,6 +24,7 @@ mod queue;
 mod refine;
 mod report;
 mod run;
+mod schema;
 mod threads;
 mod workers;
 
@@ -77,6 +81,10 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Move a small mesh that is in the program, to see what idmesh does.
+    Demo(demo::Arguments),
+    /// Make a first case of a mesh.
+    Init(init::Arguments),
     /// Move a mesh to one design.
     Run(run::Arguments),
     /// Check a case without moving the mesh.
@@ -99,6 +107,8 @@ enum Command {
     Adapters(adapters::Arguments),
     /// Print a script by which a shell completes the command line.
     Completions(completions::Arguments),
+    /// Print the JSON Schema of cases or of reports.
+    Schema(schema::Arguments),
     /// Print the manual page, or write those of all subcommands.
     Man(man::Arguments),
 }
@@ -321,6 +331,8 @@ fn remove_earlier(command: &Command, failure: Failure) -> Failure {
 
 fn run_command(command: &Command, console: &Console) -> Result<(), Failure> {
     match command {
+        Command::Demo(arguments) => demo::run(arguments, console),
+        Command::Init(arguments) => init::run(arguments, console),
         Command::Run(arguments) => run::run(arguments, console),
         Command::Check(arguments) => check::run(arguments, console),
         Command::Batch(arguments) => batch::run(arguments, console),
@@ -332,6 +344,7 @@ fn run_command(command: &Command, console: &Console) -> Result<(), Failure> {
         Command::Refine(arguments) => refine::run(arguments, console),
         Command::Adapters(arguments) => adapters::run(arguments, console),
         Command::Completions(arguments) => completions::run(arguments, console),
+        Command::Schema(arguments) => schema::run(arguments, console),
         Command::Man(arguments) => man::run(arguments, console),
     }
 }

@@ -32,6 +32,11 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
+    /// `idmesh run CASE --backend BACKEND`.
+    pub(super) fn of_case(case: &Path, backend: BackendChoice) -> Self {
+        Self { case: case.to_path_buf(), backend, out: None, report: None, json: None }
+    }
+
     /// The outputs of a case, as the command changes them.
     fn outputs(&self, output: &Output) -> Outputs {
         let mut outputs = Outputs::in_folder(output, self.out.as_deref());
@@ -45,6 +50,7 @@ impl Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     let start = Instant::now();
+    console.estimate(1.0);
     let case = read_case(&arguments.case, console).map_err(|failure| remove_earlier(arguments, failure))?;
     // From here on nothing of an earlier run may be taken for a result of this one, whatever ends
     // it.

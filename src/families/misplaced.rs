@@ -4,6 +4,8 @@
 //! Each check looks at something that no family with the role can have in a mesh around an
 //! aircraft, and none of them depends on a name.
 
+use glam::DVec3;
+
 use super::{RigidMotion, Role, shape};
 use crate::geometry::bounds;
 use crate::mesh::{FamilyId, TetMesh, half_edge::Surface};
@@ -22,7 +24,7 @@ pub enum Misplaced {
 
 /// A family that reaches this many of the six sides of the mesh's box is a part of the far
 /// boundary. A wing between two walls, cut in half by a symmetry plane, reaches three.
-const FAR: usize = 4;
+pub(super) const FAR: usize = 4;
 
 /// A vertex within this fraction of the box's size is on the side.
 const ON_SIDE: f64 = 1e-6;
@@ -106,6 +108,11 @@ fn sides(mesh: &TetMesh, surface: &Surface, family: FamilyId) -> usize {
     let Some(([low, high], own)) = box_of(surface.vertices()).zip(box_of(surface.vertices_of(family))) else {
         return 0;
     };
+    sides_of([low, high], own)
+}
+
+/// Number of the sides of a box that another box, inside it, reaches.
+pub(super) fn sides_of([low, high]: [DVec3; 2], own: [DVec3; 2]) -> usize {
     let near = ON_SIDE * low.distance(high);
     let distances = [own[0] - low, high - own[1]].map(|distance| distance.to_array());
     distances.as_flattened().iter().filter(|&&distance| distance <= near).count()

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 mod alike;
 mod assemblies;
+pub mod guess;
 mod misplaced;
 mod partners;
 mod roles;

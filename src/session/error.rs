@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::ClaimError;
 use crate::backend::BackendError;
 use crate::case::{CaseError, LoadError, displacement::DisplacementError};
+use crate::families::guess::NoWing;
 use crate::formats::{PlaceError, WriteError};
 use crate::mover::{MoveError, Refused, Why};
 use crate::profile::ProfileError;
@@ -19,6 +20,20 @@ pub enum SessionError {
     /// The case, its files or a design cannot be used.
     #[error(transparent)]
     Load(Box<LoadError>),
+    /// Nothing in a mesh looks like a wing, so no case can be made of it.
+    #[error("{}: {error}", path.display())]
+    NoWing {
+        /// The mesh.
+        path: PathBuf,
+        /// The cause.
+        error: Box<NoWing>,
+    },
+    /// A file that would be made is there already.
+    #[error("{} is there already, and would be lost", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
     /// The backend is not available, or it failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
@@ -287,6 +302,11 @@ impl SessionError {
             Self::Load(error) if matches!(error.of_mover(), Some(MoveError::Stage(_))) => {
                 "max_steps = 1 under [volume] makes do with one jump, come what may"
             }
+            Self::NoWing { error, .. } => match **error {
+                NoWing::NoneFound { .. } => "say which families are the wing: --wing NAME, or --wing UPPER,LOWER",
+                NoWing::NotCut { .. } => "name all families that make up the wing's sections: --wing UPPER,LOWER",
+            },
+            Self::Exists { .. } => "--force replaces it; --output writes elsewhere",
             Self::NoExtension { .. } => "`batch` writes single files, such as moved.msh or moved.vtu",
             Self::LacksTable { table, .. } => {
                 return Some(format!(

@@ -10,6 +10,7 @@
 //! | `outputs`, `names` | the files of results and the rule for their names |
 //! | `inverted` | the file with the faulty tets of an invalid mesh |
 //! | `files` | checks and writes other files and folders |
+//! | `init` | makes a first case of a mesh |
 //! | `array`, `shard` | the share of one job in the designs of an array of jobs |
 //! | `claims`, `claim_error` | a folder through which jobs share designs one by one |
 //! | `join` | joins files of reports |
@@ -27,6 +28,7 @@ mod designs;
 mod earlier;
 mod error;
 mod files;
+mod init;
 mod inverted;
 mod join;
 mod lines;
@@ -47,6 +49,7 @@ pub use designs::{DesignFiles, Listed, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
 pub use files::{Folder, ReadFiles, check_distinct, check_writable, remove_file, write_text};
+pub use init::{Proposal as InitProposal, Wanted as InitWanted, check_demo_is_free, check_free, propose, propose_demo};
 pub use join::{Conflict, Joined, JoinedLine, join};
 pub use lines::{Appending, Line, ReportFile};
 pub use outputs::{Loss, Outputs};

@@ -24,6 +24,34 @@ fn no_gpu_is_an_error_only_where_one_is_asked_for() {
     assert_eq!(stdout(&output), "no adapters; auto computes on the CPU\n");
 }
 
+/// A good run with `-q` says nothing, whatever the environment has for Mesa and Wayland.
+///
+/// Fails with Mesa's drivers and their layer if `XDG_RUNTIME_DIR` is left as it is: libwayland then
+/// prints an error, twice.
+#[test]
+fn a_good_run_says_nothing_on_standard_error() {
+    if gpu_tests_are_off() {
+        return;
+    }
+    let fixture = Fixture::new();
+    for folder in [None, Some(""), Some("no/absolute/path"), Some("/tmp")] {
+        let quiet = |arguments: &[&str]| {
+            let mut command = command(fixture.folder.path(), arguments);
+            command.env_remove("NODEVICE_SELECT").env_remove("XDG_RUNTIME_DIR");
+            if let Some(folder) = folder {
+                command.env("XDG_RUNTIME_DIR", folder);
+            }
+            let output = command.output().unwrap();
+            assert_good(&output);
+            assert_eq!(stderr(&output), "", "{arguments:?}, {folder:?}");
+            stdout(&output)
+        };
+        quiet(&["run", "case.toml", "--backend", "auto", "-q"]);
+        // There is a Vulkan driver, so its layers have spoken if they would.
+        assert!(quiet(&["adapters"]).contains("arrays up to"));
+    }
+}
+
 pub fn gpu_tests_are_off() -> bool {
     let off = !cfg!(feature = "gpu") || std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off");
     if off {

@@ -11,11 +11,13 @@ mod claims;
 mod commands;
 mod damage;
 mod damaged_runs;
+mod demo;
 mod earlier;
 mod fixture;
 mod formats;
 mod gpu;
 mod help;
+mod init;
 #[cfg(unix)]
 mod inputs;
 #[cfg(unix)]
@@ -32,6 +34,7 @@ mod results;
 mod resume;
 #[path = "../common/schema.rs"]
 mod schema;
+mod schemas;
 #[cfg(unix)]
 mod scripts;
 mod shape;

@@ -26,6 +26,16 @@ pub fn assert_report(report: &Value) {
     assert!(faults.is_empty(), "{faults:#?} in {report:#}");
 }
 
+/// What is wrong with a case by its schema.
+#[allow(dead_code, reason = "some tests have reports alone")]
+pub fn faults_of_case(case: &str) -> Vec<String> {
+    let schema: Value = serde_json::from_str(idmesh::case::SCHEMA).unwrap();
+    let case: toml::Table = case.parse().unwrap();
+    let mut faults = Vec::new();
+    check(&schema, &schema, &serde_json::to_value(case).unwrap(), String::new(), &mut faults);
+    faults
+}
+
 fn find_nulls(value: &Value, pointer: String, nulls: &mut Vec<String>) {
     match value {
         Value::Null => nulls.push(pointer),
@@ -44,7 +54,7 @@ fn check(root: &Value, schema: &Value, value: &Value, place: String, faults: &mu
     for (keyword, wanted) in schema.as_object().unwrap() {
         let number = || value.as_f64().unwrap_or_default();
         let holds = match keyword.as_str() {
-            "$schema" | "$defs" | "title" | "description" => true,
+            "$schema" | "$defs" | "definitions" | "title" | "description" => true,
             "$ref" => {
                 let target = root.pointer(wanted.as_str().unwrap().strip_prefix('#').unwrap()).unwrap();
                 check(root, target, value, place.clone(), faults);
@@ -56,6 +66,13 @@ fn check(root: &Value, schema: &Value, value: &Value, place: String, faults: &mu
             },
             "enum" => wanted.as_array().unwrap().contains(value),
             "minimum" => !value.is_number() || number() >= wanted.as_f64().unwrap(),
+            "exclusiveMinimum" => !value.is_number() || number() > wanted.as_f64().unwrap(),
+            "minLength" => value.as_str().is_none_or(|text| text.len() as u64 >= wanted.as_u64().unwrap()),
+            "anyOf" => wanted.as_array().unwrap().iter().any(|one| {
+                let mut faults = Vec::new();
+                check(root, one, value, place.clone(), &mut faults);
+                faults.is_empty()
+            }),
             "maximum" => !value.is_number() || number() <= wanted.as_f64().unwrap(),
             "minItems" => value.as_array().is_none_or(|items| items.len() >= wanted.as_u64().unwrap() as usize),
             "maxItems" => value.as_array().is_none_or(|items| items.len() <= wanted.as_u64().unwrap() as usize),

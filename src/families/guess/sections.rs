@@ -1,0 +1,104 @@
+//! [`Sections`]: cuts families as the sections of a wing are cut, and says whether they are some.
+
+use glam::DVec3;
+
+use crate::profile::{Plane, Pose, Profile, cut, stations};
+
+/// Thickness of a wing's section, in chords.
+const THICKNESS: std::ops::RangeInclusive<f64> = 0.005..=0.5;
+
+/// Largest distance between both sides of a section at the trailing edge, in chords.
+const GAP: f64 = 0.12;
+
+/// Least span of a wing, in mean chords. A fuselage is far longer than wide.
+const SPAN: f64 = 0.3;
+
+/// The sections of a wing, by planes across its span.
+#[derive(Clone, Debug)]
+pub struct Sections {
+    /// The planes `[n_sections]`.
+    pub planes: Vec<Plane>,
+    /// The sections `[n_sections]`, numbered from 0, in the mesh's unit.
+    pub profiles: Vec<Profile>,
+    /// Place and size of each section `[n_sections]`.
+    pub poses: Vec<Pose>,
+    /// Unit vector along the span.
+    pub normal: DVec3,
+    /// First and last place of the families along the span, in the mesh's unit.
+    pub span: [f64; 2],
+    /// Mean direction from the leading edge to the trailing edge.
+    pub chordwise: DVec3,
+    /// The longest chord, in the mesh's unit.
+    pub longest_chord: f64,
+}
+
+impl Sections {
+    /// Cuts at evenly spaced planes. Planes that give no section, such as in a fuselage between two
+    /// halves, are left out, if at least half of the planes give one.
+    ///
+    /// - `vertices` `[n_vertices]`, in the mesh's unit
+    /// - `triangles`: of the families
+    ///
+    /// # Errors
+    /// The first reason in words why the families are no wing.
+    pub(super) fn of(vertices: &[DVec3], triangles: &[[u32; 3]], count: usize) -> Result<Self, String> {
+        let planes = stations::evenly(vertices, triangles, count).map_err(|error| error.to_string())?;
+        let normal = planes.first().map_or(DVec3::Y, |plane| plane.normal);
+        let mut fault = None;
+        let (mut kept, mut profiles, mut poses) = (Vec::new(), Vec::new(), Vec::new());
+        for plane in planes {
+            match section(vertices, triangles, &plane, profiles.len() as i64) {
+                Ok((profile, pose)) => {
+                    kept.push(plane);
+                    profiles.push(profile);
+                    poses.push(pose);
+                }
+                Err(why) => fault = fault.or(Some(why)),
+            }
+        }
+        if 2 * kept.len() < count || kept.is_empty() || kept.len() < 2.min(count) {
+            return Err(fault.unwrap_or_else(|| "it has no sections".to_owned()));
+        }
+        let along = triangles.iter().flatten().map(|&vertex| vertices[vertex as usize].dot(normal));
+        let span = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
+        let mean_chord = poses.iter().map(|pose| pose.chord).sum::<f64>() / poses.len() as f64;
+        if span[1] - span[0] < SPAN * mean_chord {
+            return Err("its sections are far longer than its span, as a fuselage's are".to_owned());
+        }
+        let longest_chord = poses.iter().map(|pose| pose.chord).fold(0.0, f64::max);
+        let chordwise: DVec3 = profiles.iter().zip(&poses).map(|(profile, pose)| chord_of(profile, pose)).sum();
+        let chordwise = chordwise.normalize_or(DVec3::X);
+        Ok(Self { planes: kept, profiles, poses, normal, span, chordwise, longest_chord })
+    }
+
+    /// What the sections are like, in words.
+    pub fn in_words(&self) -> String {
+        let gap = self.poses.iter().map(|pose| pose.trailing_edge).fold(0.0, f64::max);
+        let edge = match gap {
+            0.0 => "closed".to_owned(),
+            gap => format!("with {:.2} % of the chord between both sides at the trailing edge", 100.0 * gap),
+        };
+        let thickness = self.poses.iter().map(|pose| pose.thickness).fold(0.0, f64::max);
+        let axis = ["x", "y", "z"][self.normal.abs().max_position()];
+        format!("planes {axis} = const cut sections up to {:.1} % thick, {edge}", 100.0 * thickness)
+    }
+}
+
+/// From the leading edge to the middle of the trailing edge.
+fn chord_of(profile: &Profile, pose: &Pose) -> DVec3 {
+    let [first, last] = [profile.points.first(), profile.points.last()].map(|at| at.copied().unwrap_or_default());
+    (0.5 * (first + last) - pose.leading_edge).normalize_or_zero()
+}
+
+fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane, number: i64) -> Result<(Profile, Pose), String> {
+    let points = cut::section(vertices, triangles, plane).map_err(|error| error.to_string())?;
+    let profile = Profile { number, points };
+    let pose = Pose::of(&profile, plane).map_err(|error| error.to_string())?;
+    if !THICKNESS.contains(&pose.thickness) {
+        return Err(format!("a section is {:.3} of its chord thick", pose.thickness));
+    }
+    if pose.trailing_edge > GAP {
+        return Err(format!("both sides of a section end {:.3} of its chord apart", pose.trailing_edge));
+    }
+    Ok((profile, pose))
+}

@@ -1,0 +1,211 @@
+//! `idmesh init` makes a case of a mesh that runs as it is, moves nothing, and takes a changed
+//! section.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use flate2::read::MultiGzDecoder;
+use tempfile::TempDir;
+
+use crate::fixture::*;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+/// The role of each family in a case.
+fn roles(case: &Path) -> BTreeMap<String, String> {
+    let case: toml::Table = fs::read_to_string(case).unwrap().parse().unwrap();
+    let roles = case["family"].as_table().unwrap().iter();
+    roles.map(|(name, table)| (name.clone(), table["role"].as_str().unwrap().to_owned())).collect()
+}
+
+/// The section in a file, 5 % thicker about the line from its leading to its trailing edge.
+fn thicken(path: &Path) {
+    let text = fs::read_to_string(path).unwrap();
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|line| line.split(',').map(|word| word.parse().unwrap()).collect()).collect();
+    let points: Vec<[f64; 3]> = rows.iter().map(|row| [row[1], row[2], row[3]]).collect();
+    let extent = |k: usize| {
+        let values = || points.iter().map(|point| point[k]);
+        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
+    };
+    // The section lies in a plane y or z = const.
+    let up = if extent(1) < extent(2) { 2 } else { 1 };
+    let last = points.len() - 1;
+    let end = [0, up].map(|k| 0.5 * (points[0][k] + points[last][k]));
+    let far = |point: &[f64; 3]| (point[0] - end[0]).hypot(point[up] - end[1]);
+    let nose = points.iter().max_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
+    let [along, rise] = [end[0] - nose[0], end[1] - nose[up]];
+    let mut new = "profile,x,y,z\n".to_owned();
+    for (row, point) in rows.iter().zip(&points) {
+        let chord_line = nose[up] + rise / along * (point[0] - nose[0]);
+        let mut point = *point;
+        point[up] += 0.05 * (point[up] - chord_line);
+        new += &format!("{},{:?},{:?},{:?}\n", row[0] as i64, point[0], point[1], point[2]);
+    }
+    fs::write(path, new).unwrap();
+}
+
+/// Makes a case of a mesh, runs it, makes one section thicker, and runs it again. Returns the
+/// folder of the case, whose parent is removed with the first value.
+fn starts_well(mesh: &Path) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join(mesh.file_name().unwrap());
+    fs::copy(mesh, &place).unwrap();
+    let good = |arguments: &[&str]| {
+        let output = command(folder.path(), arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}: {arguments:?}: {}", mesh.display(), stderr(&output));
+        output
+    };
+    let made = good(&["init", place.file_name().unwrap().to_str().unwrap(), "-o", "new"]);
+    assert!(stdout(&made).contains("idmesh run new/case.toml"), "{}", stdout(&made));
+    let case = folder.path().join("new/case.toml");
+    good(&["run", "new/case.toml", "--backend", "cpu"]);
+    let output = fs::read_to_string(&case).unwrap().parse::<toml::Table>().unwrap();
+    let moved = folder.path().join("new").join(output["output"]["mesh"].as_str().unwrap());
+    assert!(unpacked(&moved) == unpacked(&place), "{}: something moved", mesh.display());
+    // The section in the middle of the first wing.
+    let mut sections: Vec<_> =
+        fs::read_dir(folder.path().join("new/new")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    sections.sort();
+    thicken(&sections[2]);
+    good(&["run", "new/case.toml", "--backend", "cpu"]);
+    assert!(unpacked(&moved) != unpacked(&place), "{}: nothing moved", mesh.display());
+    (folder, case)
+}
+
+fn unpacked(path: &Path) -> Vec<u8> {
+    let bytes = fs::read(path).unwrap();
+    let mut unpacked = Vec::new();
+    match std::io::Read::read_to_end(&mut MultiGzDecoder::new(&*bytes), &mut unpacked) {
+        Ok(_) => unpacked,
+        Err(_) => bytes,
+    }
+}
+
+const AIRCRAFT: [(&str, &str); 6] = [
+    ("wing", "wing"),
+    ("trailing_edge", "trailing-edge"),
+    ("wingtip", "wingtip"),
+    ("carenage", "carenage"),
+    ("symmetry", "plane"),
+    ("farfield", "fixed"),
+];
+
+fn expected(roles: &[(&str, &str)]) -> BTreeMap<String, String> {
+    roles.iter().map(|&(name, role)| (name.to_owned(), role.to_owned())).collect()
+}
+
+/// The roles are those that the meshes' makers meant: blunt and sharp wings, of one family and of
+/// two, alone in a box or on a fuselage, of tets and of other cells.
+///
+/// Fails if the far boundary is told by its name alone, or if strips join no wing.
+#[test]
+fn cases_run_as_they_are_and_take_a_changed_section() {
+    for (mesh, roles_of_mesh) in [
+        ("small.su2.gz", &AIRCRAFT[..]),
+        ("hybrid/small.msh.gz", &AIRCRAFT),
+        (
+            "shape/half4.su2.gz",
+            &[("wing", "wing"), ("wingtip", "wingtip"), ("symmetry", "plane"), ("farfield", "fixed")],
+        ),
+        ("shape/full6.msh.gz", &[("wing", "wing"), ("wingtip", "wingtip"), ("farfield", "fixed")]),
+        (
+            "shape/split6.msh.gz",
+            &[
+                ("wing_upper", "wing"),
+                ("wing_lower", "wing"),
+                ("wingtip", "wingtip"),
+                ("symmetry", "plane"),
+                ("farfield", "fixed"),
+            ],
+        ),
+        ("shape/blunt6.msh.gz", &[AIRCRAFT[0], AIRCRAFT[1], AIRCRAFT[2], AIRCRAFT[4], AIRCRAFT[5]]),
+    ] {
+        let (_folder, case) = starts_well(&data(mesh));
+        assert_eq!(roles(&case), expected(roles_of_mesh), "{mesh}");
+    }
+}
+
+/// Families whose names are numbers get the same roles by their shapes.
+#[test]
+fn shapes_are_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("numbers.su2");
+    let mut text = String::from_utf8(unpacked(&data("small.su2.gz"))).unwrap();
+    let mut numbered = Vec::new();
+    for (number, (name, role)) in AIRCRAFT.iter().enumerate() {
+        let tag = format!("MARKER_TAG= {name}\n");
+        assert!(text.contains(&tag), "{tag}");
+        text = text.replace(&tag, &format!("MARKER_TAG= {number}\n"));
+        numbered.push((number.to_string(), (*role).to_owned()));
+    }
+    fs::write(&mesh, text).unwrap();
+    let (_folder, case) = starts_well(&mesh);
+    assert_eq!(roles(&case), numbered.into_iter().collect());
+}
+
+/// What has no wing gets no case, and the message says what to do.
+#[test]
+fn no_wing_no_case() {
+    let fixture = Fixture::new();
+    fs::copy(data("box.v41.ascii.msh"), fixture.path("cube.msh")).unwrap();
+    fixture.refuses_command(&["init", "cube.msh"], 3, &["cube.msh", "no family looks like a wing"]);
+    let output = fixture.idmesh(&["init", "cube.msh"]);
+    assert!(stderr(&output).contains("hint: ") && stderr(&output).contains("--wing"), "{}", stderr(&output));
+    // The far boundary has no sections like a wing's, whatever the user calls it.
+    let fixture = with_wing();
+    fixture.refuses_command(&["init", "wing.su2", "--wing", "symmetry"], 3, &["symmetry", "cannot be cut"]);
+    fixture.refuses_command(&["init", "wing.su2", "--wing", "wnig"], 3, &["`wnig`", "wing"]);
+}
+
+/// A folder with a wing in it, `wing.su2`, and a case.
+fn with_wing() -> Fixture {
+    let fixture = Fixture::new();
+    fs::write(fixture.path("wing.su2"), unpacked(&data("shape/half4.su2.gz"))).unwrap();
+    fixture
+}
+
+/// Files that are there stay, unless they may go.
+#[test]
+fn nothing_is_overwritten() {
+    let fixture = with_wing();
+    let kept = fixture.read("case.toml");
+    fixture.refuses_command(&["init", "wing.su2", "--output", "case.toml"], 3, &["case.toml", "is there already"]);
+    fixture.refuses_command(&["init", "wing.su2", "--output", "."], 3, &["case.toml", "is there already"]);
+    assert_eq!(fixture.read("case.toml"), kept);
+    fs::create_dir(fixture.path("mine")).unwrap();
+    fs::create_dir(fixture.path("mine/new")).unwrap();
+    fixture.write("mine/new/wing-0.csv", "mine");
+    fixture.refuses_command(&["init", "wing.su2", "-o", "mine"], 3, &["wing-0.csv", "is there already"]);
+    assert_eq!(fixture.read("mine/new/wing-0.csv"), "mine");
+    assert!(!fixture.path("mine/case.toml").exists() && !fixture.path("mine/old").exists());
+    assert_good(&fixture.idmesh(&["init", "wing.su2", "-o", "mine", "--force"]));
+    assert!(fixture.read("mine/new/wing-0.csv").starts_with("profile,x,y,z"));
+    assert_good(&fixture.idmesh(&["run", "mine/case.toml", "--backend", "cpu"]));
+}
+
+/// Without `--output` the case stands in a folder named after the mesh. Names of families are
+/// quoted where they must be.
+#[test]
+fn a_case_stands_beside_its_sections() {
+    let fixture = Fixture::new();
+    let mesh = String::from_utf8(unpacked(&data("small.v22.msh.gz"))).unwrap();
+    assert!(mesh.contains("\"wingtip\""));
+    fixture.write("my wing.v2.msh", &mesh.replace("\"wingtip\"", "\"tip 'of' # the wing\""));
+    assert_good(&fixture.idmesh(&["init", "my wing.v2.msh", "--planes", "3"]));
+    let mut files = names(&fixture.path("my_wing-case"));
+    files.extend(names(&fixture.path("my_wing-case/new")));
+    assert_eq!(files, ["case.toml", "new", "old", "wing-0.csv", "wing-1.csv", "wing-2.csv"]);
+    assert_good(&fixture.idmesh(&["check", "my_wing-case/case.toml"]));
+    assert_eq!(roles(&fixture.path("my_wing-case/case.toml"))["tip 'of' # the wing"], "wingtip");
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
