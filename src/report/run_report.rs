@@ -239,7 +239,7 @@ impl RunReport {
         self.sections = Some(outcome.sections.clone());
         self.solver = Some(outcome.solver.clone());
         self.relaxations = Some(outcome.relaxations.clone());
-        self.path = Some(outcome.path);
+        self.path = Some(outcome.path.clone());
         self.smoothing = outcome.smoothed.map(|done| Smoothing { sweeps: done.sweeps, moved: done.moved });
         self.warnings = outcome.warnings.iter().map(ToString::to_string).collect();
         self

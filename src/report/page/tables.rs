@@ -5,6 +5,10 @@ use super::Page;
 use super::html::{Html, count, number, place};
 use crate::mover::{StageName, StageQuality};
 use crate::smoothing::QualityTarget;
+use crate::volume::{StepVerdict, TriedStep};
+
+/// Most rows of the table of steps. The report has all of them.
+const MOST_STEPS: usize = 200;
 
 /// The stages, and the kinds of cells where not all are tets.
 pub(super) fn stages(report: &RunReport, html: &mut Html) {
@@ -111,6 +115,29 @@ pub(super) fn path(report: &RunReport, html: &mut Html) {
         ),
     };
     html.element("p", words);
+    let row = |(number, step): (usize, &TriedStep)| {
+        vec![
+            if number == 0 { "jump".to_owned() } else { number.to_string() },
+            format!("{:.1} to {:.1} %", 100.0 * step.from, 100.0 * step.to),
+            match step.verdict {
+                StepVerdict::Kept => "kept".to_owned(),
+                StepVerdict::Inverted => "given up: inverted".to_owned(),
+                StepVerdict::NotConverged => "given up: not converged".to_owned(),
+            },
+            step.worst.map_or(String::new(), |worst| beta_text(worst, 6)),
+            step.worst.map_or(String::new(), |_| count(step.inverted)),
+            step.inverted_optimised.map_or(String::new(), count),
+        ]
+    };
+    if path.tried.len() > 1 {
+        let rows: Vec<_> = path.tried.iter().take(MOST_STEPS).enumerate().map(row).collect();
+        let worst = if report.mesh.n_cells() == report.mesh.tets { "worst beta" } else { "worst measure" };
+        let header = ["step", "route", "verdict", worst, "inverted", "after optimisation"];
+        html.markup("<div id=\"steps\">").table(&header, &rows).markup("</div>\n");
+    }
+    if path.tried.len() > MOST_STEPS {
+        html.element("p class=\"note\"", format_args!("The first {MOST_STEPS} of {} steps.", path.tried.len()));
+    }
     let words = match &report.smoothing {
         None => "Local optimisation did not run: it is off, or no cell needed it.".to_owned(),
         Some(smoothing) => format!(

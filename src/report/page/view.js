@@ -216,30 +216,56 @@ function cell(list, kind, number, value, marked) {
     face(list, vertices, vertices.map(v => isPlain ? own : lengths[v]));
   });
 }
+/** The direction across the slice: along an axis, or by two angles, from x towards y and from there up to z. */
+function across() {
+  const axis = find("axis").value;
+  if (axis !== "any") return [0, 1, 2].map(i => +(i === +axis));
+  const [round, up] = ["round", "up"].map(id => find(id).value * Math.PI / 180);
+  return [Math.cos(up) * Math.cos(round), Math.cos(up) * Math.sin(round), Math.sin(up)];
+}
 function slice() {
   const list = [], axis = find("axis").value;
+  let count = 0;
   find("place").disabled = axis === "";
+  find("angles").hidden = axis !== "any";
   find("place-text").textContent = "";
   if (axis !== "") {
-    const stops = meta.stops?.[axis], share = +find("place").value, wide = .25 * (meta.high[axis] - meta.low[axis]);
-    let place = meta.low[axis] - wide + share * (meta.high[axis] - meta.low[axis] + 2 * wide);
+    const normal = across(), half = normal.reduce((sum, x, i) => sum + Math.abs(x) * (meta.high[i] - meta.low[i]) / 2, 0);
+    const centre = dot(normal, meta.centre), stops = meta.stops?.[axis];
+    let place = centre + dot(normal, middle) + 1.5 * half * (2 * find("place").value - 1);
     if (stops) place = stops.reduce((a, b) => Math.abs(b - place) < Math.abs(a - place) ? b : a);
-    find("place-text").textContent = `${"xyz"[axis]} = ${place.toPrecision(4)}`;
-    place -= meta.centre[axis];
+    const name = axis === "any" ? `${find("round").value}\u00b0, ${find("up").value}\u00b0:` : `${"xyz"[axis]} =`;
+    find("place-text").textContent = `${name} ${place.toPrecision(4)}`;
+    const beyond = new Float32Array(n), isNear = new Uint8Array(n);
+    for (let v = 0; v < n; v++) {
+      const at = moved(v);
+      beyond[v] = dot(normal, at) + centre - place;
+      isNear[v] = Math.hypot(...minus(at, middle)) < .6 * meta.size;
+    }
     order.forEach(([value, kind, number]) => {
       const { size, all } = cells[kind];
       let below = false, above = false, near = false;
       for (let k = 0; k < size; k++) {
-        const at = moved(all[number * size + k]);
-        if (at[axis] <= place) below = true;
-        if (at[axis] >= place) above = true;
-        if (Math.hypot(...minus(at, middle)) < .6 * meta.size) near = true;
+        const v = all[number * size + k];
+        if (beyond[v] <= 0) below = true;
+        if (beyond[v] >= 0) above = true;
+        if (isNear[v]) near = true;
       }
       // What is far from the moved families would hide them.
-      if (below && above && near) cell(list, kind, number, value, false);
+      if (below && above && near) { cell(list, kind, number, value, false); count++; }
     });
   }
+  body.dataset.slice = count;
   batches.slice.fill(list);
+}
+/** Slices by a plane that faces the eye. */
+function facingEye() {
+  if (meta.stops) return;
+  const [x, y, z] = directions()[2], degrees = angle => Math.round(angle * 180 / Math.PI);
+  find("axis").value = "any";
+  find("round").value = degrees(Math.atan2(y, x));
+  find("up").value = degrees(Math.asin(z));
+  slice();
 }
 function mark() {
   const list = [];
@@ -364,7 +390,10 @@ function legend() {
 
 const all = () => { legend(); surface(); slice(); mark(); later(); };
 find("colours").oninput = all;
-find("axis").oninput = find("place").oninput = () => { slice(); later(); };
+["axis", "place", "round", "up"].forEach(id => find(id).oninput = () => { slice(); later(); });
+find("facing").onclick = () => { facingEye(); later(); };
+// A part of a large mesh has the cells of its own slices alone.
+if (meta.stops) find("axis").querySelector("[value=any]").remove();
 find("count").oninput = () => { mark(); later(); };
 find("time").oninput = find("edges").oninput = later;
 find("home").onclick = home;
@@ -399,11 +428,15 @@ canvas.onpointermove = event => {
 };
 canvas.addEventListener("wheel", event => { event.preventDefault(); zoom(Math.exp(event.deltaY * .001)); later(); }, { passive: false });
 canvas.onkeydown = event => {
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
   const step = { ArrowLeft: [-30, 0], ArrowRight: [30, 0], ArrowUp: [0, -30], ArrowDown: [0, 30] }[event.key];
   if (step) (event.shiftKey ? pan : turn)(...step);
   else if (event.key === "+" || event.key === "=") zoom(.8);
   else if (event.key === "-") zoom(1.25);
   else if (event.key === "0") home();
+  else if (event.key === "p") facingEye();
+  else if ("xyz".includes(event.key)) { find("axis").value = "xyz".indexOf(event.key); slice(); }
+  else if (event.key === "[" || event.key === "]") { find("place").value = +find("place").value + (event.key === "[" ? -.01 : .01); slice(); }
   else return;
   event.preventDefault();
   later();
@@ -420,7 +453,7 @@ const pixels = new Uint8Array(canvas.width * canvas.height * 4);
 gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
 let drawn = 0;
 for (let i = 3; i < pixels.length; i += 4) if (pixels[i]) drawn++;
-say("Drag to turn, with the right button or two fingers to move, scroll or pinch to zoom. Keys: arrows, shift and arrows, + and -, 0.");
+say("Drag to turn, with the right button or two fingers to move, scroll or pinch to zoom. Keys: arrows, shift and arrows, + and -, 0; x, y, z and p slice (p faces you), [ and ] move the slice.");
 Object.assign(body.dataset, { pixels: drawn, milliseconds: Math.round(performance.now()), state: "ready" });
 })().catch(error => {
   document.getElementById("message").textContent = `The mesh cannot be drawn: ${error.message}`;
