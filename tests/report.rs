@@ -11,8 +11,8 @@ use idmesh::mover::{FamilyReport, MovedSection, ProfileReport, Solver, StageName
 use idmesh::quality::Statistics;
 use idmesh::relaxation::Relaxation;
 use idmesh::report::{
-    Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, Repaired, ReportError, RunReport, Seconds, Series,
-    Smoothing, WorstCell, histogram_svg, kind_table, stage_remark, stage_table,
+    Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, Outline, Repaired, ReportError, RunReport, Seconds,
+    Series, Smoothing, WorstCell, histogram_svg, kind_table, stage_remark, stage_table,
 };
 use idmesh::volume::{Path, StepVerdict, TriedStep};
 use schema::assert_report;
@@ -113,6 +113,10 @@ fn report() -> RunReport {
             "wing".into(),
             vec![MovedSection { profile: 7, max_distance_to_new_profile: 2e-3, points: vec![DVec3::ONE] }],
         )])),
+        outlines: Some(BTreeMap::from([(
+            "wing".into(),
+            vec![Outline { profile: 7, change: 0.5, old: vec![[0.0, 0.5]], new: vec![[1.0, 2.0]] }],
+        )])),
         solver: Some(Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 }),
         relaxations: Some(vec![StageRelaxation {
             stage: "volume",
@@ -158,6 +162,7 @@ fn json_has_the_promised_names() {
               "measure": "scaled-jacobian", "value": -0.5, "original": 0.75 }
         ],
         "sections": { "wing": [{ "profile": 7, "max_distance_to_new_profile": 2e-3 }] },
+        "outlines": { "wing": [{ "profile": 7, "change": 0.5, "old": [[0.0, 0.5]], "new": [[1.0, 2.0]] }] },
         "relaxations": [
             { "stage": "volume", "of": "rotation", "method": "chebyshev", "converged": true, "sweeps": 32,
               "changes": [[16, 0.5], [32, 0.125]], "residuals": [[0, 1.0], [32, 0.25]] }

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | valid | `NAME.EXT` |
 //! | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
-//! | without finite positions | none |
+//! | without finite positions | the page alone |
 
 use std::collections::HashMap;
 use std::fs;
@@ -14,13 +14,13 @@ use std::path::{Path, PathBuf};
 use super::files::{ReadFiles, cannot_write, check_distinct, check_writable, remove_file};
 use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
-use super::{DesignFiles, SessionError};
+use super::{DesignFiles, Exit, SessionError, add_report};
 use crate::case::{Case, LoadedCase, Output};
 use crate::families::Role;
 use crate::formats::{Fields, FileSet, NamesLock, Placed, has_format, is_special, real_path, twin};
 use crate::mesh::{self, CellMeasures};
-use crate::mover::{Design, Outcome, Why};
-use crate::report::{Measured, Page, RunReport, Series, histogram_svg, share_of_tets};
+use crate::mover::{Outcome, Why};
+use crate::report::{Backend, Measured, Mesh, Page, ReportError, RunReport, Series, histogram_svg, share_of_tets};
 
 /// The files of one design's results, and the rule for their names:
 ///
@@ -28,7 +28,7 @@ use crate::report::{Measured, Page, RunReport, Series, histogram_svg, share_of_t
 /// |---|---|
 /// | valid | `NAME.EXT` |
 /// | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
-/// | without finite positions | none |
+/// | without finite positions | the page alone |
 #[derive(Default)]
 pub struct Outputs {
     /// The files of the moved mesh, one for each format.
@@ -319,7 +319,6 @@ impl Outputs {
     /// Adds the report as a page to a set of files, if the outputs have one.
     ///
     /// - `report`: the report of the outcome
-    /// - `design`: the design that was moved to
     ///
     /// # Errors
     /// The file cannot be written.
@@ -328,20 +327,40 @@ impl Outputs {
         files: &mut FileSet,
         case: &LoadedCase,
         report: &RunReport,
-        (design, outcome): (&Design, &Outcome),
+        outcome: &Outcome,
     ) -> Result<(), SessionError> {
         let Some(path) = &self.page else { return Ok(()) };
         let names = case.file.mesh.families.iter().map(String::as_str);
         let page = Page {
             report,
             outcome,
-            design,
             old: case.old_profiles().collect(),
             settings: &case.case.settings,
             roles: names.zip(case.roles().iter().map(Role::name)).collect(),
         };
         let written = page.html().and_then(|html| files.add(path, move |out| out.write_all(html.as_bytes())));
         written.map_err(|error| cannot_write(path, error))
+    }
+
+    /// Writes the report and the page of an outcome without finite positions, in place of the files
+    /// of an earlier result.
+    ///
+    /// - `report`: the report, and its file if it gets one
+    /// - `check`: as for [`Outputs::place`]
+    ///
+    /// # Errors
+    /// As for [`Outputs::place`], or a file cannot be written.
+    pub(super) fn place_refused(
+        &self,
+        case: &LoadedCase,
+        (report, path): (&RunReport, Option<&Path>),
+        outcome: &Outcome,
+        check: impl FnOnce() -> Result<(), SessionError>,
+    ) -> Result<(), SessionError> {
+        let mut files = FileSet::default();
+        self.add_page(&mut files, case, report, outcome)?;
+        path.map_or(Ok(()), |path| add_report(&mut files, path, report))?;
+        self.place(files, &case.inputs, path, check).map(drop)
     }
 }
 
@@ -384,7 +403,8 @@ pub struct Loss {
 impl LoadedCase {
     /// Writes the moved mesh to the outputs of the case, by the rule of
     /// [`crate::session::Outputs`], and returns the files written. All files appear, or none. The
-    /// page of a report is left out: [`crate::session::Session::finish`] makes reports.
+    /// page of the report has no times, device and checksums:
+    /// [`crate::session::Session::finish`] makes whole reports.
     ///
     /// ```no_run
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -401,12 +421,26 @@ impl LoadedCase {
     ///
     /// # Errors
     /// An output would overwrite an input or cannot be written, or a vertex has no finite position.
+    /// In the last case the page of the report is written.
     pub fn write(&self, outcome: &Outcome) -> Result<Vec<PathBuf>, SessionError> {
         let outputs = Outputs::of(&self.case, None);
         outputs.check(self)?;
         outputs.remove_earlier(&self.inputs, None)?;
         let mut files = FileSet::default();
+        let verdict = outcome.check();
+        let refused = verdict.as_ref().err();
+        let exit = refused.map_or(0, |refused| Exit::from(refused) as u8);
+        let (path, mesh) = (self.case.path.display().to_string(), Mesh::of(self.file.cells()));
+        let report = RunReport::failed(path, None, Backend::default(), mesh, exit);
+        if let Some(refused) = refused.filter(|refused| refused.why == Why::NotFinite) {
+            let report = RunReport { error: Some(ReportError::of_refused(refused)), ..report };
+            outputs.place_refused(self, (&report, None), outcome, || Ok(()))?;
+            return Err(SessionError::Refused(refused.clone()));
+        }
         outputs.add_to(&mut files, self, None, outcome)?;
+        if outputs.page.is_some() {
+            outputs.add_page(&mut files, self, &report.of_outcome(outcome, refused), outcome)?;
+        }
         let written = files.files().map(|(path, _)| path.to_path_buf()).collect();
         outputs.place(files, &self.inputs, None, || Ok(()))?;
         Ok(written)

@@ -15,7 +15,7 @@ use idmesh::formats::read_mixed;
 use sha2::{Digest, Sha256};
 
 use crate::fixture::*;
-use crate::page::{HOSTILE, with_family};
+use crate::page::{HOSTILE, two_meshes, with_family};
 
 /// Names of the browser in different systems.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
@@ -233,4 +233,32 @@ fn a_slice_lies_in_any_plane() {
     // At first a page is seen from 2.2 rad around and 0.45 rad above, from the side of the wing.
     assert!(["126 26 any", "-126 26 any"].contains(&data["facing"].as_str()), "{data:?}");
     assert_eq!(data["click"], "any");
+}
+
+/// The page of a comparison draws the mesh in the colours of the distances, and a click flies to a
+/// vertex.
+///
+/// Fails if the distances are packed in another way than they are unpacked.
+#[test]
+fn the_page_of_a_comparison_shows_distances() {
+    if is_off() {
+        return;
+    }
+    let fixture = Fixture::new();
+    two_meshes(&fixture);
+    let output = fixture.idmesh(&["compare", "first.msh", "second.msh", "--report", "page.html"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let document = driven(
+        &fixture.path("page.html"),
+        "document.querySelectorAll('#worst tr[data-cell]')[1].click(); \
+         body.dataset.chosen = document.querySelector('.chosen').dataset.cell; \
+         body.dataset.colours = find('colours').value; \
+         body.dataset.ticks = [...find('ticks').children].map(tick => tick.textContent).join(' ');",
+    );
+    let data = data(&document);
+    assert_eq!((data["state"].as_str(), data["wrong"].as_str()), ("ready", "0"), "{data:?}");
+    assert!(data["pixels"].parse::<usize>().unwrap() > 10_000, "{data:?}");
+    assert_eq!((data["chosen"].as_str(), data["colours"].as_str()), ("1", "distance"), "{data:?}");
+    // Six powers of ten up to 0.125.
+    assert_eq!(data["ticks"], "1.2e-7 0.00013 0.13", "{data:?}");
 }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::super::outline::directions;
 use super::super::svg::Svg;
 use super::chart::{Axis, Chart, WIDE, polyline};
 use crate::profile::{Plane, Profile, distance};
@@ -73,29 +74,5 @@ impl Section<'_> {
         let mut chart = Chart::new([WIDE, 130.0], title, x, y, labels);
         chart.curve("line got", curve);
         Some(chart.svg)
-    }
-}
-
-/// The directions to the right and upward in the picture of a plane: downstream and up where an
-/// aircraft lies as usual.
-fn directions(plane: &Plane) -> [DVec3; 2] {
-    let up = if plane.normal.z.abs() < 0.9 { DVec3::Z } else { DVec3::Y };
-    let up = up.reject_from_normalized(plane.normal).normalize_or_zero();
-    let across = up.cross(plane.normal);
-    let downstream = if plane.normal.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
-    [if across.dot(downstream) < 0.0 { -across } else { across }, up]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Fails if a section of a wing along y is drawn upside down, or with its nose to the right.
-    #[test]
-    fn sections_lie_as_in_books() {
-        let plane = |normal| Plane { point: DVec3::ZERO, normal };
-        assert_eq!(directions(&plane(DVec3::Y)), [DVec3::X, DVec3::Z]);
-        assert_eq!(directions(&plane(DVec3::Z)), [DVec3::X, DVec3::Y]);
-        assert_eq!(directions(&plane(DVec3::X)), [DVec3::Y, DVec3::Z]);
     }
 }

@@ -90,6 +90,7 @@ const by = [0, 1, 2].map(() => new Int16Array(numbers(n, 2)));
 const families = meta.families.map(of => ({ ...of, faces: [polygons(of.triangles, 3), polygons(of.quadrilaterals, 4)] }));
 const cells = [4, 5, 6, 8].map((size, kind) => polygons(meta.cells[kind], size));
 const quality = new Int8Array(numbers(meta.cells.reduce((a, b) => a + b), 1));
+const far = meta.far ? Array.from(new Uint8Array(numbers(n, 1)), shade => shade / 255) : [];
 
 const moved = v => [0, 1, 2].map(i => old[i][v] + by[i][v] * meta.unit);
 const lengths = new Float32Array(n), lowest = new Int8Array(n).fill(127), hasCell = new Uint8Array(n);
@@ -109,7 +110,8 @@ const order = []; // [quality, kind, number in the kind]
     }
   });
 }
-const worst = [...order].sort((a, b) => a[0] - b[0]).slice(0, 1000);
+// Of two results the worst vertices are marked, not the worst cells.
+const worst = meta.far ? [] : [...order].sort((a, b) => a[0] - b[0]).slice(0, 1000);
 
 // --- Drawing ---
 
@@ -124,6 +126,7 @@ const RAMPS = { // From low to high.
   displacement: [[.85, .88, .92], [.62, .78, .88], [.33, .65, .80], [.16, .47, .70], [.19, .27, .56], [.25, .09, .38]],
   quality: [[.70, .09, .13], [.91, .40, .22], [.97, .72, .40], [.93, .90, .70], [.64, .80, .78], [.36, .60, .72]],
 };
+RAMPS.distance = RAMPS.displacement;
 const NONE = -9, INVERTED = -5, MARKED = -7;
 const shader = (type, text) => {
   const made = gl.createShader(type);
@@ -190,10 +193,13 @@ function face(list, vertices, shades) {
   }
 }
 const colours = () => find("colours").value;
+/** What each vertex has, if the colours show such a thing. */
+const ofVertices = () => ({ displacement: lengths, distance: far })[colours()];
 const shadeOf = value => value <= 0 ? INVERTED : value / 127;
 /** The shades of a face of the surface: those of its vertices, unless one of them has a colour of its own. */
 function shades(vertices) {
-  if (colours() === "displacement") return vertices.map(v => lengths[v]);
+  const values = ofVertices();
+  if (values) return vertices.map(v => values[v]);
   const own = vertices.map(v => colours() === "quality" && hasCell[v] ? shadeOf(lowest[v]) : NONE);
   const odd = [INVERTED, NONE].find(shade => own.includes(shade));
   return odd ? own.map(() => odd) : own;
@@ -210,10 +216,10 @@ function surface() {
 }
 function cell(list, kind, number, value, marked) {
   const { size, all } = cells[kind], of = all.subarray(number * size, (number + 1) * size);
-  const own = marked && value > 0 ? MARKED : shadeOf(value), isPlain = marked || colours() !== "displacement";
+  const own = marked && value > 0 ? MARKED : shadeOf(value), values = marked ? null : ofVertices();
   FACES[size].forEach(places => {
     const vertices = places.map(k => of[k]);
-    face(list, vertices, vertices.map(v => isPlain ? own : lengths[v]));
+    face(list, vertices, vertices.map(v => values ? values[v] : own));
   });
 }
 /** The direction across the slice: along an axis, or by two angles, from x towards y and from there up to z. */
@@ -282,17 +288,17 @@ batches.listed.fill(meta.worst.flatMap(({ points, old: before }) => {
 }));
 function choose(number) {
   rows.forEach((row, other) => row.classList.toggle("chosen", other === number));
-  const { points, old: before } = meta.worst[number], list = [];
-  FACES[points.length].forEach(places => {
+  const { points, old: before, size = 0 } = meta.worst[number], list = [];
+  (FACES[points.length] ?? []).forEach(places => {
     for (let k = 1; k + 1 < places.length; k++) [places[0], places[k], places[k + 1]].forEach((v, i) => {
       list.push(...minus(before[v], meta.centre), ...minus(points[v], before[v]), MARKED, i === 0, i === 1, i === 2);
     });
   });
   batches.chosen.fill(list);
   const place = middleOf(points);
-  const size = Math.max(...points.map(p => Math.hypot(...minus(p, place))));
+  const wide = Math.max(size, ...points.map(p => Math.hypot(...minus(p, place))));
   camera.centre = minus(place, meta.centre);
-  camera.distance = Math.max(14 * size, 1e-6 * meta.size);
+  camera.distance = Math.max(14 * wide, 1e-6 * meta.size);
   canvas.scrollIntoView({ block: "nearest" });
   later();
 }
@@ -349,7 +355,7 @@ function draw() {
   gl.uniform1f(at("time"), +find("time").value);
   gl.uniform3fv(at("eye"), eye);
   gl.uniform3fv(at("ink"), ink);
-  gl.uniform3fv(at("ramp"), RAMPS[colours() === "quality" ? "quality" : "displacement"].flat());
+  gl.uniform3fv(at("ramp"), (RAMPS[colours()] ?? RAMPS.quality).flat());
   gl.uniform1f(at("spot"), 0);
   gl.uniform1f(at("edges"), find("edges").checked ? .45 : 0);
   batches.surface.draw();
@@ -377,11 +383,14 @@ function legend() {
   paint.fillStyle = gradient;
   paint.fillRect(0, 0, 160, 10);
   find("what").textContent = kind === "quality" ? meta.measure : kind;
-  // Shades of quality go with its root.
-  const most = kind === "quality" ? meta.best : meta.largest, power = kind === "quality" ? 2 : 1;
+  const values = { // Shades of quality go with its root, and those of distances with the logarithm.
+    displacement: share => meta.largest * share,
+    quality: share => meta.best * share ** 2,
+    distance: share => meta.far.largest * 10 ** (meta.far.decades * (share - 1)),
+  };
   find("ticks").replaceChildren(...[0, .5, 1].map(share => {
     const tick = document.createElement("span");
-    tick.textContent = +(most * share ** power).toPrecision(2);
+    tick.textContent = +values[kind](share).toPrecision(2);
     return tick;
   }));
 }
@@ -392,6 +401,10 @@ const all = () => { legend(); surface(); slice(); mark(); later(); };
 find("colours").oninput = all;
 ["axis", "place", "round", "up"].forEach(id => find(id).oninput = () => { slice(); later(); });
 find("facing").onclick = () => { facingEye(); later(); };
+if (meta.far) {
+  find("colours").add(new Option("distance"), 0);
+  find("colours").value = "distance";
+}
 // A part of a large mesh has the cells of its own slices alone.
 if (meta.stops) find("axis").querySelector("[value=any]").remove();
 find("count").oninput = () => { mark(); later(); };
