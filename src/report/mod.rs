@@ -25,7 +25,7 @@ use crate::mesh::{CellKind, FamilyId, HybridMesh, KindQuality};
 pub use checksums::{Checksums, Sums};
 pub use histogram::{Measured, Series, histogram_svg};
 pub use outline::Outline;
-pub use page::{ComparisonPage, Page, batch_html, is_page};
+pub use page::{ComparisonPage, Page, batch_html, is_page, sections_svg};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
 
 pub use worst_cells::WorstCell;

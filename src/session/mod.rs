@@ -46,7 +46,9 @@ pub use claims::{Claiming, Claims, Done, Held, Next};
 pub use designs::{DesignFiles, Listed, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
-pub use files::{Folder, ReadFiles, check_distinct, check_writable, remove_file, write_text, write_texts};
+pub use files::{
+    Folder, ReadFiles, check_distinct, check_writable, remove_file, write_surface, write_text, write_texts,
+};
 pub use join::{Conflict, Joined, JoinedLine, join};
 pub use lines::{Appending, Line, ReportFile};
 pub use outputs::{Loss, Outputs};
@@ -55,7 +57,7 @@ pub use shard::Shard;
 
 use crate::backend::Backend;
 use crate::case::LoadedCase;
-use crate::formats::{FileSet, Placed};
+use crate::formats::{FileSet, Placed, is_surface_file};
 use crate::mesh::{OtherCells, TetMesh};
 use crate::mover::{Design, Mover, MoverBuilder, Outcome, Refused, Why};
 use crate::report::{self, Checksums, ReportError, RunReport, Seconds};
@@ -229,8 +231,9 @@ impl<'a> Session<'a> {
             sums.map(|(path, sum)| (path.display().to_string(), sum.map(str::to_owned))).collect()
         };
         let written: Vec<_> = files.files().map(|(path, _)| path.to_path_buf()).collect();
-        let meshes: Vec<_> =
-            written.iter().filter(|path| Some(*path) != job.outputs.histogram.as_ref()).cloned().collect();
+        let pictures: Vec<PathBuf> = job.outputs.pictures().collect();
+        let is_mesh = |path: &&PathBuf| !pictures.contains(path) && !is_surface_file(path);
+        let meshes: Vec<_> = written.iter().filter(is_mesh).cloned().collect();
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &meshes));
         let refused = verdict.as_ref().err();
         let report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);

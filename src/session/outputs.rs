@@ -17,10 +17,12 @@ use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
 use super::{DesignFiles, Exit, SessionError, add_report};
 use crate::case::{Case, LoadedCase, Output};
 use crate::families::Role;
-use crate::formats::{Fields, FileSet, NamesLock, Placed, has_format, is_special, real_path, twin};
+use crate::formats::{Fields, FileSet, NamesLock, Placed, SurfaceFile, has_format, is_special, real_path, twin};
 use crate::mesh::{self, CellMeasures};
 use crate::mover::{Outcome, Why};
-use crate::report::{Backend, Measured, Mesh, Page, ReportError, RunReport, Series, histogram_svg, share_of_tets};
+use crate::report::{
+    Backend, Measured, Mesh, Page, ReportError, RunReport, Series, histogram_svg, sections_svg, share_of_tets,
+};
 
 /// The files of one design's results, and the rule for their names:
 ///
@@ -38,6 +40,10 @@ pub struct Outputs {
     /// The file of the report as a page for browsers (HTML). It is there for every result that has
     /// files, valid or not, and says which.
     pub page: Option<PathBuf>,
+    /// The files of the moved surfaces, named like the meshes.
+    pub surfaces: Vec<PathBuf>,
+    /// The file of the wings' sections (SVG).
+    pub sections: Option<PathBuf>,
 }
 
 impl Outputs {
@@ -57,23 +63,29 @@ impl Outputs {
             meshes: output.mesh.iter().map(place).collect(),
             histogram: output.histogram.as_ref().map(place),
             page: output.report.as_ref().map(place),
+            surfaces: output.surface.iter().map(place).collect(),
+            sections: output.sections.as_ref().map(place),
         }
     }
 
-    /// These outputs with the name of a design before the extensions.
+    /// These outputs with the name of a design before the extensions, and `DESIGN.sections.svg` for
+    /// the sections.
     ///
     /// # Errors
     /// [`SessionError::NoExtension`]: an output has no extension.
     pub fn named(&self, design: &str) -> Result<Self, SessionError> {
         let place = |path: &PathBuf| named_after(path, design);
-        let meshes = self.meshes.iter().map(place).collect::<Result<_, _>>()?;
+        let [meshes, surfaces] =
+            [&self.meshes, &self.surfaces].map(|paths| paths.iter().map(place).collect::<Result<Vec<_>, _>>());
         let [histogram, page] = [&self.histogram, &self.page].map(|path| path.as_ref().map(place).transpose());
-        Ok(Self { meshes, histogram: histogram?, page: page? })
+        let sections = self.sections.as_ref().map(|path| path.with_file_name(format!("{design}.sections.svg")));
+        Ok(Self { meshes: meshes?, histogram: histogram?, page: page?, surfaces: surfaces?, sections })
     }
 
     /// All files.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.meshes.iter().chain(&self.histogram).chain(&self.page).map(PathBuf::as_path)
+        let others = self.histogram.iter().chain(&self.page).chain(&self.sections);
+        self.meshes.iter().chain(&self.surfaces).chain(others).map(PathBuf::as_path)
     }
 
     /// Every name that a result may have, valid or not.
@@ -81,14 +93,20 @@ impl Outputs {
         let meshes = self.meshes.iter().flat_map(|path| [Some(path.clone()), Some(invalid_name(path)), twin(path)]);
         let meshes = meshes.flatten();
         let inverted = self.meshes.first().map(|path| inverted_name(path));
-        meshes.chain(inverted).chain(self.histogram.clone()).chain(self.page.clone()).collect()
+        let surfaces = self.surfaces.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
+        meshes.chain(inverted).chain(surfaces).chain(self.pictures()).collect()
     }
 
     /// The names of the files of a result of which it is known whether it is valid. Without
     /// `NAME.inverted.vtu`, which not every invalid result has.
     pub(super) fn names_of(&self, is_valid: bool) -> Vec<PathBuf> {
         let mesh = |path: &PathBuf| if is_valid { path.clone() } else { invalid_name(path) };
-        self.meshes.iter().map(mesh).chain(self.histogram.clone()).chain(self.page.clone()).collect()
+        self.meshes.iter().chain(&self.surfaces).map(mesh).chain(self.pictures()).collect()
+    }
+
+    /// The files that have one name for every result: they say themselves whether it is valid.
+    pub(super) fn pictures(&self) -> impl Iterator<Item = PathBuf> {
+        self.histogram.clone().into_iter().chain(self.page.clone()).chain(self.sections.clone())
     }
 
     /// Refuses outputs that would overwrite an input or each other, if the result is not valid too:
@@ -159,7 +177,8 @@ impl Outputs {
         // their names.
         let invalid: Vec<_> = self.meshes.iter().map(|path| invalid_name(path)).collect();
         case.file.check_beside(&invalid.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-        self.histogram.iter().chain(&self.page).try_for_each(|path| check_writable(path))
+        let surfaces = self.surfaces.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
+        surfaces.chain(self.pictures()).try_for_each(|path| check_writable(&path))
     }
 
     /// The parts of the input mesh that the written meshes will not hold. The loss of a `.vtu` file
@@ -206,7 +225,9 @@ impl Outputs {
     pub fn remove_all_but(&self, read: &ReadFiles, report: Option<&Path>) {
         let _lock = self.lock(report);
         let _ = report.map(remove_file);
-        let is_other = |path: &PathBuf| [&self.histogram, &self.page].map(Option::as_ref).contains(&Some(path));
+        let others: Vec<PathBuf> = self.pictures().chain(self.surfaces.iter().cloned()).collect();
+        let invalid: Vec<PathBuf> = self.surfaces.iter().map(|path| invalid_name(path)).collect();
+        let is_other = |path: &PathBuf| others.contains(path) || invalid.contains(path);
         let can_be_written = |path: &PathBuf| is_other(path) || has_format(path);
         for path in self.names().into_iter().filter(can_be_written) {
             if read.lost_to(&path).is_none() {
@@ -291,6 +312,19 @@ impl Outputs {
             && let Some(first) = self.meshes.first()
         {
             add_inverted(files, first, outcome)?;
+        }
+        let surface = SurfaceFile {
+            mesh: case.file.cells(),
+            vertices: moved.vertices(),
+            displacement: Some(moved.displacement()),
+        };
+        for path in &self.surfaces {
+            let written = if outcome.is_valid() { path.clone() } else { invalid_name(path) };
+            surface.add_to(files, &written).map_err(|error| cannot_write(&written, error))?;
+        }
+        if let Some(path) = &self.sections {
+            let svg = sections_svg(outcome, &case.old_profiles().collect::<Vec<_>>());
+            files.add(path, move |out| out.write_all(svg.as_bytes())).map_err(|error| cannot_write(path, error))?;
         }
         let Some(path) = &self.histogram else { return Ok(()) };
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -220,7 +220,10 @@ fn a_comparison_has_a_page() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let figures: Value = serde_json::from_str(&fixture.read("figures.json")).unwrap();
     let (page, relative) = (fixture.read("page.html"), figures["relative_difference"].as_f64().unwrap());
-    assert_eq!((figures["worst_vertex"].as_u64(), figures["max_difference"].as_f64()), (Some(on_wing as u64), Some(0.125)));
+    assert_eq!(
+        (figures["worst_vertex"].as_u64(), figures["max_difference"].as_f64()),
+        (Some(on_wing as u64), Some(0.125))
+    );
     let words = words(&page);
     assert!(words.contains("out of tolerance") && words.contains("first.msh against second.msh"), "{words}");
     let row = |number: usize, vertex: usize, distance: &str| {

@@ -107,6 +107,11 @@ impl Html {
         self
     }
 
+    /// The number of bytes so far.
+    pub fn len(&self) -> usize {
+        self.text.len()
+    }
+
     /// The whole text.
     pub fn finish(self) -> String {
         self.text

@@ -42,6 +42,7 @@ use html::{Html, number};
 use relaxation_charts::Group;
 use scene::{Scene, Subject};
 use section_charts::Section;
+pub use section_charts::sections_svg;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("view.js");
