@@ -153,7 +153,7 @@ fn a_mesh_without_finite_positions_is_not_written() {
     ] {
         assert!(page.contains(words), "{words}");
     }
-    assert!(!page.contains("canvas") && !page.contains("NaN") && !page.contains("<script"));
+    assert!(!page.contains("id=\"canvas\"") && !page.contains("NaN") && !page.contains("<script"));
 }
 
 /// The page of a good outcome that a program has moved and written: the figures of the report.

@@ -17,6 +17,9 @@ use crate::quality::betas;
 /// Most vertices that are listed.
 const LISTED: usize = 20;
 
+/// A family smaller than this share of the mesh is looked at from near.
+const SMALL: f64 = 0.3;
+
 /// Steps of the distribution of distances in a power of ten.
 const STEPS: f64 = 4.0;
 
@@ -218,7 +221,29 @@ impl ComparisonPage<'_> {
             values: Cow::Owned(values),
             distances: Some(distances),
         };
-        subject.scene(&self.bodies, |shown| shown.worst_vertices(worst))
+        let bodies = if self.outcomes.is_some() { self.bodies.clone() } else { self.small_families(distances) };
+        subject.scene(&bodies, |shown| shown.worst_vertices(worst))
+    }
+
+    /// The families that are apart and small against the mesh: a far boundary is none of them.
+    fn small_families(&self, distances: &[f64]) -> Vec<&str> {
+        let names = &self.mesh.mesh.families;
+        let mut boxes = vec![None; names.len()];
+        let mut is_apart = vec![false; names.len()];
+        for face in 0..self.mesh.n_faces() as u32 {
+            let Some(family) = self.mesh.family_of(face).map(FamilyId::index) else { continue };
+            for &vertex in self.mesh.face_vertices(face) {
+                let at = self.mesh.mesh.vertices[vertex as usize];
+                let (low, high) = boxes[family].unwrap_or((at, at));
+                boxes[family] = Some((low.min(at), high.max(at)));
+                is_apart[family] |= distances[vertex as usize] != 0.0;
+            }
+        }
+        let all = boxes.iter().flatten().copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let size = |(low, high): (DVec3, DVec3)| low.distance(high);
+        let whole = all.map_or(0.0, size);
+        let is_body = |family: usize| is_apart[family] && boxes[family].is_some_and(|own| size(own) < SMALL * whole);
+        names.iter().enumerate().filter(|(family, _)| is_body(*family)).map(|(_, name)| name.as_str()).collect()
     }
 }
 

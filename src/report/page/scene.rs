@@ -151,9 +151,12 @@ impl<'a> Subject<'a> {
         let of_bodies = all().filter(of_body).flat_map(|face| mesh.face_vertices(face));
         let is_moved = |vertex: &&u32| displacement[**vertex as usize].length() > MOVED * largest;
         let at = |vertex: &u32| moved[*vertex as usize];
+        let all_faces = || Focus::of(faces().map(at));
+        // A few vertices that moved alone are no place to look at the mesh from.
+        let is_large = |focus: &Focus| all_faces().is_some_and(|all| focus.size() > MOVED * all.size());
         let focus = Focus::of(of_bodies.map(at))
-            .or_else(|| Focus::of(faces().filter(is_moved).map(at)))
-            .or_else(|| Focus::of(faces().map(at)))
+            .or_else(|| Focus::of(faces().filter(is_moved).map(at)).filter(is_large))
+            .or_else(all_faces)
             .or_else(|| Focus::of(moved.iter().copied()))
             .unwrap_or(Focus { low: DVec3::ZERO, high: DVec3::ZERO });
         let is_of_tets = mesh.n_cells() == mesh.count(CellKind::Tet);
