@@ -124,8 +124,12 @@ fn a_bad_mesh_never_gets_the_good_name() {
     assert_eq!(outcome.valid().unwrap_err().why, Why::Invalid);
     std::fs::write(folder.path().join("moved.vtu"), "of another design").unwrap();
     let written = case.write(&outcome).unwrap();
-    assert_eq!(written.len(), 4);
+    assert_eq!(written.len(), 5);
     assert!(folder.path().join("beta.svg").is_file());
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("case.toml: refused</title>") && page.contains("id=\"canvas\""));
+    let message = format!("{} of 97694 tets are inverted", outcome.inverted);
+    assert!(page.contains(&message) && page.contains("<td>final: the volume has moved</td>"), "{message}");
     assert_eq!(names(&folder), ["moved.invalid.msh.gz", "moved.invalid.vtu", "moved.inverted.vtu"]);
 }
 
@@ -137,6 +141,32 @@ fn a_mesh_without_finite_positions_is_not_written() {
     let error = case.write(&outcome).unwrap_err().to_string();
     assert_eq!(error, "not converged: 1 vertices have no finite position; no mesh was written");
     assert!(names(&folder).is_empty());
+    // The page is written all the same, without a view.
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let lost = outcome.even_if_invalid().vertices().iter().position(|at| !at.is_finite()).unwrap();
+    for words in [
+        "case.toml: not converged</title>",
+        "not converged: 1 vertices have no finite position",
+        &format!("<td>{lost}</td>"),
+        "<h2>Convergence</h2>",
+        "script-src 'none'",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(!page.contains("id=\"canvas\"") && !page.contains("NaN") && !page.contains("<script"));
+}
+
+/// The page of a good outcome that a program has moved and written: the figures of the report.
+#[test]
+fn a_program_writes_the_page_too() {
+    let (folder, case) = example();
+    let mut mover = case.mover(cpu()).unwrap();
+    let outcome = mover.update(&case.design).unwrap();
+    let written = case.write(&outcome).unwrap();
+    assert!(written.contains(&folder.path().join("report.html")), "{written:?}");
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("case.toml: valid</title>") && page.contains("old, asked and got"));
+    assert!(page.contains(&format!("<td>{:.6}</td>", outcome.stages[3].beta_min)));
 }
 
 /// The error of a case names the file at fault.

@@ -15,11 +15,11 @@ use idmesh::backend::{
 use idmesh::families::Role;
 use idmesh::formats;
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, MoveError, Mover};
+use idmesh::mover::{Design, MoveError, Mover, Outcome};
 use idmesh::relaxation::{Method, Stopping};
 use idmesh::smoothing::QualityTarget;
 use idmesh::springs::{SPRINGS, Springs};
-use idmesh::volume::MAX_STEPS;
+use idmesh::volume::{MAX_STEPS, Path, StepVerdict, TriedStep};
 
 fn mesh() -> TetMesh {
     formats::read(&file("tests/data/pitch-wing.msh.gz")).unwrap().mesh
@@ -112,6 +112,32 @@ fn large_rotations_keep_the_mesh_as_good_as_it_was() {
     }
 }
 
+/// Checks the list of steps: what was kept leads from the start to where the path ended, each step
+/// began where the one before had ended, and the counts are those of the path.
+fn assert_steps(outcome: &Outcome) {
+    let Path { steps, given_up, reached, tried, .. } = &outcome.path;
+    let kept: Vec<&TriedStep> = tried.iter().filter(|step| step.verdict == StepVerdict::Kept).collect();
+    assert_eq!((kept.len(), tried.len() - kept.len()), (*steps, *given_up), "{tried:#?}");
+    let mut at = 0.0;
+    for step in tried {
+        assert!(step.from == at && step.to > at, "{tried:#?}");
+        let left = step.inverted_optimised.unwrap_or(step.inverted);
+        match step.verdict {
+            StepVerdict::Kept => {
+                at = step.to;
+                assert!(left == 0 && step.worst.unwrap() > 0.0, "{step:?}");
+            }
+            StepVerdict::Inverted => assert!(left > 0 && step.worst.unwrap() <= 0.0, "{step:?}"),
+            StepVerdict::NotConverged => assert_eq!(step.worst, None),
+        }
+    }
+    assert_eq!(at, *reached);
+    if outcome.inverted == 0 {
+        let last = tried.last().unwrap().worst.unwrap();
+        assert_eq!(last, outcome.beta.iter().copied().reduce(f64::min).unwrap());
+    }
+}
+
 /// Half-way through half a turn a straight way would leave no wing: the path turns with it. One
 /// jump is not enough, and what small rotations need is one jump.
 ///
@@ -133,6 +159,7 @@ fn half_a_turn_is_followed_in_steps() {
     assert!(outcome.is_valid() && outcome.folded.is_empty());
     assert!(outcome.path.steps > 1 && outcome.path.given_up > 0, "{:?}", outcome.path);
     assert_eq!(outcome.path.reached, 1.0);
+    assert_steps(&outcome);
     let mesh = mover.mesh();
     for vertex in vertices_of(mesh, "wing") {
         assert_eq!(outcome.displacement()[vertex], displacement(mesh.vertices[vertex], 180.0));
@@ -184,6 +211,7 @@ fn a_step_that_does_not_converge_is_the_last() {
     // The jump and the step.
     assert_eq!((outcome.path.steps, outcome.path.given_up), (2, 2));
     assert!(outcome.path.reached > 0.4 && outcome.path.reached < 0.6, "{:?}", outcome.path);
+    assert_steps(&outcome);
 }
 
 /// Counts how often springs are evaluated.

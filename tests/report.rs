@@ -11,10 +11,10 @@ use idmesh::mover::{FamilyReport, MovedSection, ProfileReport, Solver, StageName
 use idmesh::quality::Statistics;
 use idmesh::relaxation::Relaxation;
 use idmesh::report::{
-    Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, Repaired, ReportError, RunReport, Seconds, Series,
-    Smoothing, WorstCell, histogram_svg, kind_table, stage_remark, stage_table,
+    Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, Outline, Repaired, ReportError, RunReport, Seconds,
+    Series, Smoothing, WorstCell, histogram_svg, kind_table, stage_remark, stage_table,
 };
-use idmesh::volume::Path;
+use idmesh::volume::{Path, StepVerdict, TriedStep};
 use schema::assert_report;
 
 fn stages() -> Vec<StageQuality> {
@@ -41,6 +41,14 @@ fn report() -> RunReport {
         ("symmetry".into(), FamilyReport { max_distance_to_plane: Some(0.0), ..Default::default() }),
         ("wing".into(), FamilyReport { folded_triangles: 2, pierced_triangles: 1, ..Default::default() }),
     ]);
+    let step = TriedStep {
+        from: 0.25,
+        to: 0.5,
+        verdict: StepVerdict::NotConverged,
+        inverted: 9,
+        inverted_optimised: Some(0),
+        worst: Some(0.125),
+    };
     RunReport {
         idmesh: "0.1.0".into(),
         case: "case.toml".into(),
@@ -105,6 +113,10 @@ fn report() -> RunReport {
             "wing".into(),
             vec![MovedSection { profile: 7, max_distance_to_new_profile: 2e-3, points: vec![DVec3::ONE] }],
         )])),
+        outlines: Some(BTreeMap::from([(
+            "wing".into(),
+            vec![Outline { profile: 7, change: 0.5, old: vec![[0.0, 0.5]], new: vec![[1.0, 2.0]] }],
+        )])),
         solver: Some(Solver { method: "chebyshev".into(), sweeps: 700, relative_residual: 1e-5 }),
         relaxations: Some(vec![StageRelaxation {
             stage: "volume",
@@ -117,7 +129,7 @@ fn report() -> RunReport {
                 residuals: vec![(0, 1.0), (32, 0.25)],
             },
         }]),
-        path: Some(Path { steps: 3, given_up: 1, reached: 1.0 }),
+        path: Some(Path { steps: 3, given_up: 1, reached: 1.0, tried: vec![step] }),
         smoothing: Some(Smoothing { sweeps: 12, moved: 345 }),
         warnings: vec!["mind the gap".into()],
         checksums: Some(Checksums { case: BTreeMap::from([("case.toml".into(), None)]), ..Checksums::default() }),
@@ -150,12 +162,16 @@ fn json_has_the_promised_names() {
               "measure": "scaled-jacobian", "value": -0.5, "original": 0.75 }
         ],
         "sections": { "wing": [{ "profile": 7, "max_distance_to_new_profile": 2e-3 }] },
+        "outlines": { "wing": [{ "profile": 7, "change": 0.5, "old": [[0.0, 0.5]], "new": [[1.0, 2.0]] }] },
         "relaxations": [
             { "stage": "volume", "of": "rotation", "method": "chebyshev", "converged": true, "sweeps": 32,
               "changes": [[16, 0.5], [32, 0.125]], "residuals": [[0, 1.0], [32, 0.25]] }
         ],
         "solver": { "method": "chebyshev", "sweeps": 700, "relative_residual": 1e-5 },
-        "path": { "steps": 3, "given_up": 1, "reached": 1.0 },
+        "path": {
+            "steps": 3, "given_up": 1, "reached": 1.0,
+            "tried": [{ "from": 0.25, "to": 0.5, "verdict": "not-converged", "inverted": 9, "inverted_optimised": 0, "worst": 0.125 }]
+        },
         "valid": false, "converged": true, "exit": 5,
         "error": { "kind": "inverted", "count": 2, "place": null, "message": "2 of 96693 tets are inverted", "hint": null, "faults": [] },
         "checks": {

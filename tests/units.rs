@@ -312,7 +312,8 @@ fn assert_same_in_other_units(name: &str, setting: &Setting) {
             assert_close(found.beta_min, expected.beta_min, 1e-11);
             assert_close(found.beta_mean, expected.beta_mean, 1e-12);
         }
-        let judged = |outcome: &Outcome| (outcome.is_valid(), outcome.converged, outcome.path, outcome.warnings.len());
+        let path = |outcome: &Outcome| (outcome.path.steps, outcome.path.given_up, outcome.path.reached);
+        let judged = |outcome: &Outcome| (outcome.is_valid(), outcome.converged, path(outcome), outcome.warnings.len());
         assert_eq!(judged(&found), judged(&expected), "{name}, {factor:e}");
     }
 }

@@ -175,7 +175,7 @@ impl LoadedCase {
             profiles: old.keys().map(|name| (name.clone(), source(name))).collect(),
             families: BTreeMap::new(),
             settings,
-            output: Output { mesh: Vec::new(), histogram: None, report: None },
+            output: Output::default(),
         };
         let design = Design { profiles: old.clone(), ..Design::default() };
         Ok(Self { case, file, design, inputs: vec![path], roles: in_order, old: old.into_values().collect() })

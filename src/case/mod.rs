@@ -126,7 +126,7 @@ pub struct FamilySettings {
 }
 
 /// The `[output]` table.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Output {
     /// The files of the moved mesh. The extension of each selects its format.
     pub mesh: Vec<PathBuf>,
@@ -134,6 +134,10 @@ pub struct Output {
     pub histogram: Option<PathBuf>,
     /// The file of the report as a page for browsers (HTML).
     pub report: Option<PathBuf>,
+    /// Files of the moved surfaces, to look at or to hand on; see [`crate::formats::SurfaceFile`].
+    pub surface: Vec<PathBuf>,
+    /// The file of the wings' sections, old, asked and got (SVG).
+    pub sections: Option<PathBuf>,
 }
 
 /// A place in a text file.

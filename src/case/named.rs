@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use super::paths::{folder_of, has_extension, is_pattern, matches};
 use super::{Case, Output, parse, read_case};
-use crate::formats::{has_format, mesh_path};
+use crate::formats::{has_format, is_surface_file, mesh_path};
 
 /// The files that a case file names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,7 +56,7 @@ impl NamedFiles {
             _ => vec!["no table"],
         });
         // A table without the name of such a file is no misspelt `[output]`.
-        let is_other = |path: &Path| has_extension(path, "svg") || has_extension(path, "html");
+        let is_other = |path: &Path| ["svg", "html", "glb"].iter().any(|extension| has_extension(path, extension));
         let is_result = |text: &str| has_format(Path::new(text)) || is_other(Path::new(text));
         let are_outputs_sure = mesh.is_some()
             && output_keys.iter().all(|key| parse::OUTPUT_KEYS.contains(key))
@@ -74,13 +74,16 @@ impl NamedFiles {
         // A file with another extension would not be written.
         let histogram = file("histogram").filter(|path| has_extension(path, "svg"));
         let report = file("report").filter(|path| has_extension(path, "html"));
+        let sections = file("sections").filter(|path| has_extension(path, "svg"));
+        let surface = key("surface").map_or_else(Vec::new, texts).into_iter().map(|text| folder.join(text));
+        let surface = surface.filter(|path| is_surface_file(path)).collect();
         let tables = top.get("profiles").and_then(Value::as_table);
         let tables = tables.into_iter().flat_map(Table::keys).cloned().collect();
         // Any other text may name an input under a key with a mistake.
         let mut inputs: BTreeSet<PathBuf> = mesh.into_iter().chain([path.to_path_buf()]).collect();
         top.values().flat_map(texts).for_each(|text| add(text, folder, &mut inputs));
         let are_outputs_sure = are_outputs_sure && !meshes.is_empty();
-        let output = Output { mesh: meshes, histogram, report };
+        let output = Output { mesh: meshes, histogram, report, surface, sections };
         Some(Self { inputs: inputs.into_iter().collect(), output, are_outputs_sure, tables })
     }
 }
@@ -120,8 +123,8 @@ mod tests {
     /// A case with a mistake names the files of the case without the mistake.
     #[test]
     fn a_mistake_hides_no_file() {
-        let output =
-            "[output]\nmesh = [\"moved.msh\", \"moved.vtu\"]\nhistogram = \"beta.svg\"\nreport = \"report.html\"\n";
+        let output = "[output]\nmesh = [\"moved.msh\", \"moved.vtu\"]\nhistogram = \"beta.svg\"\nreport = \"report.html\"\n\
+             surface = [\"moved.vtp\", \"moved.glb\"]\nsections = \"sections.svg\"\n";
         for output in ["", output] {
             let good = named(&format!("{CASE}{output}")).unwrap();
             for (from, to) in [("role = \"wing\"", "role = \"wimg\""), ("new =", "nwe ="), ("[family", "[famly")] {

@@ -17,14 +17,14 @@ use crate::springs::{SPRINGS, Springs};
 use super::document::{CaseDocument, TomlTable, Value};
 use super::paths::{has_extension, is_pattern, matches};
 use super::{Case, CaseError, FamilySettings, Output, Position, ProfileSource, paths};
-use crate::formats::{extension, mesh_path};
+use crate::formats::{SURFACE_EXTENSIONS, extension, is_surface_file, mesh_path};
 use crate::text::nearest::{did_you_mean, quoted_list};
 
 /// The keys of a case file.
 pub(super) const KEYS: [&str; 7] = ["mesh", "profiles", "family", "volume", "quality", "solver", "output"];
 
 /// The keys of its table `[output]`.
-pub(super) const OUTPUT_KEYS: [&str; 3] = ["mesh", "histogram", "report"];
+pub(super) const OUTPUT_KEYS: [&str; 5] = ["mesh", "histogram", "report", "surface", "sections"];
 
 /// Reads the text of a case file; see [`Case::parse`].
 pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
@@ -374,7 +374,7 @@ fn solver(top: &TomlTable, method: Method, stopping: Stopping) -> Result<(Method
 
 fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseError> {
     let section = top.get("output").map(|table| table.section(&OUTPUT_KEYS)).transpose()?;
-    let mut output = Output { mesh: vec![folder.join(default_name(mesh))], histogram: None, report: None };
+    let mut output = Output { mesh: vec![folder.join(default_name(mesh))], ..Output::default() };
     let Some(section) = section else { return Ok(output) };
     if let Some(value) = section.get("mesh") {
         output.mesh.clear();
@@ -393,6 +393,20 @@ fn output(top: &TomlTable, folder: &Path, mesh: &Path) -> Result<Output, CaseErr
     }
     output.histogram = other_output(&section, "histogram", "svg", folder)?;
     output.report = other_output(&section, "report", "html", folder)?;
+    output.sections = other_output(&section, "sections", "svg", folder)?;
+    if let Some(value) = section.get("surface") {
+        for entry in value.texts()? {
+            let (text, file) = (entry.text()?, paths::file(&entry, folder)?);
+            if !is_surface_file(&file) {
+                return Err(entry
+                    .error(format!("`output.surface` is \"{text}\", expected a name ending in {SURFACE_EXTENSIONS}")));
+            }
+            if output.surface.contains(&file) {
+                return Err(entry.error(format!("the output \"{text}\" is listed twice")));
+            }
+            output.surface.push(file);
+        }
+    }
     Ok(output)
 }
 

@@ -8,14 +8,16 @@ use serde::Serialize;
 
 use super::console::Console;
 use super::failure::{Exit, Failure};
-use super::json::{check_json, write_json};
-use super::{BackendChoice, JsonTarget, choose_backend, json_target, load, warn_of_file};
-use crate::backend::Backend;
+use super::json::{check_json, text};
+use super::{BackendChoice, JsonTarget, choose_backend, json_target, load, page_target, warn_of_file};
+use crate::backend::{Backend, BackendInfo};
 use crate::case::LoadedCase;
+use crate::families::Role;
 use crate::formats;
 use crate::mesh;
 use crate::mover::Outcome;
-use crate::session::Session;
+use crate::report::ComparisonPage;
+use crate::session::{Session, check_distinct, check_writable, write_texts};
 use crate::text::figures::place;
 
 /// Arguments of `idmesh compare`.
@@ -38,6 +40,9 @@ pub(super) struct Arguments {
     /// Largest relative difference accepted.
     #[arg(long, value_name = "X", default_value = "1e-5", value_parser = tolerance)]
     tolerance: f64,
+    /// Write a page for browsers: distances by family, and where they are in the mesh.
+    #[arg(long, value_name = "FILE.html", value_parser = page_target)]
+    report: Option<PathBuf>,
     /// Write the result as JSON; `-` is standard output.
     #[arg(long, value_name = "FILE", value_parser = json_target)]
     json: Option<JsonTarget>,
@@ -118,15 +123,23 @@ impl Comparison {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
-    check_json(arguments.json.as_ref(), console)?;
-    let comparison = match arguments.files.as_slice() {
-        [a, b] => meshes(a, b, arguments.tolerance, console)?,
-        [case, ..] => backends(case, arguments.tolerance, console)?,
+    check(arguments, console)?;
+    let (comparison, page) = match arguments.files.as_slice() {
+        [a, b] => meshes([a, b], arguments, console)?,
+        [case, ..] => backends(case, arguments, console)?,
         [] => return Err(Failure::bad_input("nothing to compare")),
     };
-    if let Some(target) = &arguments.json {
-        write_json(target, &comparison, console)?;
+    let json = arguments.json.as_ref().map(|_| text(&comparison)).transpose()?;
+    let file = match &arguments.json {
+        Some(JsonTarget::File(path)) => Some(path.as_path()),
+        _ => None,
+    };
+    let texts = [(file, &json), (arguments.report.as_deref(), &page)];
+    write_texts(texts.into_iter().filter_map(|(path, text)| path.zip(text.as_deref())))?;
+    if let Some(json) = json.filter(|_| arguments.json == Some(JsonTarget::StandardOutput)) {
+        console.json(&json)?;
     }
+    arguments.report.iter().for_each(|path| console.note(format_args!("wrote {}", path.display())));
     if arguments.json != Some(JsonTarget::StandardOutput) {
         console.data(&comparison.text())?;
     }
@@ -142,47 +155,119 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     ))
 }
 
-fn meshes(a: &Path, b: &Path, tolerance: f64, console: &Console) -> Result<Comparison, Failure> {
+/// Checks that the outputs can be written, and that none is an input.
+fn check(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    let json = match &arguments.json {
+        Some(JsonTarget::File(path)) => Some(path.as_path()),
+        _ => None,
+    };
+    check_outputs(&arguments.files, arguments, json)?;
+    check_json(arguments.json.as_ref(), console)?;
+    Ok(arguments.report.as_deref().map_or(Ok(()), check_writable)?)
+}
+
+/// Checks that no output is one of these inputs.
+fn check_outputs(inputs: &[PathBuf], arguments: &Arguments, json: Option<&Path>) -> Result<(), Failure> {
+    Ok(check_distinct(inputs, &json.into_iter().chain(arguments.report.as_deref()).collect::<Vec<_>>())?)
+}
+
+/// The comparison of two mesh files, and its page if one is asked for.
+fn meshes(
+    paths: [&PathBuf; 2],
+    arguments: &Arguments,
+    console: &Console,
+) -> Result<(Comparison, Option<String>), Failure> {
+    let [a, b] = paths;
     let mut read = Vec::new();
-    for path in [a, b] {
+    for path in paths {
         console.step(&format!("reading {}", path.display()));
         let file = formats::read_mixed(path)?;
         warn_of_file(path, &file, console);
-        let vertices = file.mesh.vertices;
-        mesh::check_size(vertices.iter().copied())
+        mesh::check_size(file.mesh.vertices.iter().copied())
             .map_err(|error| Failure::bad_input(error.to_string()).in_file(path))?;
-        read.push(vertices);
+        read.push(file);
     }
-    if read[0].len() != read[1].len() {
+    let [first, second] = [0, 1].map(|file: usize| read[file].mesh.vertices.as_slice());
+    if first.len() != second.len() {
         let message = format!(
             "{} has {} vertices and {} has {}: there is nothing to compare vertex by vertex",
             a.display(),
-            read[0].len(),
+            first.len(),
             b.display(),
-            read[1].len()
+            second.len()
         );
         return Err(Failure::new(Exit::Failed, message));
     }
-    let first = read[0].first().copied().unwrap_or_default();
-    let (low, high) = read[0].iter().fold((first, first), |(low, high), &at| (low.min(at), high.max(at)));
-    Ok(Comparison::of(&read[0], &read[1], low.distance(high), tolerance))
+    let corner = first.first().copied().unwrap_or_default();
+    let (low, high) = first.iter().fold((corner, corner), |(low, high), &at| (low.min(at), high.max(at)));
+    let comparison = Comparison::of(first, second, low.distance(high), arguments.tolerance);
+    let names = paths.map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let page = ComparisonPage {
+        name: format!("{} and {}", a.display(), b.display()),
+        names,
+        mesh: read[0].cells(),
+        positions: [first, second],
+        outcomes: None,
+        bodies: Vec::new(),
+        reference: (comparison.reference, "the diagonal of the first mesh's bounding box"),
+        relative: comparison.relative_difference,
+        tolerance: arguments.tolerance,
+        settings: vec![("first mesh", a.display().to_string()), ("second mesh", b.display().to_string())],
+    };
+    let page = arguments.report.as_deref().map(|path| html(page, path)).transpose()?;
+    Ok((comparison, page))
 }
 
-fn backends(case: &Path, tolerance: f64, console: &Console) -> Result<Comparison, Failure> {
+/// The text of a page that is to be a file.
+fn html(page: ComparisonPage, path: &Path) -> Result<String, Failure> {
+    page.html().map_err(|error| Failure::bad_input(format!("cannot make the page: {error}")).in_file(path))
+}
+
+/// The comparison of the backends on a case, and its page if one is asked for.
+fn backends(case: &Path, arguments: &Arguments, console: &Console) -> Result<(Comparison, Option<String>), Failure> {
     let mut case = load(case, console)?;
+    check_outputs(
+        &case.inputs,
+        arguments,
+        match &arguments.json {
+            Some(JsonTarget::File(path)) => Some(path),
+            _ => None,
+        },
+    )?;
     if case.case.settings.quality.take().is_some() {
         console.note("local optimisation is left out of the comparison");
     }
     // The GPU runs first, because without a GPU there is no reason to wait for the CPU.
-    let (gpu, gpu_seconds) = update(&case, BackendChoice::Gpu, console)?;
-    let (cpu, cpu_seconds) = update(&case, BackendChoice::Cpu, console)?;
-    let (cpu, gpu) = (cpu.even_if_invalid(), gpu.even_if_invalid());
+    let (on_gpu, gpu_seconds, gpu_info) = update(&case, BackendChoice::Gpu, console)?;
+    let (on_cpu, cpu_seconds, cpu_info) = update(&case, BackendChoice::Cpu, console)?;
+    let (cpu, gpu) = (on_cpu.even_if_invalid(), on_gpu.even_if_invalid());
     let largest = cpu.displacement().iter().map(|displacement| displacement.length()).max_by(f64::total_cmp);
-    let comparison = Comparison::of(cpu.vertices(), gpu.vertices(), largest.unwrap_or(0.0), tolerance);
-    Ok(Comparison { seconds: Some(Timings { cpu: cpu_seconds, gpu: gpu_seconds }), ..comparison })
+    let comparison = Comparison::of(cpu.vertices(), gpu.vertices(), largest.unwrap_or(0.0), arguments.tolerance);
+    let roles = case.file.mesh.families.iter().zip(case.roles());
+    let is_body =
+        |role: &Role| matches!(role, Role::Wing | Role::TrailingEdge | Role::Wingtip { .. } | Role::Prescribed);
+    let device = |info: &BackendInfo, seconds: f64| format!("{}, {}: {seconds:.3} s", info.adapter, info.driver);
+    let page = ComparisonPage {
+        name: case.case.path.display().to_string(),
+        names: ["CPU", "GPU"].map(str::to_owned),
+        mesh: case.file.cells(),
+        positions: [cpu.vertices(), gpu.vertices()],
+        outcomes: Some([&on_cpu, &on_gpu]),
+        bodies: roles.filter(|(_, role)| is_body(role)).map(|(name, _)| name.as_str()).collect(),
+        reference: (comparison.reference, "the largest displacement"),
+        relative: comparison.relative_difference,
+        tolerance: arguments.tolerance,
+        settings: vec![
+            ("CPU", device(&cpu_info, cpu_seconds)),
+            ("GPU", device(&gpu_info, gpu_seconds)),
+            ("local optimisation", "off, as in every comparison".to_owned()),
+        ],
+    };
+    let page = arguments.report.as_deref().map(|path| html(page, path)).transpose()?;
+    Ok((Comparison { seconds: Some(Timings { cpu: cpu_seconds, gpu: gpu_seconds }), ..comparison }, page))
 }
 
-fn update(case: &LoadedCase, choice: BackendChoice, console: &Console) -> Result<(Outcome, f64), Failure> {
+fn update(case: &LoadedCase, choice: BackendChoice, console: &Console) -> Result<(Outcome, f64, BackendInfo), Failure> {
     let backend: Arc<dyn Backend> = choose_backend(choice, console)?.into();
     let info = backend.info();
     let (kind, tell) = (info.kind.to_owned(), console.progress());
@@ -192,7 +277,7 @@ fn update(case: &LoadedCase, choice: BackendChoice, console: &Console) -> Result
     if !outcome.converged {
         console.warn(format_args!("the {} did not converge within max_sweeps", info.kind));
     }
-    Ok((outcome, seconds))
+    Ok((outcome, seconds, info))
 }
 
 #[cfg(test)]

@@ -39,7 +39,11 @@ pub(super) fn print_json(value: &impl Serialize, console: &Console) -> Result<()
     console.json(&text(value)?)
 }
 
-fn text(value: &impl Serialize) -> Result<String, Failure> {
+/// The text of a file of JSON.
+///
+/// # Errors
+/// The value is no JSON.
+pub(super) fn text(value: &impl Serialize) -> Result<String, Failure> {
     // A file may be shown on a terminal too.
     let mut text = shown_json(&serde_json::to_string_pretty(value).map_err(SessionError::Report)?);
     text.push('\n');

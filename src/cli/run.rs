@@ -81,12 +81,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     };
     let finished = match session.finish(job) {
         Err(error @ SessionError::Refused(_)) => {
-            // A mesh without finite positions has no file, but it has a report.
-            let report = session.failed(None, &error, checksums.as_ref());
-            match &arguments.json {
-                Some(JsonTarget::File(path)) => session.write_failed(&outputs, path, &report)?,
-                Some(JsonTarget::StandardOutput) => print_json(&report, console)?,
-                None => {}
+            // A mesh without finite positions has no file, but its report and its page are written.
+            if arguments.json == Some(JsonTarget::StandardOutput) {
+                print_json(&session.failed(None, &error, checksums.as_ref()), console)?;
             }
             return Err(error.into());
         }

@@ -177,7 +177,8 @@ impl<'a> Batch<'a> {
                 if is_lost(&error) || held.is_some_and(|held| held.check().is_err()) {
                     return Ok((End::Lost, report));
                 }
-                if held.is_some() {
+                // A refused result has its page instead.
+                if held.is_some() && !matches!(error, SessionError::Refused(_)) {
                     self.pattern.named(name)?.remove_earlier(&self.case.inputs, None)?;
                 }
                 self.append(&report)?;

@@ -420,6 +420,7 @@ impl Mover {
             families,
             profiles,
             sections,
+            asked: design.profiles.clone(),
             relaxations: StageRelaxation::of_stages(ends),
             missed: self.beyond(missed),
             nearest_to_refusal: self.stages.wings.nearest_to_refusal(),

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::{HeldBack, Warning, differentiable::Differentiable};
 use crate::{
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
-    profile::{Closeness, Missed},
+    profile::{Closeness, Missed, Profile},
     quality::Statistics,
     relaxation::{Convergence, Method, Relaxation},
     smoothing::Smoothed,
@@ -92,6 +92,8 @@ pub struct Outcome {
     /// The sections of the moved wings, by the wing's name, in the order of the design's new
     /// profiles. Sections that cannot be cut are left out.
     pub sections: BTreeMap<String, Vec<MovedSection>>,
+    /// The design's new profiles, by the wing's name.
+    pub asked: BTreeMap<String, Vec<Profile>>,
     /// How the relaxations went, in the order of the stages.
     pub relaxations: Vec<StageRelaxation>,
     /// The relaxation of the volume's network.

@@ -7,6 +7,7 @@
 
 mod checksums;
 mod histogram;
+mod outline;
 mod page;
 mod reasons;
 mod run_report;
@@ -23,7 +24,8 @@ use crate::mesh::{CellKind, FamilyId, HybridMesh, KindQuality};
 
 pub use checksums::{Checksums, Sums};
 pub use histogram::{Measured, Series, histogram_svg};
-pub use page::{Page, batch_html, is_page};
+pub use outline::Outline;
+pub use page::{ComparisonPage, Page, batch_html, is_page, sections_svg};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
 
 pub use worst_cells::WorstCell;
@@ -35,8 +37,8 @@ pub use table::{kind_table, stage_remark, stage_table};
 /// line of `idmesh batch --json`.
 pub const SCHEMA: &str = include_str!("../../docs/src/report.schema.json");
 
-/// The device that computed.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+/// The device that computed. Empty if it is not known.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Backend {
     /// `"gpu"` or `"cpu"`.
     pub kind: String,

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Backend, Checksums, Kind, Mesh, WorstCell, by_kind};
+use super::{Backend, Checksums, Kind, Mesh, Outline, WorstCell, by_kind};
 use crate::mover::{
     FamilyReport, Fault, MovedSection, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality,
     StageRelaxation,
 };
+use crate::profile::Profile;
 use crate::volume::Path;
 
 /// The report of one design. A design that could not be moved has no measures: their fields are
@@ -56,6 +57,8 @@ pub struct RunReport {
     pub profiles: Option<BTreeMap<String, ProfileReport>>,
     /// Distances of the moved wings' sections from the new profiles, by the wing's name.
     pub sections: Option<BTreeMap<String, Vec<MovedSection>>>,
+    /// Curves of the sections that change most, to draw, by the wing's name.
+    pub outlines: Option<BTreeMap<String, Vec<Outline>>>,
     /// The relaxation of the volume's network.
     pub solver: Option<Solver>,
     /// How the relaxations went, in the order of the stages.
@@ -210,6 +213,7 @@ impl RunReport {
             families: None,
             profiles: None,
             sections: None,
+            outlines: None,
             solver: None,
             relaxations: None,
             path: None,
@@ -239,9 +243,19 @@ impl RunReport {
         self.sections = Some(outcome.sections.clone());
         self.solver = Some(outcome.solver.clone());
         self.relaxations = Some(outcome.relaxations.clone());
-        self.path = Some(outcome.path);
+        self.path = Some(outcome.path.clone());
         self.smoothing = outcome.smoothed.map(|done| Smoothing { sweeps: done.sweeps, moved: done.moved });
         self.warnings = outcome.warnings.iter().map(ToString::to_string).collect();
+        self
+    }
+}
+
+impl RunReport {
+    /// Adds the curves of the sections that change most.
+    ///
+    /// - `old`: the old profiles of each wing, with the wing's name
+    pub fn with_outlines<'a>(mut self, outcome: &Outcome, old: impl Iterator<Item = (&'a str, &'a [Profile])>) -> Self {
+        self.outlines = Some(Outline::of_outcome(outcome, old));
         self
     }
 }

@@ -57,9 +57,23 @@ impl Svg {
     /// - `width`, `height`: in pixels of the picture, which the page may scale
     /// - `title`: description for browsers and screen readers
     pub fn inline(width: f64, height: f64, title: &str) -> Self {
+        Self::of_class("chart", width, height, title)
+    }
+
+    /// [`Svg::inline`] in the cell of a table.
+    pub fn small(width: f64, height: f64, title: &str) -> Self {
+        Self::of_class("small", width, height, title)
+    }
+
+    /// The number of bytes so far.
+    pub fn len(&self) -> usize {
+        self.text.len()
+    }
+
+    fn of_class(class: &str, width: f64, height: f64, title: &str) -> Self {
         let mut svg = Self { text: String::new() };
         let view = format_args!("0 0 {width:.0} {height:.0}");
-        svg.tag("svg", &[("class", &"chart"), ("role", &"img"), ("viewBox", &view)], ">\n");
+        svg.tag("svg", &[("class", &class), ("role", &"img"), ("viewBox", &view)], ">\n");
         svg.tag("title", &[], ">");
         svg.content(title, "title");
         svg

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::SessionError;
-use crate::formats::{self, Sync, folder_to_disk, is_special, real_path, write_atomically};
+use crate::formats::{self, FileSet, SurfaceFile, Sync, folder_to_disk, is_special, real_path, write_atomically};
 
 /// How often a folder is made again that another job removes meanwhile.
 const ATTEMPTS: usize = 1000;
@@ -182,6 +182,28 @@ pub fn remove_file(path: &Path) -> Result<(), SessionError> {
 /// [`SessionError::CannotWrite`]: the file cannot be written.
 pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
     write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))
+}
+
+/// Writes a file of surfaces, whole or not at all.
+///
+/// # Errors
+/// [`SessionError::CannotWrite`]: the file cannot be written.
+pub fn write_surface(path: &Path, surface: &SurfaceFile) -> Result<(), SessionError> {
+    let mut files = FileSet::default();
+    surface.add_to(&mut files, path).map_err(|error| cannot_write(path, error))?;
+    files.place().map(drop).map_err(SessionError::from)
+}
+
+/// Writes text files, all of them whole or none.
+///
+/// # Errors
+/// [`SessionError::CannotWrite`]: a file cannot be written.
+pub fn write_texts<'t>(texts: impl IntoIterator<Item = (&'t Path, &'t str)>) -> Result<(), SessionError> {
+    let mut files = FileSet::default();
+    for (path, text) in texts {
+        files.add(path, |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))?;
+    }
+    files.place().map(drop).map_err(SessionError::from)
 }
 
 #[cfg(test)]

@@ -48,7 +48,9 @@ pub use claims::{Claiming, Claims, Done, Held, Next};
 pub use designs::{DesignFiles, Listed, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
-pub use files::{Folder, ReadFiles, check_distinct, check_writable, remove_file, write_text};
+pub use files::{
+    Folder, ReadFiles, check_distinct, check_writable, remove_file, write_surface, write_text, write_texts,
+};
 pub use init::{Proposal as InitProposal, Wanted as InitWanted, check_demo_is_free, check_free, propose, propose_demo};
 pub use join::{Conflict, Joined, JoinedLine, join};
 pub use lines::{Appending, Line, ReportFile};
@@ -58,9 +60,9 @@ pub use shard::Shard;
 
 use crate::backend::Backend;
 use crate::case::LoadedCase;
-use crate::formats::{FileSet, Placed};
+use crate::formats::{FileSet, Placed, is_surface_file};
 use crate::mesh::{OtherCells, TetMesh};
-use crate::mover::{Design, Mover, MoverBuilder, Outcome, Refused};
+use crate::mover::{Design, Mover, MoverBuilder, Outcome, Refused, Why};
 use crate::report::{self, Checksums, ReportError, RunReport, Seconds};
 use crate::text::shown_json;
 use files::cannot_write;
@@ -208,7 +210,8 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// The design does not fit the mesh, the backend failed, a vertex has no finite position, a
-    /// file cannot be written, or the claim was lost.
+    /// file cannot be written, or the claim was lost. Without finite positions
+    /// ([`SessionError::Refused`]) the report and its page are written, and no mesh.
     pub fn finish(&mut self, job: Job) -> Result<Finished, SessionError> {
         // The files of a claimed design may be those of a job that has taken it over: they stay
         // until it is sure that none has.
@@ -216,6 +219,11 @@ impl<'a> Session<'a> {
             job.outputs.remove_earlier(&self.case.inputs, None)?;
         }
         let (outcome, update) = self.update(job.design)?;
+        if let Err(refused) = outcome.check()
+            && refused.why == Why::NotFinite
+        {
+            return Err(self.refuse(&job, &outcome, refused)?);
+        }
         let write = Instant::now();
         self.mover.tell("writing");
         let mut files = if job.checksums.is_some() { FileSet::with_checksums() } else { FileSet::default() };
@@ -226,11 +234,13 @@ impl<'a> Session<'a> {
             sums.map(|(path, sum)| (path.display().to_string(), sum.map(str::to_owned))).collect()
         };
         let written: Vec<_> = files.files().map(|(path, _)| path.to_path_buf()).collect();
-        let meshes: Vec<_> =
-            written.iter().filter(|path| Some(*path) != job.outputs.histogram.as_ref()).cloned().collect();
+        let pictures: Vec<PathBuf> = job.outputs.pictures().collect();
+        let is_mesh = |path: &&PathBuf| !pictures.contains(path) && !is_surface_file(path);
+        let meshes: Vec<_> = written.iter().filter(is_mesh).cloned().collect();
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &meshes));
         let refused = verdict.as_ref().err();
-        let mut report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);
+        let report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);
+        let mut report = report.with_outlines(&outcome, self.case.old_profiles());
         let warnings = std::mem::take(&mut report.warnings);
         let losses = job.outputs.losses(self.case)?.into_iter().filter(|loss| !loss.is_detail).map(|loss| loss.text);
         report.warnings = losses.chain(warnings.iter().cloned()).collect();
@@ -243,7 +253,7 @@ impl<'a> Session<'a> {
         report.seconds = seconds();
         if job.outputs.page.is_some() {
             self.mover.tell("writing the page");
-            job.outputs.add_page(&mut files, self.case, &report, (job.design, &outcome))?;
+            job.outputs.add_page(&mut files, self.case, &report, &outcome)?;
             // The page cannot hold its own checksum, nor the time that it took.
             report.checksums.iter_mut().for_each(|checksums| checksums.outputs = sums_of(&files));
             report.seconds = seconds();
@@ -260,16 +270,14 @@ impl<'a> Session<'a> {
         Ok(Finished { report, written, warnings, verdict, placed })
     }
 
-    /// Writes the report of a design without a result, in place of the files of an earlier result.
-    ///
-    /// - `path`: the file of the report
-    ///
-    /// # Errors
-    /// A file cannot be removed or written.
-    pub fn write_failed(&self, outputs: &Outputs, path: &Path, report: &RunReport) -> Result<(), SessionError> {
-        let mut files = FileSet::default();
-        add_report(&mut files, path, report)?;
-        outputs.place(files, &self.case.inputs, Some(path), || Ok(())).map(drop)
+    /// Writes the report and the page of an outcome without finite positions, in place of the files
+    /// of an earlier result. Returns the error that says so.
+    fn refuse(&self, job: &Job, outcome: &Outcome, refused: Refused) -> Result<SessionError, SessionError> {
+        let error = SessionError::Refused(refused);
+        let report = self.failed(job.name, &error, job.checksums);
+        let check = || job.claim.map_or(Ok(()), Held::check);
+        job.outputs.place_refused(self.case, (&report, job.report), outcome, check)?;
+        Ok(error)
     }
 
     /// The report of a design that could not be moved.

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | valid | `NAME.EXT` |
 //! | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
-//! | without finite positions | none |
+//! | without finite positions | the page alone |
 
 use std::collections::HashMap;
 use std::fs;
@@ -14,13 +14,15 @@ use std::path::{Path, PathBuf};
 use super::files::{ReadFiles, cannot_write, check_distinct, check_writable, remove_file};
 use super::inverted::add_inverted;
 use super::names::{invalid_name, inverted_name, mapbc_beside, named_after};
-use super::{DesignFiles, SessionError};
+use super::{DesignFiles, Exit, SessionError, add_report};
 use crate::case::{Case, LoadedCase, Output};
 use crate::families::Role;
-use crate::formats::{Fields, FileSet, NamesLock, Placed, has_format, is_special, real_path, twin};
+use crate::formats::{Fields, FileSet, NamesLock, Placed, SurfaceFile, has_format, is_special, real_path, twin};
 use crate::mesh::{self, CellMeasures};
-use crate::mover::{Design, Outcome, Why};
-use crate::report::{Measured, Page, RunReport, Series, histogram_svg, share_of_tets};
+use crate::mover::{Outcome, Why};
+use crate::report::{
+    Backend, Measured, Mesh, Page, ReportError, RunReport, Series, histogram_svg, sections_svg, share_of_tets,
+};
 
 /// The files of one design's results, and the rule for their names:
 ///
@@ -28,7 +30,7 @@ use crate::report::{Measured, Page, RunReport, Series, histogram_svg, share_of_t
 /// |---|---|
 /// | valid | `NAME.EXT` |
 /// | not valid | `NAME.invalid.EXT`, and the faulty tets as `NAME.inverted.vtu` |
-/// | without finite positions | none |
+/// | without finite positions | the page alone |
 #[derive(Default)]
 pub struct Outputs {
     /// The files of the moved mesh, one for each format.
@@ -38,6 +40,10 @@ pub struct Outputs {
     /// The file of the report as a page for browsers (HTML). It is there for every result that has
     /// files, valid or not, and says which.
     pub page: Option<PathBuf>,
+    /// The files of the moved surfaces, named like the meshes.
+    pub surfaces: Vec<PathBuf>,
+    /// The file of the wings' sections (SVG).
+    pub sections: Option<PathBuf>,
 }
 
 impl Outputs {
@@ -57,23 +63,29 @@ impl Outputs {
             meshes: output.mesh.iter().map(place).collect(),
             histogram: output.histogram.as_ref().map(place),
             page: output.report.as_ref().map(place),
+            surfaces: output.surface.iter().map(place).collect(),
+            sections: output.sections.as_ref().map(place),
         }
     }
 
-    /// These outputs with the name of a design before the extensions.
+    /// These outputs with the name of a design before the extensions, and `DESIGN.sections.svg` for
+    /// the sections.
     ///
     /// # Errors
     /// [`SessionError::NoExtension`]: an output has no extension.
     pub fn named(&self, design: &str) -> Result<Self, SessionError> {
         let place = |path: &PathBuf| named_after(path, design);
-        let meshes = self.meshes.iter().map(place).collect::<Result<_, _>>()?;
+        let [meshes, surfaces] =
+            [&self.meshes, &self.surfaces].map(|paths| paths.iter().map(place).collect::<Result<Vec<_>, _>>());
         let [histogram, page] = [&self.histogram, &self.page].map(|path| path.as_ref().map(place).transpose());
-        Ok(Self { meshes, histogram: histogram?, page: page? })
+        let sections = self.sections.as_ref().map(|path| path.with_file_name(format!("{design}.sections.svg")));
+        Ok(Self { meshes: meshes?, histogram: histogram?, page: page?, surfaces: surfaces?, sections })
     }
 
     /// All files.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.meshes.iter().chain(&self.histogram).chain(&self.page).map(PathBuf::as_path)
+        let others = self.histogram.iter().chain(&self.page).chain(&self.sections);
+        self.meshes.iter().chain(&self.surfaces).chain(others).map(PathBuf::as_path)
     }
 
     /// Every name that a result may have, valid or not.
@@ -81,14 +93,20 @@ impl Outputs {
         let meshes = self.meshes.iter().flat_map(|path| [Some(path.clone()), Some(invalid_name(path)), twin(path)]);
         let meshes = meshes.flatten();
         let inverted = self.meshes.first().map(|path| inverted_name(path));
-        meshes.chain(inverted).chain(self.histogram.clone()).chain(self.page.clone()).collect()
+        let surfaces = self.surfaces.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
+        meshes.chain(inverted).chain(surfaces).chain(self.pictures()).collect()
     }
 
     /// The names of the files of a result of which it is known whether it is valid. Without
     /// `NAME.inverted.vtu`, which not every invalid result has.
     pub(super) fn names_of(&self, is_valid: bool) -> Vec<PathBuf> {
         let mesh = |path: &PathBuf| if is_valid { path.clone() } else { invalid_name(path) };
-        self.meshes.iter().map(mesh).chain(self.histogram.clone()).chain(self.page.clone()).collect()
+        self.meshes.iter().chain(&self.surfaces).map(mesh).chain(self.pictures()).collect()
+    }
+
+    /// The files that have one name for every result: they say themselves whether it is valid.
+    pub(super) fn pictures(&self) -> impl Iterator<Item = PathBuf> {
+        self.histogram.clone().into_iter().chain(self.page.clone()).chain(self.sections.clone())
     }
 
     /// Refuses outputs that would overwrite an input or each other, if the result is not valid too:
@@ -159,7 +177,8 @@ impl Outputs {
         // their names.
         let invalid: Vec<_> = self.meshes.iter().map(|path| invalid_name(path)).collect();
         case.file.check_beside(&invalid.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-        self.histogram.iter().chain(&self.page).try_for_each(|path| check_writable(path))
+        let surfaces = self.surfaces.iter().flat_map(|path| [path.clone(), invalid_name(path)]);
+        surfaces.chain(self.pictures()).try_for_each(|path| check_writable(&path))
     }
 
     /// The parts of the input mesh that the written meshes will not hold. The loss of a `.vtu` file
@@ -206,7 +225,9 @@ impl Outputs {
     pub fn remove_all_but(&self, read: &ReadFiles, report: Option<&Path>) {
         let _lock = self.lock(report);
         let _ = report.map(remove_file);
-        let is_other = |path: &PathBuf| [&self.histogram, &self.page].map(Option::as_ref).contains(&Some(path));
+        let others: Vec<PathBuf> = self.pictures().chain(self.surfaces.iter().cloned()).collect();
+        let invalid: Vec<PathBuf> = self.surfaces.iter().map(|path| invalid_name(path)).collect();
+        let is_other = |path: &PathBuf| others.contains(path) || invalid.contains(path);
         let can_be_written = |path: &PathBuf| is_other(path) || has_format(path);
         for path in self.names().into_iter().filter(can_be_written) {
             if read.lost_to(&path).is_none() {
@@ -292,6 +313,19 @@ impl Outputs {
         {
             add_inverted(files, first, outcome)?;
         }
+        let surface = SurfaceFile {
+            mesh: case.file.cells(),
+            vertices: moved.vertices(),
+            displacement: Some(moved.displacement()),
+        };
+        for path in &self.surfaces {
+            let written = if outcome.is_valid() { path.clone() } else { invalid_name(path) };
+            surface.add_to(files, &written).map_err(|error| cannot_write(&written, error))?;
+        }
+        if let Some(path) = &self.sections {
+            let svg = sections_svg(outcome, &case.old_profiles().collect::<Vec<_>>());
+            files.add(path, move |out| out.write_all(svg.as_bytes())).map_err(|error| cannot_write(path, error))?;
+        }
         let Some(path) = &self.histogram else { return Ok(()) };
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let design = design.map(|name| format!(", {name}")).unwrap_or_default();
@@ -319,7 +353,6 @@ impl Outputs {
     /// Adds the report as a page to a set of files, if the outputs have one.
     ///
     /// - `report`: the report of the outcome
-    /// - `design`: the design that was moved to
     ///
     /// # Errors
     /// The file cannot be written.
@@ -328,20 +361,40 @@ impl Outputs {
         files: &mut FileSet,
         case: &LoadedCase,
         report: &RunReport,
-        (design, outcome): (&Design, &Outcome),
+        outcome: &Outcome,
     ) -> Result<(), SessionError> {
         let Some(path) = &self.page else { return Ok(()) };
         let names = case.file.mesh.families.iter().map(String::as_str);
         let page = Page {
             report,
             outcome,
-            design,
             old: case.old_profiles().collect(),
             settings: &case.case.settings,
             roles: names.zip(case.roles().iter().map(Role::name)).collect(),
         };
         let written = page.html().and_then(|html| files.add(path, move |out| out.write_all(html.as_bytes())));
         written.map_err(|error| cannot_write(path, error))
+    }
+
+    /// Writes the report and the page of an outcome without finite positions, in place of the files
+    /// of an earlier result.
+    ///
+    /// - `report`: the report, and its file if it gets one
+    /// - `check`: as for [`Outputs::place`]
+    ///
+    /// # Errors
+    /// As for [`Outputs::place`], or a file cannot be written.
+    pub(super) fn place_refused(
+        &self,
+        case: &LoadedCase,
+        (report, path): (&RunReport, Option<&Path>),
+        outcome: &Outcome,
+        check: impl FnOnce() -> Result<(), SessionError>,
+    ) -> Result<(), SessionError> {
+        let mut files = FileSet::default();
+        self.add_page(&mut files, case, report, outcome)?;
+        path.map_or(Ok(()), |path| add_report(&mut files, path, report))?;
+        self.place(files, &case.inputs, path, check).map(drop)
     }
 }
 
@@ -384,7 +437,8 @@ pub struct Loss {
 impl LoadedCase {
     /// Writes the moved mesh to the outputs of the case, by the rule of
     /// [`crate::session::Outputs`], and returns the files written. All files appear, or none. The
-    /// page of a report is left out: [`crate::session::Session::finish`] makes reports.
+    /// page of the report has no times, device and checksums:
+    /// [`crate::session::Session::finish`] makes whole reports.
     ///
     /// ```no_run
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -401,12 +455,26 @@ impl LoadedCase {
     ///
     /// # Errors
     /// An output would overwrite an input or cannot be written, or a vertex has no finite position.
+    /// In the last case the page of the report is written.
     pub fn write(&self, outcome: &Outcome) -> Result<Vec<PathBuf>, SessionError> {
         let outputs = Outputs::of(&self.case, None);
         outputs.check(self)?;
         outputs.remove_earlier(&self.inputs, None)?;
         let mut files = FileSet::default();
+        let verdict = outcome.check();
+        let refused = verdict.as_ref().err();
+        let exit = refused.map_or(0, |refused| Exit::from(refused) as u8);
+        let (path, mesh) = (self.case.path.display().to_string(), Mesh::of(self.file.cells()));
+        let report = RunReport::failed(path, None, Backend::default(), mesh, exit);
+        if let Some(refused) = refused.filter(|refused| refused.why == Why::NotFinite) {
+            let report = RunReport { error: Some(ReportError::of_refused(refused)), ..report };
+            outputs.place_refused(self, (&report, None), outcome, || Ok(()))?;
+            return Err(SessionError::Refused(refused.clone()));
+        }
         outputs.add_to(&mut files, self, None, outcome)?;
+        if outputs.page.is_some() {
+            outputs.add_page(&mut files, self, &report.of_outcome(outcome, refused), outcome)?;
+        }
         let written = files.files().map(|(path, _)| path.to_path_buf()).collect();
         outputs.place(files, &self.inputs, None, || Ok(()))?;
         Ok(written)

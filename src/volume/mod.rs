@@ -93,7 +93,7 @@ pub struct VolumeSettings {
 }
 
 /// The steps of an update.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Path {
     /// Steps of the path to the result. 1 is a jump from the undeformed mesh.
     pub steps: usize,
@@ -102,6 +102,68 @@ pub struct Path {
     /// Share of the route with valid meshes, in `0..=1`. If it is less than 1, no further step
     /// succeeded, and the mesh is the jump's.
     pub reached: f64,
+    /// Every step that was tried, in order, the jump first.
+    pub tried: Vec<TriedStep>,
+}
+
+/// A step of the surfaces along their route, kept or given up. Shares of the route are from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TriedStep {
+    /// Share of the route at which the step began.
+    pub from: f64,
+    /// Share of the route at which it ended.
+    pub to: f64,
+    /// The verdict on the step.
+    pub verdict: StepVerdict,
+    /// Number of tets that the springs left inverted. A corner of another cell counts as a tet.
+    pub inverted: usize,
+    /// The same after local optimisation, if it ran.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inverted_optimised: Option<usize>,
+    /// The worst [`Merit`] in the end: beta in a mesh of tets. `None` if the springs did not
+    /// converge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst: Option<f64>,
+}
+
+/// What became of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StepVerdict {
+    /// It is a part of the path.
+    Kept,
+    /// Tets are inverted, or local optimisation at its end was not good enough.
+    Inverted,
+    /// Its springs did not converge.
+    NotConverged,
+}
+
+impl Path {
+    /// The step that made the mesh of the result.
+    ///
+    /// - `stuck`: whether the path reached no end, so that the mesh is the jump's
+    fn last_mut(&mut self, stuck: bool) -> Option<&mut TriedStep> {
+        if stuck { self.tried.first_mut() } else { self.tried.last_mut() }
+    }
+}
+
+impl TriedStep {
+    /// A step of which nothing was measured, because its springs did not converge.
+    fn not_converged(from: f64, to: f64) -> Self {
+        Self { from, to, verdict: StepVerdict::NotConverged, inverted: 0, inverted_optimised: None, worst: None }
+    }
+
+    /// A step with the mesh that the springs made.
+    fn of(from: f64, to: f64, state: &MovedMesh) -> Self {
+        let worst = state.worst.is_finite().then_some(state.worst);
+        Self { from, to, verdict: StepVerdict::Inverted, inverted: state.inverted, inverted_optimised: None, worst }
+    }
+
+    /// The step after local optimisation.
+    fn optimised(&mut self, state: &MovedMesh) {
+        self.inverted_optimised = Some(state.inverted);
+        self.worst = state.worst.is_finite().then_some(state.worst);
+    }
 }
 
 /// What a run made, beside the displacement.
@@ -249,7 +311,7 @@ impl Stage for VolumeStage {
         let (mut convergence, rotations) = self.network(set_up)?.run(&mesh.vertices, displacement, stopping)?;
         let jump_converged = convergence.converged;
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets, &self.stepping.merit);
-        let mut path = Path { steps: 1, given_up: 0, reached: 0.0 };
+        let mut path = Path { steps: 1, tried: vec![TriedStep::of(0.0, 1.0, &state)], ..Path::default() };
         // No valid volume exists between surfaces that intersect. Where the jump did not converge,
         // the steps of a path would not either, and each of them would take all its sweeps.
         let mut stuck =
@@ -270,13 +332,16 @@ impl Stage for VolumeStage {
             let mut repaired = None;
             if set_up.cells.are_tets() {
                 repaired = self.stepping.repair_last(&state, self.smoothing.as_mut(), set_up, observer)?;
+                repaired.iter().for_each(|(better, _)| path.tried[0].optimised(better));
             }
             if !repaired.as_ref().is_some_and(|(state, _)| self.stepping.is_good(state)) {
                 let route = self.bodies.route(mesh, set_up.families, &surfaces);
                 let (stepping, volume) = (self.stepping.clone(), self.volume.take());
                 let followed = stepping.follow(&route, volume, self.smoothing.as_mut(), set_up, stopping, observer)?;
                 convergence = convergence.and(followed.convergence);
+                let jump = path.tried;
                 path = followed.path;
+                path.tried.splice(..0, jump);
                 stuck = path.reached < 1.0;
                 if path.reached >= 1.0 {
                     (state, smoothed, repaired) = (followed.state, followed.smoothed, None);
@@ -295,6 +360,15 @@ impl Stage for VolumeStage {
             observer("smoothing");
             let (better, by) = smoothing.run(set_up, &state)?;
             (state, smoothed) = (better, Some(by));
+            path.last_mut(stuck).into_iter().for_each(|step| step.optimised(&state));
+        }
+        if let Some(last) = path.last_mut(stuck)
+            && state.inverted == 0
+        {
+            last.verdict = StepVerdict::Kept;
+        }
+        if !jump_converged {
+            path.tried[0].verdict = StepVerdict::NotConverged;
         }
         if let Some(smoothing) = &self.smoothing
             && !self.refusal_expected

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    EdgeGraph, Path, Start, displaced,
+    EdgeGraph, Path, Start, StepVerdict, TriedStep, displaced,
     optimisation::{ENOUGH, MovedMesh, Smoothing},
     route::Route,
     springs::VolumeNetwork,
@@ -87,7 +87,7 @@ impl Stepping {
         let mut mesh = set_up.mesh.clone();
         let mut state = MovedMesh::new(mesh.vertices.clone(), &mesh.tets, &self.merit);
         let mut surfaces = route.at(0.0);
-        let mut path = Path { steps: 0, given_up: 1, reached: 0.0 };
+        let mut path = Path { given_up: 1, ..Path::default() };
         let mut convergence = Convergence::nothing_to_do();
         let mut smoothed = None;
         let mut step = f64::min(0.5, FIRST_TURN / route.largest_turn());
@@ -102,6 +102,7 @@ impl Stepping {
             convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?.0);
             if !convergence.converged {
                 // A shorter step may not converge either, and would take all its sweeps.
+                path.tried.push(TriedStep::not_converged(path.reached, progress));
                 path.given_up += 1;
                 break;
             }
@@ -114,15 +115,18 @@ impl Stepping {
                 }
             }
             let mut tried = MovedMesh::new(vertices, &mesh.tets, &self.merit);
+            let mut told = TriedStep::of(path.reached, progress, &tried);
             // Optimisation of inverted corners of other cells changes the thickness of layers. A
             // shorter step keeps it.
             if tried.inverted > 0 && !set_up.cells.are_tets() {
+                path.tried.push(told);
                 path.given_up += 1;
                 step *= 0.5;
                 continue;
             }
             if progress == 1.0 {
                 let repaired = self.repair_last(&tried, smoothing.as_deref_mut(), set_up, observer)?;
+                repaired.iter().for_each(|(better, _)| told.optimised(better));
                 if let Some((good, by)) = repaired.filter(|(state, _)| self.is_good(state)) {
                     (tried, smoothed) = (good, Some(by));
                 }
@@ -131,12 +135,15 @@ impl Stepping {
                 && tried.is_local()
             {
                 tried = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
+                told.optimised(&tried);
             }
             if tried.inverted > 0 {
+                path.tried.push(told);
                 path.given_up += 1;
                 step *= 0.5;
                 continue;
             }
+            path.tried.push(TriedStep { verdict: StepVerdict::Kept, ..told });
             networks.volume = None;
             state = tried;
             surfaces = next;

@@ -132,8 +132,11 @@ fn runs_at_once_leave_one_result() {
 fn results_with_the_same_names_do_not_mix() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    let outputs =
-        Outputs { meshes: vec![path("moved.msh"), path("moved.su2")], histogram: Some(path("moved.svg")), page: None };
+    let outputs = Outputs {
+        meshes: vec![path("moved.msh"), path("moved.su2")],
+        histogram: Some(path("moved.svg")),
+        ..Outputs::default()
+    };
     let report = path("report.json");
     let look = || {
         let text = |path: &Path| fs::read_to_string(path).ok();

@@ -8,8 +8,14 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use glam::DVec3;
+use idmesh::formats::read_mixed;
+use sha2::{Digest, Sha256};
+
 use crate::fixture::*;
-use crate::page::{HOSTILE, with_family};
+use crate::page::{HOSTILE, two_meshes, with_family};
 
 /// Names of the browser in different systems.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
@@ -47,6 +53,20 @@ fn opened(page: &Path) -> String {
     let document = String::from_utf8(output.stdout).unwrap();
     assert!(document.contains("<body"), "{}", String::from_utf8_lossy(&output.stderr));
     document
+}
+
+/// The document after a script of the test has run in a page that was ready. The page's policy
+/// allows the script too.
+fn driven(page: &Path, script: &str) -> String {
+    let script = format!(
+        "(async () => {{ const body = document.body, find = id => document.getElementById(id); \
+         while (body.dataset.state !== 'ready') await new Promise(done => setTimeout(done, 20)); {script} }})()"
+    );
+    let sum = format!("script-src 'sha256-{}' ", STANDARD.encode(Sha256::digest(&script)));
+    let text = fs::read_to_string(page).unwrap().replacen("script-src ", &sum, 1);
+    let path = page.with_extension("driven.html");
+    fs::write(&path, text.replacen("</body>", &format!("<script>{script}</script></body>"), 1)).unwrap();
+    opened(&path)
 }
 
 /// What the script has written to the body: data-NAME by NAME.
@@ -154,4 +174,91 @@ fn a_large_mesh_is_shown_in_part() {
     assert!(fixture.read("page.html").len() < 3_000_000);
     let document = assert_drawn(&fixture.path("page.html"));
     assert!(document.contains("The mesh is large: the view has its surfaces"));
+}
+
+/// A slice has the cells that the plane cuts near what moves: along an axis, by two angles, and
+/// across the view, from the keyboard and from the controls.
+///
+/// Fails if a cell that is cut is left out, if angles turn the other way, or if a key does nothing.
+#[test]
+fn a_slice_lies_in_any_plane() {
+    if is_off() {
+        return;
+    }
+    let fixture = Fixture::new();
+    assert_good(&fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--report", "page.html"]));
+    let mesh = read_mixed(&fixture.path("moved.msh")).unwrap().mesh;
+    let is_body = |family: &str| ["wing", "trailing_edge", "wingtip"].contains(&family);
+    let of_body = mesh.triangles.iter().zip(&mesh.triangle_family);
+    let of_body = of_body.filter(|(_, family)| is_body(&mesh.families[family.index()]));
+    let points: Vec<DVec3> =
+        of_body.flat_map(|(triangle, _)| triangle.map(|vertex| mesh.vertices[vertex as usize])).collect();
+    let low = points.iter().copied().reduce(DVec3::min).unwrap();
+    let high = points.iter().copied().reduce(DVec3::max).unwrap();
+    let (middle, size) = (0.5 * (low + high), low.distance(high));
+    let cut = |normal: DVec3, share: f64| {
+        let half = 0.5 * normal.abs().dot(high - low);
+        let place = normal.dot(middle) + 1.5 * half * (2.0 * share - 1.0);
+        let beyond = |vertex: &u32| normal.dot(mesh.vertices[*vertex as usize]) - place;
+        let is_cut = |tet: &&[u32; 4]| {
+            tet.iter().any(|vertex| beyond(vertex) <= 0.0)
+                && tet.iter().any(|vertex| beyond(vertex) >= 0.0)
+                && tet.iter().any(|vertex| mesh.vertices[*vertex as usize].distance(middle) < 0.6 * size)
+        };
+        mesh.tets.iter().filter(is_cut).count().to_string()
+    };
+    let by_angles = |round: f64, up: f64| {
+        let (round, up) = (round.to_radians(), up.to_radians());
+        DVec3::new(up.cos() * round.cos(), up.cos() * round.sin(), up.sin())
+    };
+    let document = driven(
+        &fixture.path("page.html"),
+        "const set = (id, value) => { find(id).value = value; find(id).dispatchEvent(new Event('input')); }; \
+         const key = key => find('canvas').dispatchEvent(new KeyboardEvent('keydown', { key })); \
+         const told = () => body.dataset.slice; \
+         body.dataset.none = told(); \
+         set('axis', '1'); set('place', '.528'); body.dataset.along = told(); \
+         set('axis', 'any'); set('round', '30'); set('up', '-20'); body.dataset.oblique = told(); \
+         key('x'); body.dataset.x = told(); key(']'); body.dataset.further = told(); \
+         key('p'); body.dataset.facing = ['round', 'up', 'axis'].map(id => find(id).value).join(' '); \
+         set('axis', ''); find('facing').click(); body.dataset.click = find('axis').value;",
+    );
+    let data = data(&document);
+    assert_eq!(data["state"], "ready", "{data:?}");
+    assert_eq!(data["none"], "0");
+    assert_eq!(data["along"], cut(DVec3::Y, 0.528), "{data:?}");
+    assert_eq!(data["oblique"], cut(by_angles(30.0, -20.0), 0.528), "{data:?}");
+    assert_eq!([&data["x"], &data["further"]], [&cut(DVec3::X, 0.528), &cut(DVec3::X, 0.538)], "{data:?}");
+    assert!(data["oblique"] != data["along"] && data["along"] != "0", "{data:?}");
+    // At first a page is seen from 2.2 rad around and 0.45 rad above, from the side of the wing.
+    assert!(["126 26 any", "-126 26 any"].contains(&data["facing"].as_str()), "{data:?}");
+    assert_eq!(data["click"], "any");
+}
+
+/// The page of a comparison draws the mesh in the colours of the distances, and a click flies to a
+/// vertex.
+///
+/// Fails if the distances are packed in another way than they are unpacked.
+#[test]
+fn the_page_of_a_comparison_shows_distances() {
+    if is_off() {
+        return;
+    }
+    let fixture = Fixture::new();
+    two_meshes(&fixture);
+    let output = fixture.idmesh(&["compare", "first.msh", "second.msh", "--report", "page.html"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let document = driven(
+        &fixture.path("page.html"),
+        "document.querySelectorAll('#worst tr[data-cell]')[1].click(); \
+         body.dataset.chosen = document.querySelector('.chosen').dataset.cell; \
+         body.dataset.colours = find('colours').value; \
+         body.dataset.ticks = [...find('ticks').children].map(tick => tick.textContent).join(' ');",
+    );
+    let data = data(&document);
+    assert_eq!((data["state"].as_str(), data["wrong"].as_str()), ("ready", "0"), "{data:?}");
+    assert!(data["pixels"].parse::<usize>().unwrap() > 10_000, "{data:?}");
+    assert_eq!((data["chosen"].as_str(), data["colours"].as_str()), ("1", "distance"), "{data:?}");
+    // Six powers of ten up to 0.125.
+    assert_eq!(data["ticks"], "1.2e-7 0.00013 0.13", "{data:?}");
 }

@@ -66,7 +66,8 @@ fn cpu_and_gpu_agree() {
         return;
     }
     let fixture = Fixture::new();
-    let output = fixture.idmesh(&["compare", "case.toml", "--tolerance", "1e-3", "--json", "-"]);
+    let output =
+        fixture.idmesh(&["compare", "case.toml", "--tolerance", "1e-3", "--json", "-", "--report", "page.html"]);
     assert_good(&output);
     let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(found["within_tolerance"], true);
@@ -74,6 +75,12 @@ fn cpu_and_gpu_agree() {
     // In single precision the two are never the same: a difference of zero would mean that one was
     // compared with itself.
     assert!(found["max_difference"].as_f64().unwrap() > 0.0);
+    // The page names the same vertex first, and has the stages of both.
+    let page = fixture.read("page.html");
+    assert!(page.contains(&format!("data-cell=\"0\" tabindex=\"0\"><td>{}</td>", found["worst_vertex"])));
+    assert!(
+        page.contains("within tolerance") && page.contains("CPU against GPU") && page.contains("<td>corrected</td>")
+    );
     let output = fixture.idmesh(&["adapters"]);
     assert!(stdout(&output).contains("arrays up to"), "{}", stdout(&output));
 }

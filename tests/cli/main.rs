@@ -40,6 +40,7 @@ mod scripts;
 mod shape;
 mod shares;
 mod shown;
+mod surface_files;
 mod together;
 mod units;
 mod wing_box;

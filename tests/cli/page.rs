@@ -6,6 +6,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::fixture::*;
+use crate::wing_box::WingBox;
 
 const RUN: [&str; 6] = ["run", "case.toml", "--backend", "cpu", "--json", "report.json"];
 
@@ -185,6 +186,59 @@ fn a_batch_has_a_page_of_its_designs() {
         assert_eq!(page.matches(&format!("<td>{name}</td>\n<td>{verdict}</td>")).count(), 1, "{name}");
     }
     assert!(page.contains("2 of 3 valid") && !page.contains("http:"));
+    // Both sections of both designs that were moved.
+    assert_eq!(page.matches("<svg class=\"small\"").count(), 4);
+    assert!(page.contains("wing, profile 1: up to 0.05 apart") && page.contains("wing, profile 0: up to 0.02 apart"));
     assert_eq!(fixture.idmesh(&["report", "all.jsonl"]).status.code(), Some(2));
     assert_eq!(fixture.idmesh(&["report", "all.jsonl", "-o", "all.jsonl"]).status.code(), Some(2));
+}
+
+/// Two meshes that differ at two vertices, of the wing and inside, by 0.125 and 0.0625.
+pub fn two_meshes(fixture: &Fixture) -> [usize; 2] {
+    fs::copy(fixture.path("box.msh"), fixture.path("first.msh")).unwrap();
+    let mut moved = [0; 2];
+    fixture.mesh(|mesh| {
+        let on_wing = mesh.family_vertices(0)[3];
+        let surface: Vec<usize> = (0..5).flat_map(|family| mesh.family_vertices(family)).collect();
+        let inside = (0..mesh.vertices.len()).find(|vertex| !surface.contains(vertex)).unwrap();
+        mesh.vertices[on_wing][2] += 0.125;
+        mesh.vertices[inside][0] -= 0.0625;
+        moved = [on_wing, inside];
+    });
+    fs::rename(fixture.path("box.msh"), fixture.path("second.msh")).unwrap();
+    moved
+}
+
+/// Fails if the page ranks the vertices in another way, puts a vertex into another family, is left
+/// out where the meshes do not agree, or takes the name of another output.
+#[test]
+fn a_comparison_has_a_page() {
+    let fixture = Fixture::new();
+    let [on_wing, inside] = two_meshes(&fixture);
+    let compare = |more: &[&str]| fixture.idmesh(&[&["compare", "first.msh", "second.msh"], more].concat());
+    let output = compare(&["--report", "page.html", "--json", "figures.json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let figures: Value = serde_json::from_str(&fixture.read("figures.json")).unwrap();
+    let (page, relative) = (fixture.read("page.html"), figures["relative_difference"].as_f64().unwrap());
+    assert_eq!(
+        (figures["worst_vertex"].as_u64(), figures["max_difference"].as_f64()),
+        (Some(on_wing as u64), Some(0.125))
+    );
+    let words = words(&page);
+    assert!(words.contains("out of tolerance") && words.contains("first.msh against second.msh"), "{words}");
+    let row = |number: usize, vertex: usize, distance: &str| {
+        format!("<tr data-cell=\"{number}\" tabindex=\"0\"><td>{vertex}</td>\n<td>{distance}</td>")
+    };
+    assert!(page.contains(&row(0, on_wing, "0.125")) && page.contains(&row(1, inside, "0.0625")));
+    assert_eq!(page.matches("<tr data-cell").count(), 2);
+    // The largest and the mean of 0.125 on one vertex of many, and of the one inside.
+    let of_wing = WingBox::new().family_vertices(0).len();
+    assert!(page.contains(&format!("<td>wing</td>\n<td>{of_wing}</td>\n<td>0.125</td>")));
+    assert!(page.contains("<td>inside</td>") && page.contains("</td>\n<td>0.0625</td>"));
+    assert!(relative > 0.0 && !page.contains("http:"));
+    // Accepted.
+    assert_good(&compare(&["--report", "page.html", "--tolerance", "1"]));
+    assert!(fixture.read("page.html").contains("within tolerance"));
+    assert_eq!(compare(&["--report", "a.html", "--json", "a.html"]).status.code(), Some(3));
+    assert_eq!(compare(&["--report", "page.txt"]).status.code(), Some(2));
 }

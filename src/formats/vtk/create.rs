@@ -63,7 +63,7 @@ pub fn vtu_bytes(
 }
 
 /// An array of the appended section.
-struct Array<'a> {
+pub(in crate::formats) struct Array<'a> {
     name: &'static str,
     /// VTK's type name.
     kind: &'static str,
@@ -75,7 +75,7 @@ struct Array<'a> {
 type WriteArray<'a> = dyn Fn(&mut Out) -> io::Result<()> + 'a;
 
 /// An array with `len` entries. `values` runs when the array is written.
-fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
+pub(in crate::formats) fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
     (name, kind, components): (&'static str, &'static str, usize),
     len: usize,
     values: impl Fn() -> I + 'a,
@@ -84,13 +84,14 @@ fn array<'a, const N: usize, I: Iterator<Item = [u8; N]>>(
     Array { name, kind, components, n_bytes: len * N, write: Box::new(write) }
 }
 
-fn vectors<'a>(name: &'static str, values: &'a [DVec3]) -> Array<'a> {
+/// An array of vectors.
+pub(in crate::formats) fn vectors<'a>(name: &'static str, values: &'a [DVec3]) -> Array<'a> {
     let bytes = |value: &DVec3| value.to_array().map(f64::to_le_bytes);
     array((name, "Float64", 3), 3 * values.len(), move || values.iter().flat_map(bytes))
 }
 
 /// The number of a family in a file: its index + 1.
-pub(super) fn number(family: FamilyId) -> i32 {
+pub(in crate::formats) fn number(family: FamilyId) -> i32 {
     i32::from(family.0) + 1
 }
 
@@ -162,17 +163,31 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
         ("CellData", cell_data),
     ];
 
+    let counts = format!("NumberOfPoints=\"{}\" NumberOfCells=\"{n_cells}\"", vertices.len());
+    create_xml(out, ("UnstructuredGrid", ""), &counts, families, &parts)
+}
+
+/// Writes an XML file of one piece.
+///
+/// - `kind`, `head`: the type of the file, and what comes before its piece
+/// - `counts`: the attributes of its piece
+/// - `parts`: the parts of the piece with their arrays, in order
+pub(in crate::formats) fn create_xml(
+    out: &mut Out,
+    (kind, head): (&str, &str),
+    counts: &str,
+    families: &[String],
+    parts: &[(&str, Vec<Array>)],
+) -> io::Result<()> {
     writeln!(out, "<?xml version=\"1.0\"?>")?;
-    writeln!(
-        out,
-        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
-    )?;
+    writeln!(out, "<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">")?;
     // A comment must not hold "--".
     writeln!(out, "<!-- {} -->", list_names(families).replace("--", "&#45;&#45;"))?;
-    writeln!(out, "<UnstructuredGrid>")?;
-    writeln!(out, "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{n_cells}\">", vertices.len())?;
+    writeln!(out, "<{kind}>")?;
+    out.write_all(head.as_bytes())?;
+    writeln!(out, "<Piece {counts}>")?;
     let mut offset = 0;
-    for (part, arrays) in &parts {
+    for (part, arrays) in parts {
         writeln!(out, "<{part}>")?;
         for Array { name, kind, components, n_bytes, .. } in arrays {
             write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\" ")?;
@@ -185,7 +200,7 @@ pub(super) fn create(out: &mut Out, new_file: &NewFile) -> io::Result<()> {
         }
         writeln!(out, "</{part}>")?;
     }
-    writeln!(out, "</Piece>\n</UnstructuredGrid>")?;
+    writeln!(out, "</Piece>\n</{kind}>")?;
     write!(out, "<AppendedData encoding=\"raw\">\n_")?;
     for array in parts.iter().flat_map(|(_, arrays)| arrays) {
         out.write_all(&(array.n_bytes as u64).to_le_bytes())?;

@@ -17,6 +17,7 @@ mod types;
 pub(super) mod vtu;
 mod xml;
 
+pub(super) use create::{Array, array, create_xml, number as family_number, vectors};
 pub use create::{vtu_bytes, write_vtu};
 pub(super) use names::{list_names, listed_names, parse_names};
 pub use polylines::{Polylines, read_polylines};

@@ -4,11 +4,24 @@
 use serde_json::Value;
 
 use super::super::beta_text;
-use super::chart::{Axis, Chart};
+use super::super::svg::{Svg, escape};
+use super::chart::{Axis, Chart, polyline};
 use super::html::{Html, count, number};
 use super::{STYLE, begin};
 
 const SCRIPT: &str = include_str!("batch.js");
+
+/// Most bytes of a page before its script.
+const MOST_BYTES: usize = 2_980_000;
+
+/// Most designs with a dot each on the line of their qualities.
+const MOST_DOTS: usize = 500;
+
+/// Largest width and height of a picture of a section.
+const SMALL: [f64; 2] = [100.0, 44.0];
+
+/// Most points of a curve in a picture.
+const MOST_POINTS: usize = 200;
 
 /// One design, from the line of its report. A line of an older version may lack any figure.
 struct Design<'a> {
@@ -58,6 +71,18 @@ impl<'a> Design<'a> {
         }
     }
 
+    /// Pictures of the sections that change most, old and new.
+    fn pictures(&self, most: usize) -> Vec<Svg> {
+        let wings = self.report["outlines"].as_object().into_iter().flatten();
+        let outlines = wings.flat_map(|(wing, of_wing)| {
+            of_wing.as_array().into_iter().flatten().map(move |outline| (wing.as_str(), outline))
+        });
+        let mut outlines: Vec<(&str, &Value)> = outlines.collect();
+        let change = |outline: &Value| outline["change"].as_f64().unwrap_or(0.0);
+        outlines.sort_by(|a, b| change(b.1).total_cmp(&change(a.1)));
+        outlines.into_iter().take(most).filter_map(|(wing, outline)| picture(wing, outline)).collect()
+    }
+
     fn row(&self) -> Vec<String> {
         let quality = |stage| self.lowest(stage).map_or(String::new(), |value| beta_text(value, 6));
         let distance = self.report["checks"]["max_distance_to_new_profiles"].as_f64();
@@ -76,14 +101,40 @@ impl<'a> Design<'a> {
     }
 }
 
-/// The page of a batch, as HTML.
+/// A small picture of a section, old and new. `None` if its curves are no curves.
+fn picture(wing: &str, outline: &Value) -> Option<Svg> {
+    let curve = |name: &str| -> Vec<[f64; 2]> {
+        let points = outline[name].as_array().into_iter().flatten().take(MOST_POINTS);
+        let point = |point: &Value| Some([point[0].as_f64()?, point[1].as_f64()?]);
+        points.filter_map(point).filter(|[x, y]| x.is_finite() && y.is_finite()).collect()
+    };
+    let curves = [curve("old"), curve("new")];
+    let all = || curves.iter().flatten();
+    let [low, high] = [f64::min, f64::max].map(|of| all().copied().reduce(|a, b| [of(a[0], b[0]), of(a[1], b[1])]));
+    let ([left, bottom], [right, top]) = (low?, high?);
+    let scale = ((SMALL[0] - 2.0) / (right - left)).min((SMALL[1] - 2.0) / (top - bottom));
+    if !(scale.is_finite() && scale > 0.0) {
+        return None;
+    }
+    let change = outline["change"].as_f64().map_or(String::new(), |change| format!(": up to {} apart", number(change)));
+    let title = format!("{wing}, profile {}{change}", outline["profile"]);
+    let mut svg = Svg::small(SMALL[0], (top - bottom) * scale + 2.0, &title);
+    for (class, curve) in ["old", "new"].into_iter().zip(&curves) {
+        let place = |&[x, y]: &[f64; 2]| [1.0 + (x - left) * scale, 1.0 + (top - y) * scale];
+        polyline(&mut svg, class, &curve.iter().map(place).collect::<Vec<_>>());
+    }
+    Some(svg)
+}
+
+/// The page of a batch, as HTML. A page of some 7 000 designs and fewer has at most 3 MB: pictures
+/// are left out where they would make it larger.
 ///
 /// - `reports`: the reports of the designs, in the order in which they are shown
 pub fn batch_html(reports: &[Value]) -> String {
     let designs: Vec<Design> = reports.iter().map(Design::of).collect();
     let good = designs.iter().filter(|design| design.verdict() == "valid").count();
     let mut html = Html::default();
-    begin(&mut html, &format!("{} designs, {good} valid", designs.len()), SCRIPT);
+    begin(&mut html, &format!("{} designs, {good} valid", designs.len()), Some(SCRIPT));
     html.markup("<style>").markup(STYLE).markup("</style>\n<body class=\"batch\" data-state=\"text\">\n<header>\n");
     let case = reports.first().and_then(|report| report["case"].as_str()).unwrap_or_default();
     html.element("p class=\"from\"", format_args!("idmesh {}, {case}", env!("CARGO_PKG_VERSION")));
@@ -102,14 +153,56 @@ pub fn batch_html(reports: &[Value]) -> String {
     html.markup("<label>result <select id=\"verdict\"><option value=\"\">all</option><option>valid</option>");
     html.markup("<option>not converged</option><option>refused</option><option>not moved</option></select></label>\n");
     html.markup("<output id=\"shown\"></output>\n</form>\n");
-    let header = ["design", "result", "worst, new", "worst, old", "inverted", "off the profiles", "seconds", "remark"];
-    html.table(&header, &designs.iter().map(Design::row).collect::<Vec<_>>());
+    let header = [
+        "design",
+        "result",
+        "worst, new",
+        "worst, old",
+        "inverted",
+        "off the profiles",
+        "seconds",
+        "sections",
+        "remark",
+    ];
+    let rows: Vec<Vec<String>> = designs.iter().map(Design::row).collect();
+    // The elements of a row take some bytes too, and so does an escaped letter.
+    let texts: usize = rows.iter().map(|row| 40 + row.iter().map(|cell| escape(cell).len() + 10).sum::<usize>()).sum();
+    let (pictures, remark) = pictures(&designs, MOST_BYTES.saturating_sub(html.len() + texts));
+    html.pictured(&header, rows.into_iter().zip(pictures).collect());
+    html.element("p class=\"note\"", remark);
     html.element(
         "p class=\"note\"",
         "The worst quality is beta in a mesh of tets, else the scaled Jacobian of a corner.",
     );
     html.markup("</section>\n<script>").markup(SCRIPT).markup("</script>\n</body>\n</html>\n");
     html.finish()
+}
+
+/// The pictures of each design, as many as the bytes allow, and what they show, in words.
+fn pictures(designs: &[Design], bytes: usize) -> (Vec<Vec<Svg>>, String) {
+    for most in [4, 2, 1] {
+        let mut left = bytes;
+        let mut fitting = 0;
+        let mut pictures: Vec<Vec<Svg>> = designs.iter().map(|design| design.pictures(most)).collect();
+        for of_design in &pictures {
+            let of_all: usize = of_design.iter().map(|picture| picture.len() + 8).sum();
+            let Some(rest) = left.checked_sub(of_all) else { break };
+            (left, fitting) = (rest, fitting + 1);
+        }
+        if fitting < designs.len() && most > 1 {
+            continue;
+        }
+        pictures[fitting..].iter_mut().for_each(Vec::clear);
+        let mut words = format!(
+            "The pictures show the sections that change most, at most {most} of a design: old in grey, new in blue."
+        );
+        if fitting < designs.len() {
+            words +=
+                &format!(" The page would be too large with more than the pictures of its first {fitting} designs.");
+        }
+        return (pictures, words);
+    }
+    (Vec::new(), String::new())
 }
 
 /// The design with the lowest quality, in words.
@@ -140,7 +233,7 @@ fn line(designs: &[Design], html: &mut Html) {
     let labels = ["designs, in the order of their names", "worst quality"];
     let mut chart = Chart::new([900.0, 220.0], "Worst quality of each design", axes.0, axes.1, labels);
     chart.curve("line old", old);
-    for &[x, y] in &new {
+    for &[x, y] in new.iter().filter(|_| new.len() <= MOST_DOTS) {
         chart.dot("new", x, y);
     }
     chart.curve("line new", new);
@@ -173,5 +266,60 @@ mod tests {
         assert!(page.contains("1 of 2 valid") && page.contains("of the design &lt;/script&gt;"));
         assert_eq!(page.matches("</script>").count(), 1);
         assert!(!batch_html(&[]).is_empty());
+    }
+
+    /// A line of a design with some sections, whose curves have 48 points each.
+    fn with_sections(name: usize, n_sections: usize) -> Value {
+        let curve = |up: f64| -> Vec<[f64; 2]> {
+            let at = |step: u32| std::f64::consts::TAU * f64::from(step) / 47.0;
+            (0..48).map(|step| [at(step).cos(), up * at(step).sin()]).collect()
+        };
+        let section = |number: usize| {
+            let change = 0.01 * number as f64;
+            json!({ "profile": number, "change": change, "old": curve(0.1), "new": curve(0.12) })
+        };
+        let sections: Vec<Value> = (0..n_sections).map(section).collect();
+        json!({ "design": format!("design-{name}"), "exit": 0, "valid": true, "outlines": { "<wing>": sections },
+            "stages": [{ "beta_min": 0.02 }, {}, {}, { "beta_min": 0.0125 }] })
+    }
+
+    /// The largest change comes first, in equal scales. Fails if a name becomes markup, or if a
+    /// curve is drawn outside of its picture.
+    #[test]
+    fn sections_are_drawn_old_and_new() {
+        let page = batch_html(&[with_sections(0, 2)]);
+        let pictures: Vec<&str> = page.split("<svg class=\"small\"").skip(1).collect();
+        assert_eq!(pictures.len(), 2);
+        assert!(pictures[0].contains("&lt;wing&gt;, profile 1: up to 0.01 apart"), "{}", pictures[0]);
+        // The new curve is 2 wide and 0.24 high: 98 by 11.8, with a margin of 1.
+        assert!(pictures[0].contains("viewBox=\"0 0 100 14\""), "{}", pictures[0]);
+        for class in ["old", "new"] {
+            let path =
+                pictures[0].split(&format!("class=\"{class}\" d=\"M")).nth(1).unwrap().split('"').next().unwrap();
+            let numbers: Vec<f64> = path.split(['L', ' ']).map(|number| number.parse().unwrap()).collect();
+            assert!(numbers.iter().step_by(2).all(|x| (0.9..=99.1).contains(x)), "{path}");
+            assert!(numbers.iter().skip(1).step_by(2).all(|y| (0.9..=12.9).contains(y)), "{path}");
+        }
+    }
+
+    /// Fails if a page of many designs has more than 3 MB, loses a row, or leaves pictures out
+    /// without a word.
+    #[test]
+    fn a_page_of_many_designs_has_at_most_3_mb() {
+        for (n_designs, each) in [(500, 4), (1500, 1), (5000, 1)] {
+            let reports: Vec<Value> = (0..n_designs).map(|name| with_sections(name, 4)).collect();
+            let page = batch_html(&reports);
+            assert!(page.len() <= 3_000_000, "{n_designs}: {}", page.len());
+            assert_eq!(page.matches("<td>design-").count(), n_designs);
+            let pictures = page.matches("<svg class=\"small\"").count();
+            if n_designs == 5000 {
+                assert!(pictures > 500 && pictures < n_designs, "{pictures}");
+                assert!(page.contains(&format!("the pictures of its first {pictures} designs")));
+            } else {
+                assert_eq!(pictures, n_designs * each, "{n_designs}: {}", page.len());
+            }
+        }
+        let odd = json!({ "design": "odd", "outlines": { "wing": [{ "old": [[1, 1]], "new": "none" }, 7] } });
+        assert!(!batch_html(&[odd]).contains("class=\"small\""));
     }
 }

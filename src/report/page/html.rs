@@ -49,12 +49,36 @@ impl Html {
         self.rows(header, rows, true)
     }
 
-    fn rows(&mut self, header: &[&'static str], rows: &[Vec<String>], chosen: bool) -> &mut Self {
+    /// [`Html::table`] with pictures in the second last column.
+    ///
+    /// - `rows`: the texts of the other columns, and the pictures
+    pub fn pictured(&mut self, header: &[&'static str], rows: Vec<(Vec<String>, Vec<Svg>)>) -> &mut Self {
+        self.header(header);
+        for (row, pictures) in rows {
+            self.markup("<tr>");
+            let (last, others) = row.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
+            for cell in others {
+                self.element("td", cell);
+            }
+            self.markup("<td>");
+            for picture in pictures {
+                self.picture(picture);
+            }
+            self.markup("</td>\n").element("td", last).markup("</tr>\n");
+        }
+        self.markup("</tbody></table></div>\n")
+    }
+
+    fn header(&mut self, header: &[&'static str]) {
         self.markup("<div class=\"scroll\"><table><thead><tr>");
         for name in header {
             self.element("th scope=\"col\"", name);
         }
         self.markup("</tr></thead><tbody>\n");
+    }
+
+    fn rows(&mut self, header: &[&'static str], rows: &[Vec<String>], chosen: bool) -> &mut Self {
+        self.header(header);
         for (number, row) in rows.iter().enumerate() {
             // Writing to a string cannot fail.
             let _ = match chosen {
@@ -81,6 +105,11 @@ impl Html {
     pub fn packed(&mut self, id: &'static str, base64: &str) -> &mut Self {
         let _ = writeln!(self.text, "<script type=\"text/plain\" id=\"{id}\">{base64}</script>");
         self
+    }
+
+    /// The number of bytes so far.
+    pub fn len(&self) -> usize {
+        self.text.len()
     }
 
     /// The whole text.

@@ -14,10 +14,12 @@
 //! | `scene`, `coding` | the mesh for the script, and how it is packed |
 //! | `style.css`, `view.js` | the style sheet and the script |
 //! | `batch`, `batch.js` | the page of many designs |
+//! | `comparison` | the page of two results of one mesh |
 
 mod batch;
 mod chart;
 mod coding;
+mod comparison;
 mod html;
 mod quality_charts;
 mod relaxation_charts;
@@ -32,13 +34,15 @@ use sha2::{Digest, Sha256};
 
 use super::{Measured, RunReport};
 use crate::mesh::{CellMeasures, HybridMesh, measures};
-use crate::mover::{Design, Outcome, Settings};
+use crate::mover::{Outcome, Settings};
 use crate::profile::Profile;
 pub use batch::batch_html;
+pub use comparison::ComparisonPage;
 use html::{Html, number};
 use relaxation_charts::Group;
-use scene::Scene;
+use scene::{Scene, Subject};
 use section_charts::Section;
+pub use section_charts::sections_svg;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("view.js");
@@ -59,8 +63,6 @@ pub struct Page<'a> {
     pub report: &'a RunReport,
     /// The outcome that the report is of.
     pub outcome: &'a Outcome,
-    /// The design.
-    pub design: &'a Design,
     /// The old profiles of each wing, with the wing's name, in the mesh's unit.
     pub old: Vec<(&'a str, &'a [Profile])>,
     /// The settings of the mover.
@@ -75,25 +77,30 @@ pub fn is_page(bytes: &[u8]) -> bool {
 }
 
 impl Page<'_> {
-    /// The page as HTML.
+    /// The page as HTML. A mesh without finite positions is not shown.
     ///
     /// # Errors
     /// The mesh cannot be packed.
     pub fn html(&self) -> std::io::Result<String> {
-        let is_body = |role: &str| ["wing", "trailing-edge", "wingtip", "prescribed"].contains(&role);
-        let bodies: Vec<&str> = self.roles.iter().filter(|(_, role)| is_body(role)).map(|(name, _)| *name).collect();
-        let scene = Scene::new(self.outcome, &bodies, self.report.worst_cells.as_deref().unwrap_or_default())?;
+        let positions = self.outcome.even_if_invalid().vertices().iter().enumerate();
+        let lost: Vec<usize> = positions.filter(|(_, at)| !at.is_finite()).map(|(vertex, _)| vertex).collect();
+        let scene = lost.is_empty().then(|| self.scene()).transpose()?;
         let mut html = Html::default();
-        begin(&mut html, &format!("{}: {}", self.name(), verdict::word(self.report)), SCRIPT);
+        let title = format!("{}: {}", self.name(), verdict::word(self.report));
+        begin(&mut html, &title, scene.as_ref().map(|_| SCRIPT));
         html.markup("<style>").markup(STYLE).markup("</style>\n<body data-state=\"text\">\n");
         verdict::write(self, &mut html);
         html.markup("<main>\n<div class=\"text\">\n");
         tables::stages(self.report, &mut html);
         tables::worst_cells(self.report, &mut html);
-        self.distributions(&mut html);
-        self.sections(&mut html);
+        if scene.is_some() {
+            self.distributions(&mut html);
+            self.sections(&mut html);
+        } else {
+            tables::lost(self.outcome, &lost, &mut html);
+        }
         html.markup("</div>\n");
-        view(&scene, &mut html);
+        scene.iter().for_each(|scene| view(scene, &mut html));
         html.markup("<div class=\"text\">\n");
         tables::path(self.report, &mut html);
         self.relaxations(&mut html);
@@ -101,9 +108,19 @@ impl Page<'_> {
         tables::settings(self, &mut html);
         tables::files(self.report, &mut html);
         html.markup("</div>\n</main>\n");
-        html.data("meta", &scene.meta).packed("packed", &scene.packed);
-        html.markup("<script>").markup(SCRIPT).markup("</script>\n</body>\n</html>\n");
+        if let Some(scene) = &scene {
+            html.data("meta", &scene.meta).packed("packed", &scene.packed);
+            html.markup("<script>").markup(SCRIPT).markup("</script>\n");
+        }
+        html.markup("</body>\n</html>\n");
         Ok(html.finish())
+    }
+
+    fn scene(&self) -> std::io::Result<Scene> {
+        let is_body = |role: &str| ["wing", "trailing-edge", "wingtip", "prescribed"].contains(&role);
+        let bodies: Vec<&str> = self.roles.iter().filter(|(_, role)| is_body(role)).map(|(name, _)| *name).collect();
+        let worst = self.report.worst_cells.as_deref().unwrap_or_default();
+        Subject::of(self.outcome).scene(&bodies, |shown| shown.worst_cells(worst))
     }
 
     /// The name of the design, or of the case.
@@ -129,7 +146,7 @@ impl Page<'_> {
     }
 
     fn sections(&self, html: &mut Html) {
-        let count: usize = self.design.profiles.values().map(Vec::len).sum();
+        let count: usize = self.outcome.asked.values().map(Vec::len).sum();
         if count == 0 {
             return;
         }
@@ -140,7 +157,7 @@ impl Page<'_> {
         if count > MOST_SECTIONS {
             html.element("p class=\"note\"", format_args!("The first {MOST_SECTIONS} of {count} sections."));
         }
-        let all = self.design.profiles.iter().flat_map(|(wing, new)| new.iter().map(move |new| (wing, new)));
+        let all = self.outcome.asked.iter().flat_map(|(wing, new)| new.iter().map(move |new| (wing, new)));
         for (wing, asked) in all.take(MOST_SECTIONS) {
             let old = self.old.iter().find(|(name, _)| name == wing);
             let old = old.and_then(|(_, old)| old.iter().find(|old| old.number == asked.number));
@@ -191,13 +208,13 @@ impl Page<'_> {
 
 /// Begins a page with its policy: no source but the page itself, and no style and no script but its
 /// own.
-fn begin(html: &mut Html, title: &str, script: &str) {
+fn begin(html: &mut Html, title: &str, script: Option<&str>) {
     html.markup(BEGIN);
     html.markup("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
     let policy = format!(
         "default-src 'none'; style-src '{}'; script-src '{}'; base-uri 'none'; form-action 'none'",
         checksum(STYLE),
-        checksum(script)
+        script.map_or("none".to_owned(), checksum)
     );
     html.markup("<meta http-equiv=\"Content-Security-Policy\" content=\"").text(policy).markup("\">\n");
     html.element("title", title);

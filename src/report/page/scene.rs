@@ -100,13 +100,23 @@ impl Focus {
     }
 }
 
-/// The mesh that is shown.
-struct Shown<'a> {
-    mesh: HybridMesh<'a>,
-    moved: &'a [DVec3],
-    displacement: &'a [DVec3],
+/// The mesh that a scene is of. All positions are finite.
+pub(super) struct Subject<'a> {
+    /// The original mesh.
+    pub mesh: HybridMesh<'a>,
+    /// Moved positions `[n_vertices]`.
+    pub moved: &'a [DVec3],
+    /// The ways from the original mesh `[n_vertices]`.
+    pub displacement: &'a [DVec3],
     /// The measure of each cell `[n_cells]`.
-    values: Cow<'a, [f64]>,
+    pub values: Cow<'a, [f64]>,
+    /// The distance of each vertex from its place in another result `[n_vertices]`.
+    pub distances: Option<&'a [f64]>,
+}
+
+/// The mesh that is shown.
+pub(super) struct Shown<'a> {
+    subject: Subject<'a>,
     /// The best value of the measure.
     best: f64,
     focus: Focus,
@@ -114,14 +124,24 @@ struct Shown<'a> {
     largest: f64,
 }
 
-impl Scene {
-    /// The scene of an outcome.
+impl<'a> Subject<'a> {
+    /// The moved mesh of an outcome.
+    pub fn of(outcome: &'a Outcome) -> Self {
+        Self {
+            mesh: HybridMesh { mesh: outcome.mesh(), others: outcome.other_cells() },
+            moved: outcome.even_if_invalid().vertices(),
+            displacement: outcome.even_if_invalid().displacement(),
+            values: ranking(outcome),
+            distances: None,
+        }
+    }
+
+    /// The scene of a mesh.
     ///
     /// - `bodies`: names of the families that the design moves
-    /// - `worst`: the worst cells of the report
-    pub fn new(outcome: &Outcome, bodies: &[&str], worst: &[WorstCell]) -> std::io::Result<Self> {
-        let mesh = HybridMesh { mesh: outcome.mesh(), others: outcome.other_cells() };
-        let (moved, displacement) = (outcome.even_if_invalid().vertices(), outcome.even_if_invalid().displacement());
+    /// - `worst`: what the rows of the table of the worst show
+    pub fn scene(self, bodies: &[&str], worst: impl FnOnce(&Shown) -> Vec<Value>) -> std::io::Result<Scene> {
+        let Self { mesh, moved, displacement, .. } = self;
         let lengths = displacement.iter().map(|displacement| displacement.length());
         let largest = lengths.fold(0.0, f64::max);
         let all = || 0..mesh.n_faces() as u32;
@@ -131,18 +151,23 @@ impl Scene {
         let of_bodies = all().filter(of_body).flat_map(|face| mesh.face_vertices(face));
         let is_moved = |vertex: &&u32| displacement[**vertex as usize].length() > MOVED * largest;
         let at = |vertex: &u32| moved[*vertex as usize];
+        let all_faces = || Focus::of(faces().map(at));
+        // A few vertices that moved alone are no place to look at the mesh from.
+        let is_large = |focus: &Focus| all_faces().is_some_and(|all| focus.size() > MOVED * all.size());
         let focus = Focus::of(of_bodies.map(at))
-            .or_else(|| Focus::of(faces().filter(is_moved).map(at)))
-            .or_else(|| Focus::of(faces().map(at)))
+            .or_else(|| Focus::of(faces().filter(is_moved).map(at)).filter(is_large))
+            .or_else(all_faces)
             .or_else(|| Focus::of(moved.iter().copied()))
             .unwrap_or(Focus { low: DVec3::ZERO, high: DVec3::ZERO });
-        let best = if outcome.cell_measures.is_none() { 0.117_851_130_197_757_9 } else { 1.0 };
-        let shown = Shown { mesh, moved, displacement, values: ranking(outcome), best, focus, largest };
+        let is_of_tets = mesh.n_cells() == mesh.count(CellKind::Tet);
+        let best = if is_of_tets { 0.117_851_130_197_757_9 } else { 1.0 };
+        let shown = Shown { subject: self, best, focus, largest };
+        let worst = worst(&shown);
         let parts = [Part::Whole, Part::Slices, Part::Surfaces, Part::Near, Part::Worst];
         let fitting = parts.into_iter().filter(|part| *part != Part::Whole || mesh.n_cells() <= MOST_CELLS);
         let mut scene = None;
         for part in fitting {
-            if let Some(found) = shown.scene(part, worst)? {
+            if let Some(found) = shown.scene(part, &worst)? {
                 scene = Some(found);
                 break;
             }
@@ -153,7 +178,7 @@ impl Scene {
 
 impl Shown<'_> {
     /// The scene of a part of the mesh. `None` if it has too many bytes.
-    fn scene(&self, part: Part, worst: &[WorstCell]) -> std::io::Result<Option<Scene>> {
+    fn scene(&self, part: Part, worst: &[Value]) -> std::io::Result<Option<Scene>> {
         let stops = self.stops();
         let cells = self.cells(part, &stops);
         let faces: Vec<u32> = (0..self.mesh.n_faces() as u32).filter(|&face| self.has_face(part, face)).collect();
@@ -180,6 +205,9 @@ impl Shown<'_> {
         }
         let families = self.pack_faces(&faces, &numbers, &mut packed);
         let kinds = self.pack_cells(&cells, &numbers, &mut packed);
+        if let (Some(distances), Some(furthest)) = (self.distances, self.furthest()) {
+            packed.numbers(vertices.iter().map(|&vertex| [shade(distances[vertex as usize] / furthest)]));
+        }
         let is_part = part != Part::Whole;
         let meta = json!({
             "vertices": vertices.len(),
@@ -196,7 +224,8 @@ impl Shown<'_> {
             "best": self.best,
             "measure": if self.best < 1.0 { "beta" } else { "scaled Jacobian" },
             "stops": if is_part { json!(stops) } else { Value::Null },
-            "worst": self.worst(worst),
+            "far": self.furthest().map(|furthest| json!({ "largest": furthest, "decades": DECADES })),
+            "worst": worst,
         });
         // Half of the bytes are saved at least.
         if part != Part::Worst && packed.len() > 3 * MOST_BYTES {
@@ -362,8 +391,24 @@ impl Shown<'_> {
         counts.to_vec()
     }
 
+    /// The largest finite distance from another result. `None` if the scene shows no distances.
+    fn furthest(&self) -> Option<f64> {
+        let finite = self.distances?.iter().copied().filter(|distance| distance.is_finite());
+        Some(finite.fold(f64::MIN_POSITIVE, f64::max))
+    }
+
+    /// Worst vertices.
+    pub fn worst_vertices(&self, worst: &[usize]) -> Vec<Value> {
+        let size = (self.focus.size() / 50.0).max(f64::MIN_POSITIVE);
+        let of_vertex = |&vertex: &usize| {
+            let [at, old] = [self.moved, &self.mesh.mesh.vertices[..]].map(|of| [of[vertex].to_array()]);
+            json!({ "value": null, "points": at, "old": old, "size": size })
+        };
+        worst.iter().map(of_vertex).collect()
+    }
+
     /// The worst cells with all digits, so that the page can measure them again.
-    fn worst(&self, worst: &[WorstCell]) -> Vec<Value> {
+    pub fn worst_cells(&self, worst: &[WorstCell]) -> Vec<Value> {
         let of_cell = |cell: &WorstCell| {
             let kind = CellKind::ALL.into_iter().find(|kind| kind.name() == cell.kind).unwrap_or(CellKind::Tet);
             let vertices = self.mesh.cell(CellName { kind, index: cell.index });
@@ -374,6 +419,26 @@ impl Shown<'_> {
         };
         worst.iter().map(of_cell).collect()
     }
+}
+
+impl<'a> std::ops::Deref for Shown<'a> {
+    type Target = Subject<'a>;
+
+    fn deref(&self) -> &Subject<'a> {
+        &self.subject
+    }
+}
+
+/// The powers of ten that the colours of distances span.
+const DECADES: i32 = 6;
+
+/// A distance as a share of the largest one, as a small number along a logarithmic scale. 0 stands
+/// for none, and what is not a number for the largest.
+fn shade(share: f64) -> u8 {
+    if share.is_nan() {
+        return u8::MAX;
+    }
+    (255.0 * (1.0 + share.log10() / f64::from(DECADES))).round().clamp(0.0, 255.0) as u8
 }
 
 /// A vertex that is not shown.
@@ -424,6 +489,12 @@ mod tests {
     #[test]
     fn coarse_quality_keeps_its_sign() {
         assert_eq!([1.0, 0.25, 1e-9, 0.0, -1e-9, -0.25, f64::NAN].map(coarse), [127, 64, 1, 0, 0, -64, -127]);
+    }
+
+    /// Fails if a distance that is not a number passes for a small one.
+    #[test]
+    fn shades_of_distances_span_six_decades() {
+        assert_eq!([1.0, 1e-3, 1e-6, 1e-9, 0.0, f64::NAN, f64::INFINITY].map(shade), [255, 128, 0, 0, 0, 255, 255]);
     }
 
     #[test]

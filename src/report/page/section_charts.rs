@@ -2,12 +2,19 @@
 
 use glam::DVec3;
 
-use super::super::svg::Svg;
+use super::super::outline::directions;
+use super::super::svg::{COLOURS, Pixels, Svg};
 use super::chart::{Axis, Chart, WIDE, polyline};
+use super::html::number;
+use crate::mover::Outcome;
 use crate::profile::{Plane, Profile, distance};
 
 /// Most points of a curve in a page.
 const MOST_POINTS: usize = 300;
+
+/// Height of the head of a picture of all sections, and of the line above each, in pixels.
+const HEAD: f64 = 58.0;
+const LINE: f64 = 26.0;
 
 /// One section of a wing. Points are in the mesh's unit.
 pub(super) struct Section<'a> {
@@ -22,6 +29,17 @@ pub(super) struct Section<'a> {
 impl Section<'_> {
     /// The three curves, with equal axes. `None` if the new profile lies in no plane.
     pub fn curves(&self, title: &str) -> Option<Svg> {
+        let (curves, height) = self.places()?;
+        let mut svg = Svg::inline(WIDE, height, title);
+        for (class, curve) in ["line before", "line asked", "line got"].into_iter().zip(&curves) {
+            polyline(&mut svg, class, curve);
+        }
+        Some(svg)
+    }
+
+    /// The places of the old, the asked and the got curve in a picture [`WIDE`] wide, and its
+    /// height. `None` if the new profile lies in no plane.
+    fn places(&self) -> Option<([Vec<[f64; 2]>; 3], f64)> {
         let [across, up] = directions(&Plane::of_profile(self.asked).ok()?);
         let flat = |points: &[DVec3]| -> Vec<[f64; 2]> {
             let step = points.len().div_ceil(MOST_POINTS).max(1);
@@ -30,10 +48,9 @@ impl Section<'_> {
             shown.map(|(_, point)| [point.dot(across), point.dot(up)]).collect()
         };
         let old = self.old.map_or(Vec::new(), |old| flat(&old.points));
-        let (asked, got) = (flat(&self.asked.points), flat(self.got));
-        let all = || old.iter().chain(&asked).chain(&got);
+        let curves = [old, flat(&self.asked.points), flat(self.got)];
         let range = |axis: usize| {
-            let values = all().map(move |point| point[axis]);
+            let values = curves.iter().flatten().map(move |point| point[axis]);
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
         };
         let ((left, right), (bottom, top)) = (range(0), range(1));
@@ -43,13 +60,8 @@ impl Section<'_> {
         if !(scale.is_finite() && scale > 0.0) {
             return None;
         }
-        let height = (top - bottom) * scale + 16.0;
-        let mut svg = Svg::inline(WIDE, height, title);
-        let place = |&[x, y]: &[f64; 2]| [8.0 + (x - left) * scale, 8.0 + (top - y) * scale];
-        for (class, curve) in [("line before", &old), ("line asked", &asked), ("line got", &got)] {
-            polyline(&mut svg, class, &curve.iter().map(place).collect::<Vec<_>>());
-        }
-        Some(svg)
+        let place = |[x, y]: [f64; 2]| [8.0 + (x - left) * scale, 8.0 + (top - y) * scale];
+        Some((curves.map(|curve| curve.into_iter().map(place).collect()), (top - bottom) * scale + 16.0))
     }
 
     /// The distance of the moved section from the new profile, along the moved section. `None` if
@@ -76,26 +88,51 @@ impl Section<'_> {
     }
 }
 
-/// The directions to the right and upward in the picture of a plane: downstream and up where an
-/// aircraft lies as usual.
-fn directions(plane: &Plane) -> [DVec3; 2] {
-    let up = if plane.normal.z.abs() < 0.9 { DVec3::Z } else { DVec3::Y };
-    let up = up.reject_from_normalized(plane.normal).normalize_or_zero();
-    let across = up.cross(plane.normal);
-    let downstream = if plane.normal.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
-    [if across.dot(downstream) < 0.0 { -across } else { across }, up]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Fails if a section of a wing along y is drawn upside down, or with its nose to the right.
-    #[test]
-    fn sections_lie_as_in_books() {
-        let plane = |normal| Plane { point: DVec3::ZERO, normal };
-        assert_eq!(directions(&plane(DVec3::Y)), [DVec3::X, DVec3::Z]);
-        assert_eq!(directions(&plane(DVec3::Z)), [DVec3::X, DVec3::Y]);
-        assert_eq!(directions(&plane(DVec3::X)), [DVec3::Y, DVec3::Z]);
+/// The sections of all wings as one picture (SVG): old, asked and got, with equal axes, each under
+/// its name and the largest distance of got from asked.
+///
+/// - `old`: the old profiles of each wing, with the wing's name
+pub fn sections_svg(outcome: &Outcome, old: &[(&str, &[Profile])]) -> String {
+    let mut panels = Vec::new();
+    let mut height = HEAD;
+    for (wing, asked) in outcome.asked.iter().flat_map(|(wing, asked)| asked.iter().map(move |asked| (wing, asked))) {
+        let old = old.iter().find(|(name, _)| name == wing);
+        let old = old.and_then(|(_, old)| old.iter().find(|old| old.number == asked.number));
+        let moved = outcome.sections.get(wing).into_iter().flatten().find(|moved| moved.profile == asked.number);
+        let section = Section { old, asked, got: moved.map_or(&[], |moved| moved.points.as_slice()) };
+        let Some((curves, high)) = section.places() else { continue };
+        let distance = match moved {
+            Some(moved) => format!("got is up to {} from asked", number(moved.max_distance_to_new_profile)),
+            None => "the moved wing cannot be cut here".to_owned(),
+        };
+        panels.push((format!("{wing}, profile {}: {distance}", asked.number), curves, height));
+        height += LINE + high;
     }
+    let verdict = if outcome.is_valid() { "" } else { ", of a mesh that is not valid" };
+    let mut svg = Svg::new(WIDE, height + 8.0, &format!("Sections, old, asked and got{verdict}"));
+    svg.label(&[("x", &8), ("y", &22), ("font-size", &15)], format_args!("Sections{verdict}"));
+    let styles = [("old", "#7a8494", 1.4, "5 3"), ("asked", COLOURS[0], 3.0, "none"), ("got", COLOURS[1], 1.4, "none")];
+    for (at, (name, colour, _, _)) in styles.iter().enumerate() {
+        let x = 8.0 + 90.0 * at as f64;
+        svg.element("rect", &[("x", &x), ("y", &36), ("width", &18), ("height", &4), ("fill", colour)]);
+        svg.label(&[("x", &(x + 24.0)), ("y", &42)], name);
+    }
+    for (words, curves, top) in panels {
+        svg.label(&[("x", &8), ("y", &Pixels(top + 17.0)), ("font-size", &12)], words);
+        for (curve, (_, colour, width, dashes)) in curves.iter().zip(&styles) {
+            let points: Vec<String> =
+                curve.iter().map(|[x, y]| format!("{},{}", Pixels(*x), Pixels(y + top + LINE))).collect();
+            svg.element(
+                "polyline",
+                &[
+                    ("points", &points.join(" ")),
+                    ("fill", &"none"),
+                    ("stroke", colour),
+                    ("stroke-width", width),
+                    ("stroke-dasharray", dashes),
+                ],
+            );
+        }
+    }
+    svg.finish()
 }

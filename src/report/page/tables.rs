@@ -3,8 +3,15 @@
 use super::super::{Checksums, RunReport, Sums, beta_text, stage_remark};
 use super::Page;
 use super::html::{Html, count, number, place};
-use crate::mover::{StageName, StageQuality};
+use crate::mover::{Outcome, StageName, StageQuality};
 use crate::smoothing::QualityTarget;
+use crate::volume::{StepVerdict, TriedStep};
+
+/// Most vertices without finite positions that are listed.
+const LOST: usize = 20;
+
+/// Most rows of the table of steps. The report has all of them.
+const MOST_STEPS: usize = 200;
 
 /// The stages, and the kinds of cells where not all are tets.
 pub(super) fn stages(report: &RunReport, html: &mut Html) {
@@ -97,6 +104,20 @@ pub(super) fn worst_cells(report: &RunReport, html: &mut Html) {
     html.markup("<p class=\"note\" id=\"measured\"></p></section>\n");
 }
 
+/// The vertices without finite positions, with their places in the original mesh.
+pub(super) fn lost(outcome: &Outcome, lost: &[usize], html: &mut Html) {
+    html.markup("<section><h2>Vertices without finite positions</h2>\n");
+    let words = format!(
+        "{} of {} vertices have no finite position, so there is no mesh to show. Their places were:",
+        count(lost.len()),
+        count(outcome.mesh().vertices.len())
+    );
+    html.element("p", words);
+    let row = |&vertex: &usize| vec![vertex.to_string(), place(outcome.mesh().vertices[vertex].to_array())];
+    html.table(&["vertex", "place"], &lost.iter().take(LOST).map(row).collect::<Vec<_>>());
+    html.element("p class=\"note\"", format_args!("At most {LOST} are listed.")).markup("</section>\n");
+}
+
 /// The steps of the path and local optimisation.
 pub(super) fn path(report: &RunReport, html: &mut Html) {
     let Some(path) = &report.path else { return };
@@ -111,6 +132,29 @@ pub(super) fn path(report: &RunReport, html: &mut Html) {
         ),
     };
     html.element("p", words);
+    let row = |(number, step): (usize, &TriedStep)| {
+        vec![
+            if number == 0 { "jump".to_owned() } else { number.to_string() },
+            format!("{:.1} to {:.1} %", 100.0 * step.from, 100.0 * step.to),
+            match step.verdict {
+                StepVerdict::Kept => "kept".to_owned(),
+                StepVerdict::Inverted => "given up: inverted".to_owned(),
+                StepVerdict::NotConverged => "given up: not converged".to_owned(),
+            },
+            step.worst.map_or(String::new(), |worst| beta_text(worst, 6)),
+            step.worst.map_or(String::new(), |_| count(step.inverted)),
+            step.inverted_optimised.map_or(String::new(), count),
+        ]
+    };
+    if path.tried.len() > 1 {
+        let rows: Vec<_> = path.tried.iter().take(MOST_STEPS).enumerate().map(row).collect();
+        let worst = if report.mesh.n_cells() == report.mesh.tets { "worst beta" } else { "worst measure" };
+        let header = ["step", "route", "verdict", worst, "inverted", "after optimisation"];
+        html.markup("<div id=\"steps\">").table(&header, &rows).markup("</div>\n");
+    }
+    if path.tried.len() > MOST_STEPS {
+        html.element("p class=\"note\"", format_args!("The first {MOST_STEPS} of {} steps.", path.tried.len()));
+    }
     let words = match &report.smoothing {
         None => "Local optimisation did not run: it is off, or no cell needed it.".to_owned(),
         Some(smoothing) => format!(
@@ -162,8 +206,10 @@ pub(super) fn settings(page: &Page, html: &mut Html) {
         row("most steps", count(settings.max_steps)),
         row("local optimisation", target.to_owned()),
         row("idmesh", report.idmesh.clone()),
-        row("backend", format!("{}, {}", report.backend.kind, report.backend.adapter)),
     ];
+    if !report.backend.kind.is_empty() {
+        rows.push(row("backend", format!("{}, {}", report.backend.kind, report.backend.adapter)));
+    }
     if !report.backend.driver.is_empty() {
         rows.push(row("driver", report.backend.driver.clone()));
     }

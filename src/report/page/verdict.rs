@@ -14,7 +14,7 @@ pub(super) fn word(report: &RunReport) -> &'static str {
     match (report.valid, report.exit) {
         (true, 0) if repaired => "valid, repaired",
         (true, 0) => "valid",
-        (true, _) => "not converged",
+        (true, _) | (false, 4) => "not converged",
         (false, _) => "refused",
     }
 }
@@ -61,6 +61,7 @@ fn lead(report: &RunReport) -> String {
         ),
         (true, 0) => format!("The moved mesh may be used: all {cells} cells are valid."),
         (true, _) => "The moved mesh is valid, but a relaxation did not reach its tolerance.".to_owned(),
+        (false, 4) => "There is no moved mesh: vertices have no finite position.".to_owned(),
         (false, _) => "The moved mesh may not be used. It is written under names with \"invalid\".".to_owned(),
     }
 }
@@ -104,7 +105,7 @@ fn worst(report: &RunReport, html: &mut Html) {
 fn displacement(page: &Page, html: &mut Html) {
     let moved = page.outcome.even_if_invalid().displacement();
     let longest = moved.iter().enumerate().max_by(|a, b| a.1.length_squared().total_cmp(&b.1.length_squared()));
-    let Some((vertex, largest)) = longest else { return };
+    let Some((vertex, largest)) = longest.filter(|(_, largest)| largest.is_finite()) else { return };
     if *largest == DVec3::ZERO {
         return card(html, "Largest displacement", "0", "nothing moved");
     }

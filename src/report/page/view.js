@@ -90,6 +90,7 @@ const by = [0, 1, 2].map(() => new Int16Array(numbers(n, 2)));
 const families = meta.families.map(of => ({ ...of, faces: [polygons(of.triangles, 3), polygons(of.quadrilaterals, 4)] }));
 const cells = [4, 5, 6, 8].map((size, kind) => polygons(meta.cells[kind], size));
 const quality = new Int8Array(numbers(meta.cells.reduce((a, b) => a + b), 1));
+const far = meta.far ? Array.from(new Uint8Array(numbers(n, 1)), shade => shade / 255) : [];
 
 const moved = v => [0, 1, 2].map(i => old[i][v] + by[i][v] * meta.unit);
 const lengths = new Float32Array(n), lowest = new Int8Array(n).fill(127), hasCell = new Uint8Array(n);
@@ -109,7 +110,8 @@ const order = []; // [quality, kind, number in the kind]
     }
   });
 }
-const worst = [...order].sort((a, b) => a[0] - b[0]).slice(0, 1000);
+// Of two results the worst vertices are marked, not the worst cells.
+const worst = meta.far ? [] : [...order].sort((a, b) => a[0] - b[0]).slice(0, 1000);
 
 // --- Drawing ---
 
@@ -124,6 +126,7 @@ const RAMPS = { // From low to high.
   displacement: [[.85, .88, .92], [.62, .78, .88], [.33, .65, .80], [.16, .47, .70], [.19, .27, .56], [.25, .09, .38]],
   quality: [[.70, .09, .13], [.91, .40, .22], [.97, .72, .40], [.93, .90, .70], [.64, .80, .78], [.36, .60, .72]],
 };
+RAMPS.distance = RAMPS.displacement;
 const NONE = -9, INVERTED = -5, MARKED = -7;
 const shader = (type, text) => {
   const made = gl.createShader(type);
@@ -190,10 +193,13 @@ function face(list, vertices, shades) {
   }
 }
 const colours = () => find("colours").value;
+/** What each vertex has, if the colours show such a thing. */
+const ofVertices = () => ({ displacement: lengths, distance: far })[colours()];
 const shadeOf = value => value <= 0 ? INVERTED : value / 127;
 /** The shades of a face of the surface: those of its vertices, unless one of them has a colour of its own. */
 function shades(vertices) {
-  if (colours() === "displacement") return vertices.map(v => lengths[v]);
+  const values = ofVertices();
+  if (values) return vertices.map(v => values[v]);
   const own = vertices.map(v => colours() === "quality" && hasCell[v] ? shadeOf(lowest[v]) : NONE);
   const odd = [INVERTED, NONE].find(shade => own.includes(shade));
   return odd ? own.map(() => odd) : own;
@@ -210,36 +216,62 @@ function surface() {
 }
 function cell(list, kind, number, value, marked) {
   const { size, all } = cells[kind], of = all.subarray(number * size, (number + 1) * size);
-  const own = marked && value > 0 ? MARKED : shadeOf(value), isPlain = marked || colours() !== "displacement";
+  const own = marked && value > 0 ? MARKED : shadeOf(value), values = marked ? null : ofVertices();
   FACES[size].forEach(places => {
     const vertices = places.map(k => of[k]);
-    face(list, vertices, vertices.map(v => isPlain ? own : lengths[v]));
+    face(list, vertices, vertices.map(v => values ? values[v] : own));
   });
+}
+/** The direction across the slice: along an axis, or by two angles, from x towards y and from there up to z. */
+function across() {
+  const axis = find("axis").value;
+  if (axis !== "any") return [0, 1, 2].map(i => +(i === +axis));
+  const [round, up] = ["round", "up"].map(id => find(id).value * Math.PI / 180);
+  return [Math.cos(up) * Math.cos(round), Math.cos(up) * Math.sin(round), Math.sin(up)];
 }
 function slice() {
   const list = [], axis = find("axis").value;
+  let count = 0;
   find("place").disabled = axis === "";
+  find("angles").hidden = axis !== "any";
   find("place-text").textContent = "";
   if (axis !== "") {
-    const stops = meta.stops?.[axis], share = +find("place").value, wide = .25 * (meta.high[axis] - meta.low[axis]);
-    let place = meta.low[axis] - wide + share * (meta.high[axis] - meta.low[axis] + 2 * wide);
+    const normal = across(), half = normal.reduce((sum, x, i) => sum + Math.abs(x) * (meta.high[i] - meta.low[i]) / 2, 0);
+    const centre = dot(normal, meta.centre), stops = meta.stops?.[axis];
+    let place = centre + dot(normal, middle) + 1.5 * half * (2 * find("place").value - 1);
     if (stops) place = stops.reduce((a, b) => Math.abs(b - place) < Math.abs(a - place) ? b : a);
-    find("place-text").textContent = `${"xyz"[axis]} = ${place.toPrecision(4)}`;
-    place -= meta.centre[axis];
+    const name = axis === "any" ? `${find("round").value}\u00b0, ${find("up").value}\u00b0:` : `${"xyz"[axis]} =`;
+    find("place-text").textContent = `${name} ${place.toPrecision(4)}`;
+    const beyond = new Float32Array(n), isNear = new Uint8Array(n);
+    for (let v = 0; v < n; v++) {
+      const at = moved(v);
+      beyond[v] = dot(normal, at) + centre - place;
+      isNear[v] = Math.hypot(...minus(at, middle)) < .6 * meta.size;
+    }
     order.forEach(([value, kind, number]) => {
       const { size, all } = cells[kind];
       let below = false, above = false, near = false;
       for (let k = 0; k < size; k++) {
-        const at = moved(all[number * size + k]);
-        if (at[axis] <= place) below = true;
-        if (at[axis] >= place) above = true;
-        if (Math.hypot(...minus(at, middle)) < .6 * meta.size) near = true;
+        const v = all[number * size + k];
+        if (beyond[v] <= 0) below = true;
+        if (beyond[v] >= 0) above = true;
+        if (isNear[v]) near = true;
       }
       // What is far from the moved families would hide them.
-      if (below && above && near) cell(list, kind, number, value, false);
+      if (below && above && near) { cell(list, kind, number, value, false); count++; }
     });
   }
+  body.dataset.slice = count;
   batches.slice.fill(list);
+}
+/** Slices by a plane that faces the eye. */
+function facingEye() {
+  if (meta.stops) return;
+  const [x, y, z] = directions()[2], degrees = angle => Math.round(angle * 180 / Math.PI);
+  find("axis").value = "any";
+  find("round").value = degrees(Math.atan2(y, x));
+  find("up").value = degrees(Math.asin(z));
+  slice();
 }
 function mark() {
   const list = [];
@@ -256,17 +288,17 @@ batches.listed.fill(meta.worst.flatMap(({ points, old: before }) => {
 }));
 function choose(number) {
   rows.forEach((row, other) => row.classList.toggle("chosen", other === number));
-  const { points, old: before } = meta.worst[number], list = [];
-  FACES[points.length].forEach(places => {
+  const { points, old: before, size = 0 } = meta.worst[number], list = [];
+  (FACES[points.length] ?? []).forEach(places => {
     for (let k = 1; k + 1 < places.length; k++) [places[0], places[k], places[k + 1]].forEach((v, i) => {
       list.push(...minus(before[v], meta.centre), ...minus(points[v], before[v]), MARKED, i === 0, i === 1, i === 2);
     });
   });
   batches.chosen.fill(list);
   const place = middleOf(points);
-  const size = Math.max(...points.map(p => Math.hypot(...minus(p, place))));
+  const wide = Math.max(size, ...points.map(p => Math.hypot(...minus(p, place))));
   camera.centre = minus(place, meta.centre);
-  camera.distance = Math.max(14 * size, 1e-6 * meta.size);
+  camera.distance = Math.max(14 * wide, 1e-6 * meta.size);
   canvas.scrollIntoView({ block: "nearest" });
   later();
 }
@@ -323,7 +355,7 @@ function draw() {
   gl.uniform1f(at("time"), +find("time").value);
   gl.uniform3fv(at("eye"), eye);
   gl.uniform3fv(at("ink"), ink);
-  gl.uniform3fv(at("ramp"), RAMPS[colours() === "quality" ? "quality" : "displacement"].flat());
+  gl.uniform3fv(at("ramp"), (RAMPS[colours()] ?? RAMPS.quality).flat());
   gl.uniform1f(at("spot"), 0);
   gl.uniform1f(at("edges"), find("edges").checked ? .45 : 0);
   batches.surface.draw();
@@ -351,11 +383,14 @@ function legend() {
   paint.fillStyle = gradient;
   paint.fillRect(0, 0, 160, 10);
   find("what").textContent = kind === "quality" ? meta.measure : kind;
-  // Shades of quality go with its root.
-  const most = kind === "quality" ? meta.best : meta.largest, power = kind === "quality" ? 2 : 1;
+  const values = { // Shades of quality go with its root, and those of distances with the logarithm.
+    displacement: share => meta.largest * share,
+    quality: share => meta.best * share ** 2,
+    distance: share => meta.far.largest * 10 ** (meta.far.decades * (share - 1)),
+  };
   find("ticks").replaceChildren(...[0, .5, 1].map(share => {
     const tick = document.createElement("span");
-    tick.textContent = +(most * share ** power).toPrecision(2);
+    tick.textContent = +values[kind](share).toPrecision(2);
     return tick;
   }));
 }
@@ -364,7 +399,14 @@ function legend() {
 
 const all = () => { legend(); surface(); slice(); mark(); later(); };
 find("colours").oninput = all;
-find("axis").oninput = find("place").oninput = () => { slice(); later(); };
+["axis", "place", "round", "up"].forEach(id => find(id).oninput = () => { slice(); later(); });
+find("facing").onclick = () => { facingEye(); later(); };
+if (meta.far) {
+  find("colours").add(new Option("distance"), 0);
+  find("colours").value = "distance";
+}
+// A part of a large mesh has the cells of its own slices alone.
+if (meta.stops) find("axis").querySelector("[value=any]").remove();
 find("count").oninput = () => { mark(); later(); };
 find("time").oninput = find("edges").oninput = later;
 find("home").onclick = home;
@@ -399,11 +441,15 @@ canvas.onpointermove = event => {
 };
 canvas.addEventListener("wheel", event => { event.preventDefault(); zoom(Math.exp(event.deltaY * .001)); later(); }, { passive: false });
 canvas.onkeydown = event => {
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
   const step = { ArrowLeft: [-30, 0], ArrowRight: [30, 0], ArrowUp: [0, -30], ArrowDown: [0, 30] }[event.key];
   if (step) (event.shiftKey ? pan : turn)(...step);
   else if (event.key === "+" || event.key === "=") zoom(.8);
   else if (event.key === "-") zoom(1.25);
   else if (event.key === "0") home();
+  else if (event.key === "p") facingEye();
+  else if ("xyz".includes(event.key)) { find("axis").value = "xyz".indexOf(event.key); slice(); }
+  else if (event.key === "[" || event.key === "]") { find("place").value = +find("place").value + (event.key === "[" ? -.01 : .01); slice(); }
   else return;
   event.preventDefault();
   later();
@@ -420,7 +466,7 @@ const pixels = new Uint8Array(canvas.width * canvas.height * 4);
 gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
 let drawn = 0;
 for (let i = 3; i < pixels.length; i += 4) if (pixels[i]) drawn++;
-say("Drag to turn, with the right button or two fingers to move, scroll or pinch to zoom. Keys: arrows, shift and arrows, + and -, 0.");
+say("Drag to turn, with the right button or two fingers to move, scroll or pinch to zoom. Keys: arrows, shift and arrows, + and -, 0; x, y, z and p slice (p faces you), [ and ] move the slice.");
 Object.assign(body.dataset, { pixels: drawn, milliseconds: Math.round(performance.now()), state: "ready" });
 })().catch(error => {
   document.getElementById("message").textContent = `The mesh cannot be drawn: ${error.message}`;
