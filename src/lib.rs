@@ -63,6 +63,7 @@ pub mod report;
 pub mod session;
 #[doc(hidden)]
 pub mod smoothing;
+#[doc(hidden)]
 pub mod solver_measures;
 #[doc(hidden)]
 pub mod springs;

@@ -196,6 +196,11 @@ impl<'d> Value<'d> {
         self.error(format!("`{}` is {found}, expected {expected}", self.name))
     }
 
+    /// Whether the value is a table.
+    pub fn is_table(&self) -> bool {
+        matches!(self.value, DeValue::Table(_))
+    }
+
     /// A string.
     pub fn text(&self) -> Result<&'d str, CaseError> {
         match self.value {
@@ -307,7 +312,7 @@ impl<'d> Value<'d> {
     }
 
     /// The values in a table, with their names, in the order of the file.
-    fn children(&self) -> Result<Vec<(&'d str, Value<'d>)>, CaseError> {
+    pub fn children(&self) -> Result<Vec<(&'d str, Value<'d>)>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);

@@ -37,6 +37,8 @@ pub enum FaultKind {
     HeldBack,
     /// A wing misses its new profiles. Counts wings.
     MissedProfiles,
+    /// A measure of a solver is beyond its limit. Counts faces, cells or vertices beyond it.
+    BeyondLimit,
     /// Relaxations did not converge. Counts stages.
     NotConverged,
 }
@@ -52,6 +54,7 @@ impl FaultKind {
             Self::Parted => "parted",
             Self::HeldBack => "held-back",
             Self::MissedProfiles => "missed-profiles",
+            Self::BeyondLimit => "beyond-limit",
             Self::NotConverged => "not-converged",
         }
     }

@@ -10,6 +10,7 @@ mod histogram;
 mod page;
 mod reasons;
 mod run_report;
+mod solver_quality;
 #[doc(hidden)]
 pub mod svg;
 mod table;
@@ -26,6 +27,7 @@ pub use histogram::{Measured, Series, histogram_svg};
 pub use page::{Page, batch_html, is_page};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
 
+pub use solver_quality::{OpenFoam, SolverQualities, SolverQuality, Su2, limits_by_name, solver_table};
 pub use worst_cells::WorstCell;
 
 pub(crate) use table::{aligned, beta_text};

@@ -278,10 +278,4 @@ impl SolverMeasures {
             of(&su2.volume_ratio),
         ]
     }
-
-    /// The value of a measure that can be limited, by its row in [`LIMITS`]. NaN if there is none.
-    pub fn value_of(&self, row: &LimitRow) -> f64 {
-        let place = LIMITS.iter().position(|other| other.name == row.name);
-        place.map_or(f64::NAN, |place| self.limited()[place].0)
-    }
 }

@@ -13,10 +13,11 @@
 //!
 //! SU2 takes volumes of the tets without their sign, so an inverted cell does not show in them.
 //! SU2 prints orthogonality, aspect ratio and volume ratio ("Mesh Quality Metric"), each with its
-//! smallest and its largest value. Source: SU2 8, `CPhysicalGeometry::ComputeMeshQualityStatistics`,
-//! `SetControlVolume` and `SetBoundControlVolume`, and `CEdge`, for three dimensions. A family
-//! inside the volume is taken for an `INTERNAL_BOUNDARY`. SU2 begins the search of a smallest area
-//! or volume at 1e6; here the unit does not matter. The paper has beta alone.
+//! smallest and its largest value. A family inside the volume is taken for an `INTERNAL_BOUNDARY`.
+//! SU2 begins the search of a smallest area or volume at 1e6; here the unit does not matter.
+//!
+//! Source: SU2 8, `CEdge` and `CPhysicalGeometry` with `ComputeMeshQualityStatistics`,
+//! `SetControlVolume` and `SetBoundControlVolume`, for three dimensions. The paper has beta alone.
 
 use std::ops::Range;
 

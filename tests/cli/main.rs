@@ -22,6 +22,7 @@ mod inputs;
 mod jobs;
 mod join;
 mod left_handed;
+mod limits;
 #[cfg(target_os = "linux")]
 mod memory;
 mod odd;
