@@ -26,6 +26,8 @@ mod limits;
 #[cfg(target_os = "linux")]
 mod memory;
 mod odd;
+#[cfg(unix)]
+mod openfoam;
 mod page;
 mod refine;
 mod refusals;
