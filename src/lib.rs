@@ -64,6 +64,8 @@ pub mod session;
 #[doc(hidden)]
 pub mod smoothing;
 #[doc(hidden)]
+pub mod solver_measures;
+#[doc(hidden)]
 pub mod springs;
 #[doc(hidden)]
 pub mod stage;

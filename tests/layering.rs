@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// The layers, lowest first. A module may import from lower layers and from its own, but never in a
 /// circle.
 const LAYERS: &[&[&str]] = &[
-    &["geometry", "mesh", "kernels", "quality", "text", "constraint", "memory"],
+    &["geometry", "mesh", "kernels", "quality", "text", "constraint", "memory", "solver_measures"],
     &["formats", "projection", "springs", "profile", "backend"],
     &["relaxation", "smoothing"],
     &["families"],

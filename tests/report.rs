@@ -11,8 +11,9 @@ use idmesh::mover::{FamilyReport, MovedSection, ProfileReport, Solver, StageName
 use idmesh::quality::Statistics;
 use idmesh::relaxation::Relaxation;
 use idmesh::report::{
-    Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, Outline, Repaired, ReportError, RunReport, Seconds,
-    Series, Smoothing, WorstCell, histogram_svg, kind_table, stage_remark, stage_table,
+    Backend, Checks, Checksums, FamilySize, Kind, Measured, Mesh, OpenFoam, Outline, Repaired, ReportError, RunReport,
+    Seconds, Series, Smoothing, SolverQualities, SolverQuality, Su2, WorstCell, histogram_svg, kind_table,
+    solver_table, stage_remark, stage_table,
 };
 use idmesh::volume::{Path, StepVerdict, TriedStep};
 use schema::assert_report;
@@ -33,6 +34,30 @@ fn stages() -> Vec<StageQuality> {
         row(StageName::Corrected, -0.073921, 0.107143, 0.0223170, 18441, 1.5),
         row(StageName::Final, 0.004392, 0.107143, 0.0361874, 0, 12.0),
     ]
+}
+
+fn solver_quality() -> SolverQuality {
+    let openfoam = OpenFoam {
+        non_orthogonality_max: 69.5,
+        non_orthogonality_mean: 20.25,
+        severely_non_orthogonal_faces: 0,
+        skewness_max: 1.25,
+        aspect_ratio_max: 17.5,
+        wrong_face_pyramids: 0,
+        volume_min: 1e-6,
+        volume_max: 0.5,
+    };
+    let su2 = Su2 {
+        orthogonality_min: 31.5,
+        orthogonality_max: 89.5,
+        aspect_ratio_min: 1.5,
+        aspect_ratio_max: 250.0,
+        volume_ratio_min: 1.25,
+        volume_ratio_max: 40.0,
+        dual_volume_min: 1e-5,
+        dual_volume_max: 0.75,
+    };
+    SolverQuality { openfoam, su2 }
 }
 
 fn report() -> RunReport {
@@ -89,6 +114,11 @@ fn report() -> RunReport {
             "prisms",
             Kind { count: 7, inverted: 0, jacobian_min: 0.5, jacobian_mean: 0.875, shape_min: None },
         )])),
+        solver_quality: Some(SolverQualities {
+            limits: BTreeMap::from([("skewness", 4.0)]),
+            original: solver_quality(),
+            moved: solver_quality(),
+        }),
         worst_cells: Some(vec![WorstCell {
             kind: "prism",
             index: 3,
@@ -142,6 +172,16 @@ fn report() -> RunReport {
 #[test]
 fn json_has_the_promised_names() {
     let found: serde_json::Value = serde_json::to_value(report()).unwrap();
+    let solvers = serde_json::json!({
+        "openfoam": {
+            "non_orthogonality_max": 69.5, "non_orthogonality_mean": 20.25, "severely_non_orthogonal_faces": 0,
+            "skewness_max": 1.25, "aspect_ratio_max": 17.5, "wrong_face_pyramids": 0, "volume_min": 1e-6, "volume_max": 0.5
+        },
+        "su2": {
+            "orthogonality_min": 31.5, "orthogonality_max": 89.5, "aspect_ratio_min": 1.5, "aspect_ratio_max": 250.0,
+            "volume_ratio_min": 1.25, "volume_ratio_max": 40.0, "dual_volume_min": 1e-5, "dual_volume_max": 0.75
+        }
+    });
     let expected = serde_json::json!({
         "idmesh": "0.1.0", "case": "case.toml", "design": "a/1",
         "backend": { "kind": "gpu", "adapter": "llvmpipe", "driver": "Mesa" },
@@ -157,6 +197,7 @@ fn json_has_the_promised_names() {
         "families": { "carenage": { "max_distance_to_original_surface": 1e-9 }, "symmetry": { "max_distance_to_plane": 0.0 },
                       "wing": { "folded_triangles": 2, "pierced_triangles": 1 } },
         "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why" } },
+        "solver_quality": { "limits": { "skewness": 4.0 }, "original": solvers, "moved": solvers },
         "worst_cells": [
             { "kind": "prism", "index": 3, "at": [1.0, 2.0, 0.5], "family": "wing", "touches": true,
               "measure": "scaled-jacobian", "value": -0.5, "original": 0.75 }
@@ -261,6 +302,21 @@ prisms, final         7         2       -0.5000         0.7500    -0.2500
     cells.get_mut("prisms").unwrap().jacobian_min = 1.25e-5;
     let alone = kind_table(&cells, None);
     assert!(alone.lines().nth(1).unwrap().split_whitespace().eq(["prisms", "7", "2", "1.250e-5", "0.7500", "-0.2500"]));
+}
+
+/// With limits only the measures that have one are shown.
+#[test]
+fn measures_of_solvers_are_shown_with_their_limits() {
+    let (moved, limits) = (solver_quality(), BTreeMap::from([("skewness", 4.0), ("dual_volume_ratio", 20.5)]));
+    let expected = "\
+measure                    original   final  limit
+OpenFOAM: skewness max        1.250   1.250      4
+SU2: sub-volume ratio max    40.000  40.000   20.5
+";
+    assert_eq!(solver_table(&["original", "final"], &[&moved, &moved], &limits, true), expected);
+    let all = solver_table(&["value"], &[&moved], &BTreeMap::new(), false);
+    assert!(all.contains("OpenFOAM: wrong face pyramids"), "{all}");
+    assert!(all.lines().all(|line| line.split_whitespace().last() != Some("limit")), "{all}");
 }
 
 /// A boundary layer's betas would all read 0.000007 with the paper's six decimals.

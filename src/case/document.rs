@@ -312,7 +312,7 @@ impl<'d> Value<'d> {
     }
 
     /// The values in a table, with their names, in the order of the file.
-    fn children(&self) -> Result<Vec<(&'d str, Value<'d>)>, CaseError> {
+    pub fn children(&self) -> Result<Vec<(&'d str, Value<'d>)>, CaseError> {
         let DeValue::Table(table) = self.value else { return Err(self.unexpected("a table")) };
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);

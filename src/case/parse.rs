@@ -12,6 +12,7 @@ use crate::profile::files::{Placement, SpanAxis};
 use crate::profile::{Plane, stations};
 use crate::relaxation::{Method, Stopping};
 use crate::smoothing::QualityTarget;
+use crate::solver_measures::{LimitError, Limits};
 use crate::springs::{SPRINGS, Springs};
 
 use super::document::{CaseDocument, TomlTable, Value};
@@ -42,7 +43,7 @@ pub(super) fn case(text: &str, path: &Path) -> Result<Case, CaseError> {
     let mut settings = Settings::default();
     settings.springs = springs(volume.as_ref())?;
     settings.max_steps = max_steps(volume.as_ref(), settings.max_steps)?;
-    settings.quality = quality(&top, settings.quality)?;
+    (settings.quality, settings.limits) = quality(&top, settings.quality)?;
     (settings.method, settings.stopping) = solver(&top, settings.method, settings.stopping)?;
     let output = output(&top, folder, &mesh)?;
     Ok(Case { path: path.to_path_buf(), mesh, profiles, families, settings, output })
@@ -332,16 +333,33 @@ fn max_steps(volume: Option<&TomlTable>, default: usize) -> Result<usize, CaseEr
     volume.and_then(|section| section.get("max_steps")).map_or(Ok(default), |value| value.count())
 }
 
-/// The target of local optimisation. `None` stands for "off".
-fn quality(top: &TomlTable, default: Option<QualityTarget>) -> Result<Option<QualityTarget>, CaseError> {
-    let table = top.get("quality").map(|table| table.section(&["target"])).transpose()?;
-    let target = table.and_then(|section| section.get("target"));
-    Ok(match target.map(|value| value.one_of(&["original", "improve", "off"])).transpose()? {
+/// The target of local optimisation, where `None` stands for "off", and the limits of the moved
+/// mesh.
+fn quality(top: &TomlTable, default: Option<QualityTarget>) -> Result<(Option<QualityTarget>, Limits), CaseError> {
+    let table = top.get("quality").map(|table| table.section(&["target", "limits"])).transpose()?;
+    let Some(table) = table else { return Ok((default, Limits::default())) };
+    let target = match table.get("target").map(|value| value.one_of(&["original", "improve", "off"])).transpose()? {
         None => default,
         Some("original") => Some(QualityTarget::Original),
         Some("improve") => Some(QualityTarget::Improve),
         Some(_) => None,
-    })
+    };
+    Ok((target, table.get("limits").map_or(Ok(Limits::default()), |value| limits(&value))?))
+}
+
+/// Limits on the measures of solvers: those of a solver by its name, or a table of values.
+fn limits(value: &Value) -> Result<Limits, CaseError> {
+    if !value.is_table() {
+        return value.one_of(&["openfoam"]).map(|_| Limits::openfoam());
+    }
+    let mut limits = Limits::default();
+    for (name, value) in value.children()? {
+        limits.set(name, value.number()?).map_err(|error| match error {
+            LimitError::Unknown { .. } => value.key_error(error.to_string()),
+            LimitError::OutOfRange { .. } => value.error(error.to_string()),
+        })?;
+    }
+    Ok(limits)
 }
 
 /// The method and the stopping rule of the table `[solver]`. Keys that the table leaves out get the

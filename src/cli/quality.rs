@@ -7,14 +7,18 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::console::Console;
-use super::failure::Failure;
+use super::failure::{Exit, Failure};
 use super::json::{check_json, write_json};
 use super::{JsonTarget, json_target, warn_of_file, warn_of_mesh};
 use crate::formats;
-use crate::mesh::{OtherCells, by_kind, check_size, measures};
+use crate::mesh::{HybridMesh, OtherCells, by_kind, check_size, measures};
 use crate::quality::{Statistics, betas};
-use crate::report::{self, Measured, Series, aligned, beta_text, histogram_svg, kind_table};
+use crate::report::{
+    self, Measured, Series, SolverQuality, aligned, beta_text, histogram_svg, kind_table, limits_by_name, solver_table,
+};
 use crate::session::{check_distinct, check_writable, write_text};
+use crate::solver_measures::{Connections, Exceeded, Limits, SolverMeasures};
+use crate::text::shown;
 
 /// Arguments of `idmesh quality`.
 #[derive(Debug, clap::Args)]
@@ -22,7 +26,11 @@ use crate::session::{check_distinct, check_writable, write_text};
 beta of a tet is V / l_max^3, signed: 0.118 for the regular tet, negative for an
 inverted one. The scaled Jacobian of a corner is the determinant of its three
 edges, divided by the product of their lengths; that of a cell is its worst
-corner's: 1 for a box, 0.707 for the regular tet.")]
+corner's: 1 for a box, 0.707 for the regular tet.
+
+The last table has the words of flow solvers: what OpenFOAM's checkMesh prints of
+cells and faces, and SU2 of the dual volumes. --limits openfoam takes what checkMesh
+fails at; other names of limits are in the documentation of the case file.")]
 pub(super) struct Arguments {
     /// The mesh file.
     mesh: PathBuf,
@@ -32,6 +40,26 @@ pub(super) struct Arguments {
     /// Write the distribution of beta as a picture; of the scaled Jacobian if no cell is a tet.
     #[arg(long, value_name = "FILE.svg")]
     histogram: Option<PathBuf>,
+    /// Exit with 5 if a measure is beyond its limit: `openfoam`, or values such as
+    /// `skewness=4,non_orthogonality=80`.
+    #[arg(long, value_name = "LIMITS", value_parser = limits)]
+    limits: Option<Limits>,
+}
+
+/// Reads the limits of the command line.
+fn limits(text: &str) -> Result<Limits, String> {
+    let mut limits = Limits::default();
+    for part in text.split(',') {
+        match part.split_once('=') {
+            None if part.trim() == "openfoam" => limits = Limits::openfoam(),
+            None => return Err(format!("`{part}` is no limit, expected `openfoam` or NAME=VALUE, joined by commas")),
+            Some((name, value)) => {
+                let number = value.trim().parse().map_err(|_| format!("`{value}` is no number"))?;
+                limits.set(name.trim(), number).map_err(|error| error.to_string())?;
+            }
+        }
+    }
+    Ok(limits)
 }
 
 /// The measures of a mesh. Their names are those of a run report.
@@ -55,6 +83,11 @@ struct Figures {
     /// Quality of each kind of cell. Left out of a mesh of tets.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     cells: BTreeMap<&'static str, report::Kind>,
+    /// The mesh in the words of flow solvers. `None` if its cells do not fit together.
+    solver_quality: Option<SolverQuality>,
+    /// Why there is no `solver_quality`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_measured: Option<String>,
 }
 
 /// Runs the command.
@@ -84,6 +117,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let measures = (others.n_cells() > 0).then(|| measures(hybrid, &mesh.vertices, None));
     let kinds = measures.as_ref().map(|measures| by_kind(hybrid, measures, false));
     let inverted = kinds.as_ref().map_or(inverted, |kinds| kinds.iter().map(|kind| kind.inverted).sum());
+    let limits = arguments.limits.unwrap_or_default();
+    let connections = Connections::new(hybrid);
+    let solver = connections.map(|of| SolverMeasures::of(hybrid, &of, &mesh.vertices, &limits));
     let figures = Figures {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
         file: arguments.mesh.display().to_string(),
@@ -95,6 +131,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         beta_mean: mean,
         inverted,
         cells: kinds.as_deref().map(report::by_kind).unwrap_or_default(),
+        solver_quality: solver.as_ref().ok().map(SolverQuality::from),
+        not_measured: solver.as_ref().err().map(ToString::to_string),
     };
     if let Some(path) = &arguments.histogram {
         let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy();
@@ -114,13 +152,29 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         write_json(target, &figures, console)?;
     }
     if arguments.json != Some(JsonTarget::StandardOutput) {
-        console.data(&text(&figures, &mesh.families, others))?;
+        console.data(&text(&figures, &mesh.families, others, &limits))?;
     }
-    Ok(())
+    match solver {
+        _ if limits.is_empty() => Ok(()),
+        Err(error) => Err(Failure::bad_input(error.to_string()).in_file(&arguments.mesh)),
+        Ok(measures) => match &limits.exceeded(&measures)[..] {
+            [] => Ok(()),
+            exceeded => Err(beyond_limits(hybrid, exceeded).in_file(&arguments.mesh)),
+        },
+    }
+}
+
+/// The failure of a mesh with measures beyond their limits.
+fn beyond_limits(mesh: HybridMesh, exceeded: &[Exceeded]) -> Failure {
+    let mut lines: Vec<String> = exceeded.iter().map(|exceeded| exceeded.text(mesh, mesh.vertices())).collect();
+    match lines.len() {
+        1 => Failure::new(Exit::Inverted, lines.remove(0)),
+        _ => Failure { lines, ..Failure::new(Exit::Inverted, "measures are beyond their limits:") },
+    }
 }
 
 /// The measures as text, with the families in the order of the file.
-fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
+fn text(figures: &Figures, families: &[String], others: &OtherCells, limits: &Limits) -> String {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let mut rows = vec![row("vertices", figures.mesh.vertices.to_string()), row("tets", figures.mesh.tets.to_string())];
     rows.extend(others.counts().map(|(name, count)| row(name, count.to_string())));
@@ -151,5 +205,10 @@ fn text(figures: &Figures, families: &[String], others: &OtherCells) -> String {
         rows.push(row);
     }
     text.push('\n');
-    text + &aligned(&rows)
+    text += &aligned(&rows);
+    let solver = match (&figures.solver_quality, &figures.not_measured) {
+        (Some(quality), _) => solver_table(&["value"], &[quality], &limits_by_name(limits), false),
+        (None, why) => format!("not measured in the words of solvers: {}\n", shown(why.as_deref().unwrap_or_default())),
+    };
+    text + "\n" + &solver
 }

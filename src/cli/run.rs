@@ -9,7 +9,7 @@ use super::json::{check_json, print_json};
 use super::{BackendChoice, JsonTarget, choose_backend, json_target, load_files, page_target, read_case};
 use crate::case::{LoadedCase, NamedFiles, Output};
 use crate::formats::read_file;
-use crate::report::{is_page, kind_table, stage_remark, stage_table};
+use crate::report::{RunReport, SolverQualities, is_page, kind_table, solver_table, stage_remark, stage_table};
 use crate::session::{Folder, Job, Outputs, ReadFiles, Session, SessionError, check_distinct, sums_of_case};
 
 /// Arguments of `idmesh run`.
@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             let kinds =
                 report.cells.as_ref().map_or(String::new(), |kinds| format!("\n{}", kind_table(kinds, original)));
             let stages = stage_table(report.stages.as_deref().unwrap_or_default());
-            console.data(&(stages + &stage_remark(&report.mesh) + &kinds))
+            console.data(&(stages + &stage_remark(&report.mesh) + &kinds + &limited(report)))
         }
     };
     if let Err(failure) = told {
@@ -117,6 +117,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         console.note(format_args!("wrote {}", path.display()));
     }
     Ok(finished.verdict?)
+}
+
+/// The measures that have a limit, before and after. Empty without limits.
+fn limited(report: &RunReport) -> String {
+    let with_limits = report.solver_quality.as_ref().filter(|quality| !quality.limits.is_empty());
+    with_limits.map_or(String::new(), |SolverQualities { limits, original, moved }| {
+        format!("\n{}", solver_table(&["original", "final"], &[original, moved], limits, true))
+    })
 }
 
 /// Removes what an earlier run left of a case that cannot be run, as far as the case file and the

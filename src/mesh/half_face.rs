@@ -117,6 +117,12 @@ impl HalfFaces {
         (opposite != BOUNDARY).then_some(opposite / 4)
     }
 
+    /// Whether a half-face is a face. Some faces of a degenerate cell have shrunk to an edge or a
+    /// vertex.
+    pub fn is_face(&self, half_face: u32) -> bool {
+        self.opposite[half_face as usize] != SHRUNK
+    }
+
     /// The half-faces on the boundary, ascending.
     pub fn boundary(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.opposite.len() as u32).filter(|&half_face| self.opposite[half_face as usize] == BOUNDARY)
@@ -130,6 +136,19 @@ impl HalfFaces {
         };
         (0..self.opposite.len() as u32).filter(is_lower)
     }
+}
+
+/// The number of a half-face's cell, in the order of [`HybridMesh`].
+pub fn cell_of(mesh: HybridMesh, half_face: u32) -> u32 {
+    let (mut half_face, mut first) = (half_face, 0);
+    for (kind, n_faces) in CellKind::ALL.into_iter().zip([4, 5, 5, 6]) {
+        let count = mesh.count(kind) as u32;
+        if half_face < n_faces * count {
+            return first + half_face / n_faces;
+        }
+        (half_face, first) = (half_face - n_faces * count, first + count);
+    }
+    unreachable!("a half-face belongs to a cell")
 }
 
 /// The cell of a half-face, and the face's number in the cell.

@@ -14,6 +14,7 @@ use crate::{
     profile::{Plane, Profile},
     relaxation::{Method, Stopping},
     smoothing::QualityTarget,
+    solver_measures::Limits,
     springs::Springs,
     stages::WingProfiles,
 };
@@ -111,6 +112,12 @@ impl MoverBuilder {
     /// Sets [`Settings::quality`].
     pub fn quality(mut self, quality: Option<QualityTarget>) -> Self {
         self.settings.quality = quality;
+        self
+    }
+
+    /// Sets [`Settings::limits`].
+    pub fn limits(mut self, limits: Limits) -> Self {
+        self.settings.limits = limits;
         self
     }
 

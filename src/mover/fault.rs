@@ -39,6 +39,8 @@ pub enum FaultKind {
     Strained,
     /// A wing misses its new profiles. Counts wings.
     MissedProfiles,
+    /// A measure of a solver is beyond its limit. Counts faces, cells or vertices beyond it.
+    BeyondLimit,
     /// Relaxations did not converge. Counts stages.
     NotConverged,
 }
@@ -55,6 +57,7 @@ impl FaultKind {
             Self::HeldBack => "held-back",
             Self::Strained => "strained",
             Self::MissedProfiles => "missed-profiles",
+            Self::BeyondLimit => "beyond-limit",
             Self::NotConverged => "not-converged",
         }
     }

@@ -18,6 +18,7 @@ mod error;
 mod fault;
 mod fold_check;
 mod held_back;
+mod meter;
 mod needs;
 mod outcome;
 #[doc(hidden)]
@@ -30,7 +31,12 @@ mod settings;
 mod simplex_view;
 mod warnings;
 
-use std::{collections::BTreeMap, ops::ControlFlow, sync::Arc, time::Instant};
+use std::{
+    collections::BTreeMap,
+    ops::ControlFlow,
+    sync::{Arc, OnceLock},
+    time::Instant,
+};
 
 use glam::DVec3;
 
@@ -38,6 +44,7 @@ pub use crate::{memory::MemoryError, stage::StageError};
 pub use crate::{
     relaxation::{Method, Stopping},
     smoothing::{QualityTarget, Smoothed},
+    solver_measures::{Exceeded, LimitError, LimitRow, Limits, OpenFoam, SolverMeasures, Su2, Tally},
     springs::{SPRINGS, Springs},
     volume::{MAX_STEPS, Path, Start},
 };
@@ -50,6 +57,7 @@ pub use error::MoveError;
 pub use fault::{Fault, FaultKind, Place};
 use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
+use meter::Meter;
 use outcome::Found;
 pub use outcome::{
     Deviation, FamilyReport, HeldBackSummary, Moved, MovedSection, Outcome, ProfileReport, Solver, StageName,
@@ -100,6 +108,7 @@ pub struct Mover {
     /// The families of each wing, by name.
     wing_families: BTreeMap<String, Vec<FamilyId>>,
     stages: Stages,
+    meter: Arc<Meter>,
 }
 
 /// Largest increase of a wing vertex's distance from its profile in a valid outcome, as a fraction
@@ -158,7 +167,7 @@ impl Mover {
         let Topology { surface, .. } = topology.or_else(|error| Topology::new(given).and(Err(error)))?;
         check_inside(given, &surface, &roles)?;
         let ordered = corners.map_or(of_tets, |(simplices, _)| simplices);
-        let Settings { springs, method, stopping, quality, max_steps } = settings;
+        let Settings { springs, method, stopping, quality, limits, max_steps } = settings;
         observer("families");
         let families = Families::new(&ordered, &surface, roles)?;
         let set_up = SetUp {
@@ -190,6 +199,7 @@ impl Mover {
         Ok(Self {
             family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
             original_kinds,
+            meter: Arc::new(Meter::new(mesh.clone(), others.clone(), limits)),
             mesh,
             others,
             progress: observer,
@@ -448,6 +458,9 @@ impl Mover {
             optimises: self.optimises,
             failed,
             found: Found::default(),
+            meter: self.meter.clone(),
+            measured: OnceLock::new(),
+            exceeded: Vec::new(),
         }
         .judged())
     }

@@ -5,18 +5,22 @@
 //! the moved mesh in every case. The report holds the types that serialise, so their field names
 //! are part of the interface.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, OnceLock},
+};
 
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{HeldBack, Warning, differentiable::Differentiable};
+use super::{HeldBack, Warning, differentiable::Differentiable, meter::Meter};
 use crate::{
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed, Profile},
     quality::Statistics,
     relaxation::{Convergence, Method, Relaxation},
     smoothing::Smoothed,
+    solver_measures::{Exceeded, Limits, SolverMeasures},
     volume::Path,
 };
 
@@ -68,6 +72,10 @@ pub struct Outcome {
     /// field cannot.
     pub(super) found: Found,
     pub(super) differentiable: Differentiable,
+    pub(super) meter: Arc<Meter>,
+    pub(super) measured: OnceLock<SolverMeasures>,
+    /// The measures of solvers beyond their limits, as the update found.
+    pub(super) exceeded: Vec<Exceeded>,
     /// Quality at the four stages of the paper's Table 1.
     pub stages: Vec<StageQuality>,
     /// Beta of each tet of the original mesh `[n_tets]`.
@@ -179,7 +187,11 @@ pub(super) struct Found {
 impl Outcome {
     /// The outcome with what its fields say of it.
     pub(super) fn judged(mut self) -> Self {
+        if !self.meter.limits.is_empty() {
+            self.exceeded = self.meter.limits.exceeded(self.solver_measures());
+        }
         let is_valid = self.inverted == 0
+            && self.exceeded.is_empty()
             && self.self_intersecting.is_empty()
             && self.off_surface.is_empty()
             && self.missed.is_empty()
@@ -212,11 +224,33 @@ impl Outcome {
     /// - Periodic planes match.
     /// - No vertex is held back by more than its shortest edge.
     /// - No rigid family is strained by more than [`super::STRAINED`] of an edge.
+    /// - No measure of a solver is beyond its limit in [`super::Settings::limits`].
     ///
     /// A valid mesh may come from relaxations that did not converge; see [`Outcome::converged`].
     /// [`Outcome::check`] tests both.
     pub fn is_valid(&self) -> bool {
         self.found.is_valid
+    }
+
+    /// The moved mesh in the words of flow solvers. Measured when first asked for.
+    pub fn solver_measures(&self) -> &SolverMeasures {
+        self.measured.get_or_init(|| self.meter.of(&self.moved.vertices))
+    }
+
+    /// The original mesh in the words of flow solvers. Measured once per mesh, when first asked
+    /// for.
+    pub fn original_solver_measures(&self) -> &SolverMeasures {
+        self.meter.original()
+    }
+
+    /// The limits on the measures of solvers, of the mover's settings.
+    pub fn limits(&self) -> &Limits {
+        &self.meter.limits
+    }
+
+    /// The measures of solvers beyond their limits; see [`super::Settings::limits`].
+    pub fn exceeded(&self) -> &[Exceeded] {
+        &self.exceeded
     }
 
     /// The undeformed mesh in the order in which it was given, with its tets turned by

@@ -10,7 +10,9 @@ use thiserror::Error;
 
 use super::fault::{Fault, FaultKind, Place};
 use super::simplex_view::SimplexView;
-use super::{Beyond, Deviation, MISSED, Moved, Outcome, STRAINED, StageName, Strained, Warning, warnings::counts};
+use super::{
+    Beyond, Deviation, Exceeded, MISSED, Moved, Outcome, STRAINED, StageName, Strained, Warning, warnings::counts,
+};
 use crate::geometry::triangle_normal;
 use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh, WorstCorner};
 use crate::projection::crossing::crosses;
@@ -206,6 +208,20 @@ impl Outcome {
             );
             add(FaultKind::MissedProfiles, 1, Some(Place::new(at, Some(wing))), message);
         }
+        let given = HybridMesh { mesh: &self.mesh, others: &self.others };
+        let original = if self.exceeded.is_empty() { Vec::new() } else { self.originally_exceeded() };
+        for exceeded in &self.exceeded {
+            let mut message = exceeded.text(given, moved);
+            let place = exceeded.worst(given, moved).map(|(_, at)| {
+                let family = nearest_family(given, moved, at);
+                message += &family.map_or(String::new(), |family| format!(" near `{family}`"));
+                Place::new(at, family)
+            });
+            if let Some(before) = original.iter().find(|before| before.row.name == exceeded.row.name) {
+                message += &format!("; that of the original mesh is {}", Shortest(short(before.value)));
+            }
+            faults.push(Fault { kind: FaultKind::BeyondLimit, count: exceeded.count, place, message });
+        }
         let texts: Vec<_> = faults.iter().map(|fault| fault.message.as_str()).collect();
         let mut message = texts.join(JOINT);
         if let Some(worst) = clusters.first() {
@@ -227,6 +243,11 @@ impl Outcome {
             faults.push(fault);
         }
         Refused { why: Why::Invalid, message, faults, hint: Some(hint(self)) }
+    }
+
+    /// The limits that the original mesh does not keep.
+    fn originally_exceeded(&self) -> Vec<Exceeded> {
+        self.meter.limits.exceeded(self.original_solver_measures())
     }
 
     /// The inverted cells of each kind, and the first of them with its corner and its place.
@@ -278,6 +299,16 @@ impl Outcome {
         let message = format!("not converged: {}", stages.join(", "));
         Fault { kind: FaultKind::NotConverged, count: stages.len(), place: None, message }
     }
+}
+
+/// The family with the vertex nearest to a place.
+fn nearest_family<'a>(mesh: HybridMesh<'a>, vertices: &[DVec3], at: DVec3) -> Option<&'a str> {
+    let distance = |face: u32| {
+        let of_vertices = mesh.face_vertices(face).iter().map(|&vertex| vertices[vertex as usize].distance_squared(at));
+        of_vertices.fold(f64::INFINITY, f64::min)
+    };
+    let nearest = (0..mesh.n_faces() as u32).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
+    Some(&mesh.mesh.families[mesh.family_of(nearest)?.index()])
 }
 
 /// Describes a self-intersection: the triangle `first`, the first triangle that crosses it, and the
@@ -372,6 +403,13 @@ fn remedy(outcome: &Outcome) -> String {
         return "a family that holds the wing back, or a change too uneven along the span for these profiles: give more of \
                 them there"
             .to_owned();
+    }
+    if outcome.inverted == 0 && !outcome.exceeded.is_empty() {
+        return match outcome.originally_exceeded().is_empty() {
+            true => "a smaller change of the surface, target = \"improve\" in [quality], or other limits there",
+            false => "no motion mends what the original mesh has itself: give limits in [quality] that it keeps",
+        }
+        .to_owned();
     }
     if !outcome.optimises {
         return "target = \"original\" in [quality] repairs tets; a smaller change of the surface keeps more of them valid"

@@ -3,6 +3,7 @@
 use crate::{
     relaxation::{Method, Stopping},
     smoothing::QualityTarget,
+    solver_measures::Limits,
     springs::Springs,
     volume::MAX_STEPS,
 };
@@ -22,6 +23,8 @@ pub struct Settings {
     pub stopping: Stopping,
     /// The target of local optimisation. `None` turns local optimisation off.
     pub quality: Option<QualityTarget>,
+    /// Limits on the measures of solvers. Beyond them a result is not valid.
+    pub limits: Limits,
     /// Largest number of steps of an update. The first jump counts as a step, and so does each step
     /// that is given up. With 1 an update is the jump alone.
     pub max_steps: usize,
@@ -34,6 +37,7 @@ impl Default for Settings {
             method: Method::default(),
             stopping: Stopping::default(),
             quality: Some(QualityTarget::Original),
+            limits: Limits::default(),
             max_steps: MAX_STEPS,
         }
     }

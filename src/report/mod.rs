@@ -11,6 +11,7 @@ mod outline;
 mod page;
 mod reasons;
 mod run_report;
+mod solver_quality;
 #[doc(hidden)]
 pub mod svg;
 mod table;
@@ -28,6 +29,7 @@ pub use outline::Outline;
 pub use page::{ComparisonPage, Page, batch_html, is_page, sections_svg};
 pub use run_report::{Checks, Repaired, ReportError, RunReport, Seconds, Smoothing};
 
+pub use solver_quality::{OpenFoam, SolverQualities, SolverQuality, Su2, limits_by_name, solver_table};
 pub use worst_cells::WorstCell;
 
 pub(crate) use table::{aligned, beta_text};

@@ -30,6 +30,10 @@ impl RunReport {
             "/checksums" => "no checksums were asked for",
             "/cells" | "/cells_original" if has_moved => "all cells are tets; `stages` has their quality",
             _ if self.mesh.tets == 0 && last.starts_with("beta_") => "no cell is a tet",
+            "/solver_quality" if has_moved => "nothing asked for it",
+            _ if pointer.starts_with("/solver_quality/") && last.starts_with("non_orthogonality") => {
+                "no face lies between two cells"
+            }
             "/smoothing" if has_moved => "it is off, or no tet needed it",
             "/checks/max_distance_off_surface" => "no family is a carenage or a plane",
             "/checks/max_distance_to_new_profiles" | "/checks/max_miss_of_vertices" => {

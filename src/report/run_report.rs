@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Backend, Checksums, Kind, Mesh, Outline, WorstCell, by_kind};
+use super::{Backend, Checksums, Kind, Mesh, Outline, SolverQualities, WorstCell, by_kind, limits_by_name};
 use crate::mover::{
     FamilyReport, Fault, MovedSection, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality,
     StageRelaxation,
@@ -47,6 +47,9 @@ pub struct RunReport {
     pub cells: Option<BTreeMap<&'static str, Kind>>,
     /// The same of the original mesh. The moved mesh is judged by comparison with these values.
     pub cells_original: Option<BTreeMap<&'static str, Kind>>,
+    /// The original and the moved mesh in the words of flow solvers. `None` if nothing asked for
+    /// it.
+    pub solver_quality: Option<SolverQualities>,
     /// The cells with the lowest quality in the moved mesh, the worst first.
     pub worst_cells: Option<Vec<WorstCell>>,
     /// Deviations of each family from its shape, by name. Families with nothing to report are left
@@ -209,6 +212,7 @@ impl RunReport {
             stages: None,
             cells: None,
             cells_original: None,
+            solver_quality: None,
             worst_cells: None,
             families: None,
             profiles: None,
@@ -246,6 +250,16 @@ impl RunReport {
         self.path = Some(outcome.path.clone());
         self.smoothing = outcome.smoothed.map(|done| Smoothing { sweeps: done.sweeps, moved: done.moved });
         self.warnings = outcome.warnings.iter().map(ToString::to_string).collect();
+        self
+    }
+
+    /// Fills [`RunReport::solver_quality`]. This measures the moved mesh, and the original once.
+    pub fn with_solver_quality(mut self, outcome: &Outcome) -> Self {
+        self.solver_quality = Some(SolverQualities {
+            limits: limits_by_name(outcome.limits()),
+            original: outcome.original_solver_measures().into(),
+            moved: outcome.solver_measures().into(),
+        });
         self
     }
 }

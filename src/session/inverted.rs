@@ -17,7 +17,7 @@ use crate::quality::faults;
 /// The file holds the inverted cells, the cells around them, and each tet's `beta`, which is not
 /// positive in inverted tets. In a mesh with other cells the file also holds the `scaled_jacobian`
 /// of each cell, which is not positive in inverted cells. Without inverted cells the file holds the
-/// cells at self-intersecting faces.
+/// cells at self-intersecting faces, and the worst cells of measures beyond their limits.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -36,6 +36,13 @@ pub(super) fn add_inverted(files: &mut FileSet, output: &Path, outcome: &Outcome
         (0..mesh.n_cells()).filter(|&cell| is_bad(cell)).for_each(|cell| mark(mesh.cell(mesh.name(cell))));
     } else {
         outcome.self_intersecting.iter().for_each(|&face| mark(mesh.face_vertices(face)));
+        for exceeded in outcome.exceeded() {
+            match exceeded.place {
+                Some(vertex) if exceeded.row.at_vertices => mark(&[vertex]),
+                Some(cell) => mark(mesh.cell(mesh.name(cell as usize))),
+                None => {}
+            }
+        }
     }
     let touches = |cell: &usize| mesh.cell(mesh.name(*cell)).iter().any(|&vertex| near[vertex as usize]);
     let shown: Vec<usize> = (0..mesh.n_cells()).filter(touches).collect();

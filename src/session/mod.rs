@@ -239,8 +239,12 @@ impl<'a> Session<'a> {
         let meshes: Vec<_> = written.iter().filter(is_mesh).cloned().collect();
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &meshes));
         let refused = verdict.as_ref().err();
-        let report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);
-        let mut report = report.with_outlines(&outcome, self.case.old_profiles());
+        let mut report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);
+        // The measures take time, and only a report, a page or limits need them.
+        if job.checksums.is_some() || !outcome.limits().is_empty() {
+            report = report.with_solver_quality(&outcome);
+        }
+        report = report.with_outlines(&outcome, self.case.old_profiles());
         let warnings = std::mem::take(&mut report.warnings);
         let losses = job.outputs.losses(self.case)?.into_iter().filter(|loss| !loss.is_detail).map(|loss| loss.text);
         report.warnings = losses.chain(warnings.iter().cloned()).collect();

@@ -24,9 +24,12 @@ mod inputs;
 mod jobs;
 mod join;
 mod left_handed;
+mod limits;
 #[cfg(target_os = "linux")]
 mod memory;
 mod odd;
+#[cfg(unix)]
+mod openfoam;
 mod page;
 mod refine;
 mod refusals;

@@ -93,6 +93,7 @@ impl Page<'_> {
         html.markup("<main>\n<div class=\"text\">\n");
         tables::stages(self.report, &mut html);
         tables::worst_cells(self.report, &mut html);
+        tables::solver_quality(self.report, &mut html);
         if scene.is_some() {
             self.distributions(&mut html);
             self.sections(&mut html);

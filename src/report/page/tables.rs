@@ -1,5 +1,6 @@
 //! The tables of a page.
 
+use super::super::solver_quality::rows;
 use super::super::{Checksums, RunReport, Sums, beta_text, stage_remark};
 use super::Page;
 use super::html::{Html, count, number, place};
@@ -116,6 +117,27 @@ pub(super) fn lost(outcome: &Outcome, lost: &[usize], html: &mut Html) {
     let row = |&vertex: &usize| vec![vertex.to_string(), place(outcome.mesh().vertices[vertex].to_array())];
     html.table(&["vertex", "place"], &lost.iter().take(LOST).map(row).collect::<Vec<_>>());
     html.element("p class=\"note\"", format_args!("At most {LOST} are listed.")).markup("</section>\n");
+}
+
+/// The measures in the words of flow solvers, before and after.
+pub(super) fn solver_quality(report: &RunReport, html: &mut Html) {
+    let Some(quality) = &report.solver_quality else { return };
+    html.markup("<section><h2>In the words of solvers</h2>\n");
+    html.element(
+        "p class=\"note\"",
+        "What OpenFOAM's checkMesh prints of the cells, and SU2 of the dual volumes: each the worst of the mesh.",
+    );
+    let has_limits = !quality.limits.is_empty();
+    let mut header = vec!["measure", "old", "new"];
+    header.extend(has_limits.then_some("limit"));
+    let row = |row: super::super::solver_quality::Row| {
+        let mut cells = vec![row.name];
+        cells.extend(row.values);
+        cells.extend(has_limits.then(|| quality.limits.get(row.limit).map_or(String::new(), |&limit| number(limit))));
+        cells
+    };
+    let rows: Vec<_> = rows(&[&quality.original, &quality.moved]).into_iter().map(row).collect();
+    html.table(&header, &rows).markup("</section>\n");
 }
 
 /// The steps of the path and local optimisation.

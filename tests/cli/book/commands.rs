@@ -8,10 +8,11 @@ use crate::fixture::{assert_good, command, stderr, stdout};
 use crate::gpu::gpu_tests_are_off;
 
 /// Beginnings of commands that do not run here.
-const NOT_RUN: [(&str, &str); 6] = [
+const NOT_RUN: [(&str, &str); 7] = [
     ("tests/run", "it runs this test"),
     ("cargo install --path .", "it builds in release for minutes; `cargo build` of this test builds the same program"),
     ("pip install .", "it builds in release for minutes; the tests of the Python package build the same package"),
+    ("sh examples/openfoam/restart.sh", "it needs OpenFOAM and minutes; tests/cli/openfoam.rs runs it, shorter"),
     ("cargo install cargo-fuzz", "it needs a registry"),
     ("cargo +nightly fuzz", "it needs a nightly toolchain"),
     (

@@ -1,0 +1,197 @@
+//! [`Su2`]: the measures of the dual volumes that SU2 prints.
+//!
+//! The dual volume of a vertex is bounded by facets between the middles of edges, faces and cells
+//! at the vertex. A middle is the mean of the corners. An edge has one dual face, the sum of the
+//! facets of all cells around it, with the area vector `A` along the edge `e` from the vertex.
+//!
+//! | measure of a vertex | formula |
+//! |---|---|
+//! | orthogonality, in degrees | 90 minus the angle between `A` and `e`, the mean over the edges, weighted by `\|A\|` |
+//! | aspect ratio | largest over smallest `\|A\|`, of the edges and of the vertex's part in each family |
+//! | volume ratio | largest over smallest of the tets vertex, edge, face and cell that make up the dual volume |
+//! | dual volume | the sum of these tets |
+//!
+//! SU2 takes volumes of the tets without their sign, so an inverted cell does not show in them.
+//! SU2 prints orthogonality, aspect ratio and volume ratio ("Mesh Quality Metric"), each with its
+//! smallest and its largest value. A family inside the volume is taken for an `INTERNAL_BOUNDARY`.
+//! SU2 begins the search of a smallest area or volume at 1e6; here the unit does not matter.
+//!
+//! Source: SU2 8, `CEdge` and `CPhysicalGeometry` with `ComputeMeshQualityStatistics`,
+//! `SetControlVolume` and `SetBoundControlVolume`, for three dimensions. The paper has beta alone.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::{Connections, Limits, Tally, limits::Limited};
+use crate::mesh::{FamilyId, HybridMesh, corners::faces_of, in_pieces, middle_of_cell};
+
+/// The measures of SU2. Their places are vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Su2 {
+    /// Orthogonality of the dual volumes, in degrees; 90 is best.
+    pub orthogonality: Tally,
+    /// Largest orthogonality.
+    pub orthogonality_max: f64,
+    /// Aspect ratio of the areas of a dual volume; 1 is best.
+    pub aspect_ratio: Tally,
+    /// Smallest aspect ratio.
+    pub aspect_ratio_min: f64,
+    /// Ratio of the tets of a dual volume; 1 is best.
+    pub volume_ratio: Tally,
+    /// Smallest ratio.
+    pub volume_ratio_min: f64,
+    /// Smallest and largest dual volume, in the cube of the mesh's unit.
+    pub volume: [f64; 2],
+}
+
+impl Su2 {
+    /// Measures a mesh; see [`super::SolverMeasures::of`].
+    pub(super) fn of(mesh: HybridMesh, connections: &Connections, vertices: &[DVec3], limits: &Limits) -> Self {
+        let mut all = Self::new(limits);
+        let of_pieces = in_pieces(vertices.len(), |range| Self::of_some(mesh, connections, vertices, limits, range));
+        of_pieces.iter().for_each(|of_piece| all.join(of_piece));
+        all
+    }
+
+    fn new(limits: &Limits) -> Self {
+        Self {
+            orthogonality: limits.tally(Limited::DualOrthogonality),
+            orthogonality_max: f64::NEG_INFINITY,
+            aspect_ratio: limits.tally(Limited::DualAspectRatio),
+            aspect_ratio_min: f64::INFINITY,
+            volume_ratio: limits.tally(Limited::DualVolumeRatio),
+            volume_ratio_min: f64::INFINITY,
+            volume: [f64::INFINITY, f64::NEG_INFINITY],
+        }
+    }
+
+    fn of_some(
+        mesh: HybridMesh,
+        connections: &Connections,
+        vertices: &[DVec3],
+        limits: &Limits,
+        some: Range<usize>,
+    ) -> Self {
+        let mut all = Self::new(limits);
+        let mut room = Room::default();
+        for vertex in some {
+            if let Some(dual) = Dual::of(mesh, connections, vertices, vertex as u32, &mut room) {
+                all.add(&dual, vertex as u32);
+            }
+        }
+        all
+    }
+
+    fn add(&mut self, dual: &Dual, vertex: u32) {
+        let Dual { orthogonality, aspect_ratio, volume_ratio, volume } = *dual;
+        self.orthogonality.add(orthogonality, vertex);
+        self.aspect_ratio.add(aspect_ratio, vertex);
+        self.volume_ratio.add(volume_ratio, vertex);
+        self.orthogonality_max = self.orthogonality_max.max(orthogonality);
+        self.aspect_ratio_min = self.aspect_ratio_min.min(aspect_ratio);
+        self.volume_ratio_min = self.volume_ratio_min.min(volume_ratio);
+        self.volume = [self.volume[0].min(volume), self.volume[1].max(volume)];
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.orthogonality.join(&other.orthogonality);
+        self.aspect_ratio.join(&other.aspect_ratio);
+        self.volume_ratio.join(&other.volume_ratio);
+        self.orthogonality_max = self.orthogonality_max.max(other.orthogonality_max);
+        self.aspect_ratio_min = self.aspect_ratio_min.min(other.aspect_ratio_min);
+        self.volume_ratio_min = self.volume_ratio_min.min(other.volume_ratio_min);
+        self.volume = [self.volume[0].min(other.volume[0]), self.volume[1].max(other.volume[1])];
+    }
+}
+
+/// Room for the parts of one dual volume.
+#[derive(Default)]
+struct Room {
+    /// The other end of each edge, and the area vector of its dual face.
+    edges: Vec<(u32, DVec3)>,
+    /// The area vector of the vertex's part in each family.
+    families: Vec<(FamilyId, DVec3)>,
+}
+
+/// The measures of one dual volume.
+struct Dual {
+    orthogonality: f64,
+    aspect_ratio: f64,
+    volume_ratio: f64,
+    volume: f64,
+}
+
+impl Dual {
+    /// The dual volume of a vertex. `None` if no cell has the vertex.
+    fn of(
+        mesh: HybridMesh,
+        connections: &Connections,
+        vertices: &[DVec3],
+        vertex: u32,
+        room: &mut Room,
+    ) -> Option<Self> {
+        let Room { edges, families } = room;
+        edges.clear();
+        families.clear();
+        let at = |vertex: u32| vertices[vertex as usize];
+        let own = at(vertex);
+        let (mut volume, mut least, mut most) = (0.0, f64::INFINITY, 0.0_f64);
+        for &cell in connections.cells_at.row(vertex as usize) {
+            let cell = mesh.cell(mesh.name(cell as usize));
+            let centre = middle_of_cell(cell, vertices);
+            for face in faces_of(cell) {
+                let corners = face.vertices();
+                let n = corners.len();
+                let Some(place) = corners.iter().position(|&corner| corner == vertex) else { continue };
+                let middle = corners.iter().map(|&corner| at(corner)).sum::<DVec3>() / n as f64;
+                // Seen from outside, the face runs from the vertex to the next corner, and from the
+                // last one to the vertex.
+                for (other, sign) in [(corners[(place + 1) % n], 0.5), (corners[(place + n - 1) % n], -0.5)] {
+                    let of_edge = 0.5 * (own + at(other));
+                    let area = sign * (centre - of_edge).cross(middle - of_edge);
+                    add(edges, other, area);
+                    let tet = (of_edge - own).cross(middle - own).dot(centre - own).abs() / 6.0;
+                    volume += tet;
+                    (least, most) = (least.min(tet), most.max(tet));
+                }
+            }
+        }
+        for &face in connections.boundary_at.row(vertex as usize) {
+            let (face, family) = connections.boundary[face as usize];
+            let corners = face.vertices();
+            let n = corners.len();
+            let place = corners.iter().position(|&corner| corner == vertex)?;
+            let centre = corners.iter().map(|&corner| at(corner)).sum::<DVec3>() / n as f64 - own;
+            let [next, last] = [place + 1, place + n - 1].map(|place| 0.5 * (at(corners[place % n]) - own));
+            add(families, family, 0.5 * (next.cross(centre) + centre.cross(last)));
+        }
+        let (mut sum, mut whole) = (0.0, 0.0);
+        let mut areas = [f64::INFINITY, 0.0_f64];
+        let mut count = |area: f64| areas = [areas[0].min(area), areas[1].max(area)];
+        for &(other, normal) in &*edges {
+            let edge = at(other) - own;
+            let area = normal.length();
+            let cosine = normal.dot(edge) / (area * edge.length());
+            sum += area * (90.0 - cosine.clamp(-1.0, 1.0).acos().to_degrees());
+            whole += area;
+            count(area);
+        }
+        families.iter().for_each(|(_, normal)| count(normal.length()));
+        let [smallest, largest] = areas;
+        (!edges.is_empty()).then(|| Self {
+            orthogonality: sum / whole,
+            aspect_ratio: largest / smallest,
+            volume_ratio: most / least,
+            volume,
+        })
+    }
+}
+
+/// Adds an area vector to the sum of its edge or family.
+fn add<K: PartialEq>(sums: &mut Vec<(K, DVec3)>, key: K, area: DVec3) {
+    match sums.iter_mut().find(|(other, _)| *other == key) {
+        Some((_, sum)) => *sum += area,
+        None => sums.push((key, area)),
+    }
+}
