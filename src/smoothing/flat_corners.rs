@@ -72,8 +72,8 @@ impl Smoother {
     /// `most` corners are flat. Vertices of surfaces do not slide.
     ///
     /// A vertex returns to its place if a tet or a corner beside it became bad, or if an edge
-    /// between layers changed by more than 0.5 %. Where no corner is flat, and in a mesh of tets,
-    /// all positions keep their bits.
+    /// between layers changed by more than 0.5 %. If a corner stays flat, the motion as a whole is
+    /// the cause. Then, and in a mesh of tets, all positions keep their bits.
     ///
     /// - `positions` `[n_vertices]`: in the mesh's unit
     /// - `betas` `[n_tets]`: betas of the positions, or their merit (see [`super::Merit`]), updated
@@ -103,7 +103,8 @@ impl Smoother {
             }
         }
         let moved = moving.keys().filter(|&&vertex| at[vertex as usize] != positions[vertex as usize]).count();
-        if moved == 0 {
+        let mut concerned = flat.iter().chain(&around);
+        if concerned.any(|&simplex| self.is_flat(simplex, &at)) {
             return Raised::default();
         }
         positions.copy_from_slice(&at);
@@ -115,10 +116,13 @@ impl Smoother {
 
     /// The corner tets that are flat, in ascending order.
     fn flat_corners(&self, at: &[DVec3], betas: &[f64]) -> Vec<usize> {
-        let is_flat = |&(simplex, &merit): &(usize, &f64)| {
-            self.merit.may_be_below(merit, FLAT) && self.share(simplex, at).is_some_and(|share| share < FLAT)
-        };
+        let is_flat =
+            |&(simplex, &merit): &(usize, &f64)| self.merit.may_be_below(merit, FLAT) && self.is_flat(simplex, at);
         betas.iter().enumerate().filter(is_flat).map(|(simplex, _)| simplex).collect()
+    }
+
+    fn is_flat(&self, simplex: usize, at: &[DVec3]) -> bool {
+        self.share(simplex, at).is_some_and(|share| share < FLAT)
     }
 
     /// Scaled Jacobian of a corner tet over the worst of its kind in the undeformed mesh. `None`
