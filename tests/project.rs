@@ -60,9 +60,9 @@ fn a_package_holds_the_program_and_the_mesh_of_its_demonstration() {
         packaged.contains(&name)
     }));
 
-    // 1.4 MiB of text are 0.4 MiB packed.
+    // 3.2 MiB, most of them text, are less than 1 MiB packed.
     let bytes: u64 = packaged.iter().map(|name| fs::metadata(root().join(name)).unwrap().len()).sum();
-    assert!(bytes < 3 << 20, "{bytes} bytes in the package");
+    assert!(bytes < 4 << 20, "{bytes} bytes in the package");
 }
 
 #[test]

@@ -173,7 +173,8 @@ impl MoveResult {
             let job = &self.job;
             let exit = self.refused().map_or(0, |refused| Exit::from(refused) as u8);
             let case = job.case.case.path.display().to_string();
-            let report = RunReport::failed(case, self.design.map(str::to_owned), job.backend.clone(), job.size.clone(), exit);
+            let report =
+                RunReport::failed(case, self.design.map(str::to_owned), job.backend.clone(), job.size.clone(), exit);
             // The places of the worst cells are in the moved mesh.
             let mut report = self.with_moved(py, |outcome| report.of_outcome(outcome, self.refused()))?;
             let (read, setup, update) = (job.read_seconds, job.setup_seconds, self.update_seconds);

@@ -18,18 +18,7 @@ pub(super) enum Named {
 /// Words of names, with the meaning of a name that has one of them. A name with words of several
 /// rows has the meaning of the first: `wing_tip` is a wingtip.
 const WORDS: [(Named, &[&str]); 8] = [
-    (
-        Named::Carried,
-        &[
-            "winglet",
-            "sharklet",
-            "fence",
-            "pylon",
-            "strut",
-            "canoe",
-            "fairing",
-        ],
-    ),
+    (Named::Carried, &["winglet", "sharklet", "fence", "pylon", "strut", "canoe", "fairing"]),
     (Named::Body, &["nacelle", "engine", "store", "pod", "intake", "spinner", "propeller"]),
     (Named::TrailingEdge, &["te", "trailing", "trailingedge", "base", "blunt"]),
     (Named::Wingtip, &["tip", "tips", "wingtip", "tipcap", "cap", "endcap"]),
