@@ -7,6 +7,7 @@ use thiserror::Error;
 
 mod alike;
 mod assemblies;
+#[doc(hidden)]
 pub mod guess;
 mod misplaced;
 mod partners;

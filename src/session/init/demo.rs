@@ -1,5 +1,5 @@
-//! A case to try idmesh with: a small half aircraft, whose mesh is in the program, and a wing that is
-//! thicker and bent up.
+//! A case to try idmesh with: a small half aircraft, whose mesh is in the program, with a wing that
+//! becomes thicker and bends up.
 
 use std::path::{Path, PathBuf};
 

@@ -84,8 +84,8 @@ fn free<'p>(wanted: &Wanted, mut paths: impl Iterator<Item = &'p PathBuf>) -> Re
     }
 }
 
-/// Guesses the roles of a mesh's families, cuts the sections of its wings, and checks that a case of
-/// these can be set up.
+/// Guesses the roles of a mesh's families, cuts the sections of its wings, and checks that a case
+/// of these can be set up.
 ///
 /// - `file`: the mesh of [`Wanted::mesh`]
 /// - `progress`: gets the name of each step as the step begins

@@ -1,0 +1,116 @@
+//! The wings: families that planes across their span cut in sections.
+
+use std::collections::BTreeSet;
+
+use super::words::Named;
+use super::{BASE, Certainty, GuessedWing, Guesser, NoWing, Sections};
+use crate::families::Role;
+use crate::mesh::{FamilyId, triangles_of_families};
+
+/// So many families, the largest first, are tried as wings if no name tells which are.
+const MOST_TRIED: usize = 24;
+
+impl Guesser<'_> {
+    fn sections(&self, families: &[usize]) -> Option<Sections> {
+        self.cut(families).ok()
+    }
+
+    fn cut(&self, families: &[usize]) -> Result<Sections, String> {
+        let ids: Vec<FamilyId> = families.iter().map(|&family| FamilyId(family as u16)).collect();
+        Sections::of(self.mesh.vertices(), &triangles_of_families(self.mesh, &ids), self.known.planes)
+    }
+
+    /// Finds the wings, and gives their families the role.
+    ///
+    /// # Errors
+    /// [`NoWing`]
+    pub(super) fn guess_wings(&mut self) -> Result<(), NoWing> {
+        let asked: Vec<usize> = self.known.wing.iter().map(|family| family.index()).collect();
+        if !asked.is_empty() {
+            let sections = self.cut(&asked).map_err(|why| NoWing::NotCut {
+                families: asked.iter().map(|&family| self.mesh.mesh.families[family].clone()).collect(),
+                why,
+            })?;
+            self.take_wing(asked, sections, Certainty::Sure, "you name it as the wing");
+        }
+        // Families with a wing's name that touch are one wing.
+        for part in self.parts(|guesser, family| guesser.is_open(family) && guesser.says(family, Named::Wing)) {
+            if self.touch_a_wing(&part) {
+                continue;
+            }
+            let why = format!("its name says {}", self.word(part[0]));
+            if let Some(sections) = self.sections(&part) {
+                self.take_wing(part, sections, Certainty::Sure, &why);
+                continue;
+            }
+            // The rest of the section may have other names, such as those of strips at its edges.
+            let strip = |family: &usize| self.is_open(*family) && !self.says(*family, Named::Fuselage);
+            let around: BTreeSet<usize> = part.iter().flat_map(|&family| self.neighbours[family].clone()).collect();
+            let with: BTreeSet<usize> = around.into_iter().filter(strip).chain(part.iter().copied()).collect();
+            let with: Vec<usize> = with.into_iter().collect();
+            if let Some(sections) = self.sections(&with) {
+                self.take_wing(with, sections, Certainty::Likely, "with its neighbours it has the sections of a wing");
+            }
+        }
+        if self.wings.is_empty() {
+            self.find_wing_by_shape();
+        }
+        if self.wings.is_empty() {
+            let open = (0..self.n_families()).filter(|&family| self.is_open(family));
+            let bodies = open.map(|family| self.mesh.mesh.families[family].clone()).collect();
+            return Err(NoWing::NoneFound { families: self.mesh.mesh.families.clone(), bodies });
+        }
+        Ok(())
+    }
+
+    /// Finds a wing without a name: one family, two that touch, or all that are joined.
+    fn find_wing_by_shape(&mut self) {
+        let may_be = |guesser: &Self, family: usize| guesser.is_open(family) && guesser.named[family].is_none();
+        let mut open: Vec<usize> = (0..self.n_families()).filter(|&family| may_be(self, family)).collect();
+        open.sort_by(|&a, &b| self.areas[b].total_cmp(&self.areas[a]));
+        open.truncate(MOST_TRIED);
+        let mut tried: Vec<Vec<usize>> = open.iter().map(|&family| vec![family]).collect();
+        tried.extend(self.parts(may_be).into_iter().filter(|part| part.len() > 1));
+        for (index, &one) in open.iter().enumerate() {
+            let touching = open[index + 1..].iter().filter(|&other| self.neighbours[one].contains(other));
+            tried.extend(touching.map(|&other| vec![one.min(other), one.max(other)]));
+        }
+        let found = tried.into_iter().find_map(|families| Some((self.sections(&families)?, families)));
+        let Some((sections, families)) = found else { return };
+        let together = if families.len() > 1 { "together with its neighbours " } else { "" };
+        self.take_wing(families, sections, Certainty::Likely, &format!("{together}it has the sections of a wing"));
+    }
+
+    /// Makes families a wing, with strips beside them that belong to its section.
+    fn take_wing(&mut self, mut families: Vec<usize>, mut sections: Sections, certainty: Certainty, why: &str) {
+        let own: Vec<usize> = families.clone();
+        let around: BTreeSet<usize> = own.iter().flat_map(|&family| self.neighbours[family].clone()).collect();
+        for strip in around.into_iter().filter(|&family| self.is_open(family) && !own.contains(&family)) {
+            let is_free = self.named[strip].is_none_or(|(named, _)| named == Named::TrailingEdge);
+            if !is_free || !self.spans(strip, &sections) || self.faces(strip, sections.chordwise) > BASE {
+                continue;
+            }
+            let with: Vec<usize> = families.iter().copied().chain([strip]).collect();
+            if let Some(wider) = self.sections(&with) {
+                (families, sections) = (with, wider);
+            }
+        }
+        families.sort_unstable();
+        let text = sections.in_words();
+        for &family in &families {
+            let (certainty, why) = match own.contains(&family) {
+                true => (certainty, why.to_owned()),
+                false => (Certainty::Likely, "a strip along the span, which belongs to the wing's section".to_owned()),
+            };
+            self.set(family, Role::Wing, certainty, format!("{why}; {text}"));
+        }
+        let families = families.into_iter().map(|family| FamilyId(family as u16)).collect();
+        self.wings.push(GuessedWing { families, sections });
+    }
+
+    /// Whether some families touch a wing.
+    fn touch_a_wing(&self, families: &[usize]) -> bool {
+        let is_wing = |other: &usize| self.wings.iter().any(|wing| wing.families.contains(&FamilyId(*other as u16)));
+        families.iter().any(|&family| self.neighbours[family].iter().any(is_wing))
+    }
+}
