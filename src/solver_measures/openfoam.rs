@@ -26,7 +26,7 @@ use super::{Bad, Connections, Limits, Tally, limits::Limited};
 use crate::mesh::{
     HybridMesh,
     corners::faces_of,
-    half_face::{BOUNDARY, cell_of, face_vertices},
+    half_face::{BOUNDARY, FACE, cell_of, face_vertices},
     in_pieces,
 };
 
@@ -120,9 +120,16 @@ impl OfCells {
     fn add(&mut self, cell: &[u32], number: u32, vertices: &[DVec3]) {
         let mut faces = [FacePlace::default(); 6];
         let mut n_faces = 0;
-        for face in faces_of(cell) {
-            faces[n_faces] = FacePlace::of(face.vertices(), vertices);
-            n_faces += 1;
+        if let &[a, b, c, d] = cell {
+            for face in FACE {
+                faces[n_faces] = FacePlace::of(&face.map(|local| [a, b, c, d][local]), vertices);
+                n_faces += 1;
+            }
+        } else {
+            for face in faces_of(cell) {
+                faces[n_faces] = FacePlace::of(face.vertices(), vertices);
+                n_faces += 1;
+            }
         }
         let faces = &faces[..n_faces];
         let middle = faces.iter().map(|face| face.centre).sum::<DVec3>() / n_faces as f64;

@@ -11,6 +11,9 @@
 //! | volume ratio | largest over smallest of the tets vertex, edge, face and cell that make up the dual volume |
 //! | dual volume | the sum of these tets |
 //!
+//! In a tet with the volume `V` all parts are `V / 24`, and the dual face of the edge from `v` to
+//! `w` has the area vector `(p + q - v - w) x (q - p) / 24`, where `v w p q` turn as in the tet.
+//!
 //! SU2 takes volumes of the tets without their sign, so an inverted cell does not show in them.
 //! SU2 prints orthogonality, aspect ratio and volume ratio ("Mesh Quality Metric"), each with its
 //! smallest and its largest value. A family inside the volume is taken for an `INTERNAL_BOUNDARY`.
@@ -139,6 +142,17 @@ impl Dual {
         let (mut volume, mut least, mut most) = (0.0, f64::INFINITY, 0.0_f64);
         for &cell in connections.cells_at.row(vertex as usize) {
             let cell = mesh.cell(mesh.name(cell as usize));
+            if let &[a, b, c, d] = cell {
+                let [w, p, q] = turned_to(vertex, [a, b, c, d]);
+                let [ew, ep, eq] = [w, p, q].map(|other| at(other) - own);
+                for (other, along, [p, q]) in [(w, ew, [ep, eq]), (p, ep, [eq, ew]), (q, eq, [ew, ep])] {
+                    add(edges, other, (p + q - along).cross(q - p) / 24.0);
+                }
+                let part = ew.cross(ep).dot(eq).abs() / 144.0;
+                volume += 6.0 * part;
+                (least, most) = (least.min(part), most.max(part));
+                continue;
+            }
             let centre = middle_of_cell(cell, vertices);
             for face in faces_of(cell) {
                 let corners = face.vertices();
@@ -185,6 +199,16 @@ impl Dual {
             volume_ratio: most / least,
             volume,
         })
+    }
+}
+
+/// The other vertices of a tet, which turn with the vertex as the tet does.
+fn turned_to(vertex: u32, [a, b, c, d]: [u32; 4]) -> [u32; 3] {
+    match vertex {
+        _ if vertex == a => [b, c, d],
+        _ if vertex == b => [a, d, c],
+        _ if vertex == c => [d, a, b],
+        _ => [c, b, a],
     }
 }
 
