@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use idmesh::formats::FileSet;
+use idmesh::formats::{FileSet, is_surface_file};
 use idmesh::mesh::CellMeasures;
 use idmesh::mover::{Derivative, Design, Moved, Outcome, Refused};
 use idmesh::report::{RunReport, Seconds};
@@ -176,8 +176,10 @@ impl MoveResult {
             let report =
                 RunReport::failed(case, self.design.map(str::to_owned), job.backend.clone(), job.size.clone(), exit);
             // The places of the worst cells are in the moved mesh.
-            let mut report =
-                self.with_moved(py, |outcome| report.of_outcome(outcome, self.refused()).with_solver_quality(outcome))?;
+            let mut report = self.with_moved(py, |outcome| {
+                let report = report.of_outcome(outcome, self.refused()).with_solver_quality(outcome);
+                report.with_outlines(outcome, job.case.old_profiles())
+            })?;
             let (read, setup, update) = (job.read_seconds, job.setup_seconds, self.update_seconds);
             report.seconds = Some(Seconds { read, setup, update, write: 0.0, total: read + setup + update });
             serde_json::to_string(&report.with_reasons()).map_err(|error| other(py, &error.to_string()))
@@ -248,8 +250,9 @@ impl MoveResult {
     }
 
     /// Writes the moved mesh, as an output of `idmesh run`. The extension selects the format. In
-    /// the format of the mesh's own file every byte that is no coordinate is kept. The file appears
-    /// whole or not at all, and a result of the same name goes before.
+    /// the format of the mesh's own file every byte that is no coordinate is kept. With .vtp, .stl
+    /// or .glb the moved surfaces alone are written. The file appears whole or not at all, and a
+    /// result of the same name goes before.
     ///
     /// A mesh that is not valid gets the name NAME.invalid.EXT, with its faulty cells beside it in
     /// NAME.inverted.vtu. Returns the files written.
@@ -259,7 +262,10 @@ impl MoveResult {
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<PathBuf>> {
         let case = &self.job.case;
         let write = |outcome: &Outcome| -> Result<Vec<PathBuf>, SessionError> {
-            let outputs = Outputs { meshes: vec![path], ..Outputs::default() };
+            let outputs = match is_surface_file(&path) {
+                true => Outputs { surfaces: vec![path], ..Outputs::default() },
+                false => Outputs { meshes: vec![path], ..Outputs::default() },
+            };
             outputs.check(case)?;
             outputs.remove_earlier(&case.inputs, None)?;
             let mut files = FileSet::default();

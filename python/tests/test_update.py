@@ -4,6 +4,7 @@ import copy
 import multiprocessing
 import os
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -86,6 +87,29 @@ def test_the_files_are_the_command_lines(example: idmesh.Mover, case: Path, prog
     assert (tmp_path / "moved.vtu").read_bytes() == (tmp_path / "cli" / "moved.vtu").read_bytes()
 
 
+def test_surfaces_are_the_command_lines_and_the_results(
+    example: idmesh.Mover, case: Path, program: str, tmp_path: Path
+) -> None:
+    text = case.read_text().replace("[output]", '[output]\nsurface = ["moved.vtp", "moved.stl", "moved.glb"]')
+    other = tmp_path / "case.toml"
+    other.write_text(text)
+    for name in ["wing-body.msh.gz", "old.csv", "new.csv"]:
+        shutil.copy(case.with_name(name), tmp_path)
+    subprocess.run([program, "run", other, "--backend", "cpu", "-q", "--out", tmp_path / "cli"], check=True)
+    result = example.update()
+    for name in ["moved.vtp", "moved.stl", "moved.glb"]:
+        assert result.write(tmp_path / name) == [tmp_path / name]
+        assert (tmp_path / name).read_bytes() == (tmp_path / "cli" / name).read_bytes()
+    pyvista = pytest.importorskip("pyvista", reason='optional: pip install "idmesh[plot]"')
+    surface = pyvista.read(tmp_path / "moved.vtp")
+    vertices = surface.point_data["vertex"]
+    assert np.array_equal(surface.points, result.vertices[vertices])
+    assert np.array_equal(surface.point_data["displacement"], result.displacement[vertices])
+    for number, family in enumerate(surface.field_data["families"], 1):
+        count = int((surface.cell_data["family"] == number).sum())
+        assert count == len(example.family_triangles(str(family)))
+
+
 def test_the_report_is_the_command_lines(example: idmesh.Mover, case: Path, program: str, tmp_path: Path) -> None:
     import json
 
@@ -94,7 +118,7 @@ def test_the_report_is_the_command_lines(example: idmesh.Mover, case: Path, prog
     told = json.loads(out.read_text())
     report = example.update().report
     assert set(report) == set(told)
-    for key in ["valid", "converged", "exit", "checks", "mesh", "families", "profiles", "solver", "path", "warnings"]:
+    for key in ["valid", "converged", "exit", "checks", "mesh", "families", "profiles", "outlines", "solver", "path", "warnings"]:
         assert report[key] == told[key], key
     assert [stage["beta_min"] for stage in report["stages"]] == [stage["beta_min"] for stage in told["stages"]]
 
