@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::RunReport;
+use crate::mover::FaultKind;
 
 impl RunReport {
     /// Fills [`RunReport::reasons`] for every key that is `null`.
@@ -31,7 +32,10 @@ impl RunReport {
             "/cells" | "/cells_original" if has_moved => "all cells are tets; `stages` has their quality",
             _ if self.mesh.tets == 0 && last.starts_with("beta_") => "no cell is a tet",
             "/solver_quality" if has_moved => "nothing asked for it",
-            _ if pointer.starts_with("/solver_quality/") && last.starts_with("non_orthogonality") => {
+            _ if pointer.starts_with("/solver_quality/")
+                && last.starts_with("non_orthogonality")
+                && !self.is_lost() =>
+            {
                 "no face lies between two cells"
             }
             "/smoothing" if has_moved => "it is off, or no tet needed it",
@@ -49,6 +53,11 @@ impl RunReport {
             _ => "not a finite number",
         };
         reason.to_owned()
+    }
+
+    /// Whether vertices have no finite position.
+    fn is_lost(&self) -> bool {
+        self.error.as_ref().is_some_and(|error| error.kind == FaultKind::NotFinite.name())
     }
 
     /// The reason why a deviation from profiles could not be measured.

@@ -97,6 +97,7 @@ fn the_parser_and_the_schema_know_the_same() {
     for (table, known) in [
         ("[volume]\n", keys(&top["volume"])),
         ("[quality]\n", keys(&top["quality"])),
+        ("[quality.limits]\n", keys(&top["quality"]["properties"]["limits"]["anyOf"][1])),
         ("[solver]\n", keys(&top["solver"])),
         ("[output]\n", keys(&top["output"])),
         ("", keys(of("profiles"))),
@@ -107,6 +108,7 @@ fn the_parser_and_the_schema_know_the_same() {
     for (table, known) in [
         ("[volume]\nsprings = ", words(&top["volume"]["properties"]["springs"])),
         ("[quality]\ntarget = ", words(&top["quality"]["properties"]["target"])),
+        ("[quality]\nlimits = ", words(&top["quality"]["properties"]["limits"]["anyOf"][0])),
         ("[solver]\nmethod = ", words(&top["solver"]["properties"]["method"])),
         (
             "[profiles.wing.placement.\"a.dat\"]\nchord = 1\nposition = [0, 0, 0]\nplane = ",
