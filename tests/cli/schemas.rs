@@ -117,9 +117,6 @@ fn the_parser_and_the_schema_know_the_same() {
     ] {
         assert_eq!(expected(&format!("{wing}{table}\"qqqqqq\"\n")), known, "{table}");
     }
-    let limits = &top["quality"]["properties"]["limits"]["anyOf"];
-    assert_eq!(expected(&format!("{wing}[quality]\nlimits = \"qqqqqq\"\n")), words(&limits[0]));
-    assert_eq!(expected(&format!("{wing}[quality]\nlimits = {{ qqqqqq = 1 }}\n")), keys(&limits[1]));
     // Each role has its keys, and each key its words.
     let variants = of("family")["anyOf"].as_array().unwrap();
     let all = variants.iter().flat_map(keys).collect::<BTreeSet<_>>();
