@@ -159,8 +159,8 @@ fn share_limited_addresses() {}
 
 /// Keeps a Vulkan layer quiet. Mesa's layer that sorts the devices asks Wayland which one draws on
 /// the screen. Where the folder of Wayland's sockets is not named, libwayland prints an error,
-/// which reads like one of ours. Any absolute path will do: Wayland is not reached either way, so the
-/// devices and their order stay the same.
+/// which reads like one of ours. Any absolute path will do: Wayland is not reached either way, so
+/// the devices and their order stay the same.
 #[cfg(all(target_os = "linux", feature = "gpu"))]
 #[allow(unsafe_code, reason = "a change of the environment is unsafe beside other threads")]
 fn quieten_wayland() {

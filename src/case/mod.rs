@@ -55,8 +55,8 @@ use crate::mover::Settings;
 use crate::profile::{Plane, files::Placement};
 use crate::text::shown;
 
-/// The JSON Schema (draft 7) of a case file, for editors. It knows keys, types and words. The parser
-/// checks more.
+/// The JSON Schema (draft 7) of a case file, for editors. It knows keys, types and words. The
+/// parser checks more.
 pub const SCHEMA: &str = include_str!("../../docs/src/case.schema.json");
 
 /// Bytes for each byte of a case file while it is read. Measured were 58 with 100 000 tables of
