@@ -23,8 +23,8 @@ use crate::mesh::{
     half_edge::{Surface, next},
 };
 
-/// The root must extend off its longest line by more than this fraction of the line's length, or its
-/// rotation is unknown.
+/// The root must extend off its longest line by more than this fraction of the line's length, or
+/// its rotation is unknown.
 const THIN: f64 = 1e-3;
 
 /// A motion that a user gives may leave a plane by this fraction of the family's distance from the

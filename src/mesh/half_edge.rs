@@ -167,8 +167,8 @@ impl Surface {
         self.vertices_of_family.row(family.index())
     }
 
-    /// The shortest edge of a family's triangles at each of the family's vertices, in the unit of the
-    /// positions.
+    /// The shortest edge of a family's triangles at each of the family's vertices, in the unit of
+    /// the positions.
     ///
     /// - `positions` `[n_vertices]`
     pub fn shortest_edges(&self, positions: &[DVec3], family: FamilyId) -> BTreeMap<u32, f64> {

@@ -1,4 +1,5 @@
-//! [`Outline`]: a section of a wing as two short curves, few enough for a line of a batch's reports.
+//! [`Outline`]: a section of a wing as two short curves, few enough for a line of a batch's
+//! reports.
 
 use std::collections::BTreeMap;
 
@@ -35,7 +36,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The sections of an outcome that change most, by the wing's name. At most [`SECTIONS`] of all
+    /// The sections of an outcome that change most, by the wing's name. At most `SECTIONS` of all
     /// wings, the largest change of a wing first.
     ///
     /// - `old`: the old profiles of each wing, with the wing's name
@@ -94,7 +95,7 @@ fn shortened(points: &[[f64; 2]], size: f64) -> Vec<[f64; 2]> {
     let mut tolerance = 1e-3 * size;
     loop {
         let short = simplified(points, tolerance);
-        if short.len() <= POINTS || !(tolerance < size) {
+        if short.len() <= POINTS || tolerance >= size || size.is_nan() {
             return short;
         }
         tolerance *= 1.5;

@@ -66,7 +66,7 @@ impl Svg {
     }
 
     /// The number of bytes so far.
-    pub fn len(&self) -> usize {
+    pub fn n_bytes(&self) -> usize {
         self.text.len()
     }
 

@@ -1,5 +1,5 @@
-//! Stage attached (paper 3.3): the inside of wingtips and of attached families moves by longitudinal
-//! springs along the edges and a conservative spring at every inner vertex.
+//! Stage attached (paper 3.3): the inside of wingtips and of attached families moves by
+//! longitudinal springs along the edges and a conservative spring at every inner vertex.
 //!
 //! The paper moves wingtips so. Pylons, fairings and winglets without profiles are moved alike, but
 //! their start is rigid, so that they keep their shape.
@@ -12,7 +12,8 @@
 //! triangles*. On a fine mesh with `c = 0.5` the first ring would take most of the motion and fold.
 //! Here the motion dies away over a length that does not depend on the mesh:
 //!
-//! `reach = w sqrt(c / (1 - c))`, with `w` the family's mean width, twice its area over its perimeter
+//! `reach = w sqrt(c / (1 - c))`, with `w` the family's mean width, twice its area over its
+//! perimeter
 //!
 //! With `c = 1` there are no conservative springs. With `c = 0` the inside keeps its start.
 //!
@@ -20,18 +21,18 @@
 //!
 //! The paper's conservative springs pull a vertex to its original position. Such springs would pull
 //! the tip of a wing that is bent up back down. Here the best affine (or rigid) motion of the root
-//! of the [`Assembly`] is subtracted first. All springs, the longitudinal ones too, act on the remaining
-//! displacement, and the subtracted motion is added in the end. So a tip that is only turned or
-//! stretched keeps the shapes of its triangles with every coefficient. [`TipStart`] selects the
-//! motion, or the paper's own form.
+//! of the [`Assembly`] is subtracted first. All springs, the longitudinal ones too, act on the
+//! remaining displacement, and the subtracted motion is added in the end. So a tip that is only
+//! turned or stretched keeps the shapes of its triangles with every coefficient. [`TipStart`]
+//! selects the motion, or the paper's own form.
 //!
 //! # Several families
 //!
 //! The wingtips and attached families of an assembly have one network and one start. So a family
 //! that borders on no wing follows its neighbours. The network holds the root and the vertices of
-//! rigid families. Each wingtip has its own width. The attached families of an assembly have the width
-//! of them all, so that the narrow trailing edge of a winglet gives way as the winglet does. Vertices on
-//! several families have the smallest reach.
+//! rigid families. Each wingtip has its own width. The attached families of an assembly have the
+//! width of them all, so that the narrow trailing edge of a winglet gives way as the winglet does.
+//! Vertices on several families have the smallest reach.
 
 use std::collections::BTreeMap;
 

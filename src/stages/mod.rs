@@ -15,8 +15,8 @@
 //!
 //! A stage is set up once per mesh and run once per design ([`Stage`]). [`Stages`] holds the stages
 //! of a mesh. A vertex on several families belongs to the first of these families in the order
-//! fixed, prescribed, wing, trailing edge, rigid, attached (with wingtip), carenage, plane ([`PlacedBy`]). The carenages
-//! and planes at the vertex limit its place all the same.
+//! fixed, prescribed, wing, trailing edge, rigid, attached (with wingtip), carenage, plane
+//! ([`PlacedBy`]). The carenages and planes at the vertex limit its place all the same.
 
 pub mod attached;
 pub mod carenage;

@@ -1,9 +1,10 @@
 //! Stage rigid: bodies such as nacelles move without a change of their shape.
 //!
-//! Each family with the role rigid goes with the best rigid motion of its assembly's root, with
-//! the root's mean displacement, or with the motion that its user gives ([`RigidMotion`](crate::families::RigidMotion)). Its
-//! vertices keep their distances to rounding. Vertices of the root belong to the wing, whatever the
-//! motion: a body without a pylon gives way there, which [`Body::strain`] measures.
+//! Each family with the role rigid goes with the best rigid motion of its assembly's root, with the
+//! root's mean displacement, or with the motion that its user gives
+//! ([`RigidMotion`](crate::families::RigidMotion)). Its vertices keep their distances to rounding.
+//! Vertices of the root belong to the wing, whatever the motion: a body without a pylon gives way
+//! there, which [`Body::strain`] measures.
 //!
 //! The paper has no such stage.
 

@@ -3,9 +3,9 @@
 //! A design gives the end of the motion only. A straight route would shrink a body that turns:
 //! half-way through half a turn its chord would vanish. So each moved body follows a screw: a
 //! rotation about one axis and a translation along the axis, taken from the body's best rigid
-//! motion. Families of wings, trailing edges and wingtips that touch form one body. Each rigid family
-//! is a body of its own, and so are the attached families of an assembly. The rest of the body's
-//! motion grows in proportion to the progress, in the body's own frame. Vertices of
+//! motion. Families of wings, trailing edges and wingtips that touch form one body. Each rigid
+//! family is a body of its own, and so are the attached families of an assembly. The rest of the
+//! body's motion grows in proportion to the progress, in the body's own frame. Vertices of
 //! carenages and planes go straight. Vertices on carenages or planes are put back on them at each
 //! step.
 //!

@@ -1,5 +1,5 @@
-//! The files of moved surfaces (`.vtp`, `.stl`, `.glb`) and of sections (`.svg`): read back by small
-//! parsers of their own and compared with the moved mesh.
+//! The files of moved surfaces (`.vtp`, `.stl`, `.glb`) and of sections (`.svg`): read back by
+//! small parsers of their own and compared with the moved mesh.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -54,7 +54,8 @@ pub(super) fn create(out: &mut Out, surface: &SurfaceFile) -> io::Result<()> {
     create_xml(out, ("PolyData", &names_field(names)), &counts, names, &parts)
 }
 
-/// The names of the families as an array of texts: the codes of the letters, a zero after each name.
+/// The names of the families as an array of texts: the codes of the letters, a zero after each
+/// name.
 fn names_field(names: &[String]) -> String {
     let codes = names.iter().flat_map(|name| name.bytes().filter(|&byte| byte != 0).chain([0]));
     let codes: Vec<String> = codes.map(|code| code.to_string()).collect();

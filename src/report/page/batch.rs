@@ -167,7 +167,7 @@ pub fn batch_html(reports: &[Value]) -> String {
     let rows: Vec<Vec<String>> = designs.iter().map(Design::row).collect();
     // The elements of a row take some bytes too, and so does an escaped letter.
     let texts: usize = rows.iter().map(|row| 40 + row.iter().map(|cell| escape(cell).len() + 10).sum::<usize>()).sum();
-    let (pictures, remark) = pictures(&designs, MOST_BYTES.saturating_sub(html.len() + texts));
+    let (pictures, remark) = pictures(&designs, MOST_BYTES.saturating_sub(html.n_bytes() + texts));
     html.pictured(&header, rows.into_iter().zip(pictures).collect());
     html.element("p class=\"note\"", remark);
     html.element(
@@ -185,7 +185,7 @@ fn pictures(designs: &[Design], bytes: usize) -> (Vec<Vec<Svg>>, String) {
         let mut fitting = 0;
         let mut pictures: Vec<Vec<Svg>> = designs.iter().map(|design| design.pictures(most)).collect();
         for of_design in &pictures {
-            let of_all: usize = of_design.iter().map(|picture| picture.len() + 8).sum();
+            let of_all: usize = of_design.iter().map(|picture| picture.n_bytes() + 8).sum();
             let Some(rest) = left.checked_sub(of_all) else { break };
             (left, fitting) = (rest, fitting + 1);
         }

@@ -1,5 +1,5 @@
-//! [`ComparisonPage`]: two results of one mesh, vertex by vertex, as a page: whether they agree, how
-//! far apart they are by family and by stage, and where they are furthest apart.
+//! [`ComparisonPage`]: two results of one mesh, vertex by vertex, as a page: whether they agree,
+//! how far apart they are by family and by stage, and where they are furthest apart.
 
 use std::borrow::Cow;
 
@@ -310,7 +310,8 @@ fn distribution(distances: &[f64], reference: f64, tolerance: f64, html: &mut Ht
 mod tests {
     use super::*;
 
-    /// Fails if a vertex without a position is not the first, or if one that is not apart is listed.
+    /// Fails if a vertex without a position is not the first, or if one that is not apart is
+    /// listed.
     #[test]
     fn the_furthest_come_first() {
         assert_eq!(furthest(&[0.0, 2.0, f64::NAN, 0.5, 2.0, 0.0]), [2, 1, 4, 3]);

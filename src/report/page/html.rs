@@ -108,7 +108,7 @@ impl Html {
     }
 
     /// The number of bytes so far.
-    pub fn len(&self) -> usize {
+    pub fn n_bytes(&self) -> usize {
         self.text.len()
     }
 
