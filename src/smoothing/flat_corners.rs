@@ -4,11 +4,11 @@
 //! Where a wing moves along a fuselage, springs shear the outermost prisms over the junction. Few
 //! corners are concerned, and they are far from inverted. To optimise their cells as a whole would
 //! change the thickness of layers ([`super::merit`]). So each flat corner asks for the least motion
-//! of its four vertices that raises its scaled Jacobian to the limit, to first order. Motions count as
-//! shares of a vertex's shortest edge, so outer vertices move more than inner ones. A vertex takes
-//! the mean of what its corners ask for, perpendicular to its shortest edge, which in a layer is
-//! the edge to the next layer. This is repeated until no corner is flat. The result depends neither
-//! on the numbers of the vertices nor on the device.
+//! of its four vertices that raises its scaled Jacobian to the limit, to first order. Motions count
+//! as shares of a vertex's shortest edge, so outer vertices move more than inner ones. A vertex
+//! takes the mean of what its corners ask for, perpendicular to its shortest edge, which in a layer
+//! is the edge to the next layer. This is repeated until no corner is flat. The result depends
+//! neither on the numbers of the vertices nor on the device.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};

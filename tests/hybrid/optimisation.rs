@@ -153,9 +153,9 @@ fn bad_tets_do_not_move_layers() {
     assert_eq!((0..at.len()).filter(moved).count(), 0);
 }
 
-/// Thin layers in which the edges over one line of the wall lean, beyond the limit in the outermost layer alone.
-/// The corners there are raised to the limit by a motion across these edges: every edge between
-/// layers keeps its length to 0.5 %. Vertices of other cells keep their bits, and where more
+/// Thin layers in which the edges over one line of the wall lean, beyond the limit in the outermost
+/// layer alone. The corners there are raised to the limit by a motion across these edges: every edge
+/// between layers keeps its length to 0.5 %. Vertices of other cells keep their bits, and where more
 /// corners are flat than may be, all do.
 ///
 /// Fails if flat corners are not raised, or along the edges too.

@@ -20,7 +20,7 @@ use super::{Plane, Profile, ProfileError};
 ///
 /// - `vertices` `[n_vertices]`: positions of the whole mesh, in its unit
 /// - `faces`: the wing's triangles `[u32; 3]`, or its triangles and quadrilaterals
-///   ([`crate::mesh::corners::Face`]), with any orientation. A quadrilateral is cut at its four edges
+///   ([`crate::mesh::corners::Face`]), with any orientation. A quadrilateral is cut at its edges
 ///
 /// "Lower" is the direction -z, or -y for a plane with the normal z.
 ///
