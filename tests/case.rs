@@ -189,8 +189,8 @@ fn columns_count_characters() {
 fn missing_keys() {
     let mesh = "missing key `mesh`, expected the mesh to move, such as mesh = \"wing-body.msh\"";
     assert_mistake("mesh = \"wing-body.msh\"", "", 1, 1, mesh);
-    let role = "missing key `role` in [family.symmetry], expected one of `wing`, `trailing-edge`, `wingtip`, `carenage`, \
-                `plane`, `fixed`, `prescribed` or `interior`";
+    let role = "missing key `role` in [family.symmetry], expected one of `wing`, `trailing-edge`, `wingtip`, `attached`, \
+                `rigid`, `carenage`, `plane`, `fixed`, `prescribed` or `interior`";
     assert_mistake("role = \"plane\"", "", 17, 9, role);
     let new = "missing key `new` in [profiles.wing], expected a profile file, a list of them, or a pattern such as \
                \"new/*.dat\"";
@@ -223,8 +223,8 @@ fn wrong_types() {
 
 #[test]
 fn unknown_names() {
-    let role = "`family.trailing_edge.role` is \"trailing_edge\", expected `wing`, `trailing-edge`, `wingtip`, `carenage`, \
-                `plane`, `fixed`, `prescribed` or `interior`; did you mean `trailing-edge`?";
+    let role = "`family.trailing_edge.role` is \"trailing_edge\", expected `wing`, `trailing-edge`, `wingtip`, `attached`, \
+                `rigid`, `carenage`, `plane`, `fixed`, `prescribed` or `interior`; did you mean `trailing-edge`?";
     assert_mistake("\"trailing-edge\"", "\"trailing_edge\"", 10, 8, role);
     assert_mistake(
         "start = \"original\"",

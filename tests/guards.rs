@@ -27,7 +27,7 @@ fn update(mover: &mut Mover, stage: &str, put: &[(usize, DVec3)]) -> Outcome {
         assert_eq!(motion.len(), original.len());
     };
     let outcome = mover.update_amended(&design, &mut amend).unwrap();
-    assert_eq!(stages, ["wing", "trailing edge", "wingtip", "carenage", "planes", "volume"]);
+    assert_eq!(stages, ["wing", "trailing edge", "rigid", "attached", "carenage", "planes", "volume"]);
     outcome
 }
 
@@ -63,7 +63,7 @@ fn a_triangle_turned_over_by_a_surface_stage_is_refused() {
     let broken = [
         ("wing", "wing"),
         ("trailing edge", "trailing_edge"),
-        ("wingtip", "wingtip"),
+        ("attached", "wingtip"),
         ("carenage", "carenage"),
         ("planes", "symmetry"),
     ];

@@ -178,7 +178,7 @@ fn convert_keeps_the_mesh_and_warns_of_losses() {
     assert!(stderr(&output).contains("warning: mixed.su2: the family 'wing skin' is called 'wing_skin'"));
     assert!(fixture.read("mixed.su2").contains("MARKER_TAG= wing_skin\nMARKER_ELEMS= 1\n"));
 
-    fixture.refuses_command(&["convert", "a.su2.gz", "a.stl"], 3, &["a.stl", "unknown mesh format", ".su2 (SU2)"]);
+    fixture.refuses_command(&["convert", "a.su2.gz", "a.obj"], 3, &["a.obj", "unknown mesh format", ".su2 (SU2)"]);
     fixture.refuses_command(&["convert", "a.su2.gz", "./a.su2.gz"], 3, &["would overwrite the input"]);
     fixture.refuses_command(&["convert", "a.su2.gz", "missing/a.su2"], 3, &["missing/a.su2"]);
     fixture.refuses_command(&["convert", "nothing.su2", "x.su2"], 3, &["nothing.su2"]);

@@ -38,6 +38,11 @@ fn named(name: &str) -> Fixture {
     fixture
 }
 
+/// The table of families in the output of `quality`.
+fn of_families(text: &str) -> Vec<&str> {
+    text.lines().skip_while(|line| !line.starts_with("family")).take_while(|line| !line.is_empty()).collect()
+}
+
 #[test]
 fn names_of_families_are_escaped() {
     let fixture = named(EVIL);
@@ -46,7 +51,7 @@ fn names_of_families_are_escaped() {
     let text = stdout(&output);
     let row = text.lines().find(|line| line.starts_with(ESCAPED)).unwrap();
     // The columns end where those of the other families end.
-    assert!(text.lines().skip_while(|line| !line.starts_with("family")).all(|line| line.len() == row.len()), "{text}");
+    assert!(of_families(&text).iter().all(|line| line.len() == row.len()), "{text}");
     fixture.refuses(3, &[ESCAPED]);
     assert_both_plain(&fixture.run());
 }
@@ -70,7 +75,7 @@ fn long_names_leave_tables_narrow_and_stay_whole_elsewhere() {
     let name = format!("{}_upper", "wing".repeat(50));
     let fixture = named(&name);
     let text = stdout(&fixture.idmesh(&["quality", "box.msh"]));
-    let rows: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("family")).collect();
+    let rows = of_families(&text);
     assert!(rows.iter().all(|row| row.len() == rows[0].len() && row.len() < 80), "{text}");
     assert!(rows.iter().any(|row| row.starts_with("wingwing") && row.contains("...") && row.contains("_upper ")));
     let figures = stdout(&fixture.idmesh(&["quality", "box.msh", "--json", "-"]));

@@ -62,7 +62,10 @@ fn commands_work_in_every_unit() {
     let measures = |fixture: &Fixture| {
         let output = fixture.idmesh(&["quality", "box.msh"]);
         assert_good(&output);
-        stdout(&output)
+        // Volumes have the unit, and their digits make the table wider.
+        let text = stdout(&output);
+        let lines = text.lines().filter(|line| !line.contains("volume min"));
+        lines.map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect::<Vec<_>>()
     };
     let cut = |fixture: &Fixture| {
         assert_good(&fixture.idmesh(&["cut", "box.msh", "--family", "wing", "--planes", "3", "--out", "cut.csv"]));
