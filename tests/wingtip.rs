@@ -262,7 +262,7 @@ fn families_that_touch_start_alike() {
     let builder = builder(mesh, WING_BODY.profiles("old_2"));
     let behind = Role::Wingtip { coefficient: 0.5, start: TipStart::Rigid };
     let error = builder.role("tip_behind", behind).build(cpu()).err().unwrap().to_string();
-    assert!(error.starts_with("the wingtip families `wingtip` and `tip_behind` touch"), "{error}");
+    assert!(error.starts_with("the families `wingtip` and `tip_behind` are wingtips or attached"), "{error}");
 }
 
 /// What borders on nothing that an earlier stage places has nothing to follow.
