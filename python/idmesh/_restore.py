@@ -13,6 +13,8 @@ import zlib
 from collections import OrderedDict
 from typing import Any
 
+import numpy as np
+
 from ._errors import InputError
 from ._idmesh import Mover
 
@@ -32,17 +34,21 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_unlocked)
 
 
+def _sum(array: Any, found: int) -> int:
+    return zlib.crc32(np.ascontiguousarray(array).data, found)
+
+
 def fingerprint(mover: Mover) -> int:
     """A number that another mesh, and other profiles, hardly have."""
     found = 0
     for array in (mover.vertices, *mover.cells.values()):
-        found = zlib.crc32(array, found)
+        found = _sum(array, found)
     for profiles in (mover.old_profiles, mover.design.profiles):
         for wing in sorted(profiles):
             for number in sorted(profiles[wing]):
-                found = zlib.crc32(profiles[wing][number], zlib.crc32(f"{wing} {number}".encode(), found))
+                found = _sum(profiles[wing][number], zlib.crc32(f"{wing} {number}".encode(), found))
     for family, displacement in sorted(mover.design.displacements.items()):
-        found = zlib.crc32(displacement, zlib.crc32(family.encode(), found))
+        found = _sum(displacement, zlib.crc32(family.encode(), found))
     return found
 
 

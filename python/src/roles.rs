@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use idmesh::DVec3;
 use idmesh::families::{ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};

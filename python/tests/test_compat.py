@@ -165,7 +165,7 @@ def test_masked_entries_are_refused(mesh: USMesh, solver: Solver) -> None:
     x = np.ma.masked_array(solver.points)
     x[3:] = np.ma.masked
     seed = np.ma.masked_array(np.ones(len(solver.indices)), mask=True)
-    indices = np.ma.masked_array(np.arange(6), mask=[0, 1, 1, 1, 1, 1])
+    indices = np.ma.masked_array(np.arange(6), mask=np.arange(6) > 0)
     calls: list[Callable[[], Any]] = [
         lambda: mesh.setSurfaceCoordinates(x),
         lambda: mesh.setSurfaceCoordinates(list(x)),

@@ -251,7 +251,7 @@ def test_every_exception_has_its_place() -> None:
 def test_progress_hears_the_stages(example: idmesh.Mover) -> None:
     heard: list[str] = []
     example.update(progress=heard.append)
-    stages = ["wing", "trailing edge", "wingtip", "carenage", "planes", "volume"]
+    stages = ["wing", "trailing edge", "rigid", "attached", "carenage", "planes", "volume"]
     assert [stage for stage in heard if stage in stages] == stages
 
 
