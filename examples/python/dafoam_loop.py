@@ -37,5 +37,7 @@ def run(case: Path, patch: str, folder: Path, angles: list[float]) -> list[Path]
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 4:
+        sys.exit(__doc__)
     for design in run(Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), [0.01, 0.02]):
         print(design)

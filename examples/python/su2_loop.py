@@ -50,5 +50,7 @@ def run(mesh: Path, folder: Path, steps: int = 5) -> list[float]:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
     for value in run(Path(sys.argv[1]), Path(sys.argv[2])):
         print(f"{value:.17g}")
