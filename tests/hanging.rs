@@ -7,11 +7,11 @@ mod common;
 
 use std::collections::HashMap;
 
-use common::aircraft::{Anyway, cpu, file, role, triangles_of, vertices_of};
+use common::aircraft::{Anyway, SMALL, cpu, file, role, triangles_of, vertices_of};
 use glam::{DQuat, DVec3};
 use idmesh::families::{RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::fitted_motion::FittedMotion;
-use idmesh::mesh::TetMesh;
+use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome};
 use idmesh::profile::{Profile, csv};
 
@@ -223,6 +223,51 @@ fn assemblies_without_a_known_motion_are_refused() {
     let motion = RigidMotion::Given { turn, about: DVec3::ZERO, shift: DVec3::ZERO };
     let parts = [("pylon", Role::Fixed), ("nacelle", Role::Fixed), ("farfield", rigid(motion))];
     assert!(matches!(refused("nacelle", &parts), SetupError::LeavesPlane { family, .. } if family == "farfield"));
+}
+
+/// The fuselage as one body that goes with the wing's root and ends in the symmetry plane.
+///
+/// Fails if the root's mirror image does not count.
+#[test]
+fn a_body_on_a_plane_stays_on_it() {
+    let mut mover =
+        SMALL.builder(SMALL.profiles("old_2")).role("carenage", rigid(RigidMotion::Root)).build(cpu()).unwrap();
+    let outcome = update(&mut mover, SMALL.profiles("planform_2"));
+    let mesh = mover.mesh();
+    let (body, plane, wing) = (vertices_of(mesh, "carenage"), vertices_of(mesh, "symmetry"), vertices_of(mesh, "wing"));
+    let shared: Vec<usize> = body.iter().copied().filter(|vertex| plane.contains(vertex)).collect();
+    assert!(shared.len() > 5 && outcome.families["carenage"].turn_degrees.unwrap() > 0.01);
+    for vertex in shared {
+        assert!(outcome.displacement()[vertex].y.abs() < 1e-13, "{}", outcome.displacement()[vertex]);
+    }
+    // All of it but the root is turned as one.
+    let edge = vertices_of(mesh, "trailing_edge");
+    let own = body.into_iter().filter(|vertex| !wing.contains(vertex) && !edge.contains(vertex));
+    let pairs: Vec<_> = own.map(|vertex| (mesh.vertices[vertex], outcome.vertices()[vertex], 1.0)).collect();
+    let motion = FittedMotion::rigid(&pairs);
+    for (from, to, _) in pairs {
+        assert!((from + motion.displacement(from)).distance(to) < 1e-12);
+    }
+}
+
+/// One triangle of the wingtip as a rigid family: two vertices are its root.
+#[test]
+fn a_root_on_a_line_is_refused() {
+    let mut mesh = SMALL.mesh();
+    let (tip, wing) = (mesh.family("wingtip").unwrap(), vertices_of(&mesh, "wing"));
+    let of_tip = |pair: &(&[u32; 3], &FamilyId)| *pair.1 == tip;
+    let on_wing = |triangle: &[u32; 3]| triangle.iter().filter(|&&vertex| wing.contains(&(vertex as usize))).count();
+    let pairs = mesh.triangles.iter().zip(&mesh.triangle_family);
+    let place = pairs.enumerate().find(|(_, pair)| of_tip(pair) && on_wing(pair.0) == 2).unwrap().0;
+    mesh.triangle_family[place] = FamilyId(mesh.families.len() as u16);
+    mesh.families.push("bit".into());
+    let whole = common::aircraft::builder(mesh, SMALL.profiles("old_2"));
+    let flat = Role::Plane { flat: Some(0.1), partner: None };
+    let refused = whole.role("wingtip", flat).role("bit", rigid(RigidMotion::Root)).build(cpu()).err();
+    match refused {
+        Some(MoveError::Setup(SetupError::ThinRoot { family, vertices: 2 })) => assert_eq!(family, "bit"),
+        other => panic!("{other:?}"),
+    }
 }
 
 /// A rigid body that hangs from a wing without a band between: what the wing changes falls on one
