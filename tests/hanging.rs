@@ -32,9 +32,12 @@ fn profiles(mesh: &str, set: &str) -> Vec<Profile> {
 
 /// The usual roles, and others for the parts, with default settings.
 fn builder(name: &str, parts: &[(&str, Role)]) -> MoverBuilder {
-    let mesh = mesh(name);
+    builder_of(mesh(name), profiles(name, "old"), parts)
+}
+
+fn builder_of(mesh: TetMesh, old: Vec<Profile>, parts: &[(&str, Role)]) -> MoverBuilder {
     let usual: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
-    let mut builder = Mover::builder(mesh).old_profiles("wing", profiles(name, "old"));
+    let mut builder = Mover::builder(mesh).old_profiles("wing", old);
     for (family, role) in
         usual.iter().map(|(name, role)| (name.as_str(), role)).chain(parts.iter().map(|(n, r)| (*n, r)))
     {
@@ -185,6 +188,39 @@ fn fairings_keep_their_shape() {
             let own = off_rigid(mover.mesh(), outcome.vertices(), fairing);
             assert!(own <= 1.5 * off, "{set}: {fairing} {own}");
         }
+    }
+}
+
+/// A strip of the pylon, a quarter of its chord wide, as a family of its own.
+///
+/// Fails if each attached family has its own width.
+#[test]
+fn a_part_of_two_families_moves_as_one() {
+    let new = profiles("nacelle", "planform");
+    let parts = [("pylon", ATTACHED), ("nacelle", rigid(RigidMotion::Root))];
+    let whole = update(&mut mover("nacelle", &parts), new.clone());
+    let mut mesh = mesh("nacelle");
+    let (pylon, on_pylon) = (mesh.family("pylon").unwrap(), vertices_of(&mesh, "pylon"));
+    let strip = FamilyId(mesh.families.len() as u16);
+    let (low, high) = vertices_of(&mesh, "pylon")
+        .iter()
+        .map(|&vertex| mesh.vertices[vertex].x)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    for (triangle, family) in mesh.triangles.iter().zip(&mut mesh.triangle_family) {
+        let is_behind = triangle.iter().all(|&vertex| mesh.vertices[vertex as usize].x > low + 0.75 * (high - low));
+        if *family == pylon && is_behind {
+            *family = strip;
+        }
+    }
+    mesh.families.push("strip".into());
+    assert!(vertices_of(&mesh, "strip").len() > 20);
+    let mut in_two = builder_of(mesh, profiles("nacelle", "old"), &[&parts[..], &[("strip", ATTACHED)]].concat())
+        .build(cpu())
+        .unwrap();
+    let in_two = update(&mut in_two, new);
+    for vertex in on_pylon {
+        let (one, other) = (whole.vertices()[vertex], in_two.vertices()[vertex]);
+        assert!(one.distance(other) < 1e-9, "{one} {other}");
     }
 }
 
