@@ -1,5 +1,5 @@
-//! Flat corners: raises single corners of pyramids, prisms and hexahedra that springs have sheared,
-//! and keeps the thickness of layers.
+//! Flat corners: raises single corners of the cells of hybrid meshes that springs have sheared, and
+//! keeps the thickness of layers.
 //!
 //! Where a wing moves along a fuselage, springs shear the outermost prisms over the junction. Few
 //! corners are concerned, and they are far from inverted. To optimise their cells as a whole would
@@ -9,23 +9,32 @@
 //! takes the mean of what its corners ask for, perpendicular to its shortest edge, which in a layer
 //! is the edge to the next layer. This is repeated until no corner is flat. The result depends
 //! neither on the numbers of the vertices nor on the device.
+//!
+//! First the corners of pyramids, prisms and hexahedra are raised, then the tets between them. Each
+//! of the four corners of a tet counts, because the order of its vertices is arbitrary.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::{Smoother, moved};
+use super::{Merit, Smoother, moved};
 use crate::constraint::Constraint;
 use crate::geometry::corners;
 use crate::quality::{beta, determinant, edges_of_corner, faults::is_inverted, scaled_jacobian};
 
-/// A corner is flat if its scaled Jacobian is below this share of the worst of its kind in the
-/// undeformed mesh.
-const FLAT: f64 = 0.6;
+/// A corner of a pyramid, prism or hexahedron is flat if its scaled Jacobian is below the first
+/// share of the worst of its kind in the undeformed mesh. It is raised to the second.
+const OF_CORNERS: [f64; 2] = [0.6, 0.61];
 
-/// The share to which flat corners are raised.
-const RAISED: f64 = 0.61;
+/// A tet is flat if its scaled Jacobian is below the first share of the tet's own in the undeformed
+/// mesh. It is raised to the second.
+const OF_TETS: [f64; 2] = [0.9, 0.91];
+
+/// Tets are flat only near the worst of the undeformed mesh: more than this multiple of the worst
+/// scaled Jacobian is not asked for.
+const NEAR_WORST: f64 = 1.25;
 
 /// Most repetitions. A prism over a junction takes 2.
 const MOST_SWEEPS: usize = 30;
@@ -55,6 +64,68 @@ pub struct Raised {
     pub moved: usize,
 }
 
+/// The cells which are raised.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Cells {
+    Others,
+    Tets,
+}
+
+impl Cells {
+    /// The share below which a corner is flat, and the share to which it is raised.
+    fn shares(self) -> [f64; 2] {
+        match self {
+            Self::Others => OF_CORNERS,
+            Self::Tets => OF_TETS,
+        }
+    }
+}
+
+/// Tells flat tets and flat corners of one mesh.
+#[derive(Clone, Copy)]
+struct Flatness<'a> {
+    cells: Cells,
+    merit: &'a Merit,
+    tets: &'a [[u32; 4]],
+    /// Vertices of the undeformed mesh `[n_vertices]`.
+    original: &'a [DVec3],
+}
+
+impl Flatness<'_> {
+    /// The tets or corner tets that are flat, in ascending order.
+    fn all(self, at: &[DVec3], betas: &[f64]) -> Vec<usize> {
+        let may_be = |simplex: usize| match self.cells {
+            Cells::Others => self.merit.may_be_below(betas[simplex], OF_CORNERS[0]),
+            Cells::Tets => true,
+        };
+        let is_flat = |&simplex: &usize| may_be(simplex) && self.is(simplex, at);
+        (0..betas.len()).into_par_iter().filter(is_flat).collect()
+    }
+
+    /// Whether one tet or corner tet is flat. None is if it belongs to the other cells.
+    fn is(self, simplex: usize, at: &[DVec3]) -> bool {
+        let is_concerned = self.merit.is_corner(simplex) == (self.cells == Cells::Others);
+        is_concerned && self.share(simplex, at) < self.cells.shares()[0]
+    }
+
+    /// The scaled Jacobian by which a tet or a corner tet is judged in the undeformed mesh.
+    fn reference(self, simplex: usize) -> f64 {
+        let worst = self.merit.worst_jacobian(simplex);
+        if self.merit.is_corner(simplex) {
+            return worst;
+        }
+        let (own, _) = flattest_corner(corners(self.original, self.tets[simplex]));
+        own.min(NEAR_WORST * worst)
+    }
+
+    /// Scaled Jacobian of a tet or a corner tet over its [`Self::reference`].
+    fn share(self, simplex: usize, at: &[DVec3]) -> f64 {
+        let tet = corners(at, self.tets[simplex]);
+        let jacobian = if self.merit.is_corner(simplex) { scaled_jacobian(tet) } else { flattest_corner(tet).0 };
+        jacobian / self.reference(simplex)
+    }
+}
+
 /// How a vertex moves.
 struct Freedom {
     constraint: Constraint,
@@ -69,7 +140,7 @@ type Moving = BTreeMap<u32, Freedom>;
 
 impl Smoother {
     /// Raises flat corners of pyramids, prisms and hexahedra, if no cell is inverted and at most
-    /// `most` corners are flat. Vertices of surfaces do not slide.
+    /// `most` corners are flat, then flat tets likewise. Vertices of surfaces do not slide.
     ///
     /// A vertex returns to its place if a tet or a corner beside it became bad, or if an edge
     /// between layers changed by more than 0.5 %. If a corner stays flat, the motion as a whole is
@@ -78,7 +149,17 @@ impl Smoother {
     /// - `positions` `[n_vertices]`: in the mesh's unit
     /// - `betas` `[n_tets]`: betas of the positions, or their merit (see [`super::Merit`]), updated
     pub fn raise_flat_corners(&self, positions: &mut [DVec3], betas: &mut [f64], most: usize) -> Raised {
-        let flat = self.flat_corners(positions, betas);
+        if self.merit.is_of_tets() {
+            return Raised::default();
+        }
+        let of_others = self.raise_flat(Cells::Others, positions, betas, most);
+        let of_tets = self.raise_flat(Cells::Tets, positions, betas, most);
+        Raised { sweeps: of_others.sweeps + of_tets.sweeps, moved: of_others.moved + of_tets.moved }
+    }
+
+    fn raise_flat(&self, cells: Cells, positions: &mut [DVec3], betas: &mut [f64], most: usize) -> Raised {
+        let flatness = Flatness { cells, merit: &self.merit, tets: &self.topology.tets, original: &self.original };
+        let flat = flatness.all(positions, betas);
         if flat.is_empty() || flat.len() > most || betas.iter().any(|&beta| is_inverted(beta)) {
             return Raised::default();
         }
@@ -89,10 +170,10 @@ impl Smoother {
         let mut at = positions.to_vec();
         let mut sweeps = 0;
         loop {
-            while sweeps < MOST_SWEEPS && self.raise(&moving, &around, positions, &mut at) {
+            while sweeps < MOST_SWEEPS && self.raise(flatness, &moving, &around, positions, &mut at) {
                 sweeps += 1;
             }
-            let harmful = self.harmful(&moving, &around, positions, &at);
+            let harmful = self.harmful(flatness, &moving, &around, positions, &at);
             if harmful.is_empty() {
                 break;
             }
@@ -104,7 +185,7 @@ impl Smoother {
         }
         let moved = moving.keys().filter(|&&vertex| at[vertex as usize] != positions[vertex as usize]).count();
         let mut concerned = flat.iter().chain(&around);
-        if concerned.any(|&simplex| self.is_flat(simplex, &at)) {
+        if concerned.any(|&simplex| flatness.is(simplex, &at)) {
             return Raised::default();
         }
         positions.copy_from_slice(&at);
@@ -112,24 +193,6 @@ impl Smoother {
             betas[simplex] = self.merit.of(simplex, self.topology.tets[simplex], positions);
         }
         Raised { sweeps, moved }
-    }
-
-    /// The corner tets that are flat, in ascending order.
-    fn flat_corners(&self, at: &[DVec3], betas: &[f64]) -> Vec<usize> {
-        let is_flat =
-            |&(simplex, &merit): &(usize, &f64)| self.merit.may_be_below(merit, FLAT) && self.is_flat(simplex, at);
-        betas.iter().enumerate().filter(is_flat).map(|(simplex, _)| simplex).collect()
-    }
-
-    fn is_flat(&self, simplex: usize, at: &[DVec3]) -> bool {
-        self.share(simplex, at).is_some_and(|share| share < FLAT)
-    }
-
-    /// Scaled Jacobian of a corner tet over the worst of its kind in the undeformed mesh. `None`
-    /// for a tet of the mesh.
-    fn share(&self, simplex: usize, at: &[DVec3]) -> Option<f64> {
-        let worst = self.merit.worst_jacobian(simplex)?;
-        Some(scaled_jacobian(corners(at, self.topology.tets[simplex])) / worst)
     }
 
     /// The tets and corner tets at a vertex.
@@ -166,19 +229,30 @@ impl Smoother {
     }
 
     /// Moves the vertices once. Returns whether a corner was flat and can be raised.
-    fn raise(&self, moving: &Moving, around: &BTreeSet<usize>, from: &[DVec3], at: &mut [DVec3]) -> bool {
+    fn raise(
+        &self,
+        flatness: Flatness,
+        moving: &Moving,
+        around: &BTreeSet<usize>,
+        from: &[DVec3],
+        at: &mut [DVec3],
+    ) -> bool {
         let mut wanted: BTreeMap<u32, (DVec3, f64)> = BTreeMap::new();
         for &simplex in around {
-            let (tet, worst) = (self.topology.tets[simplex], self.merit.worst_jacobian(simplex));
-            let Some((share, worst)) = self.share(simplex, at).zip(worst).filter(|(share, _)| *share < FLAT) else {
+            if !flatness.is(simplex, at) {
                 continue;
-            };
+            }
+            let mut tet = self.topology.tets[simplex];
+            if flatness.cells == Cells::Tets {
+                tet = flattest_corner(corners(at, tet)).1.map(|vertex| tet[vertex]);
+            }
             let limited = |(vertex, gradient)| Some((vertex, moving.get(&vertex)?.constraint.limit(gradient)));
             let gradients: Vec<(u32, DVec3)> =
                 tet.into_iter().zip(jacobian_gradient(corners(at, tet))).filter_map(limited).collect();
             let size = |vertex: u32| moving[&vertex].size.powi(2);
             let squares: f64 = gradients.iter().map(|(vertex, by)| size(*vertex) * by.length_squared()).sum();
-            let step = (RAISED - share) * worst / squares;
+            let step =
+                (flatness.cells.shares()[1] - flatness.share(simplex, at)) * flatness.reference(simplex) / squares;
             for (vertex, gradient) in gradients.into_iter().filter(|_| step.is_finite()) {
                 let (sum, count) = wanted.entry(vertex).or_default();
                 *sum += step * size(vertex) * gradient;
@@ -194,12 +268,21 @@ impl Smoother {
     }
 
     /// The moving vertices whose motion does harm.
-    fn harmful(&self, moving: &Moving, around: &BTreeSet<usize>, from: &[DVec3], at: &[DVec3]) -> BTreeSet<u32> {
+    fn harmful(
+        &self,
+        flatness: Flatness,
+        moving: &Moving,
+        around: &BTreeSet<usize>,
+        from: &[DVec3],
+        at: &[DVec3],
+    ) -> BTreeSet<u32> {
         let is_harmed = |&&simplex: &&usize| {
             let tet = self.topology.tets[simplex];
-            let is_good = match self.share(simplex, from).zip(self.share(simplex, at)) {
-                Some((before, after)) => after >= (BESIDE * before.min(1.0)).max(before.min(FLAT)),
-                None => beta(corners(at, tet)) >= BESIDE * beta(corners(from, tet)),
+            let (before, after) = (flatness.share(simplex, from), flatness.share(simplex, at));
+            let is_good = if self.merit.is_corner(simplex) {
+                after >= (BESIDE * before.min(1.0)).max(before.min(OF_CORNERS[0]))
+            } else {
+                after >= before.min(OF_TETS[0]) && beta(corners(at, tet)) >= BESIDE * beta(corners(from, tet))
             };
             !is_good
         };
@@ -230,6 +313,14 @@ fn across(constraint: Constraint, normal: DVec3) -> Constraint {
         }
         Constraint::OnLine(_) | Constraint::Held => Constraint::Held,
     }
+}
+
+/// The scaled Jacobian of a tet at its flattest corner, and its vertices in an order of the same
+/// orientation that begins there.
+pub(super) fn flattest_corner(tet: [DVec3; 4]) -> (f64, [usize; 4]) {
+    let of = |order: [usize; 4]| (scaled_jacobian(order.map(|vertex| tet[vertex])), order);
+    let others = [[1, 2, 0, 3], [2, 0, 1, 3], [3, 2, 1, 0]].map(of);
+    others.into_iter().fold(of([0, 1, 2, 3]), |flattest, other| if other.0 < flattest.0 { other } else { flattest })
 }
 
 /// Derivative of the scaled Jacobian of a corner tet with respect to its vertices, in one over the

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::flat_corners::flattest_corner;
 use crate::geometry::corners;
 use crate::mesh::CornerCells;
 use crate::quality::{self, determinant, edges_of_corner, faults::is_inverted, scaled_jacobian, shape_cubed};
@@ -35,13 +36,16 @@ pub struct Merit {
     enough: f64,
     /// The least scaled Jacobian that is good enough, of each corner tet `[n_corner_tets]`.
     least_jacobian: Arc<[f64]>,
+    /// The worst scaled Jacobian of a tet in the undeformed mesh, at any of its corners.
+    worst_of_tets: f64,
 }
 
 impl Merit {
     /// The merit of tets: beta.
     pub fn of_tets() -> Self {
         let (undeformed, least_jacobian) = (Arc::from([]), Arc::from([]));
-        Self { cells: Arc::new(CornerCells::of_tets(usize::MAX)), undeformed, enough: 1.0, least_jacobian }
+        let cells = Arc::new(CornerCells::of_tets(usize::MAX));
+        Self { cells, undeformed, enough: 1.0, least_jacobian, worst_of_tets: f64::NAN }
     }
 
     /// The merit of tets and corner tets.
@@ -60,7 +64,9 @@ impl Merit {
             *worst = worst.min(jacobian);
         }
         let least_jacobian = cells.kinds().map(|kind| JACOBIAN * worst[kind as usize]).collect();
-        Self { cells, undeformed: undeformed.into(), enough, least_jacobian }
+        let of_tet = |tet: &[u32; 4]| flattest_corner(corners(undeformed, *tet)).0;
+        let worst_of_tets = tets[..cells.n_tets].par_iter().map(of_tet).reduce(|| f64::INFINITY, f64::min);
+        Self { cells, undeformed: undeformed.into(), enough, least_jacobian, worst_of_tets }
     }
 
     /// Whether a tet of the list is a corner tet of another cell.
@@ -68,10 +74,13 @@ impl Merit {
         self.cells.is_corner(simplex)
     }
 
-    /// The worst scaled Jacobian of a corner tet's kind in the undeformed mesh. `None` for a tet.
-    pub fn worst_jacobian(&self, simplex: usize) -> Option<f64> {
-        let corner = simplex.checked_sub(self.cells.n_tets)?;
-        Some(self.least_jacobian.get(corner)? / JACOBIAN)
+    /// The worst scaled Jacobian of the kind of a tet or corner tet in the undeformed mesh. NaN in
+    /// a mesh of tets.
+    pub fn worst_jacobian(&self, simplex: usize) -> f64 {
+        match simplex.checked_sub(self.cells.n_tets) {
+            Some(corner) => self.least_jacobian[corner] / JACOBIAN,
+            None => self.worst_of_tets,
+        }
     }
 
     /// Whether a corner tet of this merit can have less than a share of the worst scaled Jacobian
