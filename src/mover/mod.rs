@@ -425,7 +425,7 @@ impl Mover {
             off_surface: self.off_surface(&distances_off),
             parted: self.parted(&vertices),
             strained: self.strained(),
-            warnings: self.warnings(&vertices, &held_back, design, &missed, &folded),
+            warnings: self.warnings(&vertices, &held_back, design, &missed, &folded, smoothed),
             held_back,
             families,
             profiles,

@@ -12,11 +12,15 @@ use glam::DVec3;
 use super::{Design, HeldBack, Mover};
 use crate::families::{Misplaced, Role};
 use crate::profile::{Missed, Remark};
+use crate::smoothing::Smoothed;
 use crate::text::figures::place;
 
 /// A warning tells that planes have parted if the distance exceeds this fraction of their size.
 /// Smaller distances come from the tolerance of relaxations.
 const PARTED: f64 = 1e-6;
+
+/// A warning tells of layers that local optimisation changed by more than this share.
+const LAYERS: f64 = 0.04;
 
 /// A remark on a result that may be wrong.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +50,11 @@ pub enum Warning {
         wing: String,
         /// Numbers of the profiles.
         profiles: Vec<i64>,
+    },
+    /// Local optimisation of inverted or nearly inverted cells changed the thickness of layers.
+    LayersChanged {
+        /// Largest change of an edge between layers, as a share of its length.
+        share: f64,
     },
     /// Wingtip families border on no vertex that an earlier stage places, or on no family that
     /// moves, so they stay.
@@ -95,6 +104,12 @@ impl fmt::Display for Warning {
                 f,
                 "the planes of the profiles {profiles:?} cross no edge of the wing of `{wing}`: whether it has them cannot be \
                  judged"
+            ),
+            Self::LayersChanged { share } => write!(
+                f,
+                "local optimisation of inverted or nearly inverted cells changed the thickness of layers by up to {:.0} %; smaller \
+                 motions keep layers",
+                100.0 * share
             ),
             Self::LooseTip { families } => write!(
                 f,
@@ -154,9 +169,10 @@ impl Mover {
     /// The warnings for the moved mesh.
     ///
     /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
-    /// - `folded`: the number of folded triangles of each family that has some
     /// - `missed`: the worst vertex of each profile, by wing; profiles with planes that cross no
     ///   edge are left out
+    /// - `folded`: the number of folded triangles of each family that has some
+    /// - `smoothed`: what local optimisation did
     pub(super) fn warnings(
         &self,
         vertices: &[DVec3],
@@ -164,6 +180,7 @@ impl Mover {
         design: &Design,
         missed: &BTreeMap<String, Vec<Missed>>,
         folded: &BTreeMap<String, usize>,
+        smoothed: Option<Smoothed>,
     ) -> Vec<Warning> {
         let folds = (!folded.is_empty()).then(|| Warning::Folded { families: folded.clone() });
         let name = |family: &crate::mesh::FamilyId| self.mesh.families[family.index()].clone();
@@ -193,8 +210,11 @@ impl Mover {
             let profiles: Vec<i64> = numbers.filter(|number| !judged.contains(number)).collect();
             (!profiles.is_empty()).then(|| Warning::NotJudged { wing: wing.clone(), profiles })
         });
+        let layers = smoothed.map(|smoothed| smoothed.layers_changed).filter(|&share| share > LAYERS);
+        let layers = layers.map(|share| Warning::LayersChanged { share });
         folds
             .into_iter()
+            .chain(layers)
             .chain(odd(self.stages.wings.remarks()))
             .chain(parted)
             .chain(loose.chain(misplaced).filter(|_| !nothing_moves))

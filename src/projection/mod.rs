@@ -75,8 +75,9 @@ impl TargetSurface {
     /// The point near `from` where the line through `from` along the unit vector `direction` meets
     /// the surface.
     ///
-    /// The search is Newton's method on the distance to the tangent plane. If the line is nearly
-    /// parallel to the surface, or misses it, the result is the closest point instead.
+    /// The search is Newton's method on the distance to the tangent plane. If it fails, as where the
+    /// line is nearly parallel to the surface, the result is the nearest crossing of the line with a
+    /// facet. If the line misses the surface, the result is the closest point.
     pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
         // Below this cosine the intersection moves faster than the distance between vertex and
         // surface changes.
@@ -86,6 +87,10 @@ impl TargetSurface {
         const ON_SURFACE: f64 = 1e-15;
         let start = self.closest(from);
         let reach = 4.0 * start.distance_squared.sqrt() / LEAST_COSINE;
+        let crossing = || match self.tree.crossing(from, direction, reach) {
+            Some(travel) => self.closest(from + travel * direction).point,
+            None => start.point,
+        };
         let mut travel = 0.0;
         for _ in 0..30 {
             let at = from + travel * direction;
@@ -102,14 +107,14 @@ impl TargetSurface {
                 (offset.length(), direction.dot(offset) / offset.length())
             };
             if slope.abs() < LEAST_COSINE {
-                return start.point;
+                return crossing();
             }
             travel -= height / slope;
             if travel.is_nan() || travel.abs() > reach {
-                return start.point;
+                return crossing();
             }
         }
         let on = self.closest(from + travel * direction);
-        if on.distance_squared.sqrt() < 0.1 * start.distance_squared.sqrt() { on.point } else { start.point }
+        if on.distance_squared.sqrt() < 0.1 * start.distance_squared.sqrt() { on.point } else { crossing() }
     }
 }

@@ -96,6 +96,31 @@ impl TriangleTree {
         best
     }
 
+    /// The place on a line where it crosses the triangles nearest to its start, as the distance from
+    /// there. `None` if there is no crossing within `reach` on either side.
+    ///
+    /// - `direction`: unit vector
+    pub(super) fn crossing(&self, from: DVec3, direction: DVec3, reach: f64) -> Option<f64> {
+        let mut nearest: Option<f64> = None;
+        let mut stack: Vec<u32> = if self.nodes.is_empty() { Vec::new() } else { vec![0] };
+        while let Some(node) = stack.pop() {
+            let Node { low, high, start, count } = self.nodes[node as usize];
+            let limit = nearest.map_or(reach, f64::abs);
+            if !meets([low, high], from, direction, limit) {
+                continue;
+            }
+            if count == 0 {
+                stack.extend([start, node + 1]);
+                continue;
+            }
+            for corners in &self.corners[start as usize..(start + count) as usize] {
+                let travel = crossing_of(*corners, from, direction);
+                nearest = travel.filter(|travel| travel.abs() <= nearest.map_or(reach, f64::abs)).or(nearest);
+            }
+        }
+        nearest
+    }
+
     /// The triangles in the order of the tree, in which neighbours get close numbers
     /// `[n_triangles]`.
     pub(super) fn order(&self) -> &[u32] {
@@ -194,6 +219,41 @@ impl TriangleTree {
     }
 }
 
+/// Whether a line passes through a box, not farther than `reach` from its start. Boxes are a little
+/// larger than they are, so that rounding loses none.
+fn meets([low, high]: [DVec3; 2], from: DVec3, direction: DVec3, reach: f64) -> bool {
+    let slack = 1e-12 * (high - low).max_element().max(from.abs().max_element());
+    let (mut first, mut last) = (-reach, reach);
+    for axis in 0..3 {
+        let ends = [low[axis] - slack - from[axis], high[axis] + slack - from[axis]];
+        if direction[axis] == 0.0 {
+            if ends[0] > 0.0 || ends[1] < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        let [a, b] = ends.map(|end| end / direction[axis]);
+        (first, last) = (first.max(a.min(b)), last.min(a.max(b)));
+    }
+    first <= last
+}
+
+/// The place on a line where it crosses a triangle, as the distance from its start. Lines through an
+/// edge cross both triangles beside it.
+///
+/// The line `f + t d` meets the plane `a + u (b - a) + v (c - a)` where Cramer's rule has t, u, v.
+fn crossing_of([a, b, c]: [DVec3; 3], from: DVec3, direction: DVec3) -> Option<f64> {
+    /// Slack of `u`, `v` and `1 - u - v` for rounding.
+    const EDGE: f64 = 1e-9;
+    let (one, two, start) = (b - a, c - a, from - a);
+    let normal = one.cross(two);
+    let slope = -direction.dot(normal);
+    let across = start.cross(direction);
+    let [u, v] = [two.dot(across) / slope, -one.dot(across) / slope];
+    let travel = start.dot(normal) / slope;
+    (u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE && travel.is_finite()).then_some(travel)
+}
+
 /// Builds the node for the triangles in `index`, whose first element has the place `offset` in the
 /// whole order.
 fn split(corners: &[[DVec3; 3]], centres: &[DVec3], index: &mut [u32], offset: usize, nodes: &mut Vec<Node>) {
@@ -218,4 +278,43 @@ fn split(corners: &[[DVec3; 3]], centres: &[DVec3], index: &mut [u32], offset: u
 
 fn box_distance(node: &Node, at: DVec3) -> f64 {
     (at.clamp(node.low, node.high) - at).length_squared()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Crossings of lines with a grid of triangles over the unit square, whose height is known. Of
+    /// two layers the nearer one counts, on either side of the start.
+    #[test]
+    fn lines_cross_where_they_should() {
+        let mut points = Vec::new();
+        let mut triangles = Vec::new();
+        for height in [0.0, 0.5] {
+            let first = points.len() as u32;
+            for k in 0..81 {
+                points.push(DVec3::new(f64::from(k % 9) / 8.0, f64::from(k / 9) / 8.0, height));
+            }
+            for cell in 0..64 {
+                let a = first + cell / 8 * 9 + cell % 8;
+                triangles.extend([[a, a + 1, a + 10], [a, a + 10, a + 9]]);
+            }
+        }
+        let tree = TriangleTree::new(&points, &triangles);
+        for k in 0..200 {
+            let t = f64::from(k);
+            let at = DVec3::new(0.5 + 0.4 * (1.3 * t).sin(), 0.5 + 0.4 * (0.7 * t).cos(), 0.0);
+            let direction = DVec3::new(0.3 * (2.1 * t).cos(), 0.3 * (1.7 * t).sin(), 1.0).normalize();
+            for travel in [0.11, -0.13] {
+                let found = tree.crossing(at - travel * direction, direction, 1.0).unwrap();
+                assert!((found - travel).abs() < 1e-12, "{k}: {found} {travel}");
+            }
+        }
+        // Through a corner of eight triangles, past the edge, along the layer, and too far.
+        let corner = DVec3::new(0.5, 0.5, -0.2);
+        assert!((tree.crossing(corner, DVec3::Z, 1.0).unwrap() - 0.2).abs() < 1e-12);
+        assert_eq!(tree.crossing(DVec3::new(1.1, 0.5, -0.2), DVec3::Z, 1.0), None);
+        assert_eq!(tree.crossing(DVec3::new(-1.0, 0.5, 0.2), DVec3::X, 9.0), None);
+        assert_eq!(tree.crossing(corner, DVec3::Z, 0.1), None);
+    }
 }

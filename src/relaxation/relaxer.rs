@@ -69,6 +69,9 @@ const FASTEST: f64 = 0.25;
 /// an O-grid, halve it in 20.
 const STALLED: usize = 100;
 
+/// A pass tells how far it is after so many batches. Cycles of multigrid end before.
+const TOLD: usize = 64;
+
 impl Relaxer {
     /// Brings a network to the backend and bounds its spectrum.
     ///
@@ -136,6 +139,23 @@ impl Relaxer {
         force: Option<&[DVec3]>,
         stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
+        self.relax_and_tell(displacement, force, stopping, &|_| ())
+    }
+
+    /// As [`Self::relax`].
+    ///
+    /// - `tell`: gets the share of the work that is done, now and then, in a relaxation of many
+    ///   sweeps. The share is that of the digits of the error that are gained
+    ///
+    /// # Errors
+    /// As for [`Self::relax`].
+    pub fn relax_and_tell(
+        &mut self,
+        displacement: &mut [DVec3],
+        force: Option<&[DVec3]>,
+        stopping: &Stopping,
+        tell: &dyn Fn(f64),
+    ) -> Result<Convergence, BackendError> {
         let mut residual = self.network.residual(displacement, force);
         let first_norm = norm(&residual);
         let Some(spectrum) = self.spectrum.filter(|_| first_norm > 0.0) else {
@@ -147,7 +167,7 @@ impl Relaxer {
         // A pass in f32 gains about five digits. After more than a handful of passes nothing more
         // is gained.
         for _ in 0..8 {
-            let pass = self.pass(&residual, spectrum, stopping, &mut relaxation)?;
+            let pass = self.pass(&residual, spectrum, stopping, &mut relaxation, tell)?;
             let correction = self.device.correction()?;
             let mut furthest: f64 = 0.0;
             for (&row, e) in self.moving.iter().zip(&correction) {
@@ -187,6 +207,7 @@ impl Relaxer {
         spectrum: Spectrum,
         stopping: &Stopping,
         relaxation: &mut Relaxation,
+        tell: &dyn Fn(f64),
     ) -> Result<Pass, BackendError> {
         let mut schedule = Schedule::new(self.method, spectrum);
         let batch = schedule.batch();
@@ -197,6 +218,7 @@ impl Relaxer {
         let mut largest_change: f64 = 0.0;
         let mut last = Change { measured: f64::INFINITY, bound: f64::INFINITY, ratio: f64::INFINITY };
         let mut progress = Progress { change: f64::INFINITY, batches: 0 };
+        let (mut batches, mut first_error) = (0, 0.0);
         loop {
             let count = batch.min(stopping.max_sweeps.saturating_sub(done + sweeps));
             if count == 0 {
@@ -221,6 +243,13 @@ impl Relaxer {
             let at_roundoff = measured >= 0.5 * last.measured && measured <= 100.0 * self.epsilon * largest_change;
             if error <= stopping.tolerance || at_roundoff || progress.has_ended(measured) {
                 return Ok(Pass { sweeps, error, settled: true });
+            }
+            batches += 1;
+            if batches == 1 {
+                first_error = error;
+            }
+            if batches % TOLD == 0 && first_error > stopping.tolerance {
+                tell(((error / first_error).ln() / (stopping.tolerance / first_error).ln()).clamp(0.0, 1.0));
             }
             schedule.adapt([last.ratio, ratio]);
             last = Change { measured, bound, ratio };

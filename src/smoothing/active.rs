@@ -49,7 +49,8 @@ impl Smoother {
             let vertex = vertex as usize;
             active[vertex]
                 && (!self.is_of_other_cells(vertex as u32) || others.get(vertex) == Some(&true))
-                && (self.constraint[vertex] != Constraint::Held || (self.slides[vertex] && round.slide.is_some()))
+                && (self.constraint[vertex] != Constraint::Held
+                    || (self.slides[vertex] && round.freedom.slide.is_some()))
         };
         (0..active.len() as u32).filter(moves).collect()
     }

@@ -7,18 +7,18 @@
 //! of its four vertices that raises its scaled Jacobian to the limit, to first order. Motions count
 //! as shares of a vertex's shortest edge, so outer vertices move more than inner ones. A vertex
 //! takes the mean of what its corners ask for, perpendicular to its shortest edge, which in a layer
-//! is the edge to the next layer. This is repeated until no corner is flat. The result depends
+//! is the edge to the next layer. An outermost vertex turns about the vertex below it. This is repeated until no corner is flat. The result depends
 //! neither on the numbers of the vertices nor on the device.
 //!
 //! First the corners of pyramids, prisms and hexahedra are raised, then the tets between them. Each
 //! of the four corners of a tet counts, because the order of its vertices is arbitrary.
 
-use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::layers::{Between, across, change};
 use super::{Merit, Smoother, moved};
 use crate::constraint::Constraint;
 use crate::geometry::corners;
@@ -39,29 +39,26 @@ const NEAR_WORST: f64 = 1.25;
 /// Most repetitions. A prism over a junction takes 2.
 const MOST_SWEEPS: usize = 30;
 
-/// Farthest motion of a vertex, as a share of its shortest undeformed edge. A motion this far along
-/// a layer makes an edge between layers longer by 0.5 %.
-const FARTHEST: f64 = 0.1;
+/// Farthest motion of a vertex, as a share of its shortest undeformed edge. Farther the vertices
+/// beside it have to give way too.
+const FARTHEST: f64 = 0.5;
 
 /// Most change of an edge between layers, as a share of its length.
 const THICKNESS: f64 = 0.005;
-
-/// Edges within this factor of a vertex's shortest edge, and along it by at least
-/// [`ALONG`] (the cosine of their angle), lead between layers.
-const NEXT: f64 = 2.0;
-const ALONG: f64 = 0.7;
 
 /// A tet, and a corner that is no better than its kind's worst, keeps this share of its measure
 /// beside a raised corner.
 const BESIDE: f64 = 0.9;
 
 /// What [`Smoother::raise_flat_corners`] did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Raised {
     /// Repetitions; none if no vertex moved.
     pub sweeps: usize,
     /// Number of vertices that moved.
     pub moved: usize,
+    /// As [`super::Smoothed::layers_changed`].
+    pub layers_changed: f64,
 }
 
 /// The cells which are raised.
@@ -143,8 +140,8 @@ impl Smoother {
     /// `most` corners are flat, then flat tets likewise. Vertices of surfaces do not slide.
     ///
     /// A vertex returns to its place if a tet or a corner beside it became bad, or if an edge
-    /// between layers changed by more than 0.5 %. If a corner stays flat, the motion as a whole is
-    /// the cause. Then, and in a mesh of tets, all positions keep their bits.
+    /// between layers changed by more than 0.5 %. So some corners may stay flat. If the motion helps
+    /// no corner, and in a mesh of tets, all positions keep their bits.
     ///
     /// - `positions` `[n_vertices]`: in the mesh's unit
     /// - `betas` `[n_tets]`: betas of the positions, or their merit (see [`super::Merit`]), updated
@@ -154,7 +151,11 @@ impl Smoother {
         }
         let of_others = self.raise_flat(Cells::Others, positions, betas, most);
         let of_tets = self.raise_flat(Cells::Tets, positions, betas, most);
-        Raised { sweeps: of_others.sweeps + of_tets.sweeps, moved: of_others.moved + of_tets.moved }
+        Raised {
+            sweeps: of_others.sweeps + of_tets.sweeps,
+            moved: of_others.moved + of_tets.moved,
+            layers_changed: of_others.layers_changed.max(of_tets.layers_changed),
+        }
     }
 
     fn raise_flat(&self, cells: Cells, positions: &mut [DVec3], betas: &mut [f64], most: usize) -> Raised {
@@ -166,7 +167,8 @@ impl Smoother {
         let vertices = flat.iter().flat_map(|&corner| self.topology.tets[corner]);
         let mut moving: Moving =
             vertices.filter_map(|vertex| Some((vertex, self.freedom(vertex, positions)?))).collect();
-        let around: BTreeSet<usize> = moving.keys().flat_map(|&vertex| self.simplices_at(vertex)).collect();
+        let layers = self.layers();
+        let around: BTreeSet<usize> = moving.keys().flat_map(|&vertex| layers.simplices_at(vertex)).collect();
         let mut at = positions.to_vec();
         let mut sweeps = 0;
         loop {
@@ -183,49 +185,29 @@ impl Smoother {
                 moving.remove(&vertex);
             }
         }
-        let moved = moving.keys().filter(|&&vertex| at[vertex as usize] != positions[vertex as usize]).count();
-        let mut concerned = flat.iter().chain(&around);
-        if concerned.any(|&simplex| flatness.is(simplex, &at)) {
+        let moved: Vec<u32> =
+            moving.keys().copied().filter(|&vertex| at[vertex as usize] != positions[vertex as usize]).collect();
+        // Of the corners that stay flat none is flatter than before: see `harmful`.
+        let concerned = around.iter().chain(flat.iter().filter(|simplex| !around.contains(simplex)));
+        let n_flat = concerned.filter(|&&simplex| flatness.is(simplex, &at)).count();
+        let worst =
+            |at: &[DVec3]| flat.iter().map(|&simplex| flatness.share(simplex, at)).fold(f64::INFINITY, f64::min);
+        if n_flat >= flat.len() && worst(&at) <= worst(positions) {
             return Raised::default();
         }
+        let layers_changed = layers.largest_change(&moved, positions, &at);
         positions.copy_from_slice(&at);
         for simplex in around {
             betas[simplex] = self.merit.of(simplex, self.topology.tets[simplex], positions);
         }
-        Raised { sweeps, moved }
-    }
-
-    /// The tets and corner tets at a vertex.
-    fn simplices_at(&self, vertex: u32) -> impl Iterator<Item = usize> {
-        self.topology.vertex_tets.row(vertex as usize).iter().map(|&entry| entry as usize / 4)
-    }
-
-    /// Other ends of the edges of cells at a vertex, in ascending order.
-    fn neighbours(&self, vertex: u32) -> BTreeSet<u32> {
-        let ends = |simplex: usize| {
-            let tet = self.topology.tets[simplex];
-            // Those edges of a corner tet that are edges of its cell begin at its first vertex.
-            let is_whole = !self.merit.is_corner(simplex) || tet[0] == vertex;
-            tet.into_iter().filter(move |&other| other != vertex && (is_whole || other == tet[0]))
-        };
-        self.simplices_at(vertex).flat_map(ends).collect()
+        Raised { sweeps, moved: moved.len(), layers_changed }
     }
 
     /// How a vertex may move. `None` if it may not.
     fn freedom(&self, vertex: u32, at: &[DVec3]) -> Option<Freedom> {
-        let neighbours = self.neighbours(vertex);
-        let undeformed = |other: u32| self.original[other as usize] - self.original[vertex as usize];
-        // Of edges of one length their directions decide, not the numbers of their vertices.
-        let key = |&other: &u32| (undeformed(other).length(), undeformed(other).to_array());
-        let shortest = neighbours.iter().min_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal))?;
-        let length = undeformed(*shortest).length();
-        let way = |other: u32| (at[other as usize] - at[vertex as usize]).normalize_or_zero();
-        let normal = way(*shortest);
-        let is_next =
-            |&other: &u32| undeformed(other).length() <= NEXT * length && way(other).dot(normal).abs() >= ALONG;
+        let Between { normal, size, next, .. } = self.layers().at(vertex, at)?;
         let constraint = across(self.constraint[vertex as usize], normal);
-        let next = neighbours.iter().copied().filter(is_next).collect();
-        (constraint != Constraint::Held).then_some(Freedom { constraint, size: length, next })
+        (constraint != Constraint::Held).then_some(Freedom { constraint, size, next })
     }
 
     /// Moves the vertices once. Returns whether a corner was flat and can be raised.
@@ -259,11 +241,20 @@ impl Smoother {
                 *count += 1.0;
             }
         }
-        for (vertex, (sum, count)) in &wanted {
-            let start = from[*vertex as usize];
-            let by = at[*vertex as usize] - start + *sum / *count;
-            at[*vertex as usize] = moved(start, by.clamp_length_max(FARTHEST * moving[vertex].size));
-        }
+        let place = |(&vertex, (sum, count)): (&u32, &(DVec3, f64))| {
+            let (start, freedom) = (from[vertex as usize], &moving[&vertex]);
+            let by = at[vertex as usize] - start + *sum / *count;
+            let mut place = moved(start, by.clamp_length_max(FARTHEST * freedom.size));
+            // Outermost vertices turn about the vertices below them, which keeps the edge's length.
+            if let [below] = *freedom.next {
+                let (now, length) = (place - at[below as usize], start.distance(from[below as usize]));
+                let back = (length / now.length() - 1.0) * now;
+                place = moved(place, self.constraint[vertex as usize].limit(back));
+            }
+            (vertex, place)
+        };
+        let places: Vec<(u32, DVec3)> = wanted.iter().map(place).collect();
+        places.into_iter().for_each(|(vertex, place)| at[vertex as usize] = place);
         !wanted.is_empty()
     }
 
@@ -289,29 +280,14 @@ impl Smoother {
         let harmed = around.iter().filter(is_harmed);
         let mut harmful: BTreeSet<u32> = harmed.flat_map(|&simplex| self.topology.tets[simplex]).collect();
         for (&vertex, freedom) in moving {
-            let length = |other: u32, at: &[DVec3]| at[vertex as usize].distance(at[other as usize]);
             for &other in &freedom.next {
-                let before = length(other, from);
-                if (length(other, at) - before).abs() > THICKNESS * before {
+                if change(vertex, other, from, at) > THICKNESS {
                     harmful.extend([vertex, other]);
                 }
             }
         }
         harmful.retain(|vertex| moving.contains_key(vertex));
         harmful
-    }
-}
-
-/// A constraint that keeps to a plane too.
-fn across(constraint: Constraint, normal: DVec3) -> Constraint {
-    match constraint {
-        Constraint::Free => Constraint::InPlane(normal),
-        Constraint::InPlane(other) => {
-            let line = other.cross(normal);
-            // The two planes are alike, and their line is not known.
-            if line.length() < 1e-3 { Constraint::Held } else { Constraint::OnLine(line.normalize()) }
-        }
-        Constraint::OnLine(_) | Constraint::Held => Constraint::Held,
     }
 }
 
@@ -356,15 +332,5 @@ mod tests {
                 assert!((difference - exact).abs() < 1e-7, "{vertex} {axis}: {difference} {exact}");
             }
         }
-    }
-
-    /// A vertex in a plane that keeps to another plane too has their line; on a line it has
-    /// nothing. Two planes that are one have no line.
-    #[test]
-    fn planes_have_a_line() {
-        assert_eq!(across(Constraint::Free, DVec3::Z), Constraint::InPlane(DVec3::Z));
-        assert_eq!(across(Constraint::InPlane(DVec3::Y), DVec3::Z), Constraint::OnLine(DVec3::X));
-        assert_eq!(across(Constraint::InPlane(DVec3::Z), DVec3::Z), Constraint::Held);
-        assert_eq!(across(Constraint::OnLine(DVec3::X), DVec3::Z), Constraint::Held);
     }
 }

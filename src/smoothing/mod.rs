@@ -26,6 +26,7 @@
 mod active;
 mod colouring;
 mod flat_corners;
+mod layers;
 mod merit;
 mod neighbourhood;
 mod state;
@@ -45,6 +46,7 @@ use crate::backend::{Backend, BackendError, DeviceSmoother, SmoothingObjective, 
 use crate::constraint::Constraint;
 use crate::geometry::corners;
 use crate::quality::{self, lesser};
+use layers::{Layers, across};
 use neighbourhood::{Neighbourhood, Topology};
 use state::{State, Worst};
 
@@ -93,6 +95,12 @@ const GAIN: f64 = 1e-5;
 /// and never reach it.
 const MARGIN: f64 = 0.02;
 
+/// Most change of an edge between layers, as a share of its length, where no cell was inverted.
+const THICKNESS: f64 = 0.02;
+
+/// Below this share of the goal a cell is nearly inverted, and layers change to save it.
+const GRAVE: f64 = 0.1;
+
 /// Most vertices given to a device at once. With all their tets they fit the smallest bindings of a
 /// device.
 const MOST_AT_ONCE: usize = 1 << 17;
@@ -117,6 +125,9 @@ pub struct Smoothed {
     pub beta_min: f64,
     /// Number of vertices whose position changed.
     pub moved: usize,
+    /// Largest change of an edge between thin layers of other cells than tets, as a share of its
+    /// length. 0 in a mesh of tets.
+    pub layers_changed: f64,
 }
 
 /// The two methods of local optimisation.
@@ -135,13 +146,31 @@ struct Moved {
     at: Vec<DVec3>,
 }
 
+/// What the vertices of thin layers may do.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LayerFreedom {
+    /// Move across the edges between layers.
+    Across,
+    /// Nothing.
+    Held,
+    /// Move as all other vertices.
+    Free,
+}
+
+/// What the vertices may do in a part of a run.
+#[derive(Clone, Copy)]
+struct Freedom<'a> {
+    slide: Option<&'a dyn SurfaceMotion>,
+    layers: LayerFreedom,
+}
+
 /// The settings of a round.
 #[derive(Clone, Copy)]
 struct Round<'a> {
     method: Method,
     /// The beta to reach.
     goal: f64,
-    slide: Option<&'a dyn SurfaceMotion>,
+    freedom: Freedom<'a>,
 }
 
 /// Local optimisation of one mesh. Set up once per mesh, run many times.
@@ -247,38 +276,61 @@ impl Smoother {
         slide: Option<&dyn SurfaceMotion>,
     ) -> Result<Smoothed, BackendError> {
         let mut best = Moved { state: State::new(betas.to_vec()), at: positions.to_vec() };
-        let mut sweeps = self.improve_both_ways(&mut best, goal, None)?;
-        if let Some(slide) = slide
-            && self.slides.contains(&true)
-            && !best.state.worst.reaches(goal.beta)
-        {
-            let held = best.clone();
-            let left = Goal { max_sweeps: goal.max_sweeps - sweeps, ..*goal };
-            sweeps += self.improve_both_ways(&mut best, &left, Some(slide))?;
-            if best.at != held.at && slide.folded(&best.at) > slide.folded(&held.at) {
-                best = held;
+        let slide = slide.filter(|_| self.slides.contains(&true));
+        let mut sweeps = 0;
+        let (has_layers, mut spoils) = (!self.merit.is_of_tets(), false);
+        for layers in [LayerFreedom::Across, LayerFreedom::Held, LayerFreedom::Free] {
+            let is_due = match layers {
+                LayerFreedom::Across => has_layers,
+                LayerFreedom::Held => spoils,
+                // Layers change only where a mesh has inverted or nearly inverted cells otherwise.
+                LayerFreedom::Free => !has_layers || !best.state.worst.reaches(GRAVE * goal.beta),
+            };
+            for slide in [None, slide].into_iter().take(if slide.is_some() { 2 } else { 1 }) {
+                if !is_due || best.state.worst.reaches(goal.beta) {
+                    break;
+                }
+                let is_checked = slide.is_some() || layers == LayerFreedom::Across;
+                let before = is_checked.then(|| best.clone());
+                let left = Goal { max_sweeps: goal.max_sweeps - sweeps, ..*goal };
+                sweeps += self.improve_both_ways(&mut best, &left, Freedom { slide, layers })?;
+                let Some(before) = before.filter(|before| before.at != best.at) else { continue };
+                let folds = |slide: &dyn SurfaceMotion| slide.folded(&best.at) > slide.folded(&before.at);
+                let spoilt = layers == LayerFreedom::Across && self.layers_changed(&before.at, &best.at) > THICKNESS;
+                spoils |= spoilt;
+                if spoilt || slide.is_some_and(folds) {
+                    best = before;
+                }
             }
         }
         let changed = |(a, b): &(&DVec3, &DVec3)| a.to_array().map(f64::to_bits) != b.to_array().map(f64::to_bits);
         let moved = positions.iter().zip(&best.at).filter(changed).count();
+        let layers_changed = self.layers_changed(positions, &best.at);
         positions.copy_from_slice(&best.at);
         betas.copy_from_slice(&best.state.beta);
         let Worst { inverted, beta } = best.state.worst;
-        Ok(Smoothed { sweeps, inverted, beta_min: beta, moved })
+        Ok(Smoothed { sweeps, inverted, beta_min: beta, moved, layers_changed })
+    }
+
+    /// The largest change of an edge between thin layers by a motion, as a share of its length.
+    fn layers_changed(&self, from: &[DVec3], to: &[DVec3]) -> f64 {
+        let is_moved = |vertex: u32| from[vertex as usize] != to[vertex as usize];
+        let moved: Vec<u32> =
+            (0..from.len() as u32).filter(|&vertex| self.is_of_other_cells(vertex) && is_moved(vertex)).collect();
+        self.layers().largest_change(&moved, from, to)
+    }
+
+    fn layers(&self) -> Layers<'_> {
+        Layers { topology: &self.topology, merit: &self.merit, original: &self.original }
     }
 
     /// Runs the first method, then the second. Returns the number of sweeps.
-    fn improve_both_ways(
-        &mut self,
-        best: &mut Moved,
-        goal: &Goal,
-        slide: Option<&dyn SurfaceMotion>,
-    ) -> Result<usize, BackendError> {
+    fn improve_both_ways(&mut self, best: &mut Moved, goal: &Goal, freedom: Freedom) -> Result<usize, BackendError> {
         let mut sweeps = 0;
         for (method, goal_of_method) in
             [(Method::MeanRatio, goal.beta), (Method::WorstBeta, goal.beta.min(self.highest_goal))]
         {
-            let round = Round { method, goal: goal_of_method, slide };
+            let round = Round { method, goal: goal_of_method, freedom };
             sweeps += self.improve(best, round, goal.max_sweeps - sweeps)?;
         }
         Ok(sweeps)
@@ -342,10 +394,22 @@ impl Smoother {
         at: &mut [DVec3],
     ) -> Result<(), BackendError> {
         let moving = &around.vertices[..around.n_moving()];
-        let slides = |vertex: u32| round.slide.filter(|_| self.slides[vertex as usize]);
-        let may = |&vertex: &u32| match slides(vertex) {
-            Some(slide) => slide.tangent(vertex, at[vertex as usize]),
-            None => self.constraint[vertex as usize],
+        let (slide, may_slide) = (round.freedom.slide, &self.slides);
+        let slides = |vertex: u32| slide.filter(|_| may_slide[vertex as usize]);
+        let (layers, fixed) = (self.layers(), &self.constraint);
+        let of_other_cells = &self.of_other_cells;
+        let keeps = |vertex: u32| round.freedom.layers != LayerFreedom::Free && of_other_cells[vertex as usize];
+        let may = |&vertex: &u32| {
+            let constraint = match slides(vertex) {
+                Some(slide) => slide.tangent(vertex, at[vertex as usize]),
+                None => fixed[vertex as usize],
+            };
+            let between = if keeps(vertex) { layers.at(vertex, at) } else { None };
+            match between.filter(|between| between.is_thin) {
+                Some(_) if round.freedom.layers == LayerFreedom::Held => Constraint::Held,
+                Some(between) => across(constraint, between.normal),
+                None => constraint,
+            }
         };
         let constraint: Vec<Constraint> = moving.par_iter().map(may).collect();
         let patch = SmoothingPatch {

@@ -39,7 +39,7 @@ mod surface_turns;
 pub use edges::EdgeGraph;
 pub use start::Start;
 
-use optimisation::{ENOUGH, IMPROVED, MovedMesh, Smoothing};
+use optimisation::{ENOUGH, IMPROVED, MovedMesh, Smoothing, after};
 use route::Bodies;
 use sliding::SurfaceFreedom;
 use springs::VolumeNetwork;
@@ -308,7 +308,8 @@ impl Stage for VolumeStage {
         let SetUp { mesh, stopping, .. } = set_up;
         self.result = None;
         let surfaces = displacement.clone();
-        let (mut convergence, rotations) = self.network(set_up)?.run(&mesh.vertices, displacement, stopping)?;
+        let tell = |share: f64| observer(&format!("volume {:.0} %", 100.0 * share));
+        let (mut convergence, rotations) = self.network(set_up)?.run(&mesh.vertices, displacement, stopping, &tell)?;
         let jump_converged = convergence.converged;
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets, &self.stepping.merit);
         let mut path = Path { steps: 1, tried: vec![TriedStep::of(0.0, 1.0, &state)], ..Path::default() };
@@ -319,7 +320,7 @@ impl Stage for VolumeStage {
         // Displacements that are not finite come from a relaxation that diverged. No path leads
         // there.
         let somewhere = surfaces.iter().all(|displacement| displacement.is_finite());
-        let mut smoothed = None;
+        let (mut smoothed, mut on_the_way) = (None, None);
         if state.inverted > 0
             && somewhere
             && !stuck
@@ -345,6 +346,7 @@ impl Stage for VolumeStage {
                 stuck = path.reached < 1.0;
                 if path.reached >= 1.0 {
                     (state, smoothed, repaired) = (followed.state, followed.smoothed, None);
+                    on_the_way = followed.on_the_way;
                 }
             }
             if let Some((better, by)) = repaired {
@@ -358,8 +360,12 @@ impl Stage for VolumeStage {
             && state.worst < smoothing.enough
         {
             observer("smoothing");
-            let (better, by) = smoothing.run(set_up, &state)?;
-            (state, smoothed) = (better, Some(by));
+            // Where few corners are flat, to raise them keeps the layers, which the rest may change.
+            smoothed = smoothing.raise_flat_corners(&mut state, None);
+            if state.worst < smoothing.enough {
+                let (better, by) = smoothing.run(set_up, &state)?;
+                (state, smoothed) = (better, Some(after(smoothed, by)));
+            }
             path.last_mut(stuck).into_iter().for_each(|step| step.optimised(&state));
         }
         if let Some(last) = path.last_mut(stuck)
@@ -374,6 +380,10 @@ impl Stage for VolumeStage {
             && !self.refusal_expected
         {
             smoothed = smoothing.raise_flat_corners(&mut state, smoothed);
+        }
+        if let Some(before) = on_the_way {
+            let end = Smoothed { inverted: state.inverted, beta_min: state.worst, ..Smoothed::default() };
+            smoothed = Some(after(Some(before), smoothed.unwrap_or(end)));
         }
         for ((displacement, from), to) in displacement.iter_mut().zip(&mesh.vertices).zip(&state.vertices) {
             // A displacement that already gives the vertex's position keeps its bits.

@@ -6,7 +6,7 @@ use super::sliding::SurfaceFreedom;
 use crate::{
     backend::BackendError,
     quality::Statistics,
-    smoothing::{Goal, Merit, Smoothed, Smoother},
+    smoothing::{Goal, Merit, Raised, Smoothed, Smoother},
     stage::SetUp,
 };
 
@@ -28,6 +28,9 @@ pub(super) const MOST_SWEEPS: usize = 400;
 /// them: it would take long and help little. A smaller share is a fault in a few places, from which
 /// vertices may move away.
 pub(super) const LOCAL: f64 = 1e-3;
+
+/// So many corners are raised in a small mesh too. A prism has six.
+const MOST_FLAT: usize = 60;
 
 /// Most sweeps on the path of steps.
 const REPAIR_SWEEPS: usize = 100;
@@ -82,11 +85,11 @@ impl Smoothing {
 
     /// Optimises the inside of a mesh on the path of steps, up to the beta `enough`, with the
     /// surfaces held.
-    pub(super) fn repair(&mut self, state: MovedMesh, enough: f64) -> Result<MovedMesh, BackendError> {
+    pub(super) fn repair(&mut self, state: MovedMesh, enough: f64) -> Result<(MovedMesh, Smoothed), BackendError> {
         let MovedMesh { mut vertices, mut beta, .. } = state;
         let goal = Goal { beta: enough, max_sweeps: REPAIR_SWEEPS };
-        self.smoother.run(&mut vertices, &mut beta, &goal, None)?;
-        Ok(MovedMesh::of(vertices, beta))
+        let smoothed = self.smoother.run(&mut vertices, &mut beta, &goal, None)?;
+        Ok((MovedMesh::of(vertices, beta), smoothed))
     }
 
     /// Raises single flat corners of other cells than tets; see [`Smoother::raise_flat_corners`].
@@ -94,15 +97,25 @@ impl Smoothing {
     ///
     /// - `smoothed`: of the run before, if there was one; returned with the vertices of both
     pub(super) fn raise_flat_corners(&self, state: &mut MovedMesh, smoothed: Option<Smoothed>) -> Option<Smoothed> {
-        let most = (LOCAL * state.beta.len() as f64) as usize;
+        let most = MOST_FLAT.max((LOCAL * state.beta.len() as f64) as usize);
         let raised = self.smoother.raise_flat_corners(&mut state.vertices, &mut state.beta, most);
         if raised.moved == 0 {
             return smoothed;
         }
         let Statistics { inverted, min: beta_min, .. } = Statistics::new(&state.beta);
         state.worst = beta_min;
-        let before = smoothed.unwrap_or_default();
-        let (sweeps, moved) = (before.sweeps + raised.sweeps, before.moved + raised.moved);
-        Some(Smoothed { sweeps, inverted, beta_min, moved })
+        let Raised { sweeps, moved, layers_changed } = raised;
+        Some(after(smoothed, Smoothed { sweeps, inverted, beta_min, moved, layers_changed }))
+    }
+}
+
+/// Two runs as one: the second one's mesh, and the work of both.
+pub(super) fn after(first: Option<Smoothed>, second: Smoothed) -> Smoothed {
+    let first = first.unwrap_or_default();
+    Smoothed {
+        sweeps: first.sweeps + second.sweeps,
+        moved: first.moved + second.moved,
+        layers_changed: first.layers_changed.max(second.layers_changed),
+        ..second
     }
 }

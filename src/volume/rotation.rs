@@ -77,6 +77,7 @@ impl Rotation {
     /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
     /// - `displacement` `[n_vertices]`: displacement of the surfaces, in the mesh's unit
     /// - `stopping`: for displacements; the tolerance of the rotations follows from it
+    /// - `tell`: gets the share of the work that is done, now and then, in a relaxation of many sweeps
     ///
     /// # Errors
     /// The backend failed.
@@ -85,11 +86,12 @@ impl Rotation {
         vertices: &[DVec3],
         displacement: &Displacement,
         stopping: &Stopping,
+        tell: &dyn Fn(f64),
     ) -> Result<(Vec<DVec3>, Convergence), BackendError> {
         let mut vectors = self.surfaces.turns(vertices, displacement);
         let stopping = Stopping { tolerance: ANGLE * stopping.tolerance, ..*stopping };
         self.last.recall(&self.relaxer.network().constraint, &mut vectors);
-        let mut convergence = self.relaxer.relax(&mut vectors, None, &stopping)?;
+        let mut convergence = self.relaxer.relax_and_tell(&mut vectors, None, &stopping, tell)?;
         convergence.history = convergence.history.of_rotations();
         self.last.keep(&convergence, &vectors);
         Ok((vectors, convergence))

@@ -114,6 +114,8 @@ impl VolumeNetwork {
     /// - `displacement` `[n_vertices]`: on entry the displacement of the surfaces, on exit of all
     ///   vertices, in the mesh's unit
     ///
+    /// - `tell`: gets the share of the work that is done, now and then, in relaxations of many sweeps
+    ///
     /// # Errors
     /// The backend failed.
     pub fn run(
@@ -121,7 +123,10 @@ impl VolumeNetwork {
         vertices: &[DVec3],
         displacement: &mut Displacement,
         stopping: &Stopping,
+        tell: &dyn Fn(f64),
     ) -> Result<(Convergence, Vec<DVec3>), BackendError> {
+        // The two relaxations take about the same time.
+        let of_displacements = if self.rotation.is_some() { 0.5 } else { 1.0 };
         if displacement.iter().all(|displacement| *displacement == DVec3::ZERO) {
             let n_rotations = if self.rotation.is_some() { vertices.len() } else { 0 };
             return Ok((Convergence::nothing_to_do(), vec![DVec3::ZERO; n_rotations]));
@@ -130,12 +135,14 @@ impl VolumeNetwork {
         let (force, rotations, spread) = match &mut self.rotation {
             None => (None, Vec::new(), Convergence::nothing_to_do()),
             Some(rotation) => {
-                let (rotations, spread) = rotation.spread(vertices, displacement, stopping)?;
+                let (rotations, spread) =
+                    rotation.spread(vertices, displacement, stopping, &|share| tell(0.5 * share))?;
                 let turns = rotations_minus_identity(&rotations);
                 (Some(rest_force(self.relaxer.network(), vertices, &turns)), rotations, spread)
             }
         };
-        let mut convergence = self.relaxer.relax(displacement, force.as_deref(), stopping)?;
+        let tell = |share: f64| tell(1.0 - of_displacements * (1.0 - share));
+        let mut convergence = self.relaxer.relax_and_tell(displacement, force.as_deref(), stopping, &tell)?;
         if self.rotation.is_some() {
             // The rotations are relaxed first.
             convergence = spread.and(convergence);

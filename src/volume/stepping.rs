@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{
     EdgeGraph, Path, Start, StepVerdict, TriedStep, displaced,
-    optimisation::{ENOUGH, MovedMesh, Smoothing},
+    optimisation::{ENOUGH, MovedMesh, Smoothing, after},
     route::Route,
     springs::VolumeNetwork,
 };
@@ -89,7 +89,7 @@ impl Stepping {
         let mut surfaces = route.at(0.0);
         let mut path = Path { given_up: 1, ..Path::default() };
         let mut convergence = Convergence::nothing_to_do();
-        let mut smoothed = None;
+        let (mut smoothed, mut on_the_way) = (None, None);
         let mut step = f64::min(0.5, FIRST_TURN / route.largest_turn());
         while path.reached < 1.0 && step >= SHORTEST && path.steps + path.given_up < self.max_steps {
             observer(&format!("step to {:.0} %", 100.0 * (path.reached + step).min(1.0)));
@@ -99,7 +99,7 @@ impl Stepping {
             mesh.vertices.copy_from_slice(&state.vertices);
             let mut displacement: Displacement = next.iter().zip(&surfaces).map(|(next, now)| *next - *now).collect();
             let volume = networks.at(&SetUp { mesh: &mesh, ..*set_up }, self.springs)?;
-            convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping)?.0);
+            convergence = convergence.and(volume.run(&mesh.vertices, &mut displacement, stopping, &|_| ())?.0);
             if !convergence.converged {
                 // A shorter step may not converge either, and would take all its sweeps.
                 path.tried.push(TriedStep::not_converged(path.reached, progress));
@@ -134,7 +134,9 @@ impl Stepping {
                 && tried.worst < REPAIR.0 * self.lowest
                 && tried.is_local()
             {
-                tried = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
+                let by;
+                (tried, by) = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
+                on_the_way = Some(after(on_the_way, by));
                 told.optimised(&tried);
             }
             if tried.inverted > 0 {
@@ -151,7 +153,7 @@ impl Stepping {
             path.reached = progress;
             step *= 2.0;
         }
-        Ok(Followed { state, convergence, path, smoothed })
+        Ok(Followed { state, convergence, path, smoothed, on_the_way })
     }
 }
 
@@ -198,4 +200,6 @@ pub(super) struct Followed {
     pub(super) path: Path,
     /// The result of local optimisation at the end, if it was needed.
     pub(super) smoothed: Option<Smoothed>,
+    /// The work of local optimisation in the steps before.
+    pub(super) on_the_way: Option<Smoothed>,
 }

@@ -147,6 +147,71 @@ fn shapes_are_enough() {
     assert_eq!(roles(&case), numbered.into_iter().collect());
 }
 
+/// Two wings whose families have numbers for names are both found: the first one's neighbours are
+/// parts of it, and the second one, which touches neither, is a wing of its own.
+///
+/// Fails if one wing is enough.
+#[test]
+fn a_second_wing_needs_no_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("two.su2");
+    fs::write(&mesh, twice(&String::from_utf8(unpacked(&data("shape/half4.su2.gz"))).unwrap(), 100.0)).unwrap();
+    let (_folder, case) = starts_well(&mesh);
+    let roles_of_parts =
+        [("0", "wing"), ("1", "wingtip"), ("2", "plane"), ("3", "fixed"), ("4", "wing"), ("5", "wingtip")];
+    assert_eq!(roles(&case), expected(&roles_of_parts));
+}
+
+/// A mesh in SU2's format, and beside it the same mesh farther downstream. Families have numbers:
+/// wing and wingtip of the second mesh have their own, plane and far boundary those of the first.
+fn twice(mesh: &str, downstream: f64) -> String {
+    let tags = ["wing", "wingtip", "symmetry", "farfield"];
+    let (mut cells, mut points, mut faces) = (Vec::new(), Vec::new(), BTreeMap::<usize, Vec<String>>::new());
+    let mut lines = mesh.lines().filter(|line| !line.is_empty());
+    let mut tag = 0;
+    while let Some(line) = lines.next() {
+        let Some((key, value)) = line.split_once('=') else { continue };
+        let value = value.trim();
+        let mut rows = || -> Vec<Vec<&str>> {
+            let count = value.split_whitespace().next().unwrap().parse().unwrap();
+            lines.by_ref().take(count).map(|row| row.split_whitespace().collect()).collect()
+        };
+        match key.trim() {
+            "NELEM" => cells = rows(),
+            "NPOIN" => points = rows(),
+            "MARKER_TAG" => tag = tags.iter().position(|known| *known == value).unwrap(),
+            "MARKER_ELEMS" => {
+                let own = rows().iter().map(|row| row[..4].join(" ")).collect();
+                faces.insert(tag, own);
+            }
+            _ => {}
+        }
+    }
+    let shifted = |row: &[&str]| -> String {
+        let vertices = row[1..].iter().map(|vertex| (vertex.parse::<usize>().unwrap() + points.len()).to_string());
+        [row[0].to_owned()].into_iter().chain(vertices).collect::<Vec<_>>().join(" ")
+    };
+    let mut text = format!("NDIME= 3\nNELEM= {}\n", 2 * cells.len());
+    cells.iter().for_each(|row| text += &format!("{}\n", row[..5].join(" ")));
+    cells.iter().for_each(|row| text += &format!("{}\n", shifted(&row[..5])));
+    text += &format!("NPOIN= {}\n", 2 * points.len());
+    points.iter().for_each(|row| text += &format!("{}\n", row[..3].join(" ")));
+    for row in &points {
+        text += &format!("{:?} {} {}\n", row[0].parse::<f64>().unwrap() + downstream, row[1], row[2]);
+    }
+    let mut markers = BTreeMap::<usize, Vec<String>>::new();
+    for (&tag, own) in &faces {
+        let of_second = own.iter().map(|row| shifted(&row.split(' ').collect::<Vec<_>>()));
+        markers.entry(tag).or_default().extend(own.iter().cloned());
+        markers.entry(if tag < 2 { tag + 4 } else { tag }).or_default().extend(of_second);
+    }
+    text += &format!("NMARK= {}\n", markers.len());
+    for (tag, rows) in markers {
+        text += &format!("MARKER_TAG= {tag}\nMARKER_ELEMS= {}\n{}\n", rows.len(), rows.join("\n"));
+    }
+    text
+}
+
 /// What has no wing gets no case, and the message says what to do.
 #[test]
 fn no_wing_no_case() {

@@ -53,7 +53,7 @@ impl Guesser<'_> {
             }
         }
         if self.wings.is_empty() {
-            self.find_wing_by_shape();
+            while self.find_wing_by_shape() {}
         }
         if self.wings.is_empty() {
             let open = (0..self.n_families()).filter(|&family| self.is_open(family));
@@ -63,9 +63,12 @@ impl Guesser<'_> {
         Ok(())
     }
 
-    /// Finds a wing without a name: one family, two that touch, or all that are joined.
-    fn find_wing_by_shape(&mut self) {
-        let may_be = |guesser: &Self, family: usize| guesser.is_open(family) && guesser.named[family].is_none();
+    /// Finds a wing without a name that touches no other wing: one family, two that touch, or all
+    /// that are joined. Returns whether there is one.
+    fn find_wing_by_shape(&mut self) -> bool {
+        let may_be = |guesser: &Self, family: usize| {
+            guesser.is_open(family) && guesser.named[family].is_none() && !guesser.touch_a_wing(&[family])
+        };
         let mut open: Vec<usize> = (0..self.n_families()).filter(|&family| may_be(self, family)).collect();
         open.sort_by(|&a, &b| self.areas[b].total_cmp(&self.areas[a]));
         open.truncate(MOST_TRIED);
@@ -76,9 +79,10 @@ impl Guesser<'_> {
             tried.extend(touching.map(|&other| vec![one.min(other), one.max(other)]));
         }
         let found = tried.into_iter().find_map(|families| Some((self.sections(&families)?, families)));
-        let Some((sections, families)) = found else { return };
+        let Some((sections, families)) = found else { return false };
         let together = if families.len() > 1 { "together with its neighbours " } else { "" };
         self.take_wing(families, sections, Certainty::Likely, &format!("{together}it has the sections of a wing"));
+        true
     }
 
     /// Makes families a wing, with strips beside them that belong to its section.
