@@ -137,6 +137,7 @@ fn report() -> RunReport {
                 max_miss_of_vertices: None,
                 compared_with_flat_cuts: false,
                 not_measured: Some("why".into()),
+                shared_curves: Vec::new(),
             },
         )])),
         sections: Some(BTreeMap::from([(

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, final
@@ -49,6 +49,7 @@ class Mover:
         roles: Mapping[str, str | Mapping[str, Any]],
         *,
         old_profiles: _Profiles | None = None,
+        wings: Mapping[str, Sequence[str]] | None = None,
         backend: _Backend = "auto",
         springs: str = "rotation-aware-wall",
         method: Literal["auto", "multigrid", "chebyshev", "jacobi"] = "auto",

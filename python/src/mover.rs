@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use idmesh::DVec3;
 use idmesh::backend::{self, Backend, Selection};
-use idmesh::case::{Case, LoadedCase};
+use idmesh::case::{Case, GivenWing, LoadedCase};
 use idmesh::mover::{Design, Mover as Engine, Outcome, Settings, Start};
 use idmesh::profile::Profile;
 use idmesh::report;
@@ -129,6 +129,37 @@ pub fn profiles_in(py: Python<'_>, given: &Bound<'_, PyMapping>) -> PyResult<BTr
         found.insert(wing, of_wing);
     }
     Ok(found)
+}
+
+/// The wings of a mapping of old profiles, in its order.
+///
+/// - `families`: of each wing that is not one family with the wing's name
+///
+/// # Errors
+/// The profiles of a wing are no arrays, or a wing has families and no old profiles.
+fn given_wings(
+    py: Python<'_>,
+    old_profiles: Option<&Bound<'_, PyMapping>>,
+    mut families: BTreeMap<String, Vec<String>>,
+) -> PyResult<Vec<GivenWing>> {
+    let Some(given) = old_profiles else {
+        return match families.keys().next() {
+            None => Ok(Vec::new()),
+            Some(name) => Err(input(py, &format!("`wings` has `{name}`, expected its profiles in `old_profiles`"))),
+        };
+    };
+    let mut profiles = profiles_in(py, given)?;
+    let mut wings = Vec::new();
+    for name in given.keys()?.iter() {
+        let name: String = name.extract()?;
+        let families = families.remove(&name).unwrap_or_else(|| vec![name.clone()]);
+        let old = profiles.remove(&name).unwrap_or_default();
+        wings.push(GivenWing { name, families, old });
+    }
+    match families.keys().next() {
+        None => Ok(wings),
+        Some(name) => Err(input(py, &format!("`wings` has `{name}`, expected its profiles in `old_profiles`"))),
+    }
 }
 
 /// The displacements of each family in a mapping.
@@ -265,14 +296,17 @@ impl Mover {
     /// - mesh: the file
     /// - roles: the role of each family on the boundary, as a name or as a mapping with "role" and
     ///   the keys of the case file's table, such as {"role": "plane", "flat": 1e-4}
-    /// - old_profiles: for each family with the role "wing", arrays (k, 3) by number
+    /// - old_profiles: for each wing, arrays (k, 3) by number. Of two wings that share a curve the
+    ///   first moves it, and the other one gives way beside it
+    /// - wings: the families of each wing of several families, with the role "wing", by the wing's
+    ///   name; any other wing of `old_profiles` is the family of its name
     /// - backend: "auto" takes a hardware GPU if there is one; "gpu" never falls back to the CPU
     /// - springs, method, tolerance, max_sweeps, quality, max_steps: as in the case file
     ///
     /// Raises InputError, or DeviceError if there is no usable GPU.
     #[new]
     #[pyo3(signature = (
-        mesh, roles, *, old_profiles = None, backend = "auto", springs = "rotation-aware-wall", method = "auto",
+        mesh, roles, *, old_profiles = None, wings = None, backend = "auto", springs = "rotation-aware-wall", method = "auto",
         tolerance = 1e-4, max_sweeps = 200_000, quality = "original", max_steps = 64
     ))]
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -281,6 +315,7 @@ impl Mover {
         mesh: PathBuf,
         roles: &Bound<'_, PyMapping>,
         old_profiles: Option<&Bound<'_, PyMapping>>,
+        wings: Option<BTreeMap<String, Vec<String>>>,
         backend: &str,
         springs: &str,
         method: &str,
@@ -301,6 +336,7 @@ impl Mover {
         let keywords = PyDict::new(py);
         keywords.set_item("roles", roles)?;
         keywords.set_item("old_profiles", old_profiles)?;
+        keywords.set_item("wings", &wings)?;
         keywords.set_item("backend", backend)?;
         keywords.set_item("springs", springs)?;
         keywords.set_item("method", method)?;
@@ -310,8 +346,8 @@ impl Mover {
         keywords.set_item("max_steps", max_steps)?;
         let origin = origin(py, "mesh", &mesh, keywords)?;
         let roles = roles::parse(roles)?;
-        let old = old_profiles.map(|given| profiles_in(py, given)).transpose()?.unwrap_or_default();
-        set_up(py, selection, origin, || Ok(LoadedCase::of_mesh(mesh, roles, old, settings)?))
+        let wings = given_wings(py, old_profiles, wings.unwrap_or_default())?;
+        set_up(py, selection, origin, || Ok(LoadedCase::of_mesh(mesh, roles, wings, settings)?))
     }
 
     /// Reads a case file and all files that it names, and sets a mover up. The keywords replace

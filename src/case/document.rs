@@ -205,8 +205,15 @@ impl<'d> Value<'d> {
         }
     }
 
-    /// A string, or a list of at least one string. Each string has its own offset.
+    /// A file, or a list of at least one file. Each string has its own offset.
     pub fn texts(&self) -> Result<Vec<Value<'d>>, CaseError> {
+        self.texts_or("file")
+    }
+
+    /// A string, or a list of at least one string. Each string has its own offset.
+    ///
+    /// - `what`: what a string names
+    pub fn texts_or(&self, what: &str) -> Result<Vec<Value<'d>>, CaseError> {
         let DeValue::Array(array) = self.value else {
             self.text().map_err(|error| match self.value {
                 DeValue::String(_) => error,
@@ -219,7 +226,7 @@ impl<'d> Value<'d> {
             .map(|value| Value { name: self.name.clone(), offset: value.span().start, value: value.get_ref(), ..*self })
             .collect();
         if values.is_empty() {
-            return Err(self.error(format!("`{}` is an empty list, expected at least one file", self.name)));
+            return Err(self.error(format!("`{}` is an empty list, expected at least one {what}", self.name)));
         }
         for value in &values {
             value.text()?;

@@ -155,6 +155,15 @@ impl Case {
                 }
             }
         }
+        // The report has wings and families by name.
+        for (name, wing) in &wings {
+            if let Some(other) = owner.get(name).filter(|_| !wing.families.contains(name)) {
+                let message = format!(
+                    "[profiles.{name}] has the name of a family that is in [profiles.{other}], expected another name"
+                );
+                return Err(self.invalid(wing.position, message));
+            }
+        }
         let mut without =
             families.iter().filter(|(name, settings)| settings.role == Role::Wing && !owner.contains_key(*name));
         if let Some((name, settings)) = without.next() {

@@ -42,6 +42,17 @@ pub struct LoadedCase {
     old: Vec<Vec<Profile>>,
 }
 
+/// A wing and its old profiles, for [`LoadedCase::of_mesh`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct GivenWing {
+    /// The name in designs and reports.
+    pub name: String,
+    /// The names of its families, at least one.
+    pub families: Vec<String>,
+    /// Its old profiles, in the mesh's unit.
+    pub old: Vec<Profile>,
+}
+
 impl Case {
     /// Reads a case file, and the mesh, the profiles and the displacements that the case names.
     ///
@@ -132,23 +143,25 @@ impl LoadedCase {
     /// for that of the case file.
     ///
     /// - `roles`: of each family on the boundary, by its name
-    /// - `old`: the old profiles of each family with the role [`Role::Wing`], by its name, in the
-    ///   mesh's unit
+    /// - `wings`: the wings with their families, which have the role [`Role::Wing`], and their old
+    ///   profiles, in the mesh's unit; of two wings that share a curve the first places it
     ///
     /// # Errors
-    /// The mesh cannot be read, a role is for no family of the mesh, or only one of two cyclic
-    /// families has the role plane. [`LoadedCase::mover`] has the errors of the set-up.
+    /// The mesh cannot be read, a role or a wing is for no family of the mesh, or only one of two
+    /// cyclic families has the role plane. [`LoadedCase::mover`] has the errors of the set-up.
     pub fn of_mesh(
         mesh: impl AsRef<Path>,
         mut roles: BTreeMap<String, Role>,
-        old: BTreeMap<String, Vec<Profile>>,
+        wings: Vec<GivenWing>,
         settings: Settings,
     ) -> Result<Self, LoadError> {
         let path = mesh_path(mesh.as_ref());
         let file = formats::read_mixed(&path)?;
         let families = &file.mesh.families;
         let wrong = |error: SetupError| LoadError::InFile { path: path.clone(), error: Box::new(error.into()) };
-        if let Some(name) = roles.keys().chain(old.keys()).find(|name| !families.contains(name)) {
+        if let Some(name) =
+            roles.keys().chain(wings.iter().flat_map(|wing| &wing.families)).find(|name| !families.contains(name))
+        {
             return Err(wrong(SetupError::UnknownFamily { name: name.clone(), known: families.clone() }));
         }
         let inside = mesh::families_inside(file.cells());
@@ -160,19 +173,23 @@ impl LoadedCase {
         let mut in_order: Vec<Role> =
             families.iter().map(|name| roles.remove(name).unwrap_or(Role::Interior)).collect();
         join_cyclic(&file, &mut in_order)?;
-        let position = Position { line: 1, column: 1 };
-        let source = |name: &String| ProfileSource {
-            families: vec![name.clone()],
-            mirror: None,
-            position,
-            new: Vec::new(),
-            old: None,
-            placements: BTreeMap::new(),
-        };
+        let (mut sources, mut old) = (BTreeMap::new(), BTreeMap::new());
+        for (index, GivenWing { name, families, old: of_wing }) in wings.into_iter().enumerate() {
+            let source = ProfileSource {
+                families,
+                mirror: None,
+                position: Position { line: index + 1, column: 1 },
+                new: Vec::new(),
+                old: None,
+                placements: BTreeMap::new(),
+            };
+            sources.insert(name.clone(), source);
+            old.insert(name, of_wing);
+        }
         let case = Case {
             path: path.clone(),
             mesh: path.clone(),
-            profiles: old.keys().map(|name| (name.clone(), source(name))).collect(),
+            profiles: sources,
             families: BTreeMap::new(),
             settings,
             output: Output::default(),
@@ -202,7 +219,10 @@ impl LoadedCase {
         for (family, role) in self.file.mesh.families.iter().zip(&self.roles) {
             builder = builder.role(family, role.clone());
         }
-        for ((name, source), old) in self.case.profiles.iter().zip(&self.old) {
+        // Of two wings that share a curve the first in the case places it.
+        let mut wings: Vec<_> = self.case.profiles.iter().zip(&self.old).collect();
+        wings.sort_by_key(|((_, source), _)| (source.position.line, source.position.column));
+        for ((name, source), old) in wings {
             let families: Vec<&str> = source.families.iter().map(String::as_str).collect();
             builder = builder.wing(name, &families, old.clone(), source.mirror);
         }

@@ -39,8 +39,8 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 pub use displacement::DisplacementError;
-pub use load::LoadedCase;
 pub(crate) use load::prescribed;
+pub use load::{GivenWing, LoadedCase};
 pub use load_error::LoadError;
 pub use named::NamedFiles;
 pub(crate) use parse::default_name;

@@ -224,9 +224,7 @@ fn profiles(
     };
     for (name, section) in sections {
         let members = match section.get("families") {
-            Some(value) => {
-                value.texts()?.iter().map(|entry| entry.text().map(str::to_owned)).collect::<Result<_, _>>()?
-            }
+            Some(value) => members(&value)?,
             None => vec![name.to_owned()],
         };
         for member in &members {
@@ -277,6 +275,19 @@ fn profiles(
         return Err(CaseError::Invalid { path: top.path().to_path_buf(), position: family.position, message });
     }
     Ok(profiles)
+}
+
+/// The families of a wing, or patterns for them, each once.
+fn members(value: &Value) -> Result<Vec<String>, CaseError> {
+    let mut members: Vec<String> = Vec::new();
+    for entry in value.texts_or("family")? {
+        let member = entry.text()?;
+        if members.iter().any(|other| other == member) {
+            return Err(entry.error(format!("`families` has `{member}` twice, expected each family once")));
+        }
+        members.push(member.to_owned());
+    }
+    Ok(members)
 }
 
 /// A mirror plane, given by a coordinate axis across the plane, with or without a place, or by a

@@ -104,6 +104,31 @@ pub enum SetupError {
         /// The families of the mesh.
         known: Vec<String>,
     },
+    /// Two wings have one name, or a wing has the name of a family of another wing.
+    #[error("`{wing}` is the name of two wings, or of a wing and of another wing's family, expected different names")]
+    WingNames {
+        /// The name.
+        wing: String,
+    },
+    /// A wing lists a family twice.
+    #[error("the wing `{wing}` has the family `{family}` twice, expected each family once")]
+    FamilyTwice {
+        /// Name of the wing.
+        wing: String,
+        /// Name of the family.
+        family: String,
+    },
+    /// A part of a wing of several families shares no vertex with the rest, and has no section.
+    #[error(
+        "family `{family}` shares no vertex with the other families of the wing `{wing}`, and no plane of its profiles crosses \
+         it: nothing says how it moves; expected profiles there, or a table of its own"
+    )]
+    Apart {
+        /// Name of the wing.
+        wing: String,
+        /// Name of the family.
+        family: String,
+    },
     /// A number of a role or a setting is out of its range.
     #[error("{what} is {value}, expected {expected}")]
     OutOfRange {

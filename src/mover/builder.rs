@@ -4,7 +4,10 @@
 //! Families and wings are given by name. [`MoverBuilder::build`] looks the names up in the mesh.
 //! [`Mover::builder`] begins a builder.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use super::{MoveError, Mover, Settings};
 use crate::{
@@ -73,6 +76,9 @@ impl MoverBuilder {
     }
 
     /// Adds a wing that may be several families, with its old profiles.
+    ///
+    /// If two wings share a curve, the wing that is added first places its vertices. The other one
+    /// gives way over a strip beside the curve; see [`SharedCurve`](super::SharedCurve).
     ///
     /// - `name`: the name in designs and reports
     /// - `families`: at least one, all with the role [`Role::Wing`]
@@ -161,6 +167,7 @@ impl MoverBuilder {
         let unknown = |name: &str| SetupError::UnknownFamily { name: name.to_owned(), known: mesh.families.clone() };
         let by_name = mesh.families_by_name();
         let find = |name: &String| by_name.get(name.as_str()).copied().ok_or_else(|| unknown(name));
+        check_names(&wings)?;
         let mut found = Vec::new();
         for NamedWing { name, families, old, mirror } in wings {
             let families = families.iter().map(find).collect::<Result<Vec<FamilyId>, _>>()?;
@@ -191,6 +198,22 @@ impl MoverBuilder {
         let in_order = mesh.families.iter().filter_map(|family| roles.remove(family)).collect();
         Mover::set_up(mesh, others, in_order, &found, (settings, movers), backend.into(), progress)
     }
+}
+
+/// Refuses wings that designs and reports could not tell apart, and families that a wing has twice.
+fn check_names(wings: &[NamedWing]) -> Result<(), SetupError> {
+    let mut names = BTreeSet::new();
+    let of_families: BTreeSet<&String> = wings.iter().flat_map(|wing| &wing.families).collect();
+    for NamedWing { name, families, .. } in wings {
+        if !names.insert(name) || of_families.contains(name) && !families.contains(name) {
+            return Err(SetupError::WingNames { wing: name.clone() });
+        }
+        let mut seen = BTreeSet::new();
+        if let Some(family) = families.iter().find(|&family| !seen.insert(family)) {
+            return Err(SetupError::FamilyTwice { wing: name.clone(), family: family.clone() });
+        }
+    }
+    Ok(())
 }
 
 /// Refuses numbers of a role that mean nothing.

@@ -46,6 +46,7 @@ pub use crate::{
     smoothing::{QualityTarget, Smoothed},
     solver_measures::{Exceeded, LimitError, LimitRow, Limits, OpenFoam, SolverMeasures, Su2, Tally},
     springs::{SPRINGS, Springs},
+    stages::SharedCurve,
     volume::{MAX_STEPS, Path, Start},
 };
 pub use builder::MoverBuilder;

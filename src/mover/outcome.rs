@@ -21,6 +21,7 @@ use crate::{
     relaxation::{Convergence, Method, Relaxation},
     smoothing::Smoothed,
     solver_measures::{Exceeded, Limits, SolverMeasures},
+    stages::SharedCurve,
     volume::Path,
 };
 
@@ -380,6 +381,9 @@ pub struct ProfileReport {
     /// The reason why a deviation could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_measured: Option<String>,
+    /// Curves that the wing shares with wings of other profiles, which place their vertices.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shared_curves: Vec<SharedCurve>,
 }
 
 /// The section of a moved wing in the plane of a new profile. Lengths are in the mesh's unit.

@@ -247,6 +247,13 @@ impl Mover {
                     (_, None) => Some("no edge of the wing crosses the planes of its profiles".to_owned()),
                     _ => None,
                 },
+                shared_curves: self
+                    .stages
+                    .wings
+                    .shared_curves()
+                    .filter(|(of, _)| of == wing)
+                    .map(|(_, curve)| curve.clone())
+                    .collect(),
             };
             for &family in families {
                 reports.insert(self.mesh.families[family.index()].clone(), report.clone());

@@ -13,6 +13,7 @@ use super::{Design, HeldBack, Mover};
 use crate::families::{Misplaced, Role};
 use crate::profile::{Missed, Remark};
 use crate::smoothing::Smoothed;
+use crate::stages::SharedCurve;
 use crate::text::figures::place;
 
 /// A warning tells that planes have parted if the distance exceeds this fraction of their size.
@@ -21,6 +22,8 @@ const PARTED: f64 = 1e-6;
 
 /// A warning tells of layers that local optimisation changed by more than this share.
 const LAYERS: f64 = 0.04;
+/// A warning tells of a curve that two wings move differently by more than this share of the chord.
+const DIFFERENT: f64 = 5e-3;
 
 /// A remark on a result that may be wrong.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +74,13 @@ pub enum Warning {
         /// Number of further profiles of the wing with a remark of the same kind.
         others: usize,
     },
+    /// The profiles of two wings move a curve of both wings differently.
+    SharedCurve {
+        /// The second of the wings, which gives way.
+        wing: String,
+        /// The curve, with the wing that keeps it.
+        curve: SharedCurve,
+    },
     /// A family has a role that cannot be meant.
     Misplaced {
         /// The family.
@@ -119,6 +129,17 @@ impl fmt::Display for Warning {
             Self::OddProfile { wing, remark, others: 0 } => write!(f, "profiles of `{wing}`: {remark}"),
             Self::OddProfile { wing, remark, others } => {
                 write!(f, "profiles of `{wing}`: {remark} (and so it is with {others} more)")
+            }
+            Self::SharedCurve { wing, curve } => {
+                let SharedCurve { owner, vertices, max_difference, of_chord, at, .. } = curve;
+                write!(
+                    f,
+                    "the profiles of `{owner}` and of `{wing}` move the {vertices} vertices that the two share differently, by up \
+                     to {:.2} % of the chord ({max_difference:.3e}), at {}: `{owner}`, whose profiles are given first, has them, \
+                     and `{wing}` gives way beside them; one table of profiles for the families of both leaves no difference",
+                    100.0 * of_chord,
+                    place(DVec3::from(*at))
+                )
             }
             Self::Misplaced { family, role, misplaced } => match misplaced {
                 Misplaced::Untouched => write!(
@@ -212,10 +233,14 @@ impl Mover {
         });
         let layers = smoothed.map(|smoothed| smoothed.layers_changed).filter(|&share| share > LAYERS);
         let layers = layers.map(|share| Warning::LayersChanged { share });
+        let different = self.stages.wings.shared_curves().filter(|(_, curve)| curve.of_chord > DIFFERENT);
+        let different =
+            different.map(|(wing, curve)| Warning::SharedCurve { wing: wing.to_owned(), curve: curve.clone() });
         folds
             .into_iter()
             .chain(layers)
             .chain(odd(self.stages.wings.remarks()))
+            .chain(different)
             .chain(parted)
             .chain(loose.chain(misplaced).filter(|_| !nothing_moves))
             .chain(held_back)

@@ -147,10 +147,11 @@ impl Watch {
                 return Err(ProfileError::OffMirror { profile: section.profile().number, distance: off });
             }
             vertices.extend(mirrored);
-            let grid = SectionGrid::new(tau, place, std::slice::from_ref(&section), span.normal);
+            let grid = SectionGrid::new(tau, place, std::slice::from_ref(&section));
             let only = SpanWeights::only(place);
             let along = |carried: &Carried| {
-                let tau = grid.parameter(carried.at, surface.normals[carried.vertex as usize], &only);
+                let outward = surface.normals[carried.vertex as usize];
+                let tau = grid.parameter(carried.at, outward, span.across(span.eta[place], place), &only);
                 ArcPlace::of(&section, tau)
             };
             let places: Vec<ArcPlace> = vertices.iter().map(along).collect();

@@ -338,6 +338,13 @@ impl ProfileInterpolation {
         beyond
     }
 
+    /// The length of the old profile with the plane nearest to a point, in the mesh's unit.
+    pub(crate) fn chord_near(&self, at: DVec3) -> f64 {
+        let distance = |k: &usize| self.span.planes[*k].distance(at).abs();
+        let nearest = (0..self.span.planes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map_or(self.extent, |k| self.forms.smooth[k].length())
+    }
+
     /// Reach of the wing beyond its outermost sections, below the first and above the last one, as
     /// a share of the span between them. `None` for a single section, which moves the whole span
     /// alike.

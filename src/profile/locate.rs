@@ -24,8 +24,6 @@ pub(super) struct SectionGrid<'a> {
     first: usize,
     /// Points of each profile at the parameters `tau` `[n_profiles][n_tau]`.
     points: Vec<Vec<DVec3>>,
-    /// The sections run counter-clockwise about this direction.
-    normal: DVec3,
 }
 
 /// The common parameters of a wing's grids.
@@ -43,16 +41,17 @@ impl<'a> SectionGrid<'a> {
     /// The grid of neighbouring sections.
     ///
     /// - `first`: index of the first of them among all sections
-    pub fn new(tau: &'a [f64], first: usize, sections: &[OldSection], normal: DVec3) -> Self {
+    pub fn new(tau: &'a [f64], first: usize, sections: &[OldSection]) -> Self {
         let sample = |section: &OldSection| tau.iter().map(|&t| point(section, t)).collect();
         let points = sections.iter().map(sample).collect();
-        Self { tau, first, points, normal }
+        Self { tau, first, points }
     }
 
     /// Parameter of the point nearest to `position` on the section interpolated with `weights`.
     ///
     /// - `outward`: the surface's outward normal there; if it is zero, every point is a candidate
-    pub fn parameter(&self, position: DVec3, outward: DVec3, weights: &SpanWeights) -> f64 {
+    /// - `across`: the sections run counter-clockwise about this direction
+    pub fn parameter(&self, position: DVec3, outward: DVec3, across: DVec3, weights: &SpanWeights) -> f64 {
         let section = |j: usize| {
             let share = |i: usize| self.points[weights.first + i - self.first][j] * weights.weight[i];
             (0..weights.count).map(share).sum::<DVec3>()
@@ -63,7 +62,7 @@ impl<'a> SectionGrid<'a> {
             let end = section(j);
             let (nearest, t) = nearest_on_segment(position, start, end);
             let candidate = (nearest.distance_squared(position), self.tau[j - 1] + (self.tau[j] - self.tau[j - 1]) * t);
-            let looks_out = (end - start).cross(self.normal).dot(outward) > 0.0;
+            let looks_out = (end - start).cross(across).dot(outward) > 0.0;
             for (place, allowed) in [looks_out, true].into_iter().enumerate() {
                 if allowed && candidate.0 < best[place].0 {
                     best[place] = candidate;

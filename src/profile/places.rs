@@ -83,12 +83,13 @@ pub(super) fn places(
         };
         let needed = vertices.iter().flat_map(|&vertex| weights(vertex)).map(|of| of.first..of.first + of.count);
         let needed = needed.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)).unwrap_or_default();
-        let block = Block::new(sections, needed, tau, span.normal);
+        let block = Block::new(sections, needed, tau);
         let place = |&vertex: &usize| {
             let [at, change] = weights(vertex);
             let (position, outward) = (surface.positions[vertex], surface.normals[vertex]);
-            let (place, off) = block.place(arcs, position, outward, &at, &change);
-            (vertex, Place { eta: coordinates[vertex].0, ..place }, off)
+            let (eta, interval) = coordinates[vertex];
+            let (place, off) = block.place(arcs, position, [outward, span.across(eta, interval)], &at, &change);
+            (vertex, Place { eta, ..place }, off)
         };
         for (vertex, place, distance) in vertices.par_iter().map(place).collect::<Vec<_>>() {
             (places[vertex], off[vertex]) = (place, distance);
@@ -105,27 +106,28 @@ struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    fn new(sections: &[KeptSection], needed: Range<usize>, tau: &'a [f64], normal: DVec3) -> Self {
+    fn new(sections: &[KeptSection], needed: Range<usize>, tau: &'a [f64]) -> Self {
         let first = needed.start;
         let sections: Vec<OldSection> = sections[needed].par_iter().map(KeptSection::section).collect();
-        let grid = SectionGrid::new(tau, first, &sections, normal);
+        let grid = SectionGrid::new(tau, first, &sections);
         Self { first, sections, grid }
     }
 
     /// The place of a vertex, without its span coordinate, and its distance from the interpolated
     /// section.
     ///
+    /// - `directions`: the outward normal there, and the direction across the sections
     /// - `at`, `change`: weights of the position and of a change
     fn place(
         &self,
         arcs: &[SectionArcs],
         position: DVec3,
-        outward: DVec3,
+        [outward, across]: [DVec3; 2],
         at: &SpanWeights,
         change: &SpanWeights,
     ) -> (Place, f64) {
         let section = |k: usize| &self.sections[k - self.first];
-        let tau = self.grid.parameter(position, outward, at);
+        let tau = self.grid.parameter(position, outward, across, at);
         let shares = (0..change.count).map(|i| {
             let k = change.first + i;
             let (knot, knots) = cubic_at(&arcs[k], ArcPlace::of(section(k), tau));

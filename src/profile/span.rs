@@ -1,9 +1,19 @@
 //! Span coordinate of a point, and the weights of the planes there.
 //!
 //! Between two neighbouring planes a point has the signed distances `d_k` and `d_{k+1}`, and the
-//! share `s = d_k / (d_k - d_{k+1})`. The share is exactly 0 on the one plane and 1 on the other,
-//! also for planes that are not parallel. The span coordinate `eta = eta_k + s (eta_{k+1} - eta_k)`
-//! continues beyond the outermost planes.
+//! share `s = d_k / (d_k - d_{k+1})`. The share is exactly 0 on the one plane and 1 on the other.
+//! Between parallel planes the span coordinate is `eta = eta_k + s (eta_{k+1} - eta_k)`. Between
+//! planes that are not parallel, as at a winglet, it is
+//!
+//! ```text
+//! eta = (1 - w) (eta_k + d_k) + w (eta_{k+1} + d_{k+1}),    w = s^2 (3 - 2 s)
+//! ```
+//!
+//! So it grows by the distance from a plane on both sides of the plane, whatever the angle to the
+//! next one. The first formula would make the displacement's slope jump there, and facets across
+//! the plane would miss the profile. The difference of `eta` between two such planes is the length
+//! of the arc that meets both at right angles. Beyond the outermost planes `eta` grows by the
+//! distance.
 //!
 //! | planes | weights |
 //! |---|---|
@@ -23,6 +33,17 @@ use super::{Plane, Profile, ProfileError};
 /// Planes are the same plane if their distance is less than this share of a chord.
 const SAME_PLANE: f64 = 1e-6;
 
+/// Two neighbouring planes are parallel if the sine of the angle between them is less.
+const PARALLEL: f64 = 1e-6;
+
+/// A normal that encloses an angle with a larger cosine with the reference has the reference's side
+/// without a doubt. The angle is 75 degrees.
+const CLEAR: f64 = 0.26;
+
+/// The formula for planes that are not parallel needs the middle of each section at least this
+/// share of their distance beyond the other plane. Otherwise the planes intersect in the wing.
+const APART: f64 = 0.1;
+
 /// Planes in order along the span.
 #[derive(Clone, Debug)]
 pub(super) struct Span {
@@ -32,6 +53,8 @@ pub(super) struct Span {
     pub eta: Vec<f64>,
     /// Mean unit normal.
     pub normal: DVec3,
+    /// Whether the planes of an interval enclose an angle `[n_planes - 1]`. Empty if no two do.
+    turns: Vec<bool>,
 }
 
 /// Weights of the planes at one span coordinate.
@@ -67,14 +90,12 @@ impl Span {
     /// [`Plane::of_profile`].
     pub fn new(profiles: &[Profile], size: f64) -> Result<(Self, Vec<usize>), ProfileError> {
         let mut planes = profiles.iter().map(Plane::of_profile).collect::<Result<Vec<_>, _>>()?;
-        let Some(&first) = planes.first() else { return Err(ProfileError::NoProfiles) };
-        for plane in &mut planes {
-            if plane.normal.dot(first.normal) < 0.0 {
-                plane.normal = -plane.normal;
-            }
+        if planes.is_empty() {
+            return Err(ProfileError::NoProfiles);
         }
-        let mean = main_direction(planes.iter().map(|plane| plane.normal).sum::<DVec3>().normalize_or(first.normal));
-        if mean.dot(first.normal) < 0.0 {
+        let reference = orient(&mut planes);
+        let mean = main_direction(planes.iter().map(|plane| plane.normal).sum::<DVec3>().normalize_or(reference));
+        if mean.dot(reference) < 0.0 {
             planes.iter_mut().for_each(|plane| plane.normal = -plane.normal);
         }
         let eta: Vec<f64> = planes.iter().map(|plane| plane.point.dot(mean)).collect();
@@ -90,8 +111,36 @@ impl Span {
                 });
             }
         }
-        let (planes, eta) = (order.iter().map(|&i| planes[i]).collect(), order.iter().map(|&i| eta[i]).collect());
-        Ok((Self { planes, eta, normal: mean }, order))
+        let planes: Vec<Plane> = order.iter().map(|&i| planes[i]).collect();
+        let mut eta: Vec<f64> = order.iter().map(|&i| eta[i]).collect();
+        let arcs: Vec<Arc> = planes.windows(2).map(|pair| Arc::between(&pair[0], &pair[1])).collect();
+        if arcs.iter().any(|arc| *arc != Arc::Parallel) {
+            let projected = eta.clone();
+            for (k, arc) in arcs.iter().enumerate() {
+                eta[k + 1] = eta[k]
+                    + match arc {
+                        Arc::Parallel => planes[k].distance(planes[k + 1].point),
+                        Arc::Turn(length) => *length,
+                        Arc::Crossed => projected[k + 1] - projected[k],
+                    };
+            }
+        }
+        let mut turns: Vec<bool> = arcs.iter().map(|arc| matches!(arc, Arc::Turn(_))).collect();
+        if !turns.contains(&true) {
+            turns.clear();
+        }
+        Ok((Self { planes, eta, normal: mean, turns }, order))
+    }
+
+    /// The direction about which sections run counter-clockwise at a span coordinate of interval
+    /// `k`: a unit vector across them.
+    pub fn across(&self, eta: f64, k: usize) -> DVec3 {
+        if self.turns.is_empty() {
+            return self.normal;
+        }
+        let Some(upper) = self.planes.get(k + 1) else { return self.planes[k].normal };
+        let share = ((eta - self.eta[k]) / (self.eta[k + 1] - self.eta[k])).clamp(0.0, 1.0);
+        self.planes[k].normal.lerp(upper.normal, share).normalize_or(self.normal)
     }
 
     /// Span coordinate of a point, and its interval: the index of the lower plane.
@@ -104,6 +153,19 @@ impl Span {
         let k = (1..n - 1).find(|&k| distances(k) < 0.0).unwrap_or(n - 1) - 1;
         let (below, above) = (distances(k), distances(k + 1));
         let gap = self.eta[k + 1] - self.eta[k];
+        if self.turns.get(k) == Some(&true) {
+            let [low, high] = [self.eta[k] + below, self.eta[k + 1] + above];
+            let eta = match (below > 0.0, above < 0.0) {
+                (false, _) => low,
+                (_, false) => high,
+                _ => {
+                    let s = below / (below - above);
+                    let eta = low + (high - low) * (s * s * (3.0 - 2.0 * s));
+                    eta.clamp(self.eta[k], self.eta[k + 1])
+                }
+            };
+            return (eta, k);
+        }
         // Planes that are not parallel intersect somewhere outside the wing. Near the intersection
         // the mean normal is used.
         let s = if below - above > 0.1 * gap {
@@ -177,6 +239,75 @@ impl Span {
         weights.lower = k - weights.first;
         weights
     }
+}
+
+/// How one plane leads to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Arc {
+    Parallel,
+    /// By an arc of this length, in the mesh's unit.
+    Turn(f64),
+    /// The planes intersect in the wing.
+    Crossed,
+}
+
+impl Arc {
+    fn between(lower: &Plane, upper: &Plane) -> Self {
+        if lower.normal.cross(upper.normal).length() < PARALLEL {
+            return Self::Parallel;
+        }
+        let [up, down] = [lower.distance(upper.point), -upper.distance(lower.point)];
+        if up.min(down) <= APART * lower.point.distance(upper.point) {
+            return Self::Crossed;
+        }
+        let angle = lower.normal.angle_between(upper.normal);
+        Self::Turn((up + down) / 2.0 * angle / angle.sin())
+    }
+}
+
+/// Gives the normals of planes one side: the side along the span. Returns the normal to which most
+/// others are nearly parallel.
+///
+/// At a winglet that stands upright the normals of wing and winglet are perpendicular, and do not
+/// say which side is which. There the places of the sections do.
+fn orient(planes: &mut [Plane]) -> DVec3 {
+    let first = planes[0].normal;
+    let mut reference = first;
+    if planes.iter().any(|plane| plane.normal.dot(first).abs() < CLEAR) {
+        let alike = |plane: &Plane| planes.iter().map(|other| plane.normal.dot(other.normal).abs()).sum::<f64>();
+        let sums: Vec<f64> = planes.iter().map(alike).collect();
+        reference = planes[(0..planes.len()).fold(0, |best, i| if sums[i] > sums[best] { i } else { best })].normal;
+    }
+    let mut open = Vec::new();
+    let mut done = Vec::new();
+    for (i, plane) in planes.iter_mut().enumerate() {
+        let along = plane.normal.dot(reference);
+        if along < 0.0 {
+            plane.normal = -plane.normal;
+        }
+        if along.abs() < CLEAR { open.push((i, i, f64::INFINITY)) } else { done.push(i) }
+    }
+    // Each of the others with its nearest neighbour of those that have their side.
+    while !open.is_empty() {
+        for (i, near, square) in &mut open {
+            for &j in &done {
+                let distance = planes[*i].point.distance_squared(planes[j].point);
+                if distance < *square {
+                    (*near, *square) = (j, distance);
+                }
+            }
+        }
+        let next = (0..open.len()).fold(0, |best, at| if open[at].2 < open[best].2 { at } else { best });
+        let (i, near, _) = open.swap_remove(next);
+        let way = planes[i].point - planes[near].point;
+        // The section comes after its neighbour on the span if it lies on the side of the
+        // neighbour's normal.
+        if way.dot(planes[i].normal) * way.dot(planes[near].normal) < 0.0 {
+            planes[i].normal = -planes[i].normal;
+        }
+        done = vec![i];
+    }
+    reference
 }
 
 /// Values and derivatives at `x` of the three parabolas that are 1 at one of the nodes and 0 at the

@@ -22,10 +22,13 @@ pub mod attached;
 pub mod carenage;
 pub mod planes;
 pub mod rigid;
+pub mod shared_curve;
+mod strip;
 pub mod surface_network;
 pub mod trailing_edge;
 pub mod wing;
 
+pub use shared_curve::SharedCurve;
 pub use wing::{WingProfiles, Wings};
 
 use attached::AttachedFamilies;

@@ -13,15 +13,19 @@
 //! 3. A spring network spreads the slide over a strip of the wing beside the junction. The strip
 //!    ends before the first section.
 //!
+//! Wings that share vertices move as [`super::shared_curve`] says.
+//!
 //! The paper shows the imperfection at the junction (Fig. 3) and corrects the fuselage only.
 //!
 //! With a mirror plane the profiles stand on one side of the plane. A vertex on the other side
 //! gets the mirrored displacement of its mirror image.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 
+use super::shared_curve::{SharedCurve, SharedVertices};
+use super::strip::{self, Strip};
 use super::surface_network::SurfaceNetwork;
 use crate::families::Families;
 use crate::families::PlacedBy;
@@ -30,8 +34,6 @@ use crate::mesh::Displacement;
 use crate::mesh::corners::Face;
 use crate::stage::{SetUp, Stage, StageError, Wanted};
 use crate::{
-    backend::BackendError,
-    constraint::Constraint,
     geometry::vertex_normals,
     mesh::FamilyId,
     profile::{
@@ -39,9 +41,6 @@ use crate::{
     },
     relaxation::Convergence,
 };
-
-/// Width of the strip beside a junction, as a fraction of the junction's extent (about a chord).
-const STRIP: f64 = 0.25;
 
 /// Largest length of a wing beyond its outermost sections, as a fraction of the span between them.
 const REACH: f64 = 0.5;
@@ -53,7 +52,7 @@ const SLACK: f64 = 0.01;
 /// wing's extent.
 const ON_MIRROR: f64 = 1e-9;
 
-/// A wing and its old profiles.
+/// A wing and its old profiles. Of two wings that share vertices, the first of a list places them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WingProfiles {
     /// The name of the wing in designs and reports.
@@ -81,6 +80,8 @@ pub struct Wings {
     /// The displacement of each wing by its profiles in the last design. Empty before the first
     /// design.
     moved: Vec<ProfileDisplacement>,
+    /// The curves that wings shared with earlier wings in the last design, with the wings' names.
+    shared_curves: Vec<(String, SharedCurve)>,
 }
 
 struct Wing {
@@ -88,8 +89,8 @@ struct Wing {
     vertices: Vec<u32>,
     /// A family of the wing for each vertex `[n_vertices of the wing]`.
     family: Vec<FamilyId>,
-    /// Whether an earlier wing of the list places the vertex `[n_vertices of the wing]`.
-    taken: Vec<bool>,
+    /// The vertices that earlier wings of the list place.
+    shared: SharedVertices,
     interpolation: ProfileInterpolation,
     mirror: Option<Mirror>,
     /// Vertices that are also on a carenage or plane, as indices of `vertices`.
@@ -185,19 +186,22 @@ impl Wings {
                 _ => return Err(SetupError::SeveralProfiles { family: name(family) }),
             }
         }
-        let mut taken = HashSet::new();
-        let mut all = Vec::new();
+        // The wing that places each vertex.
+        let mut owner: HashMap<u32, usize> = HashMap::new();
+        let mut all: Vec<Wing> = Vec::new();
         for wing in wings {
             if let Some(&other) =
                 wing.families.iter().find(|family| families.roles[family.index()].placed_by() != PlacedBy::Wing)
             {
                 return Err(SetupError::NoWing { wing: wing.name.clone(), family: name(other) });
             }
-            let made = Wing::new(set_up, wing, &taken)?;
-            taken.extend(made.vertices.iter().copied());
+            let made = Wing::new(set_up, wing, &owner)?;
+            for &vertex in &made.vertices {
+                owner.entry(vertex).or_insert(all.len());
+            }
             all.push(made);
         }
-        Ok(Self { wings: all, moved: Vec::new() })
+        Ok(Self { wings: all, moved: Vec::new(), shared_curves: Vec::new() })
     }
 
     /// Writes the displacements by the profiles into `displacement`, in the mesh's unit.
@@ -231,14 +235,29 @@ impl Wings {
                 for (place, (&vertex, by)) in wing.vertices.iter().zip(&moved.displacement).enumerate() {
                     if families.placed_by[vertex as usize] != PlacedBy::Wing {
                         wanted.push(Wanted { family: wing.family[place], vertex, displacement: *by });
-                    } else if !wing.taken[place] {
+                    } else if wing.shared.owner(place).is_none() {
                         displacement[vertex as usize] = *by;
                     }
                 }
                 Ok(moved)
             })
             .collect::<Result<_, _>>()?;
+        let of_wing = |(wing, moved): (&Wing, &ProfileDisplacement)| {
+            let at = |place: usize| wing.vertices[place];
+            let curves = wing.shared.curves(at, &moved.displacement, displacement);
+            let named = curves.into_iter().map(|(owner, curve)| {
+                (wing.name.clone(), SharedCurve { owner: self.wings[owner].name.clone(), ..curve })
+            });
+            named.collect::<Vec<_>>()
+        };
+        self.shared_curves = self.wings.iter().zip(&self.moved).flat_map(of_wing).collect();
         Ok(())
+    }
+
+    /// The curves that wings share with earlier wings of the list, with the name of the later wing
+    /// and what the last design made of them.
+    pub fn shared_curves(&self) -> impl Iterator<Item = (&str, &SharedCurve)> {
+        self.shared_curves.iter().map(|(wing, curve)| (wing.as_str(), curve))
     }
 
     /// The wing with the profiles that came nearest to a refusal in the last design.
@@ -319,6 +338,8 @@ impl Stage for Wings {
         let SetUp { mesh, families, stopping, .. } = set_up;
         let mut convergence = Convergence::nothing_to_do();
         for (wing, moved) in self.wings.iter_mut().zip(&self.moved) {
+            let spread = wing.shared.spread(&wing.vertices, &moved.displacement, displacement, stopping)?;
+            convergence = convergence.and(spread);
             let Some(strip) = &mut wing.strip else { continue };
             let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
             for &place in &wing.junction {
@@ -344,7 +365,10 @@ impl Stage for Wings {
 }
 
 impl Wing {
-    fn new(set_up: &SetUp, wing: &WingProfiles, placed: &HashSet<u32>) -> Result<Self, SetupError> {
+    /// Sets up a wing.
+    ///
+    /// - `owner`: the number of the wing that places a vertex, for the vertices of earlier wings
+    fn new(set_up: &SetUp, wing: &WingProfiles, owner: &HashMap<u32, usize>) -> Result<Self, SetupError> {
         let SetUp { mesh, surface, families, .. } = *set_up;
         let about = |error| SetupError::Profiles { family: wing.name.clone(), error };
         let mut vertices: Vec<u32> =
@@ -381,84 +405,27 @@ impl Wing {
                     && families.shapes_at(vertices[place]).next().is_some()
             })
             .collect();
-        let strip = strip(set_up, &wing.families, &vertices, &positions, &junction, &interpolation)?;
-        let taken = vertices.iter().map(|vertex| placed.contains(vertex)).collect();
+        let of_wing = Strip {
+            set_up,
+            families: &wing.families,
+            vertices: &vertices,
+            positions: &positions,
+            interpolation: &interpolation,
+        };
+        if let Some(place) = strip::part_without_section(&of_wing, &triangles) {
+            let family = wing.families.iter().find(|&&family| surface.vertices_of(family).contains(&vertices[place]));
+            let family = family.map_or_else(String::new, |family| mesh.families[family.index()].clone());
+            return Err(SetupError::Apart { wing: wing.name.clone(), family });
+        }
+        let placed = |vertex: &u32| (families.placed_by[*vertex as usize] == PlacedBy::Wing).then(|| owner.get(vertex));
+        let owners: Vec<Option<usize>> = vertices.iter().map(|vertex| placed(vertex).flatten().copied()).collect();
+        let shared = SharedVertices::new(&of_wing, owners)?;
+        let strip = of_wing.beside_junction(&junction, |place| shared.owner(place).is_some())?;
         let family = |vertex: &u32| {
             let has = |family: &&FamilyId| surface.vertices_of(**family).binary_search(vertex).is_ok();
             *wing.families.iter().find(has).expect("the vertices are those of the families")
         };
         let family = vertices.iter().map(family).collect();
-        Ok(Self { name: wing.name.clone(), vertices, family, taken, interpolation, mirror, junction, strip })
+        Ok(Self { name: wing.name.clone(), vertices, family, shared, interpolation, mirror, junction, strip })
     }
-}
-
-/// Sets up the network that spreads the slides of junctions over the wing. `None` if the wing has
-/// no junction.
-///
-/// - `vertices` `[n_vertices of the wing]`: the mesh's vertices, ascending
-/// - `positions` `[n_vertices of the wing]`: in the mesh's unit, mirrored to the sections' side
-/// - `junction`: indices of `vertices`
-fn strip(
-    set_up: &SetUp,
-    wing: &[FamilyId],
-    vertices: &[u32],
-    positions: &[DVec3],
-    junction: &[usize],
-    interpolation: &ProfileInterpolation,
-) -> Result<Option<SurfaceNetwork>, BackendError> {
-    let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
-    if junction.is_empty() {
-        return Ok(None);
-    }
-    let edges = surface.edges_of(wing.iter().flat_map(|&family| surface.triangles_of(family)));
-    let mut free = vec![false; vertices.len()];
-    for loop_ in connected(junction, vertices, &edges) {
-        let points: Vec<DVec3> = loop_.iter().map(|&place| mesh.vertices[vertices[place] as usize]).collect();
-        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-        let width = STRIP * 2.0 * points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
-        let folded = loop_.iter().map(|&place| positions[place]).sum::<DVec3>() / loop_.len() as f64;
-        let of_sections = interpolation.sections_and_beyond(folded);
-        let of_loop: HashSet<u32> = loop_.iter().map(|&place| vertices[place]).collect();
-        // On a coarse wing the strip may be narrower than an edge. So at least the next row of
-        // vertices belongs to the strip.
-        let next: HashSet<u32> =
-            edges.iter().filter(|edge| edge.iter().any(|end| of_loop.contains(end))).flatten().copied().collect();
-        for (place, &vertex) in vertices.iter().enumerate() {
-            let at = mesh.vertices[vertex as usize];
-            let near = || points.iter().any(|point| point.distance_squared(at) < width * width);
-            free[place] |= !of_sections[place] && (next.contains(&vertex) || near());
-        }
-    }
-    junction.iter().for_each(|&place| free[place] = false);
-    let constraint = |vertex: u32| {
-        let free = families.placed_by[vertex as usize] == PlacedBy::Wing
-            && vertices.binary_search(&vertex).is_ok_and(|place| free[place]);
-        if free { Constraint::Free } else { Constraint::Held }
-    };
-    SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method).map(Some)
-}
-
-/// Splits the junction vertices into sets that edges of the wing connect.
-fn connected(junction: &[usize], vertices: &[u32], edges: &[[u32; 2]]) -> Vec<Vec<usize>> {
-    let mut number: HashMap<u32, usize> = junction.iter().map(|&place| (vertices[place], place)).collect();
-    let mut neighbours: HashMap<u32, Vec<u32>> = HashMap::new();
-    for &[a, b] in edges.iter().filter(|edge| edge.iter().all(|end| number.contains_key(end))) {
-        neighbours.entry(a).or_default().push(b);
-        neighbours.entry(b).or_default().push(a);
-    }
-    let mut loops = Vec::new();
-    for &start in junction {
-        let mut found = Vec::new();
-        let mut open = vec![vertices[start]];
-        while let Some(vertex) = open.pop() {
-            if let Some(place) = number.remove(&vertex) {
-                found.push(place);
-                open.extend(neighbours.get(&vertex).into_iter().flatten());
-            }
-        }
-        if !found.is_empty() {
-            loops.push(found);
-        }
-    }
-    loops
 }
