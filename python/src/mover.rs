@@ -83,6 +83,9 @@ fn set_up(
     let (case, engine, info, read_seconds, setup_seconds) = made.map_err(|error| of_session(py, error))?;
     py.check_signals()?;
     warn_of(py, &case.file)?;
+    for warning in case.warnings() {
+        py.import("warnings")?.call_method1("warn", (warning.as_str(),))?;
+    }
     let mut design = case.design.clone();
     let mesh = &case.file.mesh;
     for (family, _) in mesh.families.iter().zip(case.roles()).filter(|(_, role)| role.name() == "prescribed") {

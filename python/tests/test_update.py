@@ -78,6 +78,10 @@ def test_a_mover_without_a_case_does_the_same(case: Path, example: idmesh.Mover)
     assert np.array_equal(moved.vertices, example.update().vertices)
     unmoved = mover.update()
     assert np.abs(unmoved.displacement).max() < 1e-12
+    # A wing of several families has a name of its own.
+    old, new = (profiles["wing"] for profiles in (example.old_profiles, example.design.profiles))
+    named = idmesh.Mover(mesh, roles, old_profiles={"any": old}, wings={"any": ["wing"]}, backend="cpu")
+    assert np.array_equal(named.update(profiles={"any": new}).vertices, moved.vertices)
 
 
 def test_the_files_are_the_command_lines(example: idmesh.Mover, case: Path, program: str, tmp_path: Path) -> None:
@@ -197,6 +201,8 @@ def test_a_gpu_that_is_not_there_is_a_device_error(box_path: Path) -> None:
         (lambda path: idmesh.Mover(path, {**ROLES, "symmetry": {"role": "plane", "flat": 7.0}}), "above 0"),
         (lambda path: idmesh.Mover(path, {**ROLES, "body": 3}), "expected a name"),  # type: ignore[dict-item]
         (lambda path: idmesh.Mover(path, {**ROLES, "body": "wing"}), "body"),
+        (lambda path: idmesh.Mover(path, ROLES, wings={"outer": ["body"]}), "`wings` has `outer`"),
+        (lambda path: idmesh.Mover(path, ROLES, old_profiles={"outer": {}}, wings={"outer": ["bodi"]}), "`body`"),
         (lambda path: idmesh.Mover(path, ROLES, backend="gpus"), "`backend`"),  # type: ignore[arg-type]
         (lambda path: idmesh.Mover(path, ROLES, springs="torsion"), "`springs`"),
         (lambda path: idmesh.Mover(path, ROLES, method="cg"), "`method`"),  # type: ignore[arg-type]

@@ -23,6 +23,10 @@ use crate::profile::{self, Plane, Profile, ProfileError};
 /// vertex.
 const MATCH: f64 = 1e-3;
 
+/// Planes that enclose an angle with a smaller cosine turn along the span, as at a winglet. The angle is
+/// 20 degrees: a design turns the planes of a wing by less.
+const TURN: f64 = 0.94;
+
 /// A case with its mesh, its old and new profiles and its prescribed displacements. Lengths are in
 /// the mesh's unit.
 #[derive(Clone, Debug)]
@@ -37,6 +41,8 @@ pub struct LoadedCase {
     pub design: Design,
     /// Every file that was read.
     pub inputs: Vec<PathBuf>,
+    /// What the user must know of the profiles.
+    warnings: Vec<String>,
     roles: Vec<Role>,
     /// The old profiles of each wing `[n_wings]`, in the order of [`Case::profiles`].
     old: Vec<Vec<Profile>>,
@@ -112,6 +118,7 @@ impl Case {
             design.prescribed.insert(name, matched.rows.into_iter().map(|row| row.displacement).collect());
         }
         let mut all_old = Vec::new();
+        let mut warnings = Vec::new();
         let by_name = mesh.families_by_name();
         for (name, source) in &case.profiles {
             let new = profiles_of(&source.new, &source.placements)?;
@@ -126,6 +133,13 @@ impl Case {
                     progress(&format!("cutting the old profiles of {name}"));
                     let named = source.families.iter().filter_map(|family| by_name.get(family.as_str()).copied());
                     let families: Vec<FamilyId> = named.collect();
+                    if turns(&new).map_err(about)? {
+                        warnings.push(format!(
+                            "the old profiles of `{name}` are cut from the mesh in the planes of the new ones, which are not \
+                             parallel: a section that moves across its plane, as where a winglet is raised, is taken for the \
+                             section that was there before; `old` in [profiles.{name}] says where each section was"
+                        ));
+                    }
                     cut_like(hybrid, &families, &new).map_err(about)?
                 }
             };
@@ -133,7 +147,7 @@ impl Case {
             design.profiles.insert(name.clone(), new);
             all_old.push(old);
         }
-        Ok(LoadedCase { case, file, design, inputs, roles, old: all_old })
+        Ok(LoadedCase { case, file, design, inputs, warnings, roles, old: all_old })
     }
 }
 
@@ -195,7 +209,13 @@ impl LoadedCase {
             output: Output::default(),
         };
         let design = Design { profiles: old.clone(), ..Design::default() };
-        Ok(Self { case, file, design, inputs: vec![path], roles: in_order, old: old.into_values().collect() })
+        let (inputs, warnings) = (vec![path], Vec::new());
+        Ok(Self { case, file, design, inputs, warnings, roles: in_order, old: old.into_values().collect() })
+    }
+
+    /// What the user must know of the case's profiles, in words.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// The role of each family of the mesh `[n_families]`.
@@ -336,6 +356,14 @@ pub(crate) fn prescribed(
         (rows, 0.0)
     };
     Ok(displacement::Matched { path: path.to_path_buf(), vertices, rows, rounding })
+}
+
+/// Whether the planes of profiles turn along the span by more than an angle with the cosine
+/// [`TURN`].
+fn turns(profiles: &[Profile]) -> Result<bool, ProfileError> {
+    let normals = profiles.iter().map(|profile| Ok(Plane::of_profile(profile)?.normal));
+    let normals: Vec<_> = normals.collect::<Result<_, ProfileError>>()?;
+    Ok(normals.iter().any(|normal| normal.dot(normals[0]).abs() < TURN))
 }
 
 /// The old profiles, cut from the mesh at the new ones' planes.

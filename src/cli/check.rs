@@ -26,6 +26,9 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let outputs = Outputs::of(&case.case, None);
     outputs.check(&case)?;
     console.losses(outputs.losses(&case)?);
+    for warning in case.warnings() {
+        console.warn(warning);
+    }
     // The set-up is the same on every backend.
     let backend = backend::select(Selection::Cpu)?;
     Session::new(&case, backend, console.progress())?.check(&case.design)?;

@@ -107,14 +107,23 @@ impl Watch {
         tau: &[f64],
         along: impl Fn(usize) -> DVec3 + Sync,
     ) -> Result<Self, ProfileError> {
+        let intervals = span.intervals(surface.positions);
         let watched = |place: usize| {
+            let is_near = |end: &u32| {
+                let of = |intervals: &Vec<usize>| intervals[*end as usize];
+                intervals.as_ref().map(of).is_none_or(|interval| interval == place || interval + 1 == place)
+            };
             let (plane, section, compared) = (&span.planes[place], sections[place].section(), compared[place]);
             let heights: Vec<f64> = surface.positions.iter().map(|&position| plane.distance(position)).collect();
             let beside = |faces: &[Face]| -> Vec<Carried> {
                 let edges = faces.iter().flat_map(|face| edges_of(face.vertices()));
                 // A vertex in the plane counts if the wing continues from it. Inside a cap that
                 // lies in the plane it does not.
-                let counts = |[end, other]: [u32; 2]| {
+                let counts = |ends: [u32; 2]| {
+                    let [end, other] = ends;
+                    if !ends.iter().all(is_near) {
+                        return false;
+                    }
                     let [height, beyond] = [end, other].map(|end| heights[end as usize]);
                     height * beyond < 0.0 || height == 0.0 && beyond != 0.0
                 };

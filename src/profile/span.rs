@@ -132,6 +132,13 @@ impl Span {
         Ok((Self { planes, eta, normal: mean, turns }, order))
     }
 
+    /// The interval of each point, if planes turn along the span. There a plane that is continued far
+    /// beyond its section may cross the wing once more, as the plane of an upright winglet's section
+    /// does where the wing hangs down towards its tip.
+    pub fn intervals(&self, points: &[DVec3]) -> Option<Vec<usize>> {
+        (!self.turns.is_empty()).then(|| points.iter().map(|&point| self.coordinate(point).1).collect())
+    }
+
     /// The direction about which sections run counter-clockwise at a span coordinate of interval
     /// `k`: a unit vector across them.
     pub fn across(&self, eta: f64, k: usize) -> DVec3 {
@@ -321,4 +328,79 @@ fn parabola(nodes: &[f64], x: f64) -> ([f64; 3], [f64; 3]) {
         slope[i] = (2.0 * x - a - b) / scale;
     }
     (value, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A profile in the plane through `point` with the normal `normal`, which has no component along x.
+    fn square(number: i64, point: DVec3, normal: DVec3) -> Profile {
+        let up = DVec3::X.cross(normal);
+        let corners = [[0.0, 0.1], [0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]];
+        Profile { number, points: corners.iter().map(|[x, z]| point + DVec3::X * *x + up * *z).collect() }
+    }
+
+    /// Three sections of a straight wing and three of an upright winglet, with an arc of radius 0.5
+    /// between.
+    fn winglet(up: f64) -> Vec<Profile> {
+        let side = |at: [f64; 2]| DVec3::new(0.0, at[0], up * at[1]);
+        let wing = [0.0, 1.0, 2.0].map(|y| (side([y, 0.0]), DVec3::Y));
+        let winglet = [0.5, 0.7, 1.0].map(|z| (side([2.5, z]), DVec3::Z));
+        let all = wing.into_iter().chain(winglet).enumerate();
+        all.map(|(number, (point, normal))| square(number as i64, point, normal)).collect()
+    }
+
+    /// The coordinate is the length along the wing: on the wing, on the arc and on the winglet.
+    ///
+    /// Fails if the first formula of the module is taken for all planes.
+    #[test]
+    fn the_coordinate_is_the_length_along_wing_and_winglet() {
+        for up in [1.0, -1.0] {
+            for order in [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0], [3, 0, 5, 1, 4, 2]] {
+                let all = winglet(up);
+                let given: Vec<Profile> = order.iter().map(|&i| all[i].clone()).collect();
+                let (span, sorted) = Span::new(&given, 1.0).unwrap();
+                let numbers: Vec<i64> = sorted.iter().map(|&i| given[i].number).collect();
+                assert_eq!(numbers, [0, 1, 2, 3, 4, 5], "up {up}, given {order:?}");
+                let arc = 0.25 * std::f64::consts::PI;
+                let at = |length: f64| match length {
+                    length if length <= 2.0 => DVec3::new(0.3, length, 0.0),
+                    length if length < 2.0 + arc => {
+                        let (sin, cos) = ((length - 2.0) / 0.5).sin_cos();
+                        DVec3::new(0.3, 2.0 + 0.5 * sin, up * (0.5 - 0.5 * cos))
+                    }
+                    length => DVec3::new(0.3, 2.5, up * (0.5 + length - 2.0 - arc)),
+                };
+                let start = span.coordinate(at(0.0)).0;
+                let of = |length: f64| span.coordinate(at(length)).0 - start;
+                for k in 0..=400 {
+                    let length = -0.2 + 0.01 * f64::from(k);
+                    let on_arc = (2.0..2.0 + arc).contains(&length);
+                    let off = (of(length) - length).abs();
+                    assert!(off < if on_arc { 0.02 } else { 1e-12 }, "{off:e} at {length}, up {up}");
+                }
+                // The slope is 1 on both sides of the planes that end the arc.
+                for end in [2.0, 2.0 + arc] {
+                    for step in [-1e-6, 1e-6] {
+                        let slope = (of(end + step) - of(end)) / step;
+                        assert!((slope - 1.0).abs() < 1e-4, "{slope} at {end}");
+                    }
+                }
+                // Sections run about the normals of their own planes.
+                let last = span.coordinate(at(3.0));
+                assert!(span.across(last.0, last.1).distance(up * DVec3::Z) < 1e-12);
+                assert!(span.across(start, 0).distance(DVec3::Y) < 1e-12);
+            }
+        }
+    }
+
+    /// Planes that are parallel have the coordinate of their common normal, to the bit.
+    #[test]
+    fn parallel_planes_have_the_distance_along_their_normal() {
+        let given = [0.3, 1.7, 2.9].map(|y| square((10.0 * y) as i64, DVec3::new(0.2 * y, y, 0.1), DVec3::Y));
+        let (span, _) = Span::new(&given, 1.0).unwrap();
+        assert!(span.turns.is_empty() && span.eta == [0.3, 1.7, 2.9]);
+        assert_eq!(span.coordinate(DVec3::new(5.0, 1.7, -3.0)), (1.7, 1));
+    }
 }

@@ -245,7 +245,8 @@ impl<'a> Session<'a> {
             report = report.with_solver_quality(&outcome);
         }
         report = report.with_outlines(&outcome, self.case.old_profiles());
-        let warnings = std::mem::take(&mut report.warnings);
+        let of_outcome = std::mem::take(&mut report.warnings);
+        let warnings: Vec<String> = self.case.warnings().iter().cloned().chain(of_outcome).collect();
         let losses = job.outputs.losses(self.case)?.into_iter().filter(|loss| !loss.is_detail).map(|loss| loss.text);
         report.warnings = losses.chain(warnings.iter().cloned()).collect();
         report.checksums = job.checksums.map(|checksums| Checksums { outputs: sums_of(&files), ..checksums.clone() });
