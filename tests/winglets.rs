@@ -215,6 +215,29 @@ fn a_fence_may_point_down() {
     }
 }
 
+/// A wing that hangs down towards its tip by 17 degrees: the planes of the fence's sections, continued
+/// inwards, cross it once more.
+///
+/// Fails if vertices of that crossing are compared with the fence's profile.
+#[test]
+fn a_plane_may_cross_the_wing_far_from_its_section() {
+    let hanging = |at: DVec3| at - 0.3 * (at.y - 3.6).min(0.0) * DVec3::Z;
+    let [old, new] = ["old", "planform"].map(|set| mapped(&profiles("fence", set), hanging));
+    let mut mesh = mesh("fence");
+    mesh.vertices.iter_mut().for_each(|at| *at = hanging(*at));
+    let fence = old.iter().find(|profile| profile.number == OF_WINGLET.start).unwrap().points[0].z;
+    let beyond = vertices_of(&mesh, "wing").into_iter().filter(|&vertex| mesh.vertices[vertex].z > fence);
+    assert!(beyond.count() > 100);
+    let mut mover = of_one(mesh, old, cpu());
+    let outcome = mover.update(&Design::of_wing("outer", new.clone())).unwrap();
+    outcome.check().unwrap();
+    let off = off_surface(mover.mesh(), outcome.vertices(), &new);
+    assert!(off < 0.0025, "{off}");
+    // The vertices tell that the profiles are there. The facets' cut is not one curve.
+    let report = &outcome.profiles["outer"];
+    assert!(report.max_miss_of_vertices.unwrap() < 1e-3 && report.not_measured.is_some(), "{report:?}");
+}
+
 /// The curve that the second wing gives way at.
 fn curve_of(outcome: &Outcome, second: &str) -> SharedCurve {
     let [curve] = &outcome.profiles[second].shared_curves[..] else { panic!("{:?}", outcome.profiles) };

@@ -284,6 +284,15 @@ pub enum ProfileError {
         /// Distance between the planes along the mean normal, in the mesh's unit.
         gap: f64,
     },
+    /// The planes of old profiles turn too far along the span to be in one order.
+    #[error(
+        "the plane of profile {profile} intersects another profile or leans back over it, expected planes one after the other \
+         that turn by at most 90 degrees along the span; a part of the wing may have a table of its own"
+    )]
+    LeansBack {
+        /// Number of the profile.
+        profile: i64,
+    },
     /// A plane does not meet the surface.
     #[error(
         "the plane at {at} along normal {normal} misses the wing, which runs from {low} to {high}: another unit of length, or \

@@ -93,7 +93,7 @@ impl ProfileInterpolation {
     ///
     /// # Errors
     /// - [`ProfileError::NoProfiles`], [`ProfileError::Doubled`], [`ProfileError::SamePlane`],
-    ///   [`ProfileError::Lengths`]
+    ///   [`ProfileError::LeansBack`], [`ProfileError::Lengths`]
     /// - [`ProfileError::OffWing`], [`ProfileError::OffMirror`], [`ProfileError::Size`]: the old
     ///   profiles do not belong to this wing
     /// - the errors of profiles that are no plane curves, see [`super::Plane::of_profile`]

@@ -40,6 +40,14 @@ const PARALLEL: f64 = 1e-6;
 /// without a doubt. The angle is 75 degrees.
 const CLEAR: f64 = 0.26;
 
+/// Least cosine of the angle between the mean normal and a plane's. Planes that lean back have no order
+/// along it.
+const LEAST_ALONG: f64 = 1e-3;
+
+/// Planes may intersect in the wing if the cosine of the angle between them is not less: 45 degrees.
+/// At a larger angle the sections have no order.
+const LEAST_CROSSED: f64 = 0.7;
+
 /// The formula for planes that are not parallel needs the middle of each section at least this
 /// share of their distance beyond the other plane. Otherwise the planes intersect in the wing.
 const APART: f64 = 0.1;
@@ -86,8 +94,8 @@ impl Span {
     /// - `size`: a chord, in the mesh's unit; planes that are too close for this size are refused
     ///
     /// # Errors
-    /// [`ProfileError::NoProfiles`], [`ProfileError::SamePlane`], and the errors of
-    /// [`Plane::of_profile`].
+    /// [`ProfileError::NoProfiles`], [`ProfileError::SamePlane`], [`ProfileError::LeansBack`], and
+    /// the errors of [`Plane::of_profile`].
     pub fn new(profiles: &[Profile], size: f64) -> Result<(Self, Vec<usize>), ProfileError> {
         let mut planes = profiles.iter().map(Plane::of_profile).collect::<Result<Vec<_>, _>>()?;
         if planes.is_empty() {
@@ -111,9 +119,17 @@ impl Span {
                 });
             }
         }
+        if let Some(back) = planes.iter().position(|plane| plane.normal.dot(mean) < LEAST_ALONG) {
+            return Err(ProfileError::LeansBack { profile: profiles[back].number });
+        }
         let planes: Vec<Plane> = order.iter().map(|&i| planes[i]).collect();
         let mut eta: Vec<f64> = order.iter().map(|&i| eta[i]).collect();
         let arcs: Vec<Arc> = planes.windows(2).map(|pair| Arc::between(&pair[0], &pair[1])).collect();
+        let is_back =
+            |k: &usize| arcs[*k] == Arc::Crossed && planes[*k].normal.dot(planes[*k + 1].normal) < LEAST_CROSSED;
+        if let Some(k) = (0..arcs.len()).find(is_back) {
+            return Err(ProfileError::LeansBack { profile: profiles[order[k + 1]].number });
+        }
         if arcs.iter().any(|arc| *arc != Arc::Parallel) {
             let projected = eta.clone();
             for (k, arc) in arcs.iter().enumerate() {
@@ -393,6 +409,17 @@ mod tests {
                 assert!(span.across(start, 0).distance(DVec3::Y) < 1e-12);
             }
         }
+    }
+
+    /// A winglet that leans back over its wing by 120 degrees is refused where its planes have no order
+    /// along the mean normal.
+    #[test]
+    fn planes_that_lean_back_are_refused() {
+        let angle = 120f64.to_radians();
+        let wing = (0..12).map(|k| square(k, DVec3::new(0.0, f64::from(k as i32), 0.0), DVec3::Y));
+        let tip = square(12, DVec3::new(0.0, 11.0, 1.0), DVec3::new(0.0, angle.cos(), angle.sin()));
+        let refused = Span::new(&wing.chain([tip]).collect::<Vec<_>>(), 1.0).map(|_| ()).unwrap_err();
+        assert!(matches!(refused, ProfileError::LeansBack { profile: 12 }), "{refused}");
     }
 
     /// Planes that are parallel have the coordinate of their common normal, to the bit.
