@@ -29,7 +29,7 @@ use idmesh::mesh::{
     CellKind, CornerCells, FamilyId, HybridMesh, MeshError, OtherCells, TetMesh, families_inside, measures,
     refine_hybrid, validate,
 };
-use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome, Warning};
+use idmesh::mover::{Design, FaultKind, MoveError, Mover, MoverBuilder, Outcome, Warning};
 use idmesh::profile::{Plane, Profile, ProfileInterpolation, WingSurface, csv, cut};
 use idmesh::quality::{beta, scaled_jacobian, volume};
 use idmesh::relaxation::{Method, Stopping};
@@ -233,6 +233,64 @@ fn layers_are_kept_where_no_cell_is_nearly_inverted() {
             assert!(!keeps || (optimised / springs - 1.0).abs() < 0.02, "{longer}: {springs} {optimised}");
         }
     }
+}
+
+/// A wing 0.15 lower meets its fuselage, a cylinder of radius 0.5, under a flat angle. Each vertex of
+/// the junction is where its line along the span meets the cylinder, but for the fuselage's facets.
+/// A wing twisted by 15 degrees has lines that miss the cylinder. The result is then refused.
+///
+/// Fails if a line that grazes the surface leads to the nearest point, 0.15 away.
+#[test]
+fn a_junction_is_where_the_span_meets_the_fuselage_or_is_refused() {
+    let MeshFile { mesh, others, .. } = small();
+    let of = |name: &str| {
+        let hybrid = HybridMesh { mesh: &mesh, others: &others };
+        let is_of = |&face: &u32| mesh.families[hybrid.family_of(face).unwrap().index()] == name;
+        (0..hybrid.n_faces() as u32).filter(is_of).map(|face| hybrid.face(face).unwrap()).collect::<Vec<_>>()
+    };
+    let on_fuselage: BTreeSet<u32> = of("carenage").iter().flat_map(|face| face.vertices().to_vec()).collect();
+    let mut mover = builder(&mesh, &others).build(cpu()).unwrap();
+    let mut lower = profiles("old_2");
+    lower.iter_mut().flat_map(|profile| &mut profile.points).for_each(|point| point.z -= 0.15);
+    let outcome = mover.update(&Design::of_wing("wing", lower)).unwrap();
+    let moved = outcome.valid().unwrap().vertices();
+    let mut seen = 0;
+    for face in of("wing") {
+        let corners = face.vertices();
+        let edges = (0..corners.len()).map(|place| [corners[place], corners[(place + 1) % corners.len()]]);
+        for [a, b] in edges.flat_map(|[a, b]| [[a, b], [b, a]]) {
+            if !on_fuselage.contains(&a) || on_fuselage.contains(&b) {
+                continue;
+            }
+            let start = mesh.vertices[a as usize];
+            let span = (mesh.vertices[b as usize] - start).normalize();
+            let from = start - 0.15 * DVec3::Z;
+            // y^2 + z^2 = 0.25 along the line, the farther place of two.
+            let (square, half) = (span.y * span.y + span.z * span.z, from.y * span.y + from.z * span.z);
+            let root = (half * half - square * (from.y * from.y + from.z * from.z - 0.25)).sqrt();
+            let met = from + (root - half) / square * span;
+            assert!(moved[a as usize].distance(met) < 0.08, "{a}: {} {met}", moved[a as usize]);
+            seen += 1;
+        }
+    }
+    assert!(seen >= 17, "{seen}");
+    let mut twisted = profiles("old_2");
+    for profile in &mut twisted {
+        let points = profile.points.iter();
+        let [low, high] =
+            points.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| [low.min(point.x), high.max(point.x)]);
+        let nose = profile.points.iter().find(|point| point.x == low).copied().unwrap();
+        let about = nose + 0.25 * (high - low) * DVec3::X;
+        let (sin, cos) = 15f64.to_radians().sin_cos();
+        for point in &mut profile.points {
+            let [x, z] = [point.x - about.x, point.z - about.z];
+            (point.x, point.z) = (about.x + x * cos + z * sin, about.z - x * sin + z * cos);
+        }
+    }
+    let outcome = mover.update(&Design::of_wing("wing", twisted)).unwrap();
+    let missed = outcome.missed_surfaces["wing"];
+    assert!(missed.of_chord > 0.05 && missed.vertices > 0, "{missed:?}");
+    assert!(outcome.check().unwrap_err().faults.iter().any(|fault| fault.kind == FaultKind::MissedSurface));
 }
 
 /// Profiles with a longer chord, about the point at a quarter of it.

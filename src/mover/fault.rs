@@ -37,6 +37,8 @@ pub enum FaultKind {
     HeldBack,
     /// A rigid family is torn from a family that it hangs from. Counts rigid families.
     Strained,
+    /// The junction of a wing misses the surface that it shares with the wing. Counts vertices.
+    MissedSurface,
     /// A wing misses its new profiles. Counts wings.
     MissedProfiles,
     /// A measure of a solver is beyond its limit. Counts faces, cells or vertices beyond it.
@@ -56,6 +58,7 @@ impl FaultKind {
             Self::Parted => "parted",
             Self::HeldBack => "held-back",
             Self::Strained => "strained",
+            Self::MissedSurface => "missed-surface",
             Self::MissedProfiles => "missed-profiles",
             Self::BeyondLimit => "beyond-limit",
             Self::NotConverged => "not-converged",

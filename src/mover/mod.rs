@@ -46,7 +46,7 @@ pub use crate::{
     smoothing::{QualityTarget, Smoothed},
     solver_measures::{Exceeded, LimitError, LimitRow, Limits, OpenFoam, SolverMeasures, Su2, Tally},
     springs::{SPRINGS, Springs},
-    stages::SharedCurve,
+    stages::{MISSED_SURFACE, MissedSurface, SharedCurve},
     volume::{MAX_STEPS, Path, Start},
 };
 pub use builder::MoverBuilder;
@@ -426,6 +426,7 @@ impl Mover {
             off_surface: self.off_surface(&distances_off),
             parted: self.parted(&vertices),
             strained: self.strained(),
+            missed_surfaces: self.missed_surfaces(),
             warnings: self.warnings(&vertices, &held_back, design, &missed, &folded, smoothed),
             held_back,
             families,

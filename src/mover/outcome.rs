@@ -21,7 +21,7 @@ use crate::{
     relaxation::{Convergence, Method, Relaxation},
     smoothing::Smoothed,
     solver_measures::{Exceeded, Limits, SolverMeasures},
-    stages::SharedCurve,
+    stages::{MissedSurface, SharedCurve},
     volume::Path,
 };
 
@@ -132,6 +132,9 @@ pub struct Outcome {
     /// Rigid families that touch a wing, a prescribed or a fixed family and go elsewhere than the
     /// shared vertices by more than [`super::STRAINED`] of an edge, by name.
     pub strained: BTreeMap<String, Strained>,
+    /// Wings whose junctions miss the surfaces that they share with other families, by name. The
+    /// vertices are numbered in the mesh's order.
+    pub missed_surfaces: BTreeMap<String, MissedSurface>,
     /// Number of surface triangles that are turned over against the triangles around them, by
     /// family name. Families without such triangles are left out. See
     /// [`crate::quality::faults::folded`].
@@ -198,6 +201,7 @@ impl Outcome {
             && self.missed.is_empty()
             && self.parted.is_empty()
             && self.strained.is_empty()
+            && self.missed_surfaces.is_empty()
             && self.held_back.iter().all(|held| held.beyond.is_none());
         self.found = Found { is_valid, converged: self.converged };
         self
@@ -224,6 +228,8 @@ impl Outcome {
     /// - Wings have their new profiles within [`super::MISSED`].
     /// - Periodic planes match.
     /// - No vertex is held back by more than its shortest edge.
+    /// - The junctions of wings reach their surfaces along the span, within
+    ///   [`super::MISSED_SURFACE`] of the chord.
     /// - No rigid family is strained by more than [`super::STRAINED`] of an edge.
     /// - No measure of a solver is beyond its limit in [`super::Settings::limits`].
     ///

@@ -11,7 +11,8 @@ use thiserror::Error;
 use super::fault::{Fault, FaultKind, Place};
 use super::simplex_view::SimplexView;
 use super::{
-    Beyond, Deviation, Exceeded, MISSED, Moved, Outcome, STRAINED, StageName, Strained, Warning, warnings::counts,
+    Beyond, Deviation, Exceeded, MISSED, MISSED_SURFACE, Moved, Outcome, STRAINED, StageName, Strained, Warning,
+    warnings::counts,
 };
 use crate::geometry::triangle_normal;
 use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh, WorstCorner};
@@ -196,6 +197,19 @@ impl Outcome {
                 Shortest(short(*edge))
             );
             add(FaultKind::Strained, 1, Some(Place::new(*at, Some(family))), message);
+        }
+        for (wing, missed) in &self.missed_surfaces {
+            let at = moved[missed.vertex as usize];
+            let message = format!(
+                "the junction of `{wing}` misses the surface beside it: the line along the span of {} vertices does not lead \
+                 there, and the nearest point of the surface, at {}, is {:.2} % of the chord off the asked section, allowed is \
+                 {} %",
+                missed.vertices,
+                short_place(at),
+                100.0 * missed.of_chord,
+                100.0 * MISSED_SURFACE
+            );
+            add(FaultKind::MissedSurface, missed.vertices, Some(Place::new(at, Some(wing))), message);
         }
         for (wing, missed) in &self.missed {
             let at = moved[missed.vertex];

@@ -7,7 +7,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{
-    Design, Deviation, FamilyReport, HeldBack, MISSED, MovedSection, Mover, ProfileReport, STRAINED, Solver, Strained,
+    Design, Deviation, FamilyReport, HeldBack, MISSED, MissedSurface, MovedSection, Mover, ProfileReport, STRAINED,
+    Solver, Strained,
 };
 use crate::{
     families::{PlacedBy, Role, shape::FamilyShape},
@@ -186,6 +187,15 @@ impl Mover {
             reports.push((name(body.family), report));
         }
         reports
+    }
+
+    /// Wings whose junctions miss their surfaces, with vertices in the order of the mesh that was
+    /// given.
+    pub(super) fn missed_surfaces(&self) -> BTreeMap<String, MissedSurface> {
+        let of_mesh = |(wing, missed): (&String, &MissedSurface)| {
+            (wing.clone(), MissedSurface { vertex: self.order.vertex(missed.vertex), ..*missed })
+        };
+        self.stages.wings.missed_surfaces().iter().map(of_mesh).collect()
     }
 
     /// Rigid families that are torn from what they touch, by name.

@@ -29,7 +29,7 @@ pub mod trailing_edge;
 pub mod wing;
 
 pub use shared_curve::SharedCurve;
-pub use wing::{WingProfiles, Wings};
+pub use wing::{MISSED_SURFACE, MissedSurface, WingProfiles, Wings};
 
 use attached::AttachedFamilies;
 use carenage::Carenages;

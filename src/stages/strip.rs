@@ -49,11 +49,30 @@ impl Strip<'_> {
         is_held: impl Fn(usize) -> bool,
     ) -> Result<Option<SurfaceNetwork>, BackendError> {
         self.beside(junction, is_held, |piece| {
-            let points: Vec<DVec3> = piece.places.iter().map(|&place| self.original(place)).collect();
-            let centre = mean(points.iter().copied());
-            let chord = 2.0 * points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
-            (chord, mean(piece.places.iter().map(|&place| self.positions[place])))
+            (self.chord(piece), mean(piece.places.iter().map(|&place| self.positions[place])))
         })
+    }
+
+    /// The chord of the wing at each vertex of a junction `[n_junction]`, in the mesh's unit.
+    ///
+    /// - `junction`: places of its vertices
+    pub fn chords(&self, junction: &[usize]) -> Vec<f64> {
+        let mut chords: HashMap<usize, f64> = HashMap::new();
+        if !junction.is_empty() {
+            for piece in self.pieces(junction, &self.edges()) {
+                let chord = self.chord(&piece);
+                chords.extend(piece.places.iter().map(|&place| (place, chord)));
+            }
+        }
+        junction.iter().map(|place| chords.get(place).copied().unwrap_or(0.0)).collect()
+    }
+
+    /// About the chord at a piece of a junction, in the mesh's unit: its farthest vertices are the
+    /// edges of the section.
+    fn chord(&self, piece: &Piece) -> f64 {
+        let points = || piece.places.iter().map(|&place| self.original(place));
+        let centre = mean(points());
+        2.0 * points().map(|point| point.distance(centre)).fold(0.0, f64::max)
     }
 
     /// Sets up the network that spreads displacements of the vertices of `line`. `None` if there

@@ -74,6 +74,23 @@ impl WingProfiles {
     }
 }
 
+/// A junction vertex misses its surface if the line along the span does not lead to it: then the
+/// nearest point of the surface is farther from the line than this share of the chord.
+pub const MISSED_SURFACE: f64 = 0.01;
+
+/// Junction vertices of a wing whose lines along the span miss the surface that they share with the
+/// wing, such as a wing that has sunk below its fuselage. They went to the nearest point, so the
+/// section is not the asked one there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MissedSurface {
+    /// The worst vertex.
+    pub vertex: u32,
+    /// Its distance from the line, as a share of the chord at the junction.
+    pub of_chord: f64,
+    /// Number of vertices beyond [`MISSED_SURFACE`].
+    pub vertices: usize,
+}
+
 /// All wings of a mesh.
 pub struct Wings {
     wings: Vec<Wing>,
@@ -82,6 +99,8 @@ pub struct Wings {
     moved: Vec<ProfileDisplacement>,
     /// The curves that wings shared with earlier wings in the last design, with the wings' names.
     shared_curves: Vec<(String, SharedCurve)>,
+    /// The wings whose junctions missed their surfaces in the last design, by name.
+    missed_surfaces: BTreeMap<String, MissedSurface>,
 }
 
 struct Wing {
@@ -93,8 +112,9 @@ struct Wing {
     shared: SharedVertices,
     interpolation: ProfileInterpolation,
     mirror: Option<Mirror>,
-    /// Vertices that are also on a carenage or plane, as indices of `vertices`.
-    junction: Vec<usize>,
+    /// Vertices that are also on a carenage or plane, as indices of `vertices`, with the chord there
+    /// in the mesh's unit.
+    junction: Vec<(usize, f64)>,
     strip: Option<SurfaceNetwork>,
 }
 
@@ -201,7 +221,7 @@ impl Wings {
             }
             all.push(made);
         }
-        Ok(Self { wings: all, moved: Vec::new(), shared_curves: Vec::new() })
+        Ok(Self { wings: all, moved: Vec::new(), shared_curves: Vec::new(), missed_surfaces: BTreeMap::new() })
     }
 
     /// Writes the displacements by the profiles into `displacement`, in the mesh's unit.
@@ -252,6 +272,11 @@ impl Wings {
         };
         self.shared_curves = self.wings.iter().zip(&self.moved).flat_map(of_wing).collect();
         Ok(())
+    }
+
+    /// The wings whose junctions missed their surfaces in the last design, by name.
+    pub fn missed_surfaces(&self) -> &BTreeMap<String, MissedSurface> {
+        &self.missed_surfaces
     }
 
     /// The curves that wings share with earlier wings of the list, with the name of the later wing
@@ -337,12 +362,14 @@ impl Stage for Wings {
     ) -> Result<Convergence, StageError> {
         let SetUp { mesh, families, stopping, .. } = set_up;
         let mut convergence = Convergence::nothing_to_do();
+        self.missed_surfaces.clear();
         for (wing, moved) in self.wings.iter_mut().zip(&self.moved) {
             let spread = wing.shared.spread(&wing.vertices, &moved.displacement, displacement, stopping)?;
             convergence = convergence.and(spread);
             let Some(strip) = &mut wing.strip else { continue };
             let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
-            for &place in &wing.junction {
+            let mut missed: Option<MissedSurface> = None;
+            for &(place, chord) in &wing.junction {
                 let vertex = wing.vertices[place];
                 let displacement = displacement[vertex as usize];
                 if displacement != DVec3::ZERO {
@@ -351,9 +378,20 @@ impl Stage for Wings {
                     // The order of these subtractions matters. In another order the rounding of the
                     // sum with the position would stay in the displacement.
                     let settled = families.settle_along(vertex, at + displacement, along) - at;
-                    slide[vertex as usize] = settled - displacement;
+                    let by = settled - displacement;
+                    slide[vertex as usize] = by;
+                    if let Some(along) = along.filter(|_| families.shapes_at(vertex).count() == 1) {
+                        let of_chord = (by - along * by.dot(along)).length() / chord;
+                        let worst = missed.get_or_insert(MissedSurface { vertex, of_chord, vertices: 0 });
+                        worst.vertices += usize::from(of_chord > MISSED_SURFACE);
+                        if of_chord > worst.of_chord {
+                            (worst.vertex, worst.of_chord) = (vertex, of_chord);
+                        }
+                    }
                 }
             }
+            let missed = missed.filter(|missed| missed.of_chord > MISSED_SURFACE);
+            self.missed_surfaces.extend(missed.map(|missed| (wing.name.clone(), missed)));
             families.partners.even_slide(&wing.vertices, displacement, &mut slide);
             convergence = convergence.and(strip.relax(&mut slide, stopping)?);
             for &vertex in &wing.vertices {
@@ -426,6 +464,8 @@ impl Wing {
             *wing.families.iter().find(has).expect("the vertices are those of the families")
         };
         let family = vertices.iter().map(family).collect();
+        let chords = of_wing.chords(&junction);
+        let junction = junction.into_iter().zip(chords).collect();
         Ok(Self { name: wing.name.clone(), vertices, family, shared, interpolation, mirror, junction, strip })
     }
 }
