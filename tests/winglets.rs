@@ -1,7 +1,7 @@
 //! Wings with winglets: one set of profiles for both, and two sets that share a curve.
 //!
-//! The allowed distances and qualities are those that prototypes in another language measured on the
-//! same meshes and profiles, with a margin.
+//! The allowed distances and qualities are those that prototypes in another language measured on
+//! the same meshes and profiles, with a margin.
 
 mod common;
 
@@ -108,8 +108,8 @@ fn off_surface(mesh: &TetMesh, moved: &[DVec3], profiles: &[Profile]) -> f64 {
     profiles.iter().flat_map(|profile| &profile.points).map(off).fold(0.0, f64::max)
 }
 
-/// The least and greatest ratio of edges may be 1.35 only where the fence stands on the wing: there the
-/// set `big` makes the wing thicker and not the fence.
+/// The least and greatest ratio of edges may be 1.35 only where the fence stands on the wing: there
+/// the set `big` makes the wing thicker and not the fence.
 #[test]
 fn one_set_of_profiles_moves_wing_and_winglet() {
     for name in MESHES {
@@ -192,8 +192,8 @@ fn another_unit_changes_no_bit() {
     }
 }
 
-/// A fence below the wing is the mirror image of one above it. Its sections stand in planes that are
-/// perpendicular to those of the wing, so their normals do not say on which side they are.
+/// A fence below the wing is the mirror image of one above it. Its sections stand in planes that
+/// are perpendicular to those of the wing, so their normals do not say on which side they are.
 ///
 /// Fails if such normals keep the side of their largest component.
 #[test]
@@ -215,8 +215,8 @@ fn a_fence_may_point_down() {
     }
 }
 
-/// A wing that hangs down towards its tip by 17 degrees: the planes of the fence's sections, continued
-/// inwards, cross it once more.
+/// A wing that hangs down towards its tip by 17 degrees: the planes of the fence's sections,
+/// continued inwards, cross it once more.
 ///
 /// Fails if vertices of that crossing are compared with the fence's profile.
 #[test]
@@ -306,8 +306,8 @@ fn the_first_wing_has_the_shared_curve() {
     }
 }
 
-/// The design of the prototypes differs at the curve by 6 % of the chord. A shift of both by as much
-/// differs by rounding, and a shift of the winglet alone by what it is.
+/// The design of the prototypes differs at the curve by 6 % of the chord. A shift of both by as
+/// much differs by rounding, and a shift of the winglet alone by what it is.
 #[test]
 fn a_difference_is_told_of() {
     let mut mover = of_two("blended", BOTH).build(cpu()).unwrap();

@@ -23,8 +23,8 @@ use crate::profile::{self, Plane, Profile, ProfileError};
 /// vertex.
 const MATCH: f64 = 1e-3;
 
-/// Planes that enclose an angle with a smaller cosine turn along the span, as at a winglet. The angle is
-/// 20 degrees: a design turns the planes of a wing by less.
+/// Planes that enclose an angle with a smaller cosine turn along the span, as at a winglet. The
+/// angle is 20 degrees: a design turns the planes of a wing by less.
 const TURN: f64 = 0.94;
 
 /// A case with its mesh, its old and new profiles and its prescribed displacements. Lengths are in

@@ -230,8 +230,9 @@ impl Mover {
         for (wing, families) in &self.wing_families {
             let Some(new) = design.profiles.get(wing) else { continue };
             let faces: Vec<Face> = families.iter().flat_map(|&family| self.surface.faces_of(family)).collect();
-            // On quadrilaterals the cut has points on the edges of the mesh alone, and most edges of a
-            // wing run through its vertices along the span. So the sag of the faces shows between.
+            // On quadrilaterals the cut has points on the edges of the mesh alone, and most edges
+            // of a wing run through its vertices along the span. So the sag of the faces shows
+            // between.
             let has_quads = faces.iter().any(|face| face.vertices().len() > 3);
             let measured = |points: &[DVec3]| {
                 let middles = points.windows(2).filter(|_| has_quads).map(|ends| 0.5 * (ends[0] + ends[1]));

@@ -40,12 +40,12 @@ const PARALLEL: f64 = 1e-6;
 /// without a doubt. The angle is 75 degrees.
 const CLEAR: f64 = 0.26;
 
-/// Least cosine of the angle between the mean normal and a plane's. Planes that lean back have no order
-/// along it.
+/// Least cosine of the angle between the mean normal and a plane's. Planes that lean back have no
+/// order along it.
 const LEAST_ALONG: f64 = 1e-3;
 
-/// Planes may intersect in the wing if the cosine of the angle between them is not less: 45 degrees.
-/// At a larger angle the sections have no order.
+/// Planes may intersect in the wing if the cosine of the angle between them is not less: 45
+/// degrees. At a larger angle the sections have no order.
 const LEAST_CROSSED: f64 = 0.7;
 
 /// The formula for planes that are not parallel needs the middle of each section at least this
@@ -148,9 +148,9 @@ impl Span {
         Ok((Self { planes, eta, normal: mean, turns }, order))
     }
 
-    /// The interval of each point, if planes turn along the span. There a plane that is continued far
-    /// beyond its section may cross the wing once more, as the plane of an upright winglet's section
-    /// does where the wing hangs down towards its tip.
+    /// The interval of each point, if planes turn along the span. There a plane that is continued
+    /// far beyond its section may cross the wing once more, as the plane of an upright winglet's
+    /// section does where the wing hangs down towards its tip.
     pub fn intervals(&self, points: &[DVec3]) -> Option<Vec<usize>> {
         (!self.turns.is_empty()).then(|| points.iter().map(|&point| self.coordinate(point).1).collect())
     }
@@ -350,7 +350,8 @@ fn parabola(nodes: &[f64], x: f64) -> ([f64; 3], [f64; 3]) {
 mod tests {
     use super::*;
 
-    /// A profile in the plane through `point` with the normal `normal`, which has no component along x.
+    /// A profile in the plane through `point` with the normal `normal`, which has no component
+    /// along x.
     fn square(number: i64, point: DVec3, normal: DVec3) -> Profile {
         let up = DVec3::X.cross(normal);
         let corners = [[0.0, 0.1], [0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]];
@@ -411,8 +412,8 @@ mod tests {
         }
     }
 
-    /// A winglet that leans back over its wing by 120 degrees is refused where its planes have no order
-    /// along the mean normal.
+    /// A winglet that leans back over its wing by 120 degrees is refused where its planes have no
+    /// order along the mean normal.
     #[test]
     fn planes_that_lean_back_are_refused() {
         let angle = 120f64.to_radians();

@@ -1,6 +1,6 @@
-//! [`Strip`]: makes the networks that spread displacements of a line of vertices over the strip of a
-//! wing beside the line. The line is a junction with the fuselage, or a curve that the wing shares
-//! with another wing.
+//! [`Strip`]: makes the networks that spread displacements of a line of vertices over the strip of
+//! a wing beside the line. The line is a junction with the fuselage, or a curve that the wing
+//! shares with another wing.
 //!
 //! A strip ends before the first section, so that the wing keeps its profiles.
 

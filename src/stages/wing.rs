@@ -112,8 +112,8 @@ struct Wing {
     shared: SharedVertices,
     interpolation: ProfileInterpolation,
     mirror: Option<Mirror>,
-    /// Vertices that are also on a carenage or plane, as indices of `vertices`, with the chord there
-    /// in the mesh's unit.
+    /// Vertices that are also on a carenage or plane, as indices of `vertices`, with the chord
+    /// there in the mesh's unit.
     junction: Vec<(usize, f64)>,
     strip: Option<SurfaceNetwork>,
 }
