@@ -668,7 +668,7 @@ fn sections_of_quadrilaterals_carry_affine_maps() {
     let positions: Vec<DVec3> = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
     let faces: Vec<Face> = faces.iter().map(|face| face.renumbered(place)).collect();
     let normals = vec![DVec3::ZERO; positions.len()];
-    let surface = WingSurface { positions: &positions, normals: &normals, faces: &faces, mirrored: &[] };
+    let surface = WingSurface { positions: &positions, normals: &normals, faces: &faces, ..WingSurface::default() };
     let map = |at: DVec3| {
         DVec3::new(0.03 + 1.02 * at.x + 0.05 * at.z, at.y + 0.1, 0.02 - 0.03 * at.x + 1.1 * at.z + 0.04 * at.y)
     };

@@ -281,7 +281,7 @@ fn degenerate_input_never_panics() {
         let (old, new) = (profiles(3), profiles(3));
         let positions: Vec<DVec3> = old.iter().chain(&new).flat_map(|p| p.points.clone()).collect();
         let normals = vec![DVec3::Z; positions.len()];
-        let surface = WingSurface { positions: &positions, normals: &normals, faces: &[], mirrored: &[] };
+        let surface = WingSurface { positions: &positions, normals: &normals, faces: &[], ..WingSurface::default() };
         match ProfileInterpolation::new(&old, &surface).and_then(|loft| loft.displacements(&new)) {
             Ok(motion) => {
                 results += 1;

@@ -79,7 +79,13 @@ fn the_mirror_image_lies_on_the_old_profiles() {
         let other = surface.vertices.iter().map(|&at| at + by * DVec3::Z);
         let positions: Vec<DVec3> = surface.vertices.iter().copied().chain(other).collect();
         let normals = [&surface.normals[..], &surface.normals].concat();
-        let both = WingSurface { positions: &positions, normals: &normals, faces: &faces, mirrored: &mirrored };
+        let both = WingSurface {
+            positions: &positions,
+            normals: &normals,
+            faces: &faces,
+            mirrored: &mirrored,
+            ..WingSurface::default()
+        };
         ProfileInterpolation::new(&profiles(0.0, &[1.05, 2.95]), &both).map(drop)
     };
     assert_eq!(beside(0.007), Ok(()));

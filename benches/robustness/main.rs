@@ -4,8 +4,9 @@
 //! `cargo bench --bench robustness -- [MESH FAMILY | CASE] [--svg FOLDER]`: the body is the family
 //! FAMILY of MESH, every vertex of it prescribed and every other family fixed; or the wing of CASE,
 //! moved by its profiles. If none is said, first the wing of `tests/data/pitch-wing.msh.gz`, then
-//! that of `examples/wing-body/case.toml`. Each motion starts from the original mesh and is made
-//! once for each target of local optimisation. The charts go to FOLDER, or to `target`.
+//! that of `examples/wing-body/case.toml`, then those of `cases`, with a nacelle and with fairings.
+//! Each motion starts from the original mesh and is made once for each target of local optimisation.
+//! The charts go to FOLDER, or to `target`.
 
 mod bodies;
 mod chart;
@@ -53,6 +54,8 @@ fn arguments() -> Result<Arguments, Failure> {
         [] => vec![
             (root.join("tests/data/pitch-wing.msh.gz"), Some("wing".to_owned())),
             (root.join("examples/wing-body/case.toml"), None),
+            (root.join("benches/robustness/cases/nacelle.toml"), None),
+            (root.join("benches/robustness/cases/fairings.toml"), None),
         ],
         [case] => vec![(case.into(), None)],
         [mesh, family] => vec![(mesh.into(), Some(family.clone()))],
@@ -127,10 +130,11 @@ fn body(path: &Path, family: Option<&str>) -> Result<Box<dyn Body>, Failure> {
     })
 }
 
-/// What to call a body: its mesh without extensions, its case's folder.
+/// What to call a body: its mesh or case without extensions, or the folder of a `case.toml`.
 fn name(path: &Path) -> Result<String, Failure> {
     let path = path.canonicalize()?;
-    let of = if path.extension().is_some_and(|extension| extension == "toml") { path.parent() } else { Some(&*path) };
+    let is_example = path.ends_with("case.toml");
+    let of = if is_example { path.parent() } else { Some(&*path) };
     let file = of.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
     Ok(file.split('.').next().unwrap_or_default().to_owned())
 }

@@ -16,6 +16,7 @@ use crate::families::{Role, SetupError};
 use crate::formats::{self, MeshFile, mesh_path};
 use crate::mesh::{self, FamilyId, HybridMesh, OtherCells, TetMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder, Settings};
+use crate::profile::cut::{Junctions, cut_at_planes_through_parts};
 use crate::profile::{self, Plane, Profile, ProfileError};
 
 /// A row of prescribed displacements belongs to a vertex within this fraction of the family's
@@ -140,7 +141,8 @@ impl Case {
                              section that was there before; `old` in [profiles.{name}] says where each section was"
                         ));
                     }
-                    cut_like(hybrid, &families, &new).map_err(about)?
+                    let is_bridged = |family: FamilyId| roles[family.index()].is_bridged();
+                    cut_like(hybrid, &families, is_bridged, &new).map_err(about)?
                 }
             };
             profile::compare_sizes(&old, &new).map_err(about)?;
@@ -367,8 +369,19 @@ fn turns(profiles: &[Profile]) -> Result<bool, ProfileError> {
 }
 
 /// The old profiles, cut from the mesh at the new ones' planes.
-fn cut_like(mesh: HybridMesh, families: &[FamilyId], new: &[Profile]) -> Result<Vec<Profile>, ProfileError> {
+///
+/// - `families`: of the wing
+/// - `is_bridged`: whether sections are bridged through a family that stands on the wing
+fn cut_like(
+    mesh: HybridMesh,
+    families: &[FamilyId],
+    is_bridged: impl Fn(FamilyId) -> bool,
+    new: &[Profile],
+) -> Result<Vec<Profile>, ProfileError> {
     let planes = new.iter().map(|profile| Ok((profile.number, Plane::of_profile(profile)?)));
     let planes = planes.collect::<Result<Vec<_>, ProfileError>>()?;
-    profile::cut::cut_at_planes(mesh.vertices(), &mesh::faces_of_families(mesh, families), &planes)
+    let junctions = Junctions::of_mesh(mesh, families, is_bridged);
+    let faces = mesh::faces_of_families(mesh, families);
+    let cut = cut_at_planes_through_parts(mesh.vertices(), &faces, &planes, &junctions)?;
+    Ok(cut.into_iter().map(|(profile, _)| profile).collect())
 }

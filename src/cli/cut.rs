@@ -12,7 +12,8 @@ use super::json::{check_json, write_json};
 use super::{JsonTarget, json_target, warn_of_file};
 use crate::formats::{self, write_atomically};
 use crate::mesh::{check_size, faces_of_families};
-use crate::profile::{Plane, Pose, Profile, csv, cut, stations};
+use crate::profile::cut::{self, Gap, Junctions};
+use crate::profile::{Plane, Pose, Profile, csv, stations};
 use crate::report::aligned;
 use crate::session::{check_distinct, check_writable};
 use crate::text::figures::Shortest;
@@ -64,18 +65,31 @@ struct Section {
     twist: Option<f64>,
     thickness: Option<f64>,
     trailing_edge: Option<f64>,
+    /// Gaps at parts on the wing, where the section is a guess.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    bridged: Vec<BridgedGap>,
     /// Why nothing was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     not_measured: Option<String>,
 }
 
+/// A gap of a section. `length` is in the mesh's unit, `share` in lengths of the section.
+#[derive(Debug, Serialize)]
+struct BridgedGap {
+    family: String,
+    length: f64,
+    share: f64,
+}
+
 impl Section {
-    fn new(profile: &Profile, plane: &Plane) -> Self {
+    fn new(profile: &Profile, plane: &Plane, gaps: &[Gap]) -> Self {
         let axes = [("x", plane.normal.x, plane.point.x), ("y", plane.normal.y, plane.point.y)];
         let axes = axes.into_iter().chain([("z", plane.normal.z, plane.point.z)]);
         let axis = axes.into_iter().find(|(_, across, _)| across.abs() == 1.0).map(|(name, _, at)| (name, at));
         let (name, at) = axis.unzip();
-        let section = Self { number: profile.number, plane: name, at, ..Self::default() };
+        let gaps =
+            gaps.iter().map(|gap| BridgedGap { family: gap.family.clone(), length: gap.length, share: gap.share });
+        let section = Self { number: profile.number, plane: name, at, bridged: gaps.collect(), ..Self::default() };
         match Pose::of(profile, plane) {
             Err(error) => Self { not_measured: Some(error.to_string()), ..section },
             Ok(pose) => Self {
@@ -177,12 +191,24 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             arguments.mesh.display()
         ));
     }
-    let (profiles, planes) = planes
+    let (cut, planes) = planes
         .and_then(|planes| {
             let numbered: Vec<_> = (0..).zip(planes).collect();
-            Ok((cut::cut_at_planes(&mesh.vertices, &faces, &numbered)?, numbered))
+            // The mesh has no roles, so sections are bridged through every other family.
+            let junctions = Junctions::of_mesh(file.cells(), &families, |_| true);
+            Ok((cut::cut_at_planes_through_parts(&mesh.vertices, &faces, &numbered, &junctions)?, numbered))
         })
         .map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
+    let (profiles, gaps): (Vec<Profile>, Vec<Vec<Gap>>) = cut.into_iter().unzip();
+    for (profile, gap) in
+        profiles.iter().zip(&gaps).flat_map(|(profile, gaps)| gaps.iter().map(move |gap| (profile, gap)))
+    {
+        console.warn(format_args!(
+            "section {} passes through {gap}: its points there are a guess; if the family belongs to the wing, name it in --family \
+             too",
+            profile.number
+        ));
+    }
     let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
     if to_stdout {
         let mut text = Vec::new();
@@ -192,7 +218,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
             .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
     }
-    let sections = profiles.iter().zip(&planes).map(|(profile, (_, plane))| Section::new(profile, plane));
+    let of_planes = profiles.iter().zip(&planes).zip(&gaps);
+    let sections = of_planes.map(|((profile, (_, plane)), gaps)| Section::new(profile, plane, gaps));
     let sections = Sections {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
         file: arguments.mesh.display().to_string(),

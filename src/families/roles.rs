@@ -330,6 +330,12 @@ impl Role {
         self.row().placed_by
     }
 
+    /// Whether sections of a wing are bridged through the family where it stands on the wing: not
+    /// through another wing, a trailing edge or a plane.
+    pub fn is_bridged(&self) -> bool {
+        !matches!(self.placed_by(), PlacedBy::Wing | PlacedBy::TrailingEdge | PlacedBy::Plane)
+    }
+
     /// Whether the family slides in a plane.
     pub fn is_plane(&self) -> bool {
         matches!(self, Self::Plane { .. })

@@ -16,7 +16,10 @@ use crate::{
     profile::{Missed, Plane, Profile, ProfileError, cut, distance},
     projection::TargetSurface,
     relaxation::Convergence,
-    stages::rigid::{Body, Strain},
+    stages::{
+        rigid::{Body, Strain},
+        wing::junctions,
+    },
 };
 
 /// A vertex is off its carenage or plane beyond this fraction of the family's size. A plane family
@@ -232,16 +235,19 @@ impl Mover {
             let faces: Vec<Face> = families.iter().flat_map(|&family| self.surface.faces_of(family)).collect();
             // On quadrilaterals the cut has points on the edges of the mesh alone, and most edges
             // of a wing run through its vertices along the span. So the sag of the faces shows
-            // between.
+            // between. Bridges over parts are guesses, and count nowhere.
             let has_quads = faces.iter().any(|face| face.vertices().len() > 3);
-            let measured = |points: &[DVec3]| {
-                let middles = points.windows(2).filter(|_| has_quads).map(|ends| 0.5 * (ends[0] + ends[1]));
-                points.iter().copied().chain(middles).collect::<Vec<_>>()
+            let measured = |cut: &cut::ThroughParts| {
+                let is_whole = cut.on_surface.len() == cut.points.len();
+                let ends = cut.on_surface.windows(2).filter(|_| has_quads && is_whole);
+                let middles = ends.map(|ends| 0.5 * (ends[0] + ends[1]));
+                cut.on_surface.iter().copied().chain(middles).collect::<Vec<_>>()
             };
+            let junctions = junctions(&self.mesh, &self.surface, &self.families.roles, families, |vertex| vertex);
             let section = |new: &Profile| {
-                let points = cut::cut(vertices, &faces, &Plane::of_profile(new)?)?;
-                let max_distance_to_new_profile = distance::max_distance(&measured(&points), &new.points);
-                Ok(MovedSection { profile: new.number, max_distance_to_new_profile, points })
+                let cut = cut::cut_through_parts(vertices, &faces, &Plane::of_profile(new)?, &junctions)?;
+                let max_distance_to_new_profile = distance::max_distance(&measured(&cut), &new.points);
+                Ok(MovedSection { profile: new.number, max_distance_to_new_profile, points: cut.points })
             };
             let sections: Vec<Result<MovedSection, ProfileError>> = new.iter().map(section).collect();
             let distances = sections.iter().map(|section| section.as_ref().map(|of| of.max_distance_to_new_profile));

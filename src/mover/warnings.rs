@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use super::{Design, HeldBack, Mover};
 use crate::families::{Misplaced, Role};
+use crate::profile::cut::Gap;
 use crate::profile::{Missed, Remark};
 use crate::smoothing::Smoothed;
 use crate::stages::SharedCurve;
@@ -46,6 +47,13 @@ pub enum Warning {
     },
     /// A family holds vertices that the design moves with another family.
     HeldBack(HeldBack),
+    /// Old profiles pass through parts that stand on their wing, and are bridged there.
+    Bridged {
+        /// The wing.
+        wing: String,
+        /// The gaps, each with the number of its profile.
+        gaps: Vec<(i64, Gap)>,
+    },
     /// Planes of profiles cross no edge of their wing, such as the plane of a section inside the
     /// fuselage. So it cannot be checked whether the wing has these profiles.
     NotJudged {
@@ -110,6 +118,15 @@ impl fmt::Display for Warning {
                  {max_distance:.3e}, at {}: `{family}` is bent there",
                 place(*at)
             ),
+            Self::Bridged { wing, gaps } => {
+                let gaps: Vec<String> = gaps.iter().map(|(profile, gap)| format!("{profile} through {gap}")).collect();
+                write!(
+                    f,
+                    "old profiles of `{wing}` pass through parts on the wing, where their shape is a guess: {}; planes beside \
+                     the parts need no guess",
+                    gaps.join("; ")
+                )
+            }
             Self::NotJudged { wing, profiles } => write!(
                 f,
                 "the planes of the profiles {profiles:?} cross no edge of the wing of `{wing}`: whether it has them cannot be \
@@ -223,6 +240,8 @@ impl Mover {
                     _ => Warning::Misplaced { family: name(family), role: role.name(), misplaced: *misplaced },
                 }
             });
+        let of_wings = self.stages.wings.gaps().filter(|(_, gaps)| !gaps.is_empty());
+        let bridged = of_wings.map(|(wing, gaps)| Warning::Bridged { wing: wing.to_owned(), gaps: gaps.to_vec() });
         let nothing_moves = original == vertices;
         let held_back = held_back.iter().cloned().map(Warning::HeldBack);
         let not_judged = missed.iter().filter_map(|(wing, missed)| {
@@ -239,6 +258,7 @@ impl Mover {
         folds
             .into_iter()
             .chain(layers)
+            .chain(bridged)
             .chain(odd(self.stages.wings.remarks()))
             .chain(different)
             .chain(parted)

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use super::chord::{Chord, begins_at_nose};
 use super::curve::Outline;
-use super::cut::{carried, flat_section};
+use super::cut::{Gap, Junctions, carried, flat_section_through};
+use super::distance::distance;
 use super::edges::TrailingEdge;
 use super::kept::KeptSection;
 use super::matching::OldSection;
@@ -24,6 +25,10 @@ use crate::text::figures::length;
 /// Largest distance between an old profile and the wing's section in its plane, as a share of the
 /// section's length.
 const OFF_WING: f64 = 0.01;
+
+/// A point of an old profile that is nearer to a bridge of the wing's section than this share of the
+/// section's length is in the gap, where the section is a guess.
+const IN_GAP: f64 = 0.03;
 
 /// Vertices beside a profile outside the wing are at its end if their distance from the profile's
 /// plane exceeds the nearest vertex's by less than the first share of the profile's length. Their
@@ -94,10 +99,16 @@ impl std::fmt::Display for Closeness {
     }
 }
 
+/// What is needed of the wing's own section beside a given one.
+pub(super) struct OwnOf {
+    /// Its forms.
+    pub forms: OwnForms,
+    /// The gaps of the section, if the given profile is the wing's own section with its bridges.
+    pub gaps: Vec<Gap>,
+}
+
 /// Compares old profiles with the wing's own sections in their planes. Returns what is needed of
 /// the wing's own sections, where the wing can be cut.
-///
-/// - `positions`, `triangles`: the wing's vertices and triangles
 ///
 /// # Errors
 /// [`ProfileError::OffWing`], [`ProfileError::Size`], and [`ProfileError::PlaneMisses`] if all
@@ -105,9 +116,9 @@ impl std::fmt::Display for Closeness {
 pub(super) fn against_wing(
     sections: &[KeptSection],
     span: &Span,
-    positions: &[DVec3],
-    faces: &[Face],
-) -> Result<(Vec<Option<OwnForms>>, Closeness), ProfileError> {
+    surface: &WingSurface,
+) -> Result<(Vec<Option<OwnOf>>, Closeness), ProfileError> {
+    let WingSurface { positions, faces, junctions, .. } = *surface;
     let mut closeness = Closeness::default();
     if faces.is_empty() {
         return Ok((sections.iter().map(|_| None).collect(), closeness));
@@ -116,7 +127,7 @@ pub(super) fn against_wing(
     let mut why_not = None;
     // The outer error tells that the wing has no section there, the inner one that the two differ.
     let compared = |(section, plane): (&KeptSection, &Plane)| {
-        let found = own_section(section.profile().number, plane, positions, faces)?;
+        let found = own_section(section.profile().number, plane, positions, faces, junctions)?;
         let section = section.section();
         Ok(compare(&section, &found).map(|near| (found.beside(&section), near)))
     };
@@ -186,13 +197,39 @@ pub(super) fn beside_wing(
 }
 
 /// The wing's own section in a plane.
-fn own_section(number: i64, plane: &Plane, positions: &[DVec3], faces: &[Face]) -> Result<OwnSection, ProfileError> {
-    let flat = flat_section(positions, faces, plane)?;
-    let carried = carried(positions, faces, plane, &flat);
-    OwnSection::new(number, flat.points(), carried, plane)
+struct Own {
+    section: OwnSection,
+    gaps: Vec<Gap>,
+    /// The points of each bridge.
+    bridges: Vec<Vec<DVec3>>,
 }
 
-fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileError> {
+impl Own {
+    /// Keeps what may be needed beside a given section.
+    fn beside(self, given: &OldSection) -> OwnOf {
+        let forms = self.section.beside(given);
+        let gaps = if forms.is_given() { self.gaps } else { Vec::new() };
+        OwnOf { forms, gaps }
+    }
+}
+
+fn own_section(
+    number: i64,
+    plane: &Plane,
+    positions: &[DVec3],
+    faces: &[Face],
+    junctions: Option<&Junctions>,
+) -> Result<Own, ProfileError> {
+    let flat = flat_section_through(positions, faces, plane, junctions)?;
+    let carried = carried(positions, faces, plane, &flat);
+    let points = flat.points();
+    let bridges = flat.bridge_runs().into_iter().map(|(run, _)| points[run].to_vec()).collect();
+    let section = OwnSection::new(number, flat.points(), carried, plane)?;
+    Ok(Own { section, gaps: flat.gaps(), bridges })
+}
+
+fn compare(section: &OldSection, own: &Own) -> Result<Closeness, ProfileError> {
+    let Own { section: own, bridges, .. } = own;
     let profile = section.profile().number;
     let length = own.carried.length();
     let times = section.length() / length;
@@ -203,14 +240,16 @@ fn compare(section: &OldSection, own: &OwnSection) -> Result<Closeness, ProfileE
     // A profile of few points may stand for a smooth curve or for straight lines.
     let off = |point: DVec3, from: &Near| from.curve(point).min(from.closed_lines(point));
     let (carried, flat, near) = (Near::new(&own.carried), Near::new(&own.flat), Near::new(section));
-    let given = section.profile().points.iter().map(|&point| off(point, &carried).min(off(point, &flat)));
-    let wing = own.carried.profile().points.iter().map(|&point| off(point, &near));
-    let distance = given.chain(wing).fold(0.0, f64::max);
-    if distance > OFF_WING * length {
-        return Err(ProfileError::OffWing { profile, distance, share: distance / length });
+    let is_known = |point: &&DVec3| bridges.iter().all(|bridge| distance(**point, bridge) > IN_GAP * length);
+    let given = section.profile().points.iter().filter(is_known);
+    let given = given.map(|&point| off(point, &carried).min(off(point, &flat)));
+    let wing = own.carried.profile().points.iter().filter(is_known).map(|&point| off(point, &near));
+    let furthest = given.chain(wing).fold(0.0, f64::max);
+    if furthest > OFF_WING * length {
+        return Err(ProfileError::OffWing { profile, distance: furthest, share: furthest / length });
     }
-    let share = distance / (OFF_WING * length);
-    let off = 100.0 * distance / length;
+    let share = furthest / (OFF_WING * length);
+    let off = 100.0 * furthest / length;
     let what = format!(
         "the old profile {profile} is {off:.2} % of its length off the wing (refused beyond {} %)",
         100.0 * OFF_WING

@@ -429,6 +429,25 @@ pub(super) fn bracket(values: &[f64], x: f64) -> (usize, f64) {
 
 /// The end of an open curve that is not at the trailing edge, if there is one.
 pub(super) fn short_end(curve: &[DVec3]) -> Option<DVec3> {
+    let Behind { end, by, length, base } = behind(curve)?;
+    (by > f64::max(BEHIND * length, base / 2.0)).then_some(end)
+}
+
+/// How far an open curve reaches behind one of its ends, along its chord. Lengths are in the mesh's
+/// unit.
+pub(super) struct Behind {
+    /// The end that lies farther before the rear.
+    pub end: DVec3,
+    /// Its distance from the rear.
+    pub by: f64,
+    /// Length of the curve.
+    pub length: f64,
+    /// Thickness between the two ends.
+    pub base: f64,
+}
+
+/// The end of an open curve that lies farther before its rear. `None` for a curve without length.
+pub(super) fn behind(curve: &[DVec3]) -> Option<Behind> {
     let (&first, &last) = (curve.first()?, curve.last()?);
     let middle = (first + last) / 2.0;
     let farther = |far: DVec3, &point: &DVec3| {
@@ -440,7 +459,7 @@ pub(super) fn short_end(curve: &[DVec3]) -> Option<DVec3> {
     let length = rear - leading.dot(chord);
     let end = if first.dot(chord) < last.dot(chord) { first } else { last };
     let base = (last - first).reject_from_normalized(chord).length();
-    (rear - end.dot(chord) > f64::max(BEHIND * length, base / 2.0)).then_some(end)
+    Some(Behind { end, by: rear - end.dot(chord), length, base })
 }
 
 /// Twice the area vector of a curve, closed by a straight line from its end to its start.

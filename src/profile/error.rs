@@ -309,7 +309,10 @@ pub enum ProfileError {
         high: f64,
     },
     /// A plane cuts the surface into several curves.
-    #[error("the plane at {at} along normal {normal} cuts the wing into {pieces} curves, expected one")]
+    #[error(
+        "the plane at {at} along normal {normal} cuts the wing into {pieces} curves, expected one{}",
+        between(families)
+    )]
     Pieces {
         /// The plane's normal.
         normal: DVec3,
@@ -317,12 +320,15 @@ pub enum ProfileError {
         at: f64,
         /// Number of curves.
         pieces: usize,
+        /// The families on which the curves end, where they are known.
+        families: Vec<String>,
     },
     /// An open section does not end at the trailing edge on both sides.
     #[error(
-        "the plane at {at} along normal {normal} cuts a section that ends at {}, short of the trailing edge: \
+        "the plane at {at} along normal {normal} cuts a section that ends at {}{}, short of the trailing edge: \
          another body stands there, or the families hold one side of the wing only",
-        near(*position)
+        near(*position),
+        family.as_ref().map_or(String::new(), |family| format!(" on `{}`", shown(family)))
     )]
     CutShort {
         /// The plane's normal.
@@ -331,6 +337,28 @@ pub enum ProfileError {
         at: f64,
         /// The end before the trailing edge.
         position: DVec3,
+        /// The family on which the section ends, where it is known.
+        family: Option<String>,
+    },
+    /// A gap of a section is too large for a guess, or the family in it is no part on the wing.
+    #[error(
+        "the plane at {at} along normal {normal} cuts a section with a gap at `{}`, from {} to {}: {why}; a plane beside \
+         `{}` gives a section of the wing",
+        shown(family), near(*from), near(*to), shown(family)
+    )]
+    Gap {
+        /// The plane's normal.
+        normal: DVec3,
+        /// Coordinate of the plane along its normal.
+        at: f64,
+        /// The family in the gap.
+        family: String,
+        /// The ends of the gap.
+        from: DVec3,
+        /// The other end.
+        to: DVec3,
+        /// Why the gap is not bridged, in words.
+        why: String,
     },
     /// The cut branches, because three or more triangles share an edge.
     #[error("the plane at {at} along normal {normal} cuts no simple curve: it branches at {position}")]
@@ -397,6 +425,12 @@ impl ProfileError {
             _ => None,
         }
     }
+}
+
+/// The families between the curves of a section, in words.
+fn between(families: &[String]) -> String {
+    let names: Vec<String> = families.iter().map(|family| format!("`{}`", shown(family))).collect();
+    if names.is_empty() { String::new() } else { format!("; they end on {}", names.join(", ")) }
 }
 
 /// Compares a profile of `times` the length of another curve with it, in words.

@@ -40,6 +40,7 @@ use rayon::prelude::*;
 use super::accuracy::{Missed, Watch, into};
 use super::along::{ArcPlace, SectionArcs, cubic_at};
 use super::checks::{self, Closeness};
+use super::cut::Gap;
 use super::displacement::ProfileDisplacement;
 use super::kept::KeptSection;
 use super::locate::grid_parameters;
@@ -83,6 +84,8 @@ pub struct ProfileInterpolation {
     alone: Option<f64>,
     /// The check that comes nearest to refusing the old profiles.
     closeness: Closeness,
+    /// The bridged gaps of old profiles, each with the number of its profile.
+    gaps: Vec<(i64, Gap)>,
 }
 
 impl ProfileInterpolation {
@@ -98,7 +101,7 @@ impl ProfileInterpolation {
     ///   profiles do not belong to this wing
     /// - the errors of profiles that are no plane curves, see [`super::Plane::of_profile`]
     pub fn new(old: &[Profile], surface: &WingSurface) -> Result<Self, ProfileError> {
-        let WingSurface { positions, normals, faces, .. } = *surface;
+        let WingSurface { positions, normals, .. } = *surface;
         if positions.len() != normals.len() {
             return Err(ProfileError::Lengths { positions: positions.len(), normals: normals.len() });
         }
@@ -107,9 +110,16 @@ impl ProfileInterpolation {
         let (span, order) = Span::new(old, size)?;
         let pairs = order.iter().zip(&span.planes);
         let sections = pairs.map(|(&i, plane)| KeptSection::new(&old[i], plane)).collect::<Result<Vec<_>, _>>()?;
-        let (own, closeness) = checks::against_wing(&sections, &span, positions, faces)?;
+        let (own, closeness) = checks::against_wing(&sections, &span, surface)?;
         let compared: Vec<bool> = own.iter().map(Option::is_some).collect();
-        Ok(Self { closeness, ..Self::of_sections(Forms::new(sections, own), &compared, span, surface)? })
+        let (mut gaps, mut forms) = (Vec::new(), Vec::new());
+        for (own, section) in own.into_iter().zip(&sections) {
+            let number = section.profile().number;
+            let (of_section, form) = own.map_or((Vec::new(), None), |own| (own.gaps, Some(own.forms)));
+            gaps.extend(of_section.into_iter().map(|gap| (number, gap)));
+            forms.push(form);
+        }
+        Ok(Self { closeness, gaps, ..Self::of_sections(Forms::new(sections, forms), &compared, span, surface)? })
     }
 
     fn of_sections(forms: Forms, compared: &[bool], span: Span, surface: &WingSurface) -> Result<Self, ProfileError> {
@@ -151,6 +161,7 @@ impl ProfileInterpolation {
             places,
             watch: Watch::default(),
             closeness: Closeness::default(),
+            gaps: Vec::new(),
             extent,
             ends,
             alone,
@@ -317,6 +328,13 @@ impl ProfileInterpolation {
             None => self.paired(new)?,
         };
         Ok(self.watch.missed(motion, &sections, |vertex| self.places[vertex].position, moved))
+    }
+
+    /// The gaps of old profiles that pass through parts on the wing and are bridged as the wing's own
+    /// sections are, each with the number of its profile. A profile that is another curve there is
+    /// no guess, and left out.
+    pub fn gaps(&self) -> &[(i64, Gap)] {
+        &self.gaps
     }
 
     /// Indices of the vertices at the edges that cross the planes of the profiles.

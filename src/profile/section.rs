@@ -107,6 +107,13 @@ impl OwnSection {
     }
 }
 
+impl OwnForms {
+    /// Whether the given profile is the section itself, in one of its forms.
+    pub fn is_given(&self) -> bool {
+        self.flat.is_some() || self.carried.is_some()
+    }
+}
+
 /// Whether all points of one profile lie on another.
 fn within(points: &OldSection, on: &OldSection) -> bool {
     let near = Near::new(on);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::cut::Junctions;
 use crate::mesh::corners::Face;
 
 /// A wing's surface, over which profiles are interpolated.
@@ -18,4 +19,7 @@ pub struct WingSurface<'a> {
     /// sections are cut from them, but they too must agree with the profiles, before and after the
     /// motion.
     pub mirrored: &'a [Face],
+    /// Where the surface ends on other families. Old profiles that pass through a part on the wing
+    /// are checked against the wing's sections on both sides of it; without junctions they are not.
+    pub junctions: Option<&'a Junctions>,
 }

@@ -4,14 +4,29 @@
 //! A part of the boundary curve belongs to the wing and has moved already. The other parts relax as
 //! chains of springs between their moved ends (the paper's one-dimensional dynamic mesh). Then the
 //! inside relaxes as a surface that is held at the whole curve.
+//!
+//! # Arcs on a part
+//!
+//! A fairing may cross one side of a blunt trailing edge. The boundary curve then leaves this side,
+//! runs over the fairing, and comes back. The springs of such an arc would know of this side alone:
+//! where the base becomes thinner, the other side would come down on an arc that stays as high as it
+//! was. So an arc starts from the best affine motion of four corners: its two ends, and the two
+//! vertices of the other side next to them. The springs act on the rest. The paper has no such parts.
+
+use std::collections::HashSet;
 
 use glam::DVec3;
 
 use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;
+use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::Displacement;
 use crate::stage::{SetUp, Stage, StageError};
-use crate::{backend::BackendError, constraint::Constraint, relaxation::Convergence};
+use crate::{
+    backend::BackendError,
+    constraint::Constraint,
+    relaxation::{Convergence, Stopping},
+};
 
 /// All trailing edges of a mesh.
 pub struct TrailingEdges {
@@ -20,7 +35,48 @@ pub struct TrailingEdges {
 
 struct TrailingEdge {
     curve: SurfaceNetwork,
+    /// The parts of the curve that leave one side of the trailing edge and come back to it.
+    arcs: Vec<Arc>,
     surface: SurfaceNetwork,
+}
+
+/// A part of the boundary curve between two vertices of one side.
+struct Arc {
+    /// The two ends, and the vertex of the other side next to each.
+    corners: [u32; 4],
+    chain: SurfaceNetwork,
+}
+
+impl Arc {
+    /// Relaxes the arc between its ends, from the best affine motion of its corners.
+    ///
+    /// - `vertices` `[n_vertices]`: in the mesh's unit
+    fn relax(
+        &mut self,
+        vertices: &[DVec3],
+        displacement: &mut [DVec3],
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let corner = |vertex: u32| {
+            let at = vertices[vertex as usize];
+            (at, at + displacement[vertex as usize], 1.0)
+        };
+        let pairs = self.corners.map(corner);
+        if self.corners.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
+            return Ok(Convergence::nothing_to_do());
+        }
+        let motion = FittedMotion::affine(&pairs);
+        let carried = |vertex: u32| motion.displacement(vertices[vertex as usize]);
+        let [one, other, ..] = self.corners;
+        let given = [one, other].map(|end| (end, displacement[end as usize]));
+        given.iter().for_each(|&(end, _)| displacement[end as usize] -= carried(end));
+        let convergence = self.chain.relax(displacement, stopping)?;
+        given.iter().for_each(|&(end, own)| displacement[end as usize] = own);
+        for (vertex, _) in self.chain.moving() {
+            displacement[vertex as usize] += carried(vertex);
+        }
+        Ok(convergence)
+    }
 }
 
 impl TrailingEdges {
@@ -32,23 +88,34 @@ impl TrailingEdges {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let edges = families.families_of(PlacedBy::TrailingEdge).map(|family| {
             let own = |vertex: u32| families.placed_by[vertex as usize] == PlacedBy::TrailingEdge;
-            let mut boundary: Vec<[u32; 2]> = surface
-                .boundary_loops(family)
-                .into_iter()
-                .flatten()
-                .map(|h| [surface.origin(h), surface.origin(crate::mesh::half_edge::next(h))])
-                .map(|[a, b]| [a.min(b), a.max(b)])
-                .collect();
-            boundary.sort_unstable();
-            boundary.dedup();
-            let on_curve: std::collections::HashSet<u32> = boundary.iter().flatten().copied().collect();
+            let in_order = |half_edges: Vec<u32>| half_edges.into_iter().map(|h| surface.origin(h)).collect();
+            let loops: Vec<Vec<u32>> = surface.boundary_loops(family).into_iter().map(in_order).collect();
             let limit =
                 |vertex: u32, free: bool| if free { families.plane_constraint(vertex) } else { Constraint::Held };
+            let sorted = |a: u32, b: u32| [a.min(b), a.max(b)];
+            let mut on_arcs: Vec<[u32; 2]> = Vec::new();
+            let mut of_arcs = Vec::new();
+            for (chain, [beside_one, beside_other]) in arcs(&mesh.vertices, &loops, own) {
+                let edges: Vec<[u32; 2]> = chain.windows(2).map(|ends| sorted(ends[0], ends[1])).collect();
+                let corners = [chain[0], chain[chain.len() - 1], beside_one, beside_other];
+                let chain = SurfaceNetwork::new(&mesh.vertices, &edges, |v| limit(v, own(v)), backend, method)?;
+                on_arcs.extend(edges);
+                of_arcs.push(Arc { corners, chain });
+            }
+            let around = |of_loop: &Vec<u32>| {
+                let next = of_loop.iter().cycle().skip(1);
+                of_loop.iter().zip(next).map(|(&a, &b)| sorted(a, b)).collect::<Vec<_>>()
+            };
+            let mut boundary: Vec<[u32; 2]> = loops.iter().flat_map(around).collect();
+            boundary.sort_unstable();
+            boundary.dedup();
+            let on_curve: HashSet<u32> = boundary.iter().flatten().copied().collect();
+            boundary.retain(|edge| !on_arcs.contains(edge));
             let curve = SurfaceNetwork::new(&mesh.vertices, &boundary, |v| limit(v, own(v)), backend, method)?;
             let inner = surface.edges_of(surface.triangles_of(family));
             let inside = |v: u32| limit(v, own(v) && !on_curve.contains(&v));
             let surface = SurfaceNetwork::new(&mesh.vertices, &inner, inside, backend, method)?;
-            Ok(TrailingEdge { curve, surface })
+            Ok(TrailingEdge { curve, arcs: of_arcs, surface })
         });
         Ok(Self { edges: edges.collect::<Result<_, BackendError>>()? })
     }
@@ -65,7 +132,11 @@ impl Stage for TrailingEdges {
         let mut convergence = Convergence::nothing_to_do();
         for edge in &mut self.edges {
             convergence = convergence.and(edge.curve.relax(displacement, stopping)?);
-            for (vertex, _) in edge.curve.moving() {
+            for arc in &mut edge.arcs {
+                convergence = convergence.and(arc.relax(&mesh.vertices, displacement, stopping)?);
+            }
+            let on_arcs = edge.arcs.iter().flat_map(|arc| arc.chain.moving());
+            for (vertex, _) in edge.curve.moving().chain(on_arcs) {
                 let displacement = &mut displacement[vertex as usize];
                 if *displacement != DVec3::ZERO {
                     let start = mesh.vertices[vertex as usize];
@@ -78,5 +149,79 @@ impl Stage for TrailingEdges {
             convergence = convergence.and(edge.surface.relax(displacement, stopping)?);
         }
         Ok(convergence)
+    }
+}
+
+/// The parts of the boundary curve that leave one side of the trailing edge and come back to it:
+/// their vertices in order with both ends, and the vertices of the other side next to the ends.
+///
+/// The other side is a run of vertices that earlier stages place and that holds neither end. It is
+/// nearer to both ends than the arc is long. The root and the tip of a trailing edge run from side
+/// to side, and are no arcs.
+///
+/// - `loops`: the boundary curves, each as its vertices in order
+/// - `own`: whether the stage places a vertex
+fn arcs(vertices: &[DVec3], loops: &[Vec<u32>], own: impl Fn(u32) -> bool) -> Vec<(Vec<u32>, [u32; 2])> {
+    // Runs of vertices that earlier stages place, and the chains between the ends of two runs.
+    let mut runs: Vec<Vec<u32>> = Vec::new();
+    let mut chains: Vec<(Vec<u32>, [usize; 2])> = Vec::new();
+    for of_loop in loops {
+        let n = of_loop.len();
+        let Some(start) = (0..n).find(|&i| own(of_loop[(i + n - 1) % n]) && !own(of_loop[i])) else { continue };
+        let ring: Vec<u32> = (0..n).map(|i| of_loop[(start + i) % n]).collect();
+        let (placed, free): (Vec<_>, Vec<_>) = ring.chunk_by(|&a, &b| own(a) == own(b)).partition(|run| !own(run[0]));
+        let first = runs.len();
+        runs.extend(placed.iter().map(|run| run.to_vec()));
+        for (k, free) in free.iter().enumerate() {
+            let sides = [first + k, first + (k + 1) % placed.len()];
+            let ends = [runs[sides[0]][runs[sides[0]].len() - 1], runs[sides[1]][0]];
+            chains.push(([&ends[..1], free, &ends[1..]].concat(), sides));
+        }
+    }
+    let at = |vertex: u32| vertices[vertex as usize];
+    let arc = |(chain, sides): (Vec<u32>, [usize; 2])| {
+        let length: f64 = chain.windows(2).map(|pair| at(pair[0]).distance(at(pair[1]))).sum();
+        let beside = |end: u32| {
+            let others = runs.iter().enumerate().filter(|(run, _)| !sides.contains(run));
+            let all = others.flat_map(|(run, of_run)| of_run.iter().map(move |&vertex| (run, vertex)));
+            let distance = |&(_, vertex): &(usize, u32)| at(vertex).distance(at(end));
+            let nearest = all.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+            (distance(&nearest) < length).then_some(nearest)
+        };
+        let (one, other) = (beside(chain[0])?, beside(chain[chain.len() - 1])?);
+        (one.0 == other.0).then_some((chain, [one.1, other.1]))
+    };
+    chains.into_iter().filter_map(arc).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A base from x = 0 to 10 and 0.2 high, whose lower side a fairing leaves from x = 4 to 6. The
+    /// vertices of the sides are placed, those of root, tip and fairing are not.
+    ///
+    /// Fails if the other side may be farther away than the arc is long: the root then has one.
+    #[test]
+    fn an_arc_leaves_one_side_and_comes_back() {
+        let mut vertices = Vec::new();
+        let mut placed = Vec::new();
+        let mut add = |x: f64, z: f64, is_placed: bool| {
+            vertices.push(DVec3::new(x, 0.0, z));
+            placed.push(is_placed);
+        };
+        (0..=4).for_each(|x| add(x.into(), 0.0, true));
+        [(4.5, 0.1), (5.0, 0.15), (5.5, 0.1)].map(|(x, z)| add(x, z, false));
+        (6..=10).for_each(|x| add(x.into(), 0.0, true));
+        add(10.0, 0.1, false);
+        (0..=10).rev().for_each(|x| add(x.into(), 0.2, true));
+        add(0.0, 0.1, false);
+        let n = vertices.len() as u32;
+        for shift in 0..n {
+            let of_loop: Vec<u32> = (0..n).map(|i| (i + shift) % n).collect();
+            let found = arcs(&vertices, &[of_loop], |vertex| !placed[vertex as usize]);
+            // Vertices 4 to 8 from x = 4 to 6, and those above its ends.
+            assert_eq!(found, [(vec![4, 5, 6, 7, 8], [20, 18])], "{shift}");
+        }
     }
 }

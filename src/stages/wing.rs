@@ -29,15 +29,21 @@ use super::strip::{self, Strip};
 use super::surface_network::SurfaceNetwork;
 use crate::families::Families;
 use crate::families::PlacedBy;
+use crate::families::Role;
 use crate::families::SetupError;
 use crate::mesh::Displacement;
 use crate::mesh::corners::Face;
 use crate::stage::{SetUp, Stage, StageError, Wanted};
 use crate::{
     geometry::vertex_normals,
-    mesh::FamilyId,
+    mesh::{
+        FamilyId, TetMesh,
+        half_edge::{Surface, next},
+    },
     profile::{
-        Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, Remark, WingSurface,
+        Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, Remark,
+        WingSurface,
+        cut::{Gap, Junctions},
     },
     relaxation::Convergence,
 };
@@ -307,6 +313,12 @@ impl Wings {
         flat.map(|(wing, _)| wing.name.clone()).collect()
     }
 
+    /// The old profiles that pass through parts on their wing and are bridged there, each with the
+    /// name of the wing.
+    pub fn gaps(&self) -> impl Iterator<Item = (&str, &[(i64, Gap)])> {
+        self.wings.iter().map(|wing| (wing.name.as_str(), wing.interpolation.gaps()))
+    }
+
     /// The vertices beside the planes of the old profiles.
     pub fn beside_sections(&self) -> Vec<u32> {
         self.wings
@@ -432,7 +444,14 @@ impl Wing {
                 normals[place] = mirror.reflect(place, normals[place]);
             }
         }
-        let of_wing = WingSurface { positions: &positions, normals: &normals, faces: &faces, mirrored: &mirrored };
+        let junctions = junctions(mesh, surface, &families.roles, &wing.families, place);
+        let of_wing = WingSurface {
+            positions: &positions,
+            normals: &normals,
+            faces: &faces,
+            mirrored: &mirrored,
+            junctions: Some(&junctions),
+        };
         let interpolation = ProfileInterpolation::new(&wing.old, &of_wing).map_err(about)?;
         if let Some(reach) = interpolation.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + SLACK)) {
             return Err(SetupError::Reach { wing: wing.name.clone(), reach, mirrored: mirror.is_some() });
@@ -468,4 +487,24 @@ impl Wing {
         let junction = junction.into_iter().zip(chords).collect();
         Ok(Self { name: wing.name.clone(), vertices, family, shared, interpolation, mirror, junction, strip })
     }
+}
+
+/// Where a wing's surface ends on other families.
+///
+/// - `wing`: the wing's families
+/// - `number`: the number of a vertex of the mesh in the result
+pub(crate) fn junctions(
+    mesh: &TetMesh,
+    surface: &Surface,
+    roles: &[Role],
+    wing: &[FamilyId],
+    number: impl Fn(u32) -> u32,
+) -> Junctions {
+    let half_edges = wing.iter().flat_map(|&family| surface.boundary_loops(family)).flatten();
+    let beyond = half_edges.filter_map(|half_edge| {
+        let family = surface.family_behind(half_edge);
+        let ends = [half_edge, next(half_edge)].map(|half_edge| number(surface.origin(half_edge)));
+        (!wing.contains(&family)).then_some((ends, family))
+    });
+    Junctions::new(beyond, &mesh.families, |family| roles[family.index()].is_bridged())
 }

@@ -106,7 +106,7 @@ impl Surface {
 
     pub fn interpolation(&self, old: &[Profile]) -> Result<ProfileInterpolation, ProfileError> {
         let (positions, normals, faces) = (&self.vertices, &self.normals, &self.faces());
-        ProfileInterpolation::new(old, &WingSurface { positions, normals, faces, mirrored: &[] })
+        ProfileInterpolation::new(old, &WingSurface { positions, normals, faces, ..WingSurface::default() })
     }
 
     pub fn loft(&self, old: &[Profile]) -> ProfileInterpolation {

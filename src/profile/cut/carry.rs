@@ -14,12 +14,15 @@
 //! The ends of an open section, and the corners of a sharp trailing edge, stay where the wing's
 //! edge lines cross the plane.
 //!
+//! A bridge through a part (see `bridge`) is made anew between the carried pieces.
+//!
 //! The paper cuts old profiles from the facets.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::bridge::Bridge;
 use super::flat::{FlatSection, flat_section};
 use crate::geometry::nearest_on_segment;
 use crate::profile::curve::{Measured, ProfileCurve, arc_length, bracket};
@@ -64,6 +67,9 @@ const ALIKE: f64 = 1.5;
 /// the section. The vertices next to the plane are kept first.
 const CROWDED: f64 = 0.15;
 
+/// The middle of a bridge moves by less than this share of the section's arc length in an iteration.
+const AROUND: f64 = 0.05;
+
 /// The section defined by the vertices beside a plane, in the order of the flat cut.
 ///
 /// It equals the flat cut if no complete section in the distance of a guide gives the direction on
@@ -105,8 +111,9 @@ pub(in crate::profile) fn carried(
         let mut strips = strips.clone();
         for _ in 0..TURNS {
             let carried: Vec<Vec<DVec3>> = (0..strips.len()).map(|i| strips[i].carry(&strips, i, lines)).collect();
-            for (strip, carried) in strips.iter_mut().zip(carried) {
-                strip.take(carried);
+            let between = between_guides(&strips, own);
+            for (i, (strip, carried)) in strips.iter_mut().zip(carried).enumerate() {
+                strip.take(carried, between.as_deref().filter(|_| i == own));
             }
         }
         strips.swap_remove(own).points
@@ -151,6 +158,19 @@ fn bent(into: &Strip, strips: &[Strip], tau: f64, height: f64) -> DVec3 {
     (0..strips.len()).map(way).sum()
 }
 
+/// The section between two guides: straight lines join them at equal parameter. `None` if a guide is
+/// missing, or if the section has no bridge.
+fn between_guides(strips: &[Strip], own: usize) -> Option<Vec<DVec3>> {
+    let ([low, middle, high], 1) = (strips, own) else { return None };
+    if middle.bridges.is_empty() {
+        return None;
+    }
+    let [below, above] = [low, high].map(|guide| middle.plane.distance(guide.plane.point));
+    let share = below / (below - above);
+    let line = low.line.path.iter().zip(&low.line.tau);
+    Some(line.map(|(&point, &tau)| point.lerp(high.line.point(tau), share)).collect())
+}
+
 /// A plane's section with the vertices beside the plane.
 #[derive(Clone)]
 struct Strip {
@@ -159,6 +179,8 @@ struct Strip {
     /// First and last point, and the corner where a base begins. They do not change.
     corners: Vec<DVec3>,
     closed: bool,
+    /// The bridges of the section, each with a share of the arc length inside it, ascending.
+    bridges: Vec<(f64, Bridge)>,
     /// The section after the last iteration.
     points: Vec<DVec3>,
     line: Line,
@@ -285,7 +307,10 @@ impl Strip {
         let corners = [Some(0), flat.base, Some(n - 1)].into_iter().flatten().map(|i| points[i]).collect();
         let line = Line::new(&points, flat.base);
         let length = extent(&points);
-        Self { plane, beside, corners, closed: flat.is_closed(), points, line, length }
+        let runs = flat.bridge_runs().into_iter();
+        let bridges = runs.map(|(run, bridge)| ((arc[run.start] + arc[run.end - 1]) / (2.0 * total), bridge.clone()));
+        let bridges = bridges.collect();
+        Self { plane, beside, corners, closed: flat.is_closed(), bridges, points, line, length }
     }
 
     /// The point at which each vertex beside the plane arrives in it. `strips[own]` is `self`.
@@ -313,7 +338,9 @@ impl Strip {
     }
 
     /// Makes the section of the carried vertices.
-    fn take(&mut self, carried: Vec<DVec3>) {
+    ///
+    /// - `between`: a curve like the section, from the guides
+    fn take(&mut self, carried: Vec<DVec3>, between: Option<&[DVec3]>) {
         let last = self.corners.len() - 1;
         // The shares of the arc length order the points. Corners keep the ends of their sides.
         let corner_shares: Vec<f64> = match last {
@@ -331,9 +358,23 @@ impl Strip {
                 kept.insert(place, (share, carried[i]));
             }
         }
+        let mut inside = Vec::new();
+        for (middle, bridge) in self.bridges.iter().rev() {
+            let place = kept.partition_point(|other| other.0 <= *middle);
+            let (before, after): (Vec<DVec3>, Vec<DVec3>) = (
+                kept[..place].iter().rev().map(|other| other.1).collect(),
+                kept[place..].iter().map(|other| other.1).collect(),
+            );
+            let points = bridge.points(&before, &after, &self.plane, between);
+            inside.push(points[points.len() / 2]);
+            kept.splice(place..place, points.into_iter().map(|point| (*middle, point)));
+        }
         let base = (last == 2).then(|| kept.iter().position(|other| other.1 == self.corners[1])).flatten();
         self.points = kept.into_iter().map(|(_, point)| point).collect();
         debug_assert!(!self.closed || self.points.first() == self.points.last());
         self.line = Line::new(&self.points, base);
+        for ((middle, _), point) in self.bridges.iter_mut().zip(inside.into_iter().rev()) {
+            *middle = self.line.nearest(point, [*middle - AROUND, *middle + AROUND], DVec3::ZERO).1;
+        }
     }
 }

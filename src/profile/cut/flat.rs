@@ -9,9 +9,13 @@
 //! decides which crossings join: the vertices on the other side are cut off one by one.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec3;
 
+use super::bridge::{Bridge, bridged, check_edges};
+use super::crossings::{Crossing, bridge_runs, crossing, is_closed, points_of};
+use super::junctions::Junctions;
 use crate::profile::curve::{short_end, twice_area};
 use crate::profile::edges::trailing_edge;
 use crate::profile::{Plane, ProfileError, extent};
@@ -27,14 +31,8 @@ pub(in crate::profile) struct FlatSection {
     pub crossings: Vec<Crossing>,
     /// Index of the first crossing of a blunt base, if the base is part of a closed section.
     pub base: Option<usize>,
-}
-
-/// A crossing of the plane and the edges of the surface.
-#[derive(Clone, Debug)]
-pub(in crate::profile) struct Crossing {
-    pub at: DVec3,
-    /// The edges that cross the plane there: the end below it and the end above it.
-    pub edges: Vec<[u32; 2]>,
+    /// The gaps that were bridged.
+    pub bridges: Vec<Bridge>,
 }
 
 impl FlatSection {
@@ -45,10 +43,24 @@ impl FlatSection {
     pub fn is_closed(&self) -> bool {
         is_closed(&self.crossings)
     }
-}
 
-fn is_closed(curve: &[Crossing]) -> bool {
-    curve.len() > 3 && curve[0].at == curve[curve.len() - 1].at
+    /// The points on the wing's surface, without those of bridges.
+    pub fn points_on_surface(&self) -> Vec<DVec3> {
+        let on_surface = self.crossings.iter().filter(|crossing| !crossing.edges.is_empty());
+        on_surface.map(|crossing| crossing.at).collect()
+    }
+
+    /// The bridges with their points, and with those on the surface at their ends.
+    pub fn bridge_runs(&self) -> Vec<(Range<usize>, &Bridge)> {
+        let of_run = |run: Range<usize>| {
+            let run = run.start.saturating_sub(1)..(run.end + 1).min(self.crossings.len());
+            let at = |place: usize| self.crossings[place].at;
+            let ends = [at(run.start), at(run.end - 1)];
+            let has = |bridge: &&Bridge| bridge.ends == ends || bridge.ends == [ends[1], ends[0]];
+            Some((run, self.bridges.iter().find(has)?))
+        };
+        bridge_runs(&self.crossings).into_iter().filter_map(of_run).collect()
+    }
 }
 
 /// The section of [`super::cut()`], with the edges.
@@ -57,26 +69,59 @@ pub(in crate::profile) fn flat_section(
     faces: &[impl AsRef<[u32]>],
     plane: &Plane,
 ) -> Result<FlatSection, ProfileError> {
+    flat_section_through(vertices, faces, plane, None)
+}
+
+/// The section of [`super::through_parts()`], with the edges.
+///
+/// - `junctions`: where the wing's surface ends on other families; `None` bridges nothing
+pub(in crate::profile) fn flat_section_through(
+    vertices: &[DVec3],
+    faces: &[impl AsRef<[u32]>],
+    plane: &Plane,
+    junctions: Option<&Junctions>,
+) -> Result<FlatSection, ProfileError> {
     check(vertices, faces)?;
     let at = plane.point.dot(plane.normal);
     let normal = plane.normal;
-    let mut curves = match crossing_curves(vertices, faces, plane, true)? {
+    let curves = match crossing_curves(vertices, faces, plane, true)? {
         curves if !curves.is_empty() => curves,
         // The wing may end exactly in the plane and lie above it. Then vertices in the plane must
         // count as below.
         _ => crossing_curves(vertices, faces, plane, false)?,
     };
-    match (curves.pop(), curves.len()) {
-        (None, _) => {
-            let distances = faces.iter().flat_map(AsRef::as_ref).map(|&v| vertices[v as usize].dot(normal));
-            let (low, high) = distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
-            Err(ProfileError::PlaneMisses { normal, at, low, high })
+    if curves.is_empty() {
+        let distances = faces.iter().flat_map(AsRef::as_ref).map(|&v| vertices[v as usize].dot(normal));
+        let (low, high) = distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
+        return Err(ProfileError::PlaneMisses { normal, at, low, high });
+    }
+    if let Some(junctions) = junctions
+        && let Some((curve, bridges)) = bridged(&curves, vertices, faces, plane, junctions)?
+    {
+        let section = FlatSection { bridges, ..in_order(curve, plane) };
+        check_edges(&section.crossings, section.base, &section.bridges, plane)?;
+        return Ok(section);
+    }
+    let on = |end: &Crossing| {
+        let place = end.edges.iter().find_map(|&edge| junctions?.place(edge));
+        Some(junctions?.name(place?.family).to_owned())
+    };
+    let pieces = curves.len();
+    if pieces > 1 {
+        let ends = curves.iter().filter(|curve| !is_closed(curve)).flat_map(|curve| [curve.first(), curve.last()]);
+        let mut families: Vec<String> = ends.flatten().filter_map(on).collect();
+        families.sort_unstable();
+        families.dedup();
+        return Err(ProfileError::Pieces { normal, at, pieces, families });
+    }
+    let Some(curve) = curves.into_iter().next() else { unreachable!("an empty list was returned above") };
+    match (!is_closed(&curve)).then(|| short_end(&points_of(&curve))).flatten() {
+        Some(position) => {
+            let ends = [curve.first(), curve.last()].into_iter().flatten();
+            let family = ends.filter(|end| end.at == position).find_map(on);
+            Err(ProfileError::CutShort { normal, at, position, family })
         }
-        (Some(curve), 0) => match (!is_closed(&curve)).then(|| short_end(&points_of(&curve))).flatten() {
-            Some(position) => Err(ProfileError::CutShort { normal, at, position }),
-            None => Ok(in_order(curve, plane)),
-        },
-        (_, others) => Err(ProfileError::Pieces { normal, at, pieces: 1 + others }),
+        None => Ok(in_order(curve, plane)),
     }
 }
 
@@ -188,14 +233,6 @@ fn crossing_curves(
     Ok(curves)
 }
 
-/// The point at which an edge crosses the plane. It lies exactly in a plane perpendicular to an
-/// axis.
-fn crossing(a: DVec3, b: DVec3, plane: &Plane) -> DVec3 {
-    let (da, db) = (plane.distance(a), plane.distance(b));
-    let p = a + (b - a) * (da / (da - db)).clamp(0.0, 1.0);
-    p - plane.normal * plane.distance(p)
-}
-
 /// Merges points that coincide with the point before. The last point does not change.
 fn merge(curve: &mut Vec<Crossing>, tolerance: f64) {
     let last = curve.last().map(|crossing| crossing.at);
@@ -218,7 +255,7 @@ fn in_order(mut curve: Vec<Crossing>, plane: &Plane) -> FlatSection {
         if starts_above(&points_of(&curve), up) {
             curve.reverse();
         }
-        return FlatSection { crossings: curve, base: None };
+        return FlatSection { crossings: curve, base: None, bridges: Vec::new() };
     }
     // The first crossing may have been merged with the last ones.
     let last = curve.pop();
@@ -237,11 +274,7 @@ fn in_order(mut curve: Vec<Crossing>, plane: &Plane) -> FlatSection {
         curve[1..].reverse();
     }
     curve.push(curve[0].clone());
-    FlatSection { crossings: curve, base: (end > 0).then_some(end) }
-}
-
-fn points_of(curve: &[Crossing]) -> Vec<DVec3> {
-    curve.iter().map(|crossing| crossing.at).collect()
+    FlatSection { crossings: curve, base: (end > 0).then_some(end), bridges: Vec::new() }
 }
 
 /// Whether a curve runs from the trailing edge along the upper side first.
