@@ -325,10 +325,10 @@ pub enum ProfileError {
     },
     /// An open section does not end at the trailing edge on both sides.
     #[error(
-        "the plane at {at} along normal {normal} cuts a section that ends at {}{}, short of the trailing edge: \
-         another body stands there, or the families hold one side of the wing only",
+        "the plane at {at} along normal {normal} cuts a section that ends at {}, short of the trailing edge: \
+         another body stands there, or the families hold one side of the wing only{}",
         near(*position),
-        family.as_ref().map_or(String::new(), |family| format!(" on `{}`", shown(family)))
+        between(families)
     )]
     CutShort {
         /// The plane's normal.
@@ -337,8 +337,8 @@ pub enum ProfileError {
         at: f64,
         /// The end before the trailing edge.
         position: DVec3,
-        /// The family on which the section ends, where it is known.
-        family: Option<String>,
+        /// The families on which the section ends, where they are known.
+        families: Vec<String>,
     },
     /// A gap of a section is too large for a guess, or the family in it is no part on the wing.
     #[error(
@@ -427,10 +427,10 @@ impl ProfileError {
     }
 }
 
-/// The families between the curves of a section, in words.
+/// The families on which a section ends, in words.
 fn between(families: &[String]) -> String {
     let names: Vec<String> = families.iter().map(|family| format!("`{}`", shown(family))).collect();
-    if names.is_empty() { String::new() } else { format!("; they end on {}", names.join(", ")) }
+    if names.is_empty() { String::new() } else { format!("; its ends are on {}", names.join(" and ")) }
 }
 
 /// Compares a profile of `times` the length of another curve with it, in words.

@@ -211,7 +211,7 @@ mod tests {
             placed.push(is_placed);
         };
         (0..=4).for_each(|x| add(x.into(), 0.0, true));
-        [(4.5, 0.1), (5.0, 0.15), (5.5, 0.1)].map(|(x, z)| add(x, z, false));
+        [(4.5, 0.1), (5.0, 0.15), (5.5, 0.1)].into_iter().for_each(|(x, z)| add(x, z, false));
         (6..=10).for_each(|x| add(x.into(), 0.0, true));
         add(10.0, 0.1, false);
         (0..=10).rev().for_each(|x| add(x.into(), 0.2, true));

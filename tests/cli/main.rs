@@ -44,6 +44,7 @@ mod shape;
 mod shares;
 mod shown;
 mod surface_files;
+mod through_parts;
 mod together;
 mod units;
 mod wing_box;

@@ -203,8 +203,10 @@ struct End {
     /// Whether this is the last point of the piece.
     is_last: bool,
     at: DVec3,
-    /// The unit tangent out of the piece.
+    /// The unit tangent out of the piece, and that of its last segment alone. A base is thinner than
+    /// the points that give the tangent extend.
     out: DVec3,
+    last_segment: DVec3,
     place: JunctionPlace,
 }
 
@@ -233,7 +235,8 @@ enum Pair {
 impl Pair {
     fn of([one, other]: [End; 2], junctions: &Junctions) -> Self {
         let is_smooth = |a: &End, b: &End| a.turn_to(b.at) < SMOOTH;
-        let is_sharp = |a: &End, b: &End| is_smooth(a, b) && b.turn_to(a.at) > SHARP;
+        let turn = |b: &End, to: DVec3| b.last_segment.angle_between(to - b.at).to_degrees();
+        let is_sharp = |a: &End, b: &End| is_smooth(a, b) && turn(b, a.at) > SHARP;
         // At a blunt trailing edge the loop runs along the edge between the two ends.
         let alike = junctions.is_on_run(one.place, other.place);
         match () {
@@ -292,15 +295,45 @@ pub(super) fn bridged(
                 inward.reverse();
             }
             let out = tangent(&inward, NEAR_END * length);
-            by_loop.entry(place.of_loop).or_default().push(End { piece, is_last, at: end.at, out, place });
+            let last_segment = (inward[0] - inward[1]).normalize_or_zero();
+            by_loop.entry(place.of_loop).or_default().push(End {
+                piece,
+                is_last,
+                at: end.at,
+                out,
+                last_segment,
+                place,
+            });
         }
     }
     let mut pairs = Vec::new();
     for ends in by_loop.into_values() {
-        let Ok(ends) = <[End; 2]>::try_from(ends) else { return Ok(None) };
-        pairs.push(Pair::of(ends, junctions));
+        let Some(of_loop) = in_pairs(ends, junctions) else { return Ok(None) };
+        pairs.extend(of_loop.into_iter().map(|ends| Pair::of(ends, junctions)));
     }
     section.joined(curves, &pairs)
+}
+
+/// The ends on one loop in pairs. Of more than two, those that lie on one run of edges beside a family
+/// belong together: a fairing that reaches the trailing edge elsewhere shares the trailing edge's loop.
+fn in_pairs(mut ends: Vec<End>, junctions: &Junctions) -> Option<Vec<[End; 2]>> {
+    let mut pairs = Vec::new();
+    let mut place = 0;
+    while ends.len() > 2 && place < ends.len() {
+        let run: Vec<usize> = (0..ends.len())
+            .filter(|&other| other == place || junctions.is_on_run(ends[place].place, ends[other].place))
+            .collect();
+        match run[..] {
+            [one, other] => {
+                let other = ends.remove(other);
+                pairs.push([ends.remove(one), other]);
+                place = 0;
+            }
+            _ => place += 1,
+        }
+    }
+    pairs.push(ends.try_into().ok()?);
+    Some(pairs)
 }
 
 impl<F: AsRef<[u32]>> Section<'_, F> {
@@ -389,10 +422,7 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
                 return Ok(None);
             }
             if let Some(position) = short_end(&points_of(&curve)) {
-                let end = if other.at == position { other } else { one };
-                let family = Some(self.junctions.name(end.place.family).to_owned());
-                let at = self.plane.point.dot(self.plane.normal);
-                return Err(ProfileError::CutShort { normal: self.plane.normal, at, position, family });
+                return Err(self.cut_short(one, other, position));
             }
         }
         Ok(Some((curve, bridges)))
@@ -448,7 +478,9 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
         let Some(run) = run else { return Ok(None) };
         let (Some(&first), Some(&last)) = (run.first(), run.last()) else { return Ok(None) };
         let [a, b] = [first, last].map(|vertex| self.vertices[vertex as usize]);
-        if self.plane.distance(a) * self.plane.distance(b) >= 0.0 {
+        // A wide run is no part: a trailing edge of two families, or the other side of the wing.
+        let width = self.width_of(&run);
+        if self.plane.distance(a) * self.plane.distance(b) >= 0.0 || width > self.length {
             return Ok(None);
         }
         let at = crossing(a, b, self.plane);
@@ -456,11 +488,14 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
         let tangent = [first, last].map(|vertex| self.tangent_at(vertex, into)).iter().sum::<DVec3>();
         let tangent = tangent.normalize_or_zero();
         let is_smooth = end.turn_to(at) < SMOOTH && tangent.angle_between(into).to_degrees() < SMOOTH;
-        if !is_smooth || tangent == DVec3::ZERO || into.length() < SAME * self.length {
+        if into.length() < SAME * self.length {
             return Ok(None);
         }
+        if !is_smooth || tangent == DVec3::ZERO {
+            return Err(self.cut_short(end, other, end.at));
+        }
         let corner = Corner { at, tangent: Some(tangent) };
-        let bridge = self.bridge(end, at, self.width_of(&run), Some(corner))?;
+        let bridge = self.bridge(end, at, width, Some(corner))?;
         if curve.last().is_none_or(|crossing| crossing.at != end.at) {
             curve.reverse();
         }
@@ -497,10 +532,10 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
         if along.dot(into) < 0.0 { -along } else { along }
     }
 
-    /// Extent along the plane's normal of the gap between two ends: of the shorter way round it.
+    /// Extent along the plane's normal of the families in the gap between two ends.
     fn width(&self, one: &End, other: &End) -> f64 {
-        let runs = self.junctions.runs_between(one.place, other.place);
-        runs.iter().map(|run| self.width_of(run)).fold(f64::INFINITY, f64::min)
+        let runs = [one, other].map(|end| self.junctions.run_of(end.place));
+        self.width_of(&runs.concat())
     }
 
     fn width_of(&self, run: &[u32]) -> f64 {
@@ -512,6 +547,12 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
     fn refused(&self, from: &End, to: DVec3, why: String) -> ProfileError {
         let (normal, family) = (self.plane.normal, self.junctions.name(from.place.family).to_owned());
         ProfileError::Gap { normal, at: self.plane.point.dot(normal), family, from: from.at, to, why }
+    }
+
+    fn cut_short(&self, one: &End, other: &End, position: DVec3) -> ProfileError {
+        let normal = self.plane.normal;
+        let families = [one, other].map(|end| self.junctions.name(end.place.family).to_owned()).to_vec();
+        ProfileError::CutShort { normal, at: self.plane.point.dot(normal), position, families }
     }
 
     fn not_a_part(&self, from: &End, to: DVec3) -> ProfileError {

@@ -102,25 +102,15 @@ pub(in crate::profile) fn flat_section_through(
         check_edges(&section.crossings, section.base, &section.bridges, plane)?;
         return Ok(section);
     }
-    let on = |end: &Crossing| {
-        let place = end.edges.iter().find_map(|&edge| junctions?.place(edge));
-        Some(junctions?.name(place?.family).to_owned())
-    };
+    let ends = curves.iter().filter(|curve| !is_closed(curve)).flat_map(|curve| [curve.first(), curve.last()]);
+    let families = junctions.map_or_else(Vec::new, |junctions| junctions.families_at(ends.flatten()));
     let pieces = curves.len();
     if pieces > 1 {
-        let ends = curves.iter().filter(|curve| !is_closed(curve)).flat_map(|curve| [curve.first(), curve.last()]);
-        let mut families: Vec<String> = ends.flatten().filter_map(on).collect();
-        families.sort_unstable();
-        families.dedup();
         return Err(ProfileError::Pieces { normal, at, pieces, families });
     }
     let Some(curve) = curves.into_iter().next() else { unreachable!("an empty list was returned above") };
     match (!is_closed(&curve)).then(|| short_end(&points_of(&curve))).flatten() {
-        Some(position) => {
-            let ends = [curve.first(), curve.last()].into_iter().flatten();
-            let family = ends.filter(|end| end.at == position).find_map(on);
-            Err(ProfileError::CutShort { normal, at, position, family })
-        }
+        Some(position) => Err(ProfileError::CutShort { normal, at, position, families }),
         None => Ok(in_order(curve, plane)),
     }
 }

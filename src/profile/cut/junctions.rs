@@ -7,6 +7,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::crossings::Crossing;
 use crate::mesh::{FamilyId, HybridMesh};
 
 /// The edges of a wing's surface, in loops.
@@ -111,6 +112,15 @@ impl Junctions {
         Some(JunctionPlace { of_loop, edge, family: self.loops[of_loop][edge].1 })
     }
 
+    /// The names of the families on which some crossings lie, each once.
+    pub(super) fn families_at<'a>(&self, ends: impl Iterator<Item = &'a Crossing>) -> Vec<String> {
+        let place = |end: &Crossing| end.edges.iter().find_map(|&edge| self.place(edge));
+        let mut families: Vec<FamilyId> = ends.filter_map(place).map(|place| place.family).collect();
+        families.sort_unstable();
+        families.dedup();
+        families.into_iter().map(|family| self.name(family).to_owned()).collect()
+    }
+
     /// The name of a family.
     pub(super) fn name(&self, family: FamilyId) -> &str {
         &self.families[family.index()].0
@@ -165,17 +175,6 @@ impl Junctions {
         let forward = (1..n).find(|step| is_end(at.edge + step)).unwrap_or(n);
         [(1..n).find(|step| is_end(at.edge + n - step)).unwrap_or(n), forward]
     }
-
-    /// The vertices of both runs of a loop between two of its places.
-    pub(super) fn runs_between(&self, one: JunctionPlace, other: JunctionPlace) -> [Vec<u32>; 2] {
-        let vertices = &self.loops[one.of_loop];
-        let n = vertices.len();
-        let run = |from: usize, to: usize| {
-            let steps = (to + n - from) % n;
-            (1..=steps.max(1)).map(|step| vertices[(from + step) % n].0).collect()
-        };
-        [run(one.edge, other.edge), run(other.edge, one.edge)]
-    }
 }
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
@@ -213,10 +212,7 @@ mod tests {
         let of_hole = [junctions.place([20, 21]).unwrap(), junctions.place([22, 23]).unwrap()];
         assert!(of_hole[0].of_loop == of_hole[1].of_loop && of_hole[0].of_loop != at.of_loop);
         assert_eq!(junctions.run_beside(of_hole[0], EDGE), None);
-        let mut runs = junctions.runs_between(of_hole[0], of_hole[1]);
-        runs.iter_mut().for_each(|run| run.sort_unstable());
-        runs.sort_unstable();
-        assert_eq!(runs, [vec![20, 23], vec![21, 22]]);
+        assert_eq!(junctions.run_of(of_hole[0]).len(), 8);
     }
 
     /// The edge of an open surface is no loop.
