@@ -302,8 +302,14 @@ fn what_cannot_be_guessed_is_refused() {
     assert!(sections(&panel(0.2..0.7, part.clone(), &[1.0]), &["wing", "trailing_edge"], &[2.5]).is_ok());
     refused(panel(0.2..0.7, 1.9..3.5, &[1.0]), "as a panel of the wing is");
     refused(panel(0.1..0.9, part.clone(), &[1.0]), "% of the section's length");
-    refused(panel(-0.1..0.1, part.clone(), &[-1.0, 1.0]), "no gap of one side alone");
-    refused(panel(0.6..1.1, part.clone(), &[-1.0, 1.0]), "the trailing edge");
+    refused(panel(-0.1..0.1, part.clone(), &[-1.0, 1.0]), "the leading or the trailing edge is in it");
+    refused(panel(0.6..1.1, part.clone(), &[-1.0, 1.0]), "the leading or the trailing edge is in it");
+    match sections(&panel(-0.1..0.1, part.clone(), &[-1.0, 1.0]), &["wing"], &[2.5]) {
+        Err(ProfileError::Gap { family, why, .. }) => {
+            assert_eq!((&*family, &*why), ("panel", "it is no gap of one side alone"))
+        }
+        other => panic!("{other:?}"),
+    }
     // Another wing is no part, whatever it covers.
     let mesh = panel(0.2..0.7, part, &[1.0]);
     let wing = [mesh.family("wing").unwrap()];

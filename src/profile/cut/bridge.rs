@@ -513,7 +513,7 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
         let is_part = self.junctions.is_bridged(one.place.family) && one.place.family == other.place.family;
         let is_narrow = || self.width_of(&self.junctions.run_of(one.place)) <= self.length;
         if is_part && base > THICK * self.length && is_narrow() {
-            return Err(self.refused(one, other.at, "the trailing edge is in it".to_owned()));
+            return Err(self.refused(one, other.at, "the leading or the trailing edge is in it".to_owned()));
         }
         Ok(())
     }
