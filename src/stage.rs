@@ -13,6 +13,7 @@ use crate::{
     memory::MemoryError,
     mesh::{CornerCells, Displacement, FamilyId, TetMesh, half_edge::Surface},
     relaxation::{Convergence, Method, Stopping},
+    text::figures::place,
 };
 
 /// A stage of an update. A stage places the vertices of its families. The last stage, the volume,
@@ -32,6 +33,7 @@ pub trait Stage {
     /// - [`StageError::Backend`]: the backend failed
     /// - [`StageError::Memory`]: the design needs a path of steps, and the memory does not suffice
     ///   for it
+    /// - [`StageError::Junction`]: a junction cannot slide in this design
     ///
     /// A relaxation that did not converge is no error; see [`Convergence::converged`].
     fn run(
@@ -119,6 +121,18 @@ pub enum StageError {
         cells: String,
         /// The bytes needed and available.
         error: MemoryError,
+    },
+    /// A part whose junction slides does not meet the moved surface that it hangs from.
+    #[error("the junction of `{family}` cannot slide on `{other}`: the part {why}, at {}", place(*at))]
+    Junction {
+        /// The part.
+        family: String,
+        /// The family on which it slides.
+        other: String,
+        /// Original position of the vertex.
+        at: DVec3,
+        /// The cause.
+        why: String,
     },
     /// The backend failed.
     #[error(transparent)]

@@ -9,13 +9,13 @@ use std::collections::HashMap;
 
 use common::aircraft::{Anyway, SMALL, cpu, file, role, triangles_of, vertices_of};
 use glam::{DQuat, DVec3};
-use idmesh::families::{RigidMotion, Role, SetupError, TipStart};
+use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::fitted_motion::FittedMotion;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome};
 use idmesh::profile::{Profile, csv};
 
-const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid };
+const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
 
 fn rigid(motion: RigidMotion) -> Role {
     Role::Rigid { motion }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use idmesh::DVec3;
-use idmesh::families::{ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
+use idmesh::families::{Junction, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
@@ -61,6 +61,15 @@ fn one(family: &str, given: &Bound<'_, PyAny>) -> PyResult<Role> {
                     other => {
                         let expected = "expected \"affine\", \"rigid\" or \"original\"";
                         return Err(wrong(format!("`start` is \"{other}\", {expected}")));
+                    }
+                }
+            }
+            "junction" => {
+                options.junction = match text()?.as_str() {
+                    "glued" => Junction::Glued,
+                    "slide" => Junction::Slide,
+                    other => {
+                        return Err(wrong(format!("`junction` is \"{other}\", expected \"glued\" or \"slide\"")));
                     }
                 }
             }

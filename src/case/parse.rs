@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::families::{MOST_FLAT, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
+use crate::families::{Junction, MOST_FLAT, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 use crate::mover::Settings;
 use crate::profile::files::{Placement, SpanAxis};
 use crate::profile::{Plane, stations};
@@ -167,6 +167,10 @@ fn role(section: &TomlTable) -> Result<Role, CaseError> {
     let options = RoleOptions {
         coefficient: section.get("coefficient").map(|value| in_unit_interval(&value)).transpose()?,
         start,
+        junction: match section.get("junction").map(|value| value.one_of(&["glued", "slide"])).transpose()? {
+            Some("slide") => Junction::Slide,
+            _ => Junction::Glued,
+        },
         motion: section.get("motion").map(|value| motion(&value)).transpose()?.unwrap_or_default(),
         flat: section.get("flat").map(|value| flat(&value)).transpose()?,
         partner: section.get("partner").map(|value| value.text().map(str::to_owned)).transpose()?,

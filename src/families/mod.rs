@@ -18,7 +18,7 @@ pub mod shape;
 pub use assemblies::Assembly;
 pub use misplaced::Misplaced;
 pub use partners::{Partners, even};
-pub use roles::{PlacedBy, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
+pub use roles::{Junction, PlacedBy, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 
 use crate::{
     backend::BackendError,
@@ -230,6 +230,14 @@ pub enum SetupError {
         family: String,
         /// The plane's unit normal.
         normal: DVec3,
+    },
+    /// The junction of an attached family cannot slide.
+    #[error("the junction of family `{family}` cannot slide: {why}; junction = \"glued\" goes without")]
+    Junction {
+        /// Name of the family.
+        family: String,
+        /// The cause.
+        why: String,
     },
     /// The backend failed.
     #[error(transparent)]

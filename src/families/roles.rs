@@ -19,6 +19,17 @@ pub enum TipStart {
     Original,
 }
 
+/// What the curve does in which an attached family meets a wing or a rigid body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Junction {
+    /// The curve goes with the wing or the body. Where they stretch, so does the family.
+    #[default]
+    Glued,
+    /// The curve slides on the wing, and on bodies with a motion of their own, so that the family
+    /// keeps its shape.
+    Slide,
+}
+
 /// The motion of a rigid family. The root is the root of its assembly; see
 /// [`Assembly`](super::Assembly).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -82,6 +93,8 @@ pub enum Role {
         coefficient: f64,
         /// The start to which the conservative springs pull back.
         start: TipStart,
+        /// Whether its curve on a wing or a body slides.
+        junction: Junction,
     },
     /// One rigid body, such as a nacelle.
     Rigid {
@@ -151,6 +164,8 @@ pub struct RoleOptions {
     pub coefficient: Option<f64>,
     /// See [`Role::Wingtip`]; if `None`, affine for a wingtip and rigid for an attached family.
     pub start: Option<TipStart>,
+    /// See [`Role::Attached`].
+    pub junction: Junction,
     /// See [`Role::Rigid`].
     pub motion: RigidMotion,
     /// See [`Role::Plane`].
@@ -220,11 +235,12 @@ pub const ROLES: &[RoleRow] = &[
             "hanging",
             "attachment",
         ],
-        keys: &["coefficient", "start"],
+        keys: &["coefficient", "start", "junction"],
         placed_by: PlacedBy::Attached,
         make: |options| Role::Attached {
             coefficient: options.coefficient.unwrap_or(0.5),
             start: options.start.unwrap_or(TipStart::Rigid),
+            junction: options.junction,
         },
     },
     RoleRow {
@@ -366,7 +382,7 @@ mod tests {
             Role::Wing,
             Role::TrailingEdge,
             Role::Wingtip { coefficient: 0.1, start: TipStart::Rigid },
-            Role::Attached { coefficient: 0.1, start: TipStart::Rigid },
+            Role::Attached { coefficient: 0.1, start: TipStart::Rigid, junction: Junction::Slide },
             Role::Rigid { motion: RigidMotion::None },
             Role::Carenage,
             Role::PLANE,

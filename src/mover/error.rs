@@ -89,7 +89,8 @@ pub enum MoveError {
     /// [`Mover::update_telling`](super::Mover::update_telling).
     #[error("the update was stopped")]
     Stopped,
-    /// A stage could not be run: the memory does not suffice for a path of steps.
+    /// A stage could not be run: the memory does not suffice for a path of steps, or a junction
+    /// cannot slide.
     #[error(transparent)]
     Stage(StageError),
     /// The backend failed.

@@ -171,6 +171,7 @@ impl Mover {
                 let report = FamilyReport {
                     role: Some(families.roles[family.index()].name()),
                     residual: Some(carried.residual),
+                    max_slide: self.stages.attached.slides().get(&family).copied(),
                     max_distance_to_carried_surface: Some(distance.reduce(|| 0.0, f64::max)),
                     ..FamilyReport::default()
                 };

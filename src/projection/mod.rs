@@ -7,6 +7,7 @@
 
 pub mod continuation;
 pub mod crossing;
+pub mod curved;
 mod tree;
 pub mod walk;
 

@@ -44,18 +44,34 @@ impl Parts<'_> {
 
     /// Unit normal of a part at one of its points, continuous across edges.
     pub fn normal(&self, on: &Closest) -> DVec3 {
-        let of_point = |point: u32| {
-            let area = self.of_part(point, on.triangle).map(|triangle| triangle_normal(self.corners(triangle)));
-            area.sum::<DVec3>().normalize_or_zero()
-        };
-        let [a, b, c] = self.triangles[on.triangle as usize].map(of_point);
+        let [a, b, c] = self.triangles[on.triangle as usize].map(|point| self.point_normal(point, on.triangle));
         let [u, v, w] = on.barycentric;
         (a * u + b * v + c * w).normalize_or_zero()
+    }
+
+    /// The point of a curved triangle over a point of its flat one: half-way between the flat triangle
+    /// and the mean of the tangent planes at its corners (Phong tessellation; Boubekeur and Alexa, ACM
+    /// Trans. Graph. 27(5), 2008, with the weight 1/2, which is exact for quadrics with their own
+    /// normals). Corners stay where they are, and the surface is continuous across edges.
+    pub fn curved(&self, on: &Closest) -> DVec3 {
+        let corners = self.corners(on.triangle);
+        let normals = self.triangles[on.triangle as usize].map(|point| self.point_normal(point, on.triangle));
+        let planes = (0..3).map(|k| {
+            let rise = (corners[k] - on.point).dot(normals[k]);
+            on.barycentric[k] * rise * normals[k]
+        });
+        on.point + 0.5 * planes.sum::<DVec3>()
     }
 
     /// Unit normal of one triangle.
     pub fn facet_normal(&self, triangle: u32) -> DVec3 {
         unit_normal(self.corners(triangle))
+    }
+
+    /// Unit normal at a point of the part of `triangle`, weighted by area.
+    fn point_normal(&self, point: u32, triangle: u32) -> DVec3 {
+        let area = self.of_part(point, triangle).map(|triangle| triangle_normal(self.corners(triangle)));
+        area.sum::<DVec3>().normalize_or_zero()
     }
 
     /// The triangles around a point in the same part as `triangle`.

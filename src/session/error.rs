@@ -10,7 +10,7 @@ use crate::backend::BackendError;
 use crate::case::{CaseError, LoadError, displacement::DisplacementError};
 use crate::families::guess::NoWing;
 use crate::formats::{PlaceError, WriteError};
-use crate::mover::{MoveError, Refused, Why};
+use crate::mover::{MoveError, Refused, StageError, Why};
 use crate::profile::ProfileError;
 
 /// An error of a session.
@@ -298,6 +298,9 @@ impl SessionError {
         let hint = match self {
             Self::Load(error) if matches!(**error, LoadError::Case(CaseError::Families { .. })) => {
                 "every family of the mesh needs a table [family.NAME] with a role"
+            }
+            Self::Load(error) if matches!(error.of_mover(), Some(MoveError::Stage(StageError::Junction { .. }))) => {
+                "junction = \"glued\" in the part's table keeps the curve where the wing has it"
             }
             Self::Load(error) if matches!(error.of_mover(), Some(MoveError::Stage(_))) => {
                 "max_steps = 1 under [volume] makes do with one jump, come what may"

@@ -38,13 +38,14 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::junction::Junctions;
 use super::surface_network::SurfaceNetwork;
 use crate::families::{Assembly, PlacedBy, Role, SetupError, TipStart};
 use crate::mesh::Displacement;
 use crate::stage::{SetUp, Stage, StageError};
 use crate::{
     constraint::Constraint,
-    geometry::triangle_normal,
+    geometry::{fitted_motion::FittedMotion, triangle_normal},
     mesh::{
         FamilyId, TetMesh,
         half_edge::{Surface, next},
@@ -55,6 +56,7 @@ use crate::{
 /// The wingtips and attached families of a mesh.
 pub struct AttachedFamilies {
     sets: Vec<Attached>,
+    junctions: Junctions,
 }
 
 /// The wingtips and attached families of one assembly.
@@ -72,17 +74,26 @@ struct Attached {
 impl AttachedFamilies {
     /// Sets up one network for each assembly.
     ///
+    /// - `shaped`: vertices of wings that stay, because the sections of wings are checked at them
+    ///
     /// # Errors
     /// - [`SetupError::TipStarts`]: families of one assembly have different starts
+    /// - [`SetupError::Junction`]: a junction cannot slide
     /// - [`SetupError::Backend`]: the backend failed
-    pub fn new(set_up: &SetUp) -> Result<Self, SetupError> {
+    pub fn new(set_up: &SetUp, shaped: &[u32]) -> Result<Self, SetupError> {
         let sets = set_up.families.assemblies.iter().enumerate().filter_map(|(index, assembly)| {
             let is_attached =
                 |family: &FamilyId| set_up.families.roles[family.index()].placed_by() == PlacedBy::Attached;
             let own: Vec<FamilyId> = assembly.families.iter().copied().filter(is_attached).collect();
             (!own.is_empty()).then(|| Attached::new(set_up, index, own))
         });
-        Ok(Self { sets: sets.collect::<Result<_, SetupError>>()? })
+        Ok(Self { sets: sets.collect::<Result<_, SetupError>>()?, junctions: Junctions::new(set_up, shaped)? })
+    }
+
+    /// The largest distance by which the junction of each family slid in the last run, in the mesh's
+    /// unit. Only families whose junctions slide are there.
+    pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
+        self.junctions.slides()
     }
 
     /// The families of each assembly that no vertex of an earlier stage moves.
@@ -99,15 +110,21 @@ impl Stage for AttachedFamilies {
         _: &dyn Fn(&str),
     ) -> Result<Convergence, StageError> {
         let SetUp { mesh, families, stopping, .. } = set_up;
-        let mut convergence = Convergence::nothing_to_do();
-        for set in &mut self.sets {
+        // The motions are those of the roots as the wings have them, before junctions slide.
+        let rigid = |assembly: &Assembly| assembly.carried(mesh, displacement, TipStart::Rigid);
+        let motions: Vec<FittedMotion> = families.assemblies.iter().map(rigid).collect();
+        let starts: Vec<FittedMotion> = self
+            .sets
+            .iter()
+            .map(|set| families.assemblies[set.assembly].carried(mesh, displacement, set.start))
+            .collect();
+        let mut convergence = self.junctions.slide(set_up, &motions, displacement)?;
+        for (set, start) in self.sets.iter_mut().zip(starts) {
             // The families stay where they are if nothing that holds them moves, or if nothing
             // holds them.
             if set.placed.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
-            let assembly: &Assembly = &families.assemblies[set.assembly];
-            let start = assembly.carried(mesh, displacement, set.start);
             // The conservative springs pull to displacement zero, so the best motion is subtracted.
             let carried = |vertex: u32| start.displacement(mesh.vertices[vertex as usize]);
             let given: Vec<DVec3> = set.placed.iter().map(|&vertex| displacement[vertex as usize]).collect();
@@ -132,7 +149,7 @@ impl Attached {
     fn new(set_up: &SetUp, assembly: usize, own: Vec<FamilyId>) -> Result<Self, SetupError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let of = |family: FamilyId| match families.roles[family.index()] {
-            Role::Wingtip { coefficient, start } | Role::Attached { coefficient, start } => (coefficient, start),
+            Role::Wingtip { coefficient, start } | Role::Attached { coefficient, start, .. } => (coefficient, start),
             _ => unreachable!("only wingtips and attached families are placed by this stage"),
         };
         let start = of(own[0]).1;

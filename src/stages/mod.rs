@@ -6,7 +6,7 @@
 //! | [`wing`] | wing vertices, by their profiles; then junction vertices, back onto their surface | - | 3.1 |
 //! | [`trailing_edge`] | the rest of the trailing edge's boundary curve, then the inside | vertices of the wing | 3.2 |
 //! | [`rigid`] | rigid bodies, with the root of their assembly | - | - |
-//! | [`attached`] | the inside of wingtips and attached families, with conservative springs | their roots, and rigid bodies | 3.3 |
+//! | [`attached`] | junctions that slide, with a strip of the wing or body beside them; then the inside of wingtips and attached families, with conservative springs | their roots, and rigid bodies | 3.3 |
 //! | [`carenage`] | carenage vertices, on their original surface | the carenage's boundary | 3.4 |
 //! | [`planes`] | vertices of plane families, in their planes | the planes' boundary | - |
 //! | [`crate::volume`] | all other vertices, and again those of plane families | the other surfaces | 3.4, last paragraph |
@@ -20,8 +20,10 @@
 
 pub mod attached;
 pub mod carenage;
+mod junction;
 pub mod planes;
 pub mod rigid;
+mod rulings;
 pub mod shared_curve;
 mod strip;
 pub mod surface_network;
@@ -83,7 +85,7 @@ impl Stages {
         let shaped = wings.beside_sections();
         let of_surfaces = || {
             let trailing_edges = TrailingEdges::new(set_up)?;
-            let attached = AttachedFamilies::new(set_up)?;
+            let attached = AttachedFamilies::new(set_up, &shaped)?;
             let carenages = Carenages::new(set_up)?;
             Ok::<_, SetupError>((trailing_edges, attached, carenages, Planes::new(set_up)?))
         };

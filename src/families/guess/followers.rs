@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::words::Named;
 use super::{BASE, Certainty, Guess, GuessedWing, Guesser};
 use crate::families::shape::fit_plane;
-use crate::families::{RigidMotion, Role, TipStart};
+use crate::families::{Junction, RigidMotion, Role, TipStart};
 use crate::geometry::bounds;
 use crate::mesh::FamilyId;
 
@@ -19,7 +19,7 @@ const LONG: f64 = 1.3;
 const TIP_ROLE: Role = Role::Wingtip { coefficient: 0.5, start: TipStart::Affine };
 
 /// A part that hangs from a wing, with the usual options.
-const HUNG_ROLE: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid };
+const HUNG_ROLE: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
 
 /// A body that such a part carries.
 const BODY_ROLE: Role = Role::Rigid { motion: RigidMotion::Root };

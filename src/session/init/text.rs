@@ -78,6 +78,12 @@ impl fmt::Display for Case<'_> {
                 Role::Wingtip { coefficient, .. } => {
                     writeln!(out, "coefficient = {coefficient:?}   # 0 rigid ... 1 freely deformable")?;
                 }
+                Role::Attached { .. } => {
+                    writeln!(
+                        out,
+                        "# junction = \"slide\"   # keeps its shape where the chord changes: its curve on the wing slides"
+                    )?;
+                }
                 Role::Plane { flat: Some(flat), .. } => {
                     writeln!(
                         out,

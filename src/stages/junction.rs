@@ -1,0 +1,520 @@
+//! Sliding junctions: where a part meets a wing or a rigid body, its curve slides on their surface, and
+//! the part keeps its shape.
+//!
+//! A junction that is glued is stretched as the wing is, and the part with it. A junction that slides
+//! ([`Junction::Slide`]) is the curve in which the part, carried as one body, meets the moved wing:
+//!
+//! 1. The part is continued beyond the curve by its [rulings](super::rulings), and carried by the motion
+//!    of its assembly. Each vertex of the curve goes along its own ruling until it meets the moved
+//!    surface. So vertices keep their distances along the curve, and cannot bunch.
+//! 2. A vertex that goes back into the part goes along the part's surface.
+//! 3. The moved surface is continued across the hole under the part, and its triangles are curved
+//!    ([`CurvedSurface`]).
+//! 4. A spring network spreads the slide over a strip of the surface beside the curve. Its vertices go
+//!    back onto the surface, so that its shape stays as it is.
+//!
+//! Nothing is done where the glued curve fits the carried part already. The paper names parts that hang
+//! from wings as future work.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::rulings;
+use super::surface_network::SurfaceNetwork;
+use crate::constraint::Constraint;
+use crate::families::{Families, Junction, PlacedBy, RigidMotion, Role, SetupError, TipStart};
+use crate::geometry::fitted_motion::FittedMotion;
+use crate::mesh::{Displacement, FamilyId};
+use crate::projection::curved::{Beside, CurvedSurface};
+use crate::relaxation::Convergence;
+use crate::stage::{SetUp, StageError};
+use crate::text::figures::near;
+
+/// Width of the strip beside a curve, as a fraction of the curve's extent (about a chord).
+const STRIP: f64 = 0.5;
+
+/// The surface around a curve that is kept reaches so many times as far from the curve's centre as the
+/// curve.
+const REGION: f64 = 2.5;
+
+/// A curve whose vertices fit the carried part to this fraction of its extent stays glued.
+const FITS: f64 = 1e-12;
+
+/// A ruling may rise so many times as far as the largest distance of the glued curve from the carried
+/// part, which is as far as the moved surface is from the ruling's start. Beyond it the surface goes
+/// away from the ruling.
+const MOST: f64 = 4.0;
+
+/// A vertex lies on its ruling if it is nearer than this fraction of the longest edge at its foot. A
+/// foot at the end of the surface is farther off.
+const ON_RULING: f64 = 0.05;
+
+/// All sliding junctions of a mesh.
+pub(super) struct Junctions {
+    hosts: Vec<Host>,
+    /// The undeformed surface of each part, with its vertices `[n_points]`, ascending.
+    parts: Vec<(Vec<u32>, CurvedSurface)>,
+    slides: BTreeMap<FamilyId, f64>,
+}
+
+/// A surface on which junctions slide: that of the wings, or of rigid bodies.
+struct Host {
+    curves: Vec<Curve>,
+    /// The mesh's vertices of the surface around the curves `[n_points]`, ascending.
+    vertices: Vec<u32>,
+    /// As indices of `vertices`.
+    triangles: Vec<[u32; 3]>,
+    rims: Vec<Vec<u32>>,
+    strip: SurfaceNetwork,
+}
+
+/// A curve in which a part meets a surface.
+struct Curve {
+    /// The number of the assembly.
+    assembly: usize,
+    /// Index of the part.
+    part: usize,
+    /// A family of the part and one of the surface, for each vertex `[n]`.
+    families: Vec<[FamilyId; 2]>,
+    /// `[n]`
+    vertices: Vec<u32>,
+    /// The rulings before the motion `[n]`; each rises by one unit above the surface.
+    directions: Vec<DVec3>,
+    extent: f64,
+}
+
+/// What a curve of a part lies on.
+#[derive(Clone, PartialEq)]
+enum On {
+    Wings,
+    /// The rigid families of an assembly that have this motion of their own.
+    Bodies(usize, RigidMotion),
+}
+
+impl Junctions {
+    /// Finds the junctions that slide.
+    ///
+    /// - `shaped`: vertices of wings that stay, because the sections of wings are checked at them
+    ///
+    /// # Errors
+    /// - [`SetupError::Junction`]: a junction cannot slide
+    /// - [`SetupError::Backend`]: the backend failed
+    pub fn new(set_up: &SetUp, shaped: &[u32]) -> Result<Self, SetupError> {
+        let SetUp { mesh, surface, families, .. } = *set_up;
+        let mut found: Vec<(On, Vec<Curve>)> = Vec::new();
+        let mut parts = Vec::new();
+        for (assembly, of) in families.assemblies.iter().enumerate() {
+            let Some(part) = sliding(set_up, &of.families)? else { continue };
+            let outer = part.iter().flat_map(|&family| surface.triangles_of(family));
+            let outer = outer.flat_map(|&triangle| 3 * triangle..3 * triangle + 3);
+            let outer = outer.filter(|&half_edge| !part.contains(&surface.family_behind(half_edge)));
+            let mut by_surface: Vec<(On, Vec<u32>)> = Vec::new();
+            for half_edge in outer {
+                let Some(on) = on(set_up, assembly, &part, half_edge)? else { continue };
+                match by_surface.iter_mut().find(|(other, _)| *other == on) {
+                    Some((_, half_edges)) => half_edges.push(half_edge),
+                    None => by_surface.push((on, vec![half_edge])),
+                }
+            }
+            for (on, half_edges) in by_surface {
+                let refused = |why: &str| {
+                    let family = families_at(set_up, half_edges[0])[0];
+                    refused(set_up, family, format!("its curve on `{}` {why}", behind(set_up, half_edges[0])))
+                };
+                let Some(loops) = rulings::loops(surface, half_edges.iter().copied()) else {
+                    return Err(refused("is not closed"));
+                };
+                for half_edges in loops {
+                    let curve = Curve::new(set_up, (assembly, parts.len()), &half_edges)?;
+                    curve.check(set_up, &part, &on)?;
+                    match found.iter_mut().find(|(other, _)| *other == on) {
+                        Some((_, curves)) => curves.push(curve),
+                        None => found.push((on.clone(), vec![curve])),
+                    }
+                }
+            }
+            let triangles = part.iter().flat_map(|&family| surface.corners_of(family)).collect();
+            let (vertices, triangles) = numbered(triangles);
+            let points = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
+            let own = CurvedSurface::new(points, triangles, &[])
+                .map_err(|error| refused(set_up, part[0], error.to_string()))?;
+            parts.push((vertices, own));
+        }
+        let hosts = found.into_iter().map(|(on, curves)| Host::new(set_up, shaped, &on, curves));
+        Ok(Self { hosts: hosts.collect::<Result<_, SetupError>>()?, parts, slides: BTreeMap::new() })
+    }
+
+    /// The largest distance by which a vertex slid from its glued place in the last run, in the mesh's
+    /// unit, of each family whose junction slides.
+    pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
+        &self.slides
+    }
+
+    /// Slides the junctions.
+    ///
+    /// - `motions`: the motion of each assembly
+    ///
+    /// # Errors
+    /// - [`StageError::Junction`]: a part does not meet the moved surface
+    /// - [`StageError::Backend`]: the backend failed
+    pub fn slide(
+        &mut self,
+        set_up: &SetUp,
+        motions: &[FittedMotion],
+        displacement: &mut Displacement,
+    ) -> Result<Convergence, StageError> {
+        self.slides.clear();
+        let mut convergence = Convergence::nothing_to_do();
+        for host in &mut self.hosts {
+            convergence = convergence.and(host.slide(set_up, motions, &self.parts, displacement, &mut self.slides)?);
+        }
+        Ok(convergence)
+    }
+}
+
+impl Host {
+    fn new(set_up: &SetUp, shaped: &[u32], on: &On, curves: Vec<Curve>) -> Result<Self, SetupError> {
+        let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
+        let at = |vertex: u32| mesh.vertices[vertex as usize];
+        let own: Vec<FamilyId> =
+            (0..families.roles.len()).map(|i| FamilyId(i as u16)).filter(|&f| on.has(families, f)).collect();
+        let regions: Vec<(DVec3, f64)> = curves.iter().map(|curve| curve.ball(set_up, REGION)).collect();
+        let in_region = |t: &[u32; 3]| {
+            regions.iter().any(|&(centre, radius)| t.iter().any(|&vertex| at(vertex).distance(centre) < radius))
+        };
+        let corners = own.iter().flat_map(|&family| surface.corners_of(family));
+        let (vertices, triangles) = numbered(corners.filter(in_region).collect());
+        let number = |vertex: u32| vertices.binary_search(&vertex).ok().map(|place| place as u32);
+        // The curve runs with the part on its left, so the rim of the hole runs the other way.
+        let rim = |curve: &Curve| curve.vertices.iter().rev().filter_map(|&vertex| number(vertex)).collect();
+        let rims: Vec<Vec<u32>> = curves.iter().map(rim).collect();
+        let points: Vec<DVec3> = vertices.iter().map(|&vertex| at(vertex)).collect();
+        let still = CurvedSurface::new(points, triangles.clone(), &rims)
+            .map_err(|error| refused(set_up, curves[0].families[0][0], error.to_string()))?;
+
+        let shaped: HashSet<u32> = shaped.iter().copied().collect();
+        let on_curve: HashSet<u32> = curves.iter().flat_map(|curve| &curve.vertices).copied().collect();
+        let mut around: HashMap<u32, BTreeSet<FamilyId>> = HashMap::new();
+        for (triangle, family) in surface.triangles.iter().zip(&surface.family) {
+            triangle.iter().filter(|&&vertex| number(vertex).is_some()).for_each(|&vertex| {
+                around.entry(vertex).or_default().insert(*family);
+            });
+        }
+        let own_triangles = own.iter().flat_map(|&family| surface.triangles_of(family));
+        let all_edges = surface.edges_of(own_triangles);
+        let edges: Vec<[u32; 2]> =
+            all_edges.into_iter().filter(|edge| edge.iter().all(|&end| number(end).is_some())).collect();
+        // On a coarse surface the strip may be narrower than an edge.
+        let beside: HashSet<u32> =
+            edges.iter().filter(|edge| edge.iter().any(|end| on_curve.contains(end))).flatten().copied().collect();
+        let strips: Vec<(&Curve, f64)> = curves.iter().map(|curve| (curve, STRIP * curve.extent)).collect();
+        let near = |vertex: u32| {
+            strips.iter().any(|(curve, width)| curve.vertices.iter().any(|&on| at(on).distance(at(vertex)) < *width))
+        };
+        let may_move = |vertex: u32| {
+            let one_family = around.get(&vertex).is_some_and(|of| of.len() == 1);
+            one_family
+                && families.placed_by[vertex as usize] == on.placed_by()
+                && families.shapes_at(vertex).next().is_none()
+                && !families.partners.is_tied(vertex)
+                && !shaped.contains(&vertex)
+                && !on_curve.contains(&vertex)
+                && number(vertex).is_some_and(|place| !still.is_sharp(place))
+                && (beside.contains(&vertex) || near(vertex))
+        };
+        let free: HashSet<u32> = vertices.par_iter().copied().filter(|&vertex| may_move(vertex)).collect();
+        let constraint = |vertex: u32| if free.contains(&vertex) { Constraint::Free } else { Constraint::Held };
+        let strip = SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method)?;
+        Ok(Self { curves, vertices, triangles, rims, strip })
+    }
+
+    fn slide(
+        &mut self,
+        set_up: &SetUp,
+        motions: &[FittedMotion],
+        parts: &[(Vec<u32>, CurvedSurface)],
+        displacement: &mut Displacement,
+        slides: &mut BTreeMap<FamilyId, f64>,
+    ) -> Result<Convergence, StageError> {
+        let SetUp { mesh, stopping, .. } = set_up;
+        let start = |vertex: u32| mesh.vertices[vertex as usize];
+        let gaps = self.curves.iter().map(|curve| {
+            let motion = &motions[curve.assembly];
+            let gap = |&vertex: &u32| motion.displacement(start(vertex)).distance(displacement[vertex as usize]);
+            let gap = curve.vertices.iter().map(gap).fold(0.0, f64::max);
+            if gap <= FITS * curve.extent { 0.0 } else { gap }
+        });
+        let gaps: Vec<f64> = gaps.collect();
+        for curve in &self.curves {
+            curve.families.iter().for_each(|of| *slides.entry(of[0]).or_default() += 0.0);
+        }
+        if gaps.iter().all(|&gap| gap == 0.0) {
+            return Ok(Convergence::nothing_to_do());
+        }
+        let points = self.vertices.iter().map(|&vertex| start(vertex) + displacement[vertex as usize]).collect();
+        let surface = CurvedSurface::new(points, self.triangles.clone(), &self.rims)
+            .map_err(|error| self.curves[0].missed(set_up, 0, &error.to_string()))?;
+        let first = |vertex: u32| {
+            let place = self.vertices.binary_search(&vertex).ok()?;
+            surface.triangle_at(place as u32)
+        };
+        let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
+        let mut placed: Vec<(u32, DVec3)> = Vec::new();
+        for (curve, &gap) in self.curves.iter().zip(&gaps).filter(|(_, gap)| **gap > 0.0) {
+            let met = (0..curve.vertices.len()).into_par_iter().map(|k| {
+                let vertex = curve.vertices[k];
+                let (own, part) = &parts[curve.part];
+                let ruling =
+                    Ruling { from: start(vertex), along: curve.directions[k], motion: &motions[curve.assembly] };
+                let of_part = own.binary_search(&vertex).ok().and_then(|place| part.triangle_at(place as u32));
+                let ends = of_part.zip(first(vertex));
+                ends.and_then(|(of_part, first)| ruling.meets((part, of_part), (&surface, first), MOST * gap))
+            });
+            for (k, foot) in met.collect::<Vec<_>>().into_iter().enumerate() {
+                let why = format!("does not meet the moved surface within {:.3e} of its carried place", MOST * gap);
+                let foot = foot.ok_or_else(|| curve.missed(set_up, k, &why))?;
+                let vertex = curve.vertices[k];
+                let by = foot - (start(vertex) + displacement[vertex as usize]);
+                slide[vertex as usize] = by;
+                placed.push((vertex, foot));
+                let farthest = slides.entry(curve.families[k][0]).or_default();
+                *farthest = farthest.max(by.length());
+            }
+        }
+        let convergence = self.strip.relax(&mut slide, stopping)?;
+        let moving: Vec<u32> = self.strip.moving().map(|(vertex, _)| vertex).collect();
+        let beside = moving.par_iter().filter(|&&vertex| slide[vertex as usize] != DVec3::ZERO).filter_map(|&vertex| {
+            let at = start(vertex) + displacement[vertex as usize] + slide[vertex as usize];
+            Some((vertex, surface.beside(first(vertex)?, at).foot))
+        });
+        placed.extend(beside.collect::<Vec<_>>());
+        for (vertex, foot) in placed {
+            displacement[vertex as usize] = foot - start(vertex);
+        }
+        Ok(convergence)
+    }
+}
+
+/// A ruling of a part, carried by a motion.
+struct Ruling<'a> {
+    from: DVec3,
+    along: DVec3,
+    motion: &'a FittedMotion,
+}
+
+impl Ruling<'_> {
+    /// The point at which the ruling meets a surface, if it rises by at most `most` up to there.
+    ///
+    /// - `part`, `surface`: with a triangle at the ruling's start
+    fn meets(&self, part: (&CurvedSurface, u32), surface: (&CurvedSurface, u32), most: f64) -> Option<DVec3> {
+        let at = |reach: f64| {
+            let at = self.from + reach * self.along;
+            let at = if reach < 0.0 { part.0.beside(part.1, at).foot } else { at };
+            at + self.motion.displacement(at)
+        };
+        let beside = |reach: f64| surface.0.beside(surface.1, at(reach));
+        let still = 1e-15 * surface.0.size();
+        let mut near = (0.0, beside(0.0));
+        if near.1.height.abs() > still {
+            // Out of the part is into the wing.
+            let sign = near.1.height.signum();
+            let mut far = (sign * (1.1 * near.1.height.abs()).min(most), near.1);
+            loop {
+                far.1 = beside(far.0);
+                if far.1.height * sign <= 0.0 {
+                    break;
+                }
+                if far.0.abs() >= most {
+                    return None;
+                }
+                near = far;
+                far.0 = sign * (2.0 * far.0.abs()).min(most);
+            }
+            near = between(near, far, still, beside);
+        }
+        let (reach, Beside { foot, triangle, .. }) = near;
+        (foot.distance(at(reach)) <= ON_RULING * surface.0.longest_edge(triangle)).then_some(foot)
+    }
+}
+
+/// The zero of the height between two places of a ruling (regula falsi, Illinois).
+fn between(
+    mut near: (f64, Beside),
+    mut far: (f64, Beside),
+    still: f64,
+    beside: impl Fn(f64) -> Beside,
+) -> (f64, Beside) {
+    let (mut of_near, mut of_far) = (near.1.height, far.1.height);
+    let mut side = 0;
+    for _ in 0..100 {
+        if of_far == of_near {
+            break;
+        }
+        let reach = far.0 - of_far * (far.0 - near.0) / (of_far - of_near);
+        let next = (reach, beside(reach));
+        let height = next.1.height;
+        if height * of_far > 0.0 {
+            (far, of_far) = (next, height);
+            of_near *= if side == 1 { 0.5 } else { 1.0 };
+            side = 1;
+        } else {
+            (near, of_near) = (next, height);
+            of_far *= if side == -1 { 0.5 } else { 1.0 };
+            side = -1;
+        }
+        if height.abs() <= still || (far.0 - near.0).abs() <= 1e-15 * far.0.abs() {
+            break;
+        }
+    }
+    if near.1.height.abs() < far.1.height.abs() { near } else { far }
+}
+
+impl Curve {
+    fn new(set_up: &SetUp, (assembly, part): (usize, usize), half_edges: &[u32]) -> Result<Self, SetupError> {
+        let SetUp { mesh, surface, .. } = *set_up;
+        let vertices = half_edges.iter().map(|&half_edge| surface.origin(half_edge)).collect();
+        let families = half_edges.iter().map(|&half_edge| families_at(set_up, half_edge)).collect();
+        let touches = |vertex: u32| {
+            let at = near(mesh.vertices[vertex as usize]);
+            let [family, _] = families_at(set_up, half_edges[0]);
+            refused(set_up, family, format!("it only touches `{}`, at {at}", behind(set_up, half_edges[0])))
+        };
+        let directions = rulings::directions(mesh, surface, half_edges).map_err(touches)?;
+        let mut curve = Self { assembly, part, families, vertices, directions, extent: 0.0 };
+        curve.extent = 2.0 * curve.ball(set_up, 1.0).1;
+        Ok(curve)
+    }
+
+    /// The centre of the vertices, and so many times the largest distance of a vertex from there.
+    fn ball(&self, set_up: &SetUp, times: f64) -> (DVec3, f64) {
+        let points = self.vertices.iter().map(|&vertex| set_up.mesh.vertices[vertex as usize]);
+        let centre = points.clone().sum::<DVec3>() / self.vertices.len() as f64;
+        (centre, times * points.map(|point| point.distance(centre)).fold(0.0, f64::max))
+    }
+
+    /// Refuses a curve with a vertex that cannot slide.
+    ///
+    /// # Errors
+    /// [`SetupError::Junction`]
+    fn check(&self, set_up: &SetUp, part: &[FamilyId], on: &On) -> Result<(), SetupError> {
+        let SetUp { mesh, surface, families, .. } = *set_up;
+        let vertices: HashSet<u32> = self.vertices.iter().copied().collect();
+        let refused = |vertex: u32, why: String| {
+            let of =
+                self.vertices.iter().position(|&other| other == vertex).map_or(self.families[0], |k| self.families[k]);
+            let at = near(mesh.vertices[vertex as usize]);
+            Err(refused(set_up, of[0], format!("its curve on `{}` {why}, at {at}", mesh.families[of[1].index()])))
+        };
+        for (triangle, &family) in surface.triangles.iter().zip(&surface.family) {
+            let is_of = on.has(families, family) || part.contains(&family);
+            if let Some(&vertex) = triangle.iter().find(|vertex| !is_of && vertices.contains(vertex)) {
+                return refused(vertex, format!("also touches `{}`", mesh.families[family.index()]));
+            }
+        }
+        let stays = |&&vertex: &&u32| {
+            families.placed_by[vertex as usize] != on.placed_by() || families.partners.is_tied(vertex)
+        };
+        match self.vertices.iter().find(stays) {
+            Some(&vertex) => refused(vertex, "has a vertex that may not slide".to_owned()),
+            None => Ok(()),
+        }
+    }
+
+    /// The error of a vertex that does not meet its surface.
+    fn missed(&self, set_up: &SetUp, k: usize, why: &str) -> StageError {
+        let [family, other] = self.families[k].map(|family| set_up.mesh.families[family.index()].clone());
+        let at = set_up.mesh.vertices[self.vertices[k] as usize];
+        StageError::Junction { family, other, at, why: why.to_owned() }
+    }
+}
+
+impl On {
+    fn placed_by(&self) -> PlacedBy {
+        match self {
+            Self::Wings => PlacedBy::Wing,
+            Self::Bodies(..) => PlacedBy::Rigid,
+        }
+    }
+
+    /// Whether a family is of this surface.
+    fn has(&self, families: &Families, family: FamilyId) -> bool {
+        match (self, &families.roles[family.index()]) {
+            (Self::Wings, role) => role.placed_by() == PlacedBy::Wing,
+            (Self::Bodies(assembly, of), Role::Rigid { motion }) => {
+                of == motion && families.assemblies[*assembly].families.contains(&family)
+            }
+            _ => false,
+        }
+    }
+}
+
+/// The attached families of an assembly whose junctions slide. `None` if they are glued.
+///
+/// # Errors
+/// [`SetupError::Junction`]: some slide, and others cannot
+fn sliding(set_up: &SetUp, members: &[FamilyId]) -> Result<Option<Vec<FamilyId>>, SetupError> {
+    let role = |family: FamilyId| &set_up.families.roles[family.index()];
+    let slides = |family: &FamilyId| matches!(role(*family), Role::Attached { junction: Junction::Slide, .. });
+    let Some(&first) = members.iter().find(|family| slides(family)) else { return Ok(None) };
+    let attached = |family: &&FamilyId| role(**family).placed_by() == PlacedBy::Attached;
+    let part: Vec<FamilyId> = members.iter().filter(attached).copied().collect();
+    for &family in &part {
+        let name = &set_up.mesh.families[family.index()];
+        let why = match role(family) {
+            Role::Wingtip { .. } => format!("it hangs together with `{name}`, which is a wingtip"),
+            Role::Attached { junction: Junction::Glued, .. } => {
+                format!("it hangs together with `{name}`, whose junction is glued")
+            }
+            Role::Attached { start, .. } if *start != TipStart::Rigid => "its start is not rigid".to_owned(),
+            _ => continue,
+        };
+        return Err(refused(set_up, first, why));
+    }
+    Ok(Some(part))
+}
+
+/// What lies behind a half-edge of a part. `None` if the part does not slide there: on families that
+/// later stages place, and on bodies that go with the part.
+///
+/// # Errors
+/// [`SetupError::Junction`]: the part cannot slide there
+fn on(set_up: &SetUp, assembly: usize, part: &[FamilyId], half_edge: u32) -> Result<Option<On>, SetupError> {
+    let SetUp { surface, families, .. } = *set_up;
+    match &families.roles[surface.family_behind(half_edge).index()] {
+        Role::Wing => Ok(Some(On::Wings)),
+        Role::Rigid { motion: RigidMotion::Root } => Ok(None),
+        Role::Rigid { motion } => Ok(Some(On::Bodies(assembly, *motion))),
+        role if role.placed_by() > PlacedBy::Attached => Ok(None),
+        role => {
+            let why = format!("it meets `{}`, whose role is {}", behind(set_up, half_edge), role.name());
+            let family = part.iter().find(|&&family| family == surface.family[half_edge as usize / 3]);
+            Err(refused(set_up, family.copied().unwrap_or(part[0]), why))
+        }
+    }
+}
+
+/// The families before and behind a half-edge.
+fn families_at(set_up: &SetUp, half_edge: u32) -> [FamilyId; 2] {
+    [set_up.surface.family[half_edge as usize / 3], set_up.surface.family_behind(half_edge)]
+}
+
+/// The name of the family behind a half-edge.
+fn behind<'a>(set_up: &SetUp<'a>, half_edge: u32) -> &'a str {
+    &set_up.mesh.families[set_up.surface.family_behind(half_edge).index()]
+}
+
+fn refused(set_up: &SetUp, family: FamilyId, why: String) -> SetupError {
+    SetupError::Junction { family: set_up.mesh.families[family.index()].clone(), why }
+}
+
+/// The vertices of some triangles, ascending, and the triangles by their places in this list.
+fn numbered(mut triangles: Vec<[u32; 3]>) -> (Vec<u32>, Vec<[u32; 3]>) {
+    let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let number = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
+    triangles.iter_mut().for_each(|triangle| *triangle = triangle.map(number));
+    (vertices, triangles)
+}

@@ -1,0 +1,232 @@
+//! Junctions that slide: a pylon keeps its shape where the wing's chord changes, and where its nacelle
+//! is moved against the wing.
+
+mod common;
+
+use common::aircraft::{Anyway, cpu, file, role, triangles_of, vertices_of};
+use glam::{DQuat, DVec3};
+use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
+use idmesh::geometry::{closest_on_triangle, fitted_motion::FittedMotion};
+use idmesh::mesh::TetMesh;
+use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome, StageError};
+use idmesh::profile::{Profile, csv};
+
+fn attached(junction: Junction) -> Role {
+    Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction }
+}
+
+fn rigid(motion: RigidMotion) -> Role {
+    Role::Rigid { motion }
+}
+
+fn mesh(name: &str) -> TetMesh {
+    idmesh::formats::read(&file(&format!("tests/data/aircraft/{name}.msh.gz"))).unwrap().mesh
+}
+
+fn profiles(mesh: &str, set: &str) -> Vec<Profile> {
+    let path = file(&format!("tests/data/aircraft/{mesh}/{set}.csv"));
+    csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap()
+}
+
+fn builder(mesh: TetMesh, old: Vec<Profile>, parts: &[(&str, Role)]) -> MoverBuilder {
+    let usual: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
+    let mut builder = Mover::builder(mesh).old_profiles("wing", old);
+    for (family, role) in
+        usual.iter().map(|(name, role)| (name.as_str(), role)).chain(parts.iter().map(|(n, r)| (*n, r)))
+    {
+        builder = builder.role(family, role.clone());
+    }
+    builder
+}
+
+/// The nacelle's mesh with a pylon of this junction.
+fn mover(junction: Junction, motion: RigidMotion) -> Mover {
+    let parts = [("pylon", attached(junction)), ("nacelle", rigid(motion))];
+    builder(mesh("nacelle"), profiles("nacelle", "old"), &parts).build(cpu()).unwrap()
+}
+
+fn update(mover: &mut Mover, new: Vec<Profile>) -> Outcome {
+    mover.update(&Design::of_wing("wing", new)).unwrap()
+}
+
+/// The new profiles of `nacelle` after a map of the old ones.
+fn mapped(map: impl Fn(DVec3) -> DVec3) -> Vec<Profile> {
+    let mut new = profiles("nacelle", "old");
+    new.iter_mut().for_each(|profile| profile.points.iter_mut().for_each(|at| *at = map(*at)));
+    new
+}
+
+/// Largest distance of a family's vertices from their own best rigid motion.
+fn off_rigid(mesh: &TetMesh, moved: &[DVec3], family: &str) -> f64 {
+    let pairs: Vec<_> =
+        vertices_of(mesh, family).into_iter().map(|vertex| (mesh.vertices[vertex], moved[vertex], 1.0)).collect();
+    let motion = FittedMotion::rigid(&pairs);
+    pairs.iter().map(|&(from, to, _)| (from + motion.displacement(from)).distance(to)).fold(0.0, f64::max)
+}
+
+/// Distance of a point from some triangles.
+fn distance(at: DVec3, triangles: &[[usize; 3]], vertices: &[DVec3]) -> f64 {
+    let to = |triangle: &[usize; 3]| closest_on_triangle(at, triangle.map(|v| vertices[v])).0.distance(at);
+    triangles.iter().map(to).fold(f64::INFINITY, f64::min)
+}
+
+/// The pylon keeps its shape, and the wing its own: off the junction no bit changes, and beside it the
+/// vertices stay on the surface of the glued wing, to the sag of its facets.
+#[test]
+fn a_pylon_keeps_its_shape() {
+    let mut glued = mover(Junction::Glued, RigidMotion::Root);
+    let mut sliding = mover(Junction::Slide, RigidMotion::Root);
+    for (set, off, farthest) in
+        [("small", 0.0006, 0.001), ("big", 0.0050, 0.01), ("planform", 0.006, 0.05), ("twist", 0.0006, 0.001)]
+    {
+        let outcome = update(&mut sliding, profiles("nacelle", set));
+        outcome.check().unwrap_or_else(|refused| panic!("{set}: {refused}"));
+        assert!(outcome.folded.is_empty() && outcome.warnings.is_empty(), "{set}: {:?}", outcome.warnings);
+        assert!(outcome.stages.last().unwrap().beta_min >= 0.0029, "{set}: {:?}", outcome.stages.last());
+        let pylon = outcome.families["pylon"];
+        assert!(pylon.max_slide.unwrap() <= farthest, "{set}: {pylon:?}");
+        let (mesh, moved) = (sliding.mesh(), outcome.vertices());
+        let own = off_rigid(mesh, moved, "pylon");
+        assert!(own <= off, "{set}: {own:e}");
+        if set != "planform" {
+            continue;
+        }
+        assert!(pylon.max_slide.unwrap() > 0.01, "{pylon:?}");
+        let as_glued = update(&mut glued, profiles("nacelle", set));
+        assert_eq!(as_glued.families["pylon"].max_slide, None);
+        assert!(off_rigid(mesh, as_glued.vertices(), "pylon") > 2.5 * off);
+        let wing = triangles_of(mesh, "wing");
+        let on_pylon = vertices_of(mesh, "pylon");
+        let (mut slid, mut still) = (0, 0);
+        for vertex in vertices_of(mesh, "wing") {
+            let at = moved[vertex];
+            if at == as_glued.vertices()[vertex] {
+                still += 1;
+            } else if on_pylon.binary_search(&vertex).is_err() {
+                let off = distance(at, &wing, as_glued.vertices());
+                // Some stand in the hole under the glued pylon now.
+                let hole = on_pylon.iter().any(|&rim| as_glued.vertices()[rim].distance(at) < 0.04);
+                assert!(off < 4e-4 || hole, "{vertex}: {off:e}");
+                slid += 1;
+            }
+        }
+        assert!(slid > 50 && still > slid, "{slid} {still}");
+    }
+    let still = update(&mut sliding, profiles("nacelle", "old"));
+    assert_eq!(still.vertices(), sliding.mesh().vertices);
+    assert_eq!(still.families["pylon"].max_slide, Some(0.0));
+}
+
+/// The four motions of the nacelle that a glued pylon does not take, or takes badly. The nacelle keeps
+/// its shape, but for the vertices beside the pylon, which slide on it.
+#[test]
+fn a_nacelle_is_moved_against_its_wing() {
+    let about = DVec3::new(0.4, 1.6, -0.56);
+    for (degrees, shift) in [
+        (3.0, DVec3::new(0.0, 0.0, -0.05)),
+        (0.0, DVec3::new(-0.1, 0.0, 0.0)),
+        (-3.0, DVec3::new(0.05, 0.0, 0.03)),
+        (0.0, DVec3::new(0.0, 0.1, 0.0)),
+    ] {
+        let motion = RigidMotion::Given { turn: DVec3::new(0.0, degrees, 0.0), about, shift };
+        let mut mover = mover(Junction::Slide, motion);
+        let outcome = update(&mut mover, profiles("nacelle", "small"));
+        outcome.check().unwrap_or_else(|refused| panic!("{shift}: {refused}"));
+        assert!(outcome.folded.is_empty(), "{shift}: {:?}", outcome.folded);
+        let (mesh, turn) = (mover.mesh(), DQuat::from_rotation_y(degrees.to_radians()));
+        let there: Vec<DVec3> = mesh.vertices.iter().map(|&at| about + turn * (at - about) + shift).collect();
+        let nacelle = triangles_of(mesh, "nacelle");
+        let on_pylon = vertices_of(mesh, "pylon");
+        let mut still = 0;
+        for vertex in vertices_of(mesh, "nacelle") {
+            let at = outcome.vertices()[vertex];
+            if at.distance(there[vertex]) < 1e-13 {
+                still += 1;
+                continue;
+            }
+            let hole = on_pylon.iter().any(|&rim| there[rim].distance(at) < 0.04);
+            let off = distance(at, &nacelle, &there);
+            assert!(off < 1e-3 || hole, "{shift}: {vertex} {off:e}");
+            // In the hole the nacelle goes on as a tube of about its radius.
+            assert!(off < 0.01, "{shift}: {vertex} {off:e}");
+        }
+        assert!(still > 500, "{still}");
+        let own = off_rigid(mesh, outcome.vertices(), "pylon");
+        assert!(own < 0.06, "{shift}: {own}");
+    }
+}
+
+/// Profiles that turn and shift as one body take pylon and nacelle with them as one body.
+#[test]
+fn a_rigid_motion_slides_nothing() {
+    let mut mover = mover(Junction::Slide, RigidMotion::Root);
+    let (shift, turn) = (DVec3::new(0.02, 0.0, 0.03), DQuat::from_rotation_y(0.02));
+    let outcome = update(&mut mover, mapped(|at| turn * at + shift));
+    for family in ["pylon", "nacelle"] {
+        for vertex in vertices_of(mover.mesh(), family) {
+            let off = outcome.vertices()[vertex].distance(turn * mover.mesh().vertices[vertex] + shift);
+            assert!(off < 1e-10, "{family}: {off:e}");
+        }
+    }
+    assert!(outcome.families["pylon"].max_slide.unwrap() < 1e-10);
+}
+
+/// A mesh in millimetres moves alike.
+#[test]
+fn the_unit_does_not_matter() {
+    let new = profiles("nacelle", "planform");
+    let metres = update(&mut mover(Junction::Slide, RigidMotion::Root), new.clone());
+    let mut mesh = mesh("nacelle");
+    mesh.vertices.iter_mut().for_each(|at| *at *= 1000.0);
+    let larger = |mut profiles: Vec<Profile>| {
+        profiles.iter_mut().for_each(|profile| profile.points.iter_mut().for_each(|at| *at *= 1000.0));
+        profiles
+    };
+    let parts = [("pylon", attached(Junction::Slide)), ("nacelle", rigid(RigidMotion::Root))];
+    let mut mover = builder(mesh, larger(profiles("nacelle", "old")), &parts).build(cpu()).unwrap();
+    let millimetres = update(&mut mover, larger(new));
+    for (one, other) in metres.vertices().iter().zip(millimetres.vertices()) {
+        assert!(one.distance(*other / 1000.0) < 1e-8, "{one} {other}");
+    }
+}
+
+fn refused(mesh: TetMesh, old: Vec<Profile>, parts: &[(&str, Role)]) -> String {
+    match builder(mesh, old, parts).build(cpu()).err() {
+        Some(MoveError::Setup(error @ SetupError::Junction { .. })) => error.to_string(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn junctions_that_cannot_slide_are_refused() {
+    let slide = attached(Junction::Slide);
+    let parts = [("fairing_1", slide.clone()), ("fairing_2", attached(Junction::Glued))];
+    let over_the_edge = refused(mesh("fairings"), profiles("fairings", "old"), &parts);
+    assert!(over_the_edge.contains("`fairing_1`") && over_the_edge.contains("`trailing_edge`"), "{over_the_edge}");
+    let affine = Role::Attached { coefficient: 0.5, start: TipStart::Affine, junction: Junction::Slide };
+    let parts = [("pylon", affine), ("nacelle", rigid(RigidMotion::Root))];
+    let affine = refused(mesh("nacelle"), profiles("nacelle", "old"), &parts);
+    assert!(affine.contains("`pylon`") && affine.contains("start"), "{affine}");
+    let parts = [("pylon", slide.clone()), ("nacelle", attached(Junction::Glued))];
+    let mixed = refused(mesh("nacelle"), profiles("nacelle", "old"), &parts);
+    assert!(mixed.contains("`pylon`") && mixed.contains("`nacelle`, whose junction is glued"), "{mixed}");
+    let parts = [("pylon", slide), ("nacelle", Role::Fixed)];
+    let fixed = refused(mesh("nacelle"), profiles("nacelle", "old"), &parts);
+    assert!(fixed.contains("`nacelle`, whose role is fixed"), "{fixed}");
+}
+
+/// A nacelle so far outboard that the pylon misses it.
+#[test]
+fn a_part_that_misses_is_told_of() {
+    let shift = DVec3::new(0.0, 0.6, 0.0);
+    let motion = RigidMotion::Given { turn: DVec3::ZERO, about: DVec3::ZERO, shift };
+    let mut mover = mover(Junction::Slide, motion);
+    match mover.update(&Design::of_wing("wing", profiles("nacelle", "small"))) {
+        Err(MoveError::Stage(error @ StageError::Junction { .. })) => {
+            let text = error.to_string();
+            assert!(text.contains("`pylon`") && text.contains("`nacelle`"), "{text}");
+        }
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("a pylon without a nacelle"),
+    }
+}
