@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use idmesh::case::{Case, CaseError, Position};
-use idmesh::families::Role;
 use idmesh::families::TipStart;
+use idmesh::families::{Junction, Role};
 use idmesh::profile::files::SpanAxis;
 use idmesh::relaxation::Method;
 use idmesh::smoothing::QualityTarget;
@@ -112,6 +112,13 @@ fn good_case_is_read_whole() {
 fn defaults() {
     let case = parse("mesh = \"wing.msh.gz\"\n[family.tip]\nrole = \"wingtip\"").unwrap();
     assert_eq!(case.families["tip"].role, Role::Wingtip { coefficient: 0.5, start: TipStart::Affine });
+    let part = |more: &str| parse(&format!("mesh = \"a.msh\"\n[family.p]\nrole = \"attached\"\n{more}")).unwrap();
+    for (more, junction) in
+        [("", Junction::Glued), ("junction = \"glued\"", Junction::Glued), ("junction = \"slide\"", Junction::Slide)]
+    {
+        let role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction };
+        assert_eq!(part(more).families["p"].role, role);
+    }
     assert_eq!(case.settings.springs.name, "rotation-aware-wall");
     assert_eq!(case.settings.quality, Some(QualityTarget::Original));
     assert_eq!(

@@ -1,5 +1,5 @@
-//! Junctions that slide: a pylon keeps its shape where the wing's chord changes, and where its nacelle
-//! is moved against the wing.
+//! Junctions that slide: a pylon keeps its shape where the wing's chord changes, and goes with a
+//! nacelle that is moved against the wing.
 
 mod common;
 
@@ -56,12 +56,26 @@ fn mapped(map: impl Fn(DVec3) -> DVec3) -> Vec<Profile> {
     new
 }
 
-/// Largest distance of a family's vertices from their own best rigid motion.
-fn off_rigid(mesh: &TetMesh, moved: &[DVec3], family: &str) -> f64 {
-    let pairs: Vec<_> =
-        vertices_of(mesh, family).into_iter().map(|vertex| (mesh.vertices[vertex], moved[vertex], 1.0)).collect();
-    let motion = FittedMotion::rigid(&pairs);
-    pairs.iter().map(|&(from, to, _)| (from + motion.displacement(from)).distance(to)).fold(0.0, f64::max)
+/// Largest distance of a family's moved vertices from its original surface, in the rigid place that
+/// fits best: found by turns from nearest points and from the motion that fits them.
+fn off_shape(mesh: &TetMesh, moved: &[DVec3], family: &str) -> f64 {
+    let triangles = triangles_of(mesh, family);
+    let vertices = vertices_of(mesh, family);
+    let nearest = |at: DVec3| {
+        let on = triangles.iter().map(|t| closest_on_triangle(at, t.map(|vertex| mesh.vertices[vertex])).0);
+        on.min_by(|a, b| a.distance_squared(at).total_cmp(&b.distance_squared(at))).unwrap()
+    };
+    let mut back = FittedMotion::rigid(&pairs_of(vertices.iter().map(|&v| (moved[v], mesh.vertices[v]))));
+    for _ in 0..12 {
+        let there = |&v: &usize| moved[v] + back.displacement(moved[v]);
+        back = FittedMotion::rigid(&pairs_of(vertices.iter().map(|v| (moved[*v], nearest(there(v))))));
+    }
+    let off = vertices.iter().map(|&v| moved[v] + back.displacement(moved[v])).map(|at| nearest(at).distance(at));
+    off.fold(0.0, f64::max)
+}
+
+fn pairs_of(pairs: impl Iterator<Item = (DVec3, DVec3)>) -> Vec<(DVec3, DVec3, f64)> {
+    pairs.map(|(from, to)| (from, to, 1.0)).collect()
 }
 
 /// Distance of a point from some triangles.
@@ -76,25 +90,27 @@ fn distance(at: DVec3, triangles: &[[usize; 3]], vertices: &[DVec3]) -> f64 {
 fn a_pylon_keeps_its_shape() {
     let mut glued = mover(Junction::Glued, RigidMotion::Root);
     let mut sliding = mover(Junction::Slide, RigidMotion::Root);
-    for (set, off, farthest) in
-        [("small", 0.0006, 0.001), ("big", 0.0050, 0.01), ("planform", 0.006, 0.05), ("twist", 0.0006, 0.001)]
-    {
+    for (set, off) in [("small", 0.0006), ("big", 0.0055), ("planform", 0.0060), ("twist", 0.0006)] {
         let outcome = update(&mut sliding, profiles("nacelle", set));
         outcome.check().unwrap_or_else(|refused| panic!("{set}: {refused}"));
         assert!(outcome.folded.is_empty() && outcome.warnings.is_empty(), "{set}: {:?}", outcome.warnings);
         assert!(outcome.stages.last().unwrap().beta_min >= 0.0029, "{set}: {:?}", outcome.stages.last());
         let pylon = outcome.families["pylon"];
-        assert!(pylon.max_slide.unwrap() <= farthest, "{set}: {pylon:?}");
+        assert!(pylon.max_slide.unwrap() <= 2.0 * pylon.residual.unwrap(), "{set}: {pylon:?}");
         let (mesh, moved) = (sliding.mesh(), outcome.vertices());
-        let own = off_rigid(mesh, moved, "pylon");
-        assert!(own <= off, "{set}: {own:e}");
+        let shape = off_shape(mesh, moved, "pylon");
+        assert!(shape <= off, "{set}: {shape:e}");
+        let surface = pylon.max_distance_to_carried_surface.unwrap();
+        assert!(surface >= shape && surface <= 1.3 * off, "{set}: {surface:e}");
         if set != "planform" {
             continue;
         }
         assert!(pylon.max_slide.unwrap() > 0.01, "{pylon:?}");
         let as_glued = update(&mut glued, profiles("nacelle", set));
-        assert_eq!(as_glued.families["pylon"].max_slide, None);
-        assert!(off_rigid(mesh, as_glued.vertices(), "pylon") > 2.5 * off);
+        let before = as_glued.families["pylon"];
+        assert_eq!((before.max_slide, before.residual), (None, pylon.residual));
+        assert!(before.max_distance_to_carried_surface.unwrap() > 2.5 * off, "{before:?}");
+        assert!(off_shape(mesh, as_glued.vertices(), "pylon") > 2.5 * off);
         let wing = triangles_of(mesh, "wing");
         let on_pylon = vertices_of(mesh, "pylon");
         let (mut slid, mut still) = (0, 0);
@@ -117,42 +133,26 @@ fn a_pylon_keeps_its_shape() {
     assert_eq!(still.families["pylon"].max_slide, Some(0.0));
 }
 
-/// The four motions of the nacelle that a glued pylon does not take, or takes badly. The nacelle keeps
-/// its shape, but for the vertices beside the pylon, which slide on it.
+/// Three motions of the nacelle. A glued pylon with the usual coefficient closes its corner in the last
+/// two.
+///
+/// Fails if the pylon has conservative springs.
 #[test]
 fn a_nacelle_is_moved_against_its_wing() {
     let about = DVec3::new(0.4, 1.6, -0.56);
-    for (degrees, shift) in [
-        (3.0, DVec3::new(0.0, 0.0, -0.05)),
-        (0.0, DVec3::new(-0.1, 0.0, 0.0)),
-        (-3.0, DVec3::new(0.05, 0.0, 0.03)),
-        (0.0, DVec3::new(0.0, 0.1, 0.0)),
-    ] {
+    for (degrees, shift) in
+        [(3.0, DVec3::new(0.0, 0.0, -0.05)), (-3.0, DVec3::new(0.05, 0.0, 0.03)), (0.0, DVec3::new(0.0, 0.1, 0.0))]
+    {
         let motion = RigidMotion::Given { turn: DVec3::new(0.0, degrees, 0.0), about, shift };
         let mut mover = mover(Junction::Slide, motion);
         let outcome = update(&mut mover, profiles("nacelle", "small"));
         outcome.check().unwrap_or_else(|refused| panic!("{shift}: {refused}"));
         assert!(outcome.folded.is_empty(), "{shift}: {:?}", outcome.folded);
-        let (mesh, turn) = (mover.mesh(), DQuat::from_rotation_y(degrees.to_radians()));
-        let there: Vec<DVec3> = mesh.vertices.iter().map(|&at| about + turn * (at - about) + shift).collect();
-        let nacelle = triangles_of(mesh, "nacelle");
-        let on_pylon = vertices_of(mesh, "pylon");
-        let mut still = 0;
-        for vertex in vertices_of(mesh, "nacelle") {
-            let at = outcome.vertices()[vertex];
-            if at.distance(there[vertex]) < 1e-13 {
-                still += 1;
-                continue;
-            }
-            let hole = on_pylon.iter().any(|&rim| there[rim].distance(at) < 0.04);
-            let off = distance(at, &nacelle, &there);
-            assert!(off < 1e-3 || hole, "{shift}: {vertex} {off:e}");
-            // In the hole the nacelle goes on as a tube of about its radius.
-            assert!(off < 0.01, "{shift}: {vertex} {off:e}");
+        let turn = DQuat::from_rotation_y(degrees.to_radians());
+        for vertex in vertices_of(mover.mesh(), "nacelle") {
+            let there = about + turn * (mover.mesh().vertices[vertex] - about) + shift;
+            assert!(outcome.vertices()[vertex].distance(there) < 1e-13);
         }
-        assert!(still > 500, "{still}");
-        let own = off_rigid(mesh, outcome.vertices(), "pylon");
-        assert!(own < 0.06, "{shift}: {own}");
     }
 }
 
@@ -215,18 +215,23 @@ fn junctions_that_cannot_slide_are_refused() {
     assert!(fixed.contains("`nacelle`, whose role is fixed"), "{fixed}");
 }
 
-/// A nacelle so far outboard that the pylon misses it.
+/// A wing whose chord shrinks so far that the pylon reaches beyond it.
 #[test]
-fn a_part_that_misses_is_told_of() {
-    let shift = DVec3::new(0.0, 0.6, 0.0);
-    let motion = RigidMotion::Given { turn: DVec3::ZERO, about: DVec3::ZERO, shift };
-    let mut mover = mover(Junction::Slide, motion);
-    match mover.update(&Design::of_wing("wing", profiles("nacelle", "small"))) {
+fn a_part_that_misses_its_wing_is_told_of() {
+    let mut new = profiles("nacelle", "old");
+    for profile in &mut new {
+        let xs = profile.points.iter().map(|at| at.x);
+        let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        profile.points.iter_mut().for_each(|at| at.x = low + 0.45 * (at.x - low));
+        assert!(high > low);
+    }
+    let mut mover = mover(Junction::Slide, RigidMotion::Root);
+    match mover.update(&Design::of_wing("wing", new)) {
         Err(MoveError::Stage(error @ StageError::Junction { .. })) => {
             let text = error.to_string();
-            assert!(text.contains("`pylon`") && text.contains("`nacelle`"), "{text}");
+            assert!(text.contains("`pylon`") && text.contains("`wing`"), "{text}");
         }
         Err(other) => panic!("{other}"),
-        Ok(_) => panic!("a pylon without a nacelle"),
+        Ok(outcome) => panic!("{:?}", outcome.check().map(drop)),
     }
 }

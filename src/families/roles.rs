@@ -19,14 +19,14 @@ pub enum TipStart {
     Original,
 }
 
-/// What the curve does in which an attached family meets a wing or a rigid body.
+/// What the curve does in which an attached family meets a wing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Junction {
-    /// The curve goes with the wing or the body. Where they stretch, so does the family.
+    /// The curve goes with the wing. Where the wing stretches, so does the family.
     #[default]
     Glued,
-    /// The curve slides on the wing, and on bodies with a motion of their own, so that the family
-    /// keeps its shape.
+    /// The curve slides on the wing, so that the family keeps its shape. If the family ends on a rigid
+    /// body with a motion of its own, its coefficient is 1: the body's motion spreads over all of it.
     Slide,
 }
 
@@ -93,7 +93,7 @@ pub enum Role {
         coefficient: f64,
         /// The start to which the conservative springs pull back.
         start: TipStart,
-        /// Whether its curve on a wing or a body slides.
+        /// Whether its curve on a wing slides.
         junction: Junction,
     },
     /// One rigid body, such as a nacelle.

@@ -33,6 +33,14 @@
 //! rigid families. Each wingtip has its own width. The attached families of an assembly have the
 //! width of them all, so that the narrow trailing edge of a winglet gives way as the winglet does.
 //! Vertices on several families have the smallest reach.
+//!
+//! # Between two bodies
+//!
+//! A part whose junction slides ([`super::junction`]) and that ends on a body with a motion of its own
+//! has no conservative springs. They would let each end give way within the reach. A nacelle that is
+//! moved up would then close the acute corner at the pylon's rear edge, because the pylon behind the
+//! corner stays. Without them the motion of the body spreads over the whole part, and the corner goes
+//! with the body.
 
 use std::collections::BTreeMap;
 
@@ -40,7 +48,7 @@ use glam::DVec3;
 
 use super::junction::Junctions;
 use super::surface_network::SurfaceNetwork;
-use crate::families::{Assembly, PlacedBy, Role, SetupError, TipStart};
+use crate::families::{Assembly, Families, Junction, PlacedBy, RigidMotion, Role, SetupError, TipStart};
 use crate::mesh::Displacement;
 use crate::stage::{SetUp, Stage, StageError};
 use crate::{
@@ -157,13 +165,14 @@ impl Attached {
             let name = |family: FamilyId| mesh.families[family.index()].clone();
             return Err(SetupError::TipStarts { family: name(own[0]), other: name(other) });
         }
+        let bridges = bridges(families, &families.assemblies[assembly]);
         // A coefficient of 0 would need infinitely stiff springs. Such vertices are held at their
         // start instead.
         let mut reach: BTreeMap<u32, f64> = BTreeMap::new();
         let is_tip = |family: &FamilyId| matches!(families.roles[family.index()], Role::Wingtip { .. });
         let attached: Vec<FamilyId> = own.iter().copied().filter(|family| !is_tip(family)).collect();
         for family in &own {
-            let coefficient = of(*family).0;
+            let coefficient = if bridges { 1.0 } else { of(*family).0 };
             let width = if coefficient > 0.0 {
                 let of_width = if is_tip(family) { std::slice::from_ref(family) } else { &attached };
                 mean_width(mesh, surface, of_width) * (coefficient / (1.0 - coefficient)).sqrt()
@@ -186,6 +195,13 @@ impl Attached {
             SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
         Ok(Self { assembly, families: own, start, placed, inside, network })
     }
+}
+
+/// Whether an assembly has a part that slides and a body with a motion of its own.
+fn bridges(families: &Families, assembly: &Assembly) -> bool {
+    let has = |is: &dyn Fn(&Role) -> bool| assembly.families.iter().any(|family| is(&families.roles[family.index()]));
+    has(&|role| matches!(role, Role::Attached { junction: Junction::Slide, .. }))
+        && has(&|role| matches!(role, Role::Rigid { motion } if *motion != RigidMotion::Root))
 }
 
 /// Mean width of a set of families in the mesh's unit: twice their area over the length of their

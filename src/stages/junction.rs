@@ -1,20 +1,22 @@
-//! Sliding junctions: where a part meets a wing or a rigid body, its curve slides on their surface, and
-//! the part keeps its shape.
+//! Sliding junctions: where a part meets a wing, its curve slides on the wing, and the part keeps its
+//! shape.
 //!
 //! A junction that is glued is stretched as the wing is, and the part with it. A junction that slides
 //! ([`Junction::Slide`]) is the curve in which the part, carried as one body, meets the moved wing:
 //!
 //! 1. The part is continued beyond the curve by its [rulings](super::rulings), and carried by the motion
-//!    of its assembly. Each vertex of the curve goes along its own ruling until it meets the moved
-//!    surface. So vertices keep their distances along the curve, and cannot bunch.
+//!    of its assembly. Each vertex of the curve goes along its own ruling until it meets the moved wing.
+//!    So vertices keep their distances along the curve, and cannot bunch.
 //! 2. A vertex that goes back into the part goes along the part's surface.
-//! 3. The moved surface is continued across the hole under the part, and its triangles are curved
+//! 3. The moved wing is continued across the hole under the part, and its triangles are curved
 //!    ([`CurvedSurface`]).
-//! 4. A spring network spreads the slide over a strip of the surface beside the curve. Its vertices go
-//!    back onto the surface, so that its shape stays as it is.
+//! 4. A spring network spreads the slide over a strip of the wing beside the curve. Its vertices go back
+//!    onto the moved wing, so that its shape stays as it is.
 //!
-//! Nothing is done where the glued curve fits the carried part already. The paper names parts that hang
-//! from wings as future work.
+//! Nothing is done where the glued curve fits the carried part already. The curve on a rigid body stays
+//! glued: a pylon's rear edge meets its nacelle at ten to twenty degrees, so that its curve would move by
+//! three to six times what the body moves up or down. The paper names parts that hang from wings as
+//! future work.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -24,7 +26,7 @@ use rayon::prelude::*;
 use super::rulings;
 use super::surface_network::SurfaceNetwork;
 use crate::constraint::Constraint;
-use crate::families::{Families, Junction, PlacedBy, RigidMotion, Role, SetupError, TipStart};
+use crate::families::{Junction, PlacedBy, Role, SetupError, TipStart};
 use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::{Displacement, FamilyId};
 use crate::projection::curved::{Beside, CurvedSurface};
@@ -53,13 +55,13 @@ const ON_RULING: f64 = 0.05;
 
 /// All sliding junctions of a mesh.
 pub(super) struct Junctions {
-    hosts: Vec<Host>,
+    host: Option<Host>,
     /// The undeformed surface of each part, with its vertices `[n_points]`, ascending.
     parts: Vec<(Vec<u32>, CurvedSurface)>,
     slides: BTreeMap<FamilyId, f64>,
 }
 
-/// A surface on which junctions slide: that of the wings, or of rigid bodies.
+/// The wings on which junctions slide.
 struct Host {
     curves: Vec<Curve>,
     /// The mesh's vertices of the surface around the curves `[n_points]`, ascending.
@@ -70,27 +72,19 @@ struct Host {
     strip: SurfaceNetwork,
 }
 
-/// A curve in which a part meets a surface.
+/// A curve in which a part meets a wing.
 struct Curve {
     /// The number of the assembly.
     assembly: usize,
     /// Index of the part.
     part: usize,
-    /// A family of the part and one of the surface, for each vertex `[n]`.
+    /// A family of the part and one of the wing, for each vertex `[n]`.
     families: Vec<[FamilyId; 2]>,
     /// `[n]`
     vertices: Vec<u32>,
     /// The rulings before the motion `[n]`; each rises by one unit above the surface.
     directions: Vec<DVec3>,
     extent: f64,
-}
-
-/// What a curve of a part lies on.
-#[derive(Clone, PartialEq)]
-enum On {
-    Wings,
-    /// The rigid families of an assembly that have this motion of their own.
-    Bodies(usize, RigidMotion),
 }
 
 impl Junctions {
@@ -103,37 +97,31 @@ impl Junctions {
     /// - [`SetupError::Backend`]: the backend failed
     pub fn new(set_up: &SetUp, shaped: &[u32]) -> Result<Self, SetupError> {
         let SetUp { mesh, surface, families, .. } = *set_up;
-        let mut found: Vec<(On, Vec<Curve>)> = Vec::new();
-        let mut parts = Vec::new();
+        let (mut curves, mut parts) = (Vec::new(), Vec::new());
         for (assembly, of) in families.assemblies.iter().enumerate() {
             let Some(part) = sliding(set_up, &of.families)? else { continue };
-            let outer = part.iter().flat_map(|&family| surface.triangles_of(family));
-            let outer = outer.flat_map(|&triangle| 3 * triangle..3 * triangle + 3);
-            let outer = outer.filter(|&half_edge| !part.contains(&surface.family_behind(half_edge)));
-            let mut by_surface: Vec<(On, Vec<u32>)> = Vec::new();
-            for half_edge in outer {
-                let Some(on) = on(set_up, assembly, &part, half_edge)? else { continue };
-                match by_surface.iter_mut().find(|(other, _)| *other == on) {
-                    Some((_, half_edges)) => half_edges.push(half_edge),
-                    None => by_surface.push((on, vec![half_edge])),
+            let own = part.iter().flat_map(|&family| surface.triangles_of(family));
+            let mut on_wing = Vec::new();
+            for half_edge in own.flat_map(|&triangle| 3 * triangle..3 * triangle + 3) {
+                if !part.contains(&surface.family_behind(half_edge)) && is_on_wing(set_up, half_edge)? {
+                    on_wing.push(half_edge);
                 }
             }
-            for (on, half_edges) in by_surface {
-                let refused = |why: &str| {
-                    let family = families_at(set_up, half_edges[0])[0];
-                    refused(set_up, family, format!("its curve on `{}` {why}", behind(set_up, half_edges[0])))
-                };
-                let Some(loops) = rulings::loops(surface, half_edges.iter().copied()) else {
-                    return Err(refused("is not closed"));
-                };
-                for half_edges in loops {
-                    let curve = Curve::new(set_up, (assembly, parts.len()), &half_edges)?;
-                    curve.check(set_up, &part, &on)?;
-                    match found.iter_mut().find(|(other, _)| *other == on) {
-                        Some((_, curves)) => curves.push(curve),
-                        None => found.push((on.clone(), vec![curve])),
-                    }
-                }
+            if on_wing.is_empty() {
+                return Err(refused(
+                    set_up,
+                    part[0],
+                    "neither it nor what it hangs together with meets a wing".to_owned(),
+                ));
+            }
+            let loops = rulings::loops(surface, on_wing.iter().copied()).ok_or_else(|| {
+                let [family, _] = families_at(set_up, on_wing[0]);
+                refused(set_up, family, format!("its curve on `{}` is not closed", behind(set_up, on_wing[0])))
+            })?;
+            for half_edges in loops {
+                let curve = Curve::new(set_up, (assembly, parts.len()), &half_edges)?;
+                curve.check(set_up, &part)?;
+                curves.push(curve);
             }
             let triangles = part.iter().flat_map(|&family| surface.corners_of(family)).collect();
             let (vertices, triangles) = numbered(triangles);
@@ -142,8 +130,8 @@ impl Junctions {
                 .map_err(|error| refused(set_up, part[0], error.to_string()))?;
             parts.push((vertices, own));
         }
-        let hosts = found.into_iter().map(|(on, curves)| Host::new(set_up, shaped, &on, curves));
-        Ok(Self { hosts: hosts.collect::<Result<_, SetupError>>()?, parts, slides: BTreeMap::new() })
+        let host = (!curves.is_empty()).then(|| Host::new(set_up, shaped, curves)).transpose()?;
+        Ok(Self { host, parts, slides: BTreeMap::new() })
     }
 
     /// The largest distance by which a vertex slid from its glued place in the last run, in the mesh's
@@ -166,20 +154,18 @@ impl Junctions {
         displacement: &mut Displacement,
     ) -> Result<Convergence, StageError> {
         self.slides.clear();
-        let mut convergence = Convergence::nothing_to_do();
-        for host in &mut self.hosts {
-            convergence = convergence.and(host.slide(set_up, motions, &self.parts, displacement, &mut self.slides)?);
+        match &mut self.host {
+            Some(host) => host.slide(set_up, motions, &self.parts, displacement, &mut self.slides),
+            None => Ok(Convergence::nothing_to_do()),
         }
-        Ok(convergence)
     }
 }
 
 impl Host {
-    fn new(set_up: &SetUp, shaped: &[u32], on: &On, curves: Vec<Curve>) -> Result<Self, SetupError> {
+    fn new(set_up: &SetUp, shaped: &[u32], curves: Vec<Curve>) -> Result<Self, SetupError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let at = |vertex: u32| mesh.vertices[vertex as usize];
-        let own: Vec<FamilyId> =
-            (0..families.roles.len()).map(|i| FamilyId(i as u16)).filter(|&f| on.has(families, f)).collect();
+        let own: Vec<FamilyId> = families.families_of(PlacedBy::Wing).collect();
         let regions: Vec<(DVec3, f64)> = curves.iter().map(|curve| curve.ball(set_up, REGION)).collect();
         let in_region = |t: &[u32; 3]| {
             regions.iter().any(|&(centre, radius)| t.iter().any(|&vertex| at(vertex).distance(centre) < radius))
@@ -216,7 +202,7 @@ impl Host {
         let may_move = |vertex: u32| {
             let one_family = around.get(&vertex).is_some_and(|of| of.len() == 1);
             one_family
-                && families.placed_by[vertex as usize] == on.placed_by()
+                && families.placed_by[vertex as usize] == PlacedBy::Wing
                 && families.shapes_at(vertex).next().is_none()
                 && !families.partners.is_tied(vertex)
                 && !shaped.contains(&vertex)
@@ -398,7 +384,7 @@ impl Curve {
     ///
     /// # Errors
     /// [`SetupError::Junction`]
-    fn check(&self, set_up: &SetUp, part: &[FamilyId], on: &On) -> Result<(), SetupError> {
+    fn check(&self, set_up: &SetUp, part: &[FamilyId]) -> Result<(), SetupError> {
         let SetUp { mesh, surface, families, .. } = *set_up;
         let vertices: HashSet<u32> = self.vertices.iter().copied().collect();
         let refused = |vertex: u32, why: String| {
@@ -408,13 +394,13 @@ impl Curve {
             Err(refused(set_up, of[0], format!("its curve on `{}` {why}, at {at}", mesh.families[of[1].index()])))
         };
         for (triangle, &family) in surface.triangles.iter().zip(&surface.family) {
-            let is_of = on.has(families, family) || part.contains(&family);
+            let is_of = families.roles[family.index()] == Role::Wing || part.contains(&family);
             if let Some(&vertex) = triangle.iter().find(|vertex| !is_of && vertices.contains(vertex)) {
                 return refused(vertex, format!("also touches `{}`", mesh.families[family.index()]));
             }
         }
         let stays = |&&vertex: &&u32| {
-            families.placed_by[vertex as usize] != on.placed_by() || families.partners.is_tied(vertex)
+            families.placed_by[vertex as usize] != PlacedBy::Wing || families.partners.is_tied(vertex)
         };
         match self.vertices.iter().find(stays) {
             Some(&vertex) => refused(vertex, "has a vertex that may not slide".to_owned()),
@@ -427,26 +413,6 @@ impl Curve {
         let [family, other] = self.families[k].map(|family| set_up.mesh.families[family.index()].clone());
         let at = set_up.mesh.vertices[self.vertices[k] as usize];
         StageError::Junction { family, other, at, why: why.to_owned() }
-    }
-}
-
-impl On {
-    fn placed_by(&self) -> PlacedBy {
-        match self {
-            Self::Wings => PlacedBy::Wing,
-            Self::Bodies(..) => PlacedBy::Rigid,
-        }
-    }
-
-    /// Whether a family is of this surface.
-    fn has(&self, families: &Families, family: FamilyId) -> bool {
-        match (self, &families.roles[family.index()]) {
-            (Self::Wings, role) => role.placed_by() == PlacedBy::Wing,
-            (Self::Bodies(assembly, of), Role::Rigid { motion }) => {
-                of == motion && families.assemblies[*assembly].families.contains(&family)
-            }
-            _ => false,
-        }
     }
 }
 
@@ -475,22 +441,19 @@ fn sliding(set_up: &SetUp, members: &[FamilyId]) -> Result<Option<Vec<FamilyId>>
     Ok(Some(part))
 }
 
-/// What lies behind a half-edge of a part. `None` if the part does not slide there: on families that
-/// later stages place, and on bodies that go with the part.
+/// Whether a wing lies behind a half-edge of a part. If not, it is a family that stays beside the part: a
+/// body, or one that later stages place.
 ///
 /// # Errors
-/// [`SetupError::Junction`]: the part cannot slide there
-fn on(set_up: &SetUp, assembly: usize, part: &[FamilyId], half_edge: u32) -> Result<Option<On>, SetupError> {
-    let SetUp { surface, families, .. } = *set_up;
-    match &families.roles[surface.family_behind(half_edge).index()] {
-        Role::Wing => Ok(Some(On::Wings)),
-        Role::Rigid { motion: RigidMotion::Root } => Ok(None),
-        Role::Rigid { motion } => Ok(Some(On::Bodies(assembly, *motion))),
-        role if role.placed_by() > PlacedBy::Attached => Ok(None),
+/// [`SetupError::Junction`]: another family that earlier stages place lies there
+fn is_on_wing(set_up: &SetUp, half_edge: u32) -> Result<bool, SetupError> {
+    let [family, other] = families_at(set_up, half_edge);
+    match &set_up.families.roles[other.index()] {
+        Role::Wing => Ok(true),
+        role if role.placed_by() >= PlacedBy::Rigid => Ok(false),
         role => {
             let why = format!("it meets `{}`, whose role is {}", behind(set_up, half_edge), role.name());
-            let family = part.iter().find(|&&family| family == surface.family[half_edge as usize / 3]);
-            Err(refused(set_up, family.copied().unwrap_or(part[0]), why))
+            Err(refused(set_up, family, why))
         }
     }
 }

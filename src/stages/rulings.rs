@@ -147,3 +147,32 @@ fn slants(direction: &[DVec3], tangent: &[DVec3], length: &[f64], free: &[bool])
     }
     slant
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slanted cylinder over an ellipse: all rulings are its own direction. From each vertex only the
+    /// part across the curve is known.
+    ///
+    /// Fails if the rulings are perpendicular to the curve.
+    #[test]
+    fn rulings_of_a_cylinder_are_parallel() {
+        let own = DVec3::new(0.7, -0.4, 1.0);
+        let n = 40;
+        let at = |k: usize| {
+            let angle = std::f64::consts::TAU * (k % n) as f64 / n as f64;
+            DVec3::new(3.0 * angle.cos(), 0.4 * angle.sin(), 0.0)
+        };
+        let length: Vec<f64> = (0..n).map(|k| at(k).distance(at(k + 1))).collect();
+        let tangent: Vec<DVec3> = (0..n).map(|k| (at(k + 1) - at(k + n - 1)).normalize()).collect();
+        for free in [vec![true; n], (0..n).map(|k| k != 7).collect()] {
+            let across = |k: usize| if free[k] { own.reject_from_normalized(tangent[k]) } else { own };
+            let direction: Vec<DVec3> = (0..n).map(across).collect();
+            let slant = slants(&direction, &tangent, &length, &free);
+            for k in 0..n {
+                assert!((direction[k] + slant[k] * tangent[k]).distance(own) < 1e-9, "{k}: {}", slant[k]);
+            }
+        }
+    }
+}
