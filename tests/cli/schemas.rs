@@ -133,7 +133,7 @@ fn the_parser_and_the_schema_know_the_same() {
     }
     let named = ROLES.iter().flat_map(|row| std::iter::once(&row.name).chain(row.aliases));
     assert_eq!(roles, named.map(|name| (*name).to_owned()).collect());
-    let starts = words(&of("start"));
+    let starts = words(of("start"));
     assert_eq!(expected(&format!("{START}[family.a]\nrole = \"wingtip\"\nstart = \"qqqqqq\"\n")), starts);
     let junctions = words(&variants[2]["properties"]["junction"]);
     assert_eq!(expected(&format!("{START}[family.a]\nrole = \"attached\"\njunction = \"qqqqqq\"\n")), junctions);
