@@ -84,8 +84,8 @@ fn distance(at: DVec3, triangles: &[[usize; 3]], vertices: &[DVec3]) -> f64 {
     triangles.iter().map(to).fold(f64::INFINITY, f64::min)
 }
 
-/// The pylon keeps its shape, and the wing its own: off the junction no bit changes, and beside it the
-/// vertices stay on the surface of the glued wing, to the sag of its facets.
+/// The pylon keeps its shape, and the wing its own: off the junction no bit changes, and beside it
+/// the vertices stay on the surface of the glued wing, to the sag of its facets.
 #[test]
 fn a_pylon_keeps_its_shape() {
     let mut glued = mover(Junction::Glued, RigidMotion::Root);
@@ -133,12 +133,12 @@ fn a_pylon_keeps_its_shape() {
     assert_eq!(still.families["pylon"].max_slide, Some(0.0));
 }
 
-/// Under the pylon the wing goes on as it does on another mesh of the same wing, which has no pylon there.
-/// The design is an affine map, which the wing follows to rounding, so that the map back takes every
-/// vertex that has slid to the undeformed wing.
+/// Under the pylon the wing goes on as it does on another mesh of the same wing, which has no pylon
+/// there. The design is an affine map, which the wing follows to rounding, so that the map back
+/// takes every vertex that has slid to the undeformed wing.
 ///
-/// Fails if the hole under the pylon is closed by flat triangles between its sides, or if the vertices
-/// that follow stay beside the surface.
+/// Fails if the hole under the pylon is closed by flat triangles between its sides, or if the
+/// vertices that follow stay beside the surface.
 #[test]
 fn vertices_slide_on_the_wing_that_is_not_meshed() {
     let stretched = DVec3::new(1.12, 1.0, 1.0);
@@ -165,8 +165,8 @@ fn vertices_slide_on_the_wing_that_is_not_meshed() {
     assert!(slid > 100 && largest > 0.02, "{slid} {largest}");
 }
 
-/// Three motions of the nacelle. A glued pylon with the usual coefficient closes its corner in the last
-/// two.
+/// Three motions of the nacelle. A glued pylon with the usual coefficient closes its corner in the
+/// last two.
 ///
 /// Fails if the pylon has conservative springs.
 #[test]

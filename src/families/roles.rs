@@ -25,8 +25,9 @@ pub enum Junction {
     /// The curve goes with the wing. Where the wing stretches, so does the family.
     #[default]
     Glued,
-    /// The curve slides on the wing, so that the family keeps its shape. If the family ends on a rigid
-    /// body with a motion of its own, its coefficient is 1: the body's motion spreads over all of it.
+    /// The curve slides on the wing, so that the family keeps its shape. If the family ends on a
+    /// rigid body with a motion of its own, its coefficient is 1: the body's motion spreads over
+    /// all of it.
     Slide,
 }
 

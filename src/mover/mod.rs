@@ -262,8 +262,8 @@ impl Mover {
     /// # Errors
     /// - [`MoveError::Unknown`], [`MoveError::Profiles`], [`MoveError::Prescribed`],
     ///   [`MoveError::Disagree`]: the design does not fit the mesh
-    /// - [`MoveError::Stage`]: the memory does not suffice for a path of steps, or a junction cannot
-    ///   slide
+    /// - [`MoveError::Stage`]: the memory does not suffice for a path of steps, or a junction
+    ///   cannot slide
     /// - [`MoveError::Backend`]: the backend failed
     ///
     /// Inverted tets and relaxations that did not converge are no errors; see [`Outcome`].

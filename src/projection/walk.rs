@@ -49,10 +49,11 @@ impl Parts<'_> {
         (a * u + b * v + c * w).normalize_or_zero()
     }
 
-    /// The point of a curved triangle over a point of its flat one: half-way between the flat triangle
-    /// and the mean of the tangent planes at its corners (Phong tessellation; Boubekeur and Alexa, ACM
-    /// Trans. Graph. 27(5), 2008, with the weight 1/2, which is exact for quadrics with their own
-    /// normals). Corners stay where they are, and the surface is continuous across edges.
+    /// The point of a curved triangle over a point of its flat one: half-way between the flat
+    /// triangle and the mean of the tangent planes at its corners (Phong tessellation; Boubekeur
+    /// and Alexa, ACM Trans. Graph. 27(5), 2008, with the weight 1/2, which is exact for quadrics
+    /// with their own normals). Corners stay where they are, and the surface is continuous across
+    /// edges.
     pub fn curved(&self, on: &Closest) -> DVec3 {
         let corners = self.corners(on.triangle);
         let normals = self.triangles[on.triangle as usize].map(|point| self.point_normal(point, on.triangle));

@@ -36,11 +36,11 @@
 //!
 //! # Between two bodies
 //!
-//! A part whose junction slides ([`super::junction`]) and that ends on a body with a motion of its own
-//! has no conservative springs. They would let each end give way within the reach. A nacelle that is
-//! moved up would then close the acute corner at the pylon's rear edge, because the pylon behind the
-//! corner stays. Without them the motion of the body spreads over the whole part, and the corner goes
-//! with the body.
+//! A part whose junction slides ([`super::junction`]) and that ends on a body with a motion of its
+//! own has no conservative springs. They would let each end give way within the reach. A nacelle
+//! that is moved up would then close the acute corner at the pylon's rear edge, because the pylon
+//! behind the corner stays. Without them the motion of the body spreads over the whole part, and
+//! the corner goes with the body.
 
 use std::collections::BTreeMap;
 
@@ -98,8 +98,8 @@ impl AttachedFamilies {
         Ok(Self { sets: sets.collect::<Result<_, SetupError>>()?, junctions: Junctions::new(set_up, shaped)? })
     }
 
-    /// The largest distance by which the junction of each family slid in the last run, in the mesh's
-    /// unit. Only families whose junctions slide are there.
+    /// The largest distance by which the junction of each family slid in the last run, in the
+    /// mesh's unit. Only families whose junctions slide are there.
     pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
         self.junctions.slides()
     }

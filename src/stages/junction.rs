@@ -1,22 +1,23 @@
-//! Sliding junctions: where a part meets a wing, its curve slides on the wing, and the part keeps its
-//! shape.
+//! Sliding junctions: where a part meets a wing, its curve slides on the wing, and the part keeps
+//! its shape.
 //!
-//! A junction that is glued is stretched as the wing is, and the part with it. A junction that slides
-//! ([`Junction::Slide`]) is the curve in which the part, carried as one body, meets the moved wing:
+//! A junction that is glued is stretched as the wing is, and the part with it. A junction that
+//! slides ([`Junction::Slide`]) is the curve in which the part, carried as one body, meets the
+//! moved wing:
 //!
-//! 1. The part is continued beyond the curve by its [rulings](super::rulings), and carried by the motion
-//!    of its assembly. Each vertex of the curve goes along its own ruling until it meets the moved wing.
-//!    So vertices keep their distances along the curve, and cannot bunch.
+//! 1. The part is continued beyond the curve by its [rulings](super::rulings), and carried by the
+//!    motion of its assembly. Each vertex of the curve goes along its own ruling until it meets the
+//!    moved wing. So vertices keep their distances along the curve, and cannot bunch.
 //! 2. A vertex that goes back into the part goes along the part's surface.
 //! 3. The moved wing is continued across the hole under the part, and its triangles are curved
 //!    ([`CurvedSurface`]).
-//! 4. A spring network spreads the slide over a strip of the wing beside the curve. Its vertices go back
-//!    onto the moved wing, so that its shape stays as it is.
+//! 4. A spring network spreads the slide over a strip of the wing beside the curve. Its vertices go
+//!    back onto the moved wing, so that its shape stays as it is. Vertices on leading edges stay.
 //!
-//! Nothing is done where the glued curve fits the carried part already. The curve on a rigid body stays
-//! glued: a pylon's rear edge meets its nacelle at ten to twenty degrees, so that its curve would move by
-//! three to six times what the body moves up or down. The paper names parts that hang from wings as
-//! future work.
+//! Nothing is done where the glued curve fits the carried part already. The curve on a rigid body
+//! stays glued: a pylon's rear edge meets its nacelle at ten to twenty degrees, so that its curve
+//! would move by three to six times what the body moves up or down. The paper names parts that hang
+//! from wings as future work.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -37,20 +38,20 @@ use crate::text::figures::near;
 /// Width of the strip beside a curve, as a fraction of the curve's extent (about a chord).
 const STRIP: f64 = 0.5;
 
-/// The surface around a curve that is kept reaches so many times as far from the curve's centre as the
-/// curve.
+/// The surface around a curve that is kept reaches so many times as far from the curve's centre as
+/// the curve.
 const REGION: f64 = 2.5;
 
 /// A curve whose vertices fit the carried part to this fraction of its extent stays glued.
 const FITS: f64 = 1e-12;
 
-/// A ruling may rise so many times as far as the largest distance of the glued curve from the carried
-/// part, which is as far as the moved surface is from the ruling's start. Beyond it the surface goes
-/// away from the ruling.
+/// A ruling may rise so many times as far as the largest distance of the glued curve from the
+/// carried part, which is as far as the moved surface is from the ruling's start. Beyond it the
+/// surface goes away from the ruling.
 const MOST: f64 = 4.0;
 
-/// A vertex lies on its ruling if it is nearer than this fraction of the longest edge at its foot. A
-/// foot at the end of the surface is farther off.
+/// A vertex lies on its ruling if it is nearer than this fraction of the longest edge at its foot.
+/// A foot at the end of the surface is farther off.
 const ON_RULING: f64 = 0.05;
 
 /// All sliding junctions of a mesh.
@@ -134,8 +135,8 @@ impl Junctions {
         Ok(Self { host, parts, slides: BTreeMap::new() })
     }
 
-    /// The largest distance by which a vertex slid from its glued place in the last run, in the mesh's
-    /// unit, of each family whose junction slides.
+    /// The largest distance by which a vertex slid from its glued place in the last run, in the
+    /// mesh's unit, of each family whose junction slides.
     pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
         &self.slides
     }
@@ -207,7 +208,7 @@ impl Host {
                 && !families.partners.is_tied(vertex)
                 && !shaped.contains(&vertex)
                 && !on_curve.contains(&vertex)
-                && number(vertex).is_some_and(|place| !still.is_sharp(place))
+                && number(vertex).is_some_and(|place| !still.is_sharp(place) && !still.turns(place))
                 && (beside.contains(&vertex) || near(vertex))
         };
         let free: HashSet<u32> = vertices.par_iter().copied().filter(|&vertex| may_move(vertex)).collect();
@@ -441,8 +442,8 @@ fn sliding(set_up: &SetUp, members: &[FamilyId]) -> Result<Option<Vec<FamilyId>>
     Ok(Some(part))
 }
 
-/// Whether a wing lies behind a half-edge of a part. If not, it is a family that stays beside the part: a
-/// body, or one that later stages place.
+/// Whether a wing lies behind a half-edge of a part. If not, it is a family that stays beside the
+/// part: a body, or one that later stages place.
 ///
 /// # Errors
 /// [`SetupError::Junction`]: another family that earlier stages place lies there

@@ -2,11 +2,11 @@
 //! continued beyond the curve.
 //!
 //! A ruling lies in the part's surface, and rises by one unit above the surface on which the curve
-//! lies. So it says by how much the curve shifts if that surface goes down by one unit. Its share along
-//! the curve is chosen so that rulings change as little as possible from vertex to vertex: springs of
-//! stiffness `1 / l` act between neighbours. On a cylinder of any section the rulings are the cylinder's
-//! own, on a swept and tapered pylon they go along constant fractions of the chord. At a sharp edge of
-//! the part the ruling goes along the edge.
+//! lies. So it says by how much the curve shifts if that surface goes down by one unit. Its share
+//! along the curve is chosen so that rulings change as little as possible from vertex to vertex:
+//! springs of stiffness `1 / l` act between neighbours. On a cylinder of any section the rulings
+//! are the cylinder's own, on a swept and tapered pylon they go along constant fractions of the
+//! chord. At a sharp edge of the part the ruling goes along the edge.
 
 use std::collections::HashMap;
 
@@ -18,7 +18,8 @@ use crate::mesh::{
     half_edge::{Surface, next},
 };
 
-/// Cosine of the least angle, 40 degrees, between the part's triangles on both sides of a sharp edge.
+/// Cosine of the least angle, 40 degrees, between the part's triangles on both sides of a sharp
+/// edge.
 const SHARP: f64 = 0.766_044_443_118_978;
 
 /// The sine of the least angle, 6 degrees, between the part and the surface. Where they touch at a
@@ -152,8 +153,8 @@ fn slants(direction: &[DVec3], tangent: &[DVec3], length: &[f64], free: &[bool])
 mod tests {
     use super::*;
 
-    /// A slanted cylinder over an ellipse: all rulings are its own direction. From each vertex only the
-    /// part across the curve is known.
+    /// A slanted cylinder over an ellipse: all rulings are its own direction. From each vertex only
+    /// the part across the curve is known.
     ///
     /// Fails if the rulings are perpendicular to the curve.
     #[test]
