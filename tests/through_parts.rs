@@ -8,14 +8,14 @@ mod common;
 
 use common::aircraft::{Anyway, cpu, file, role, vertices_of};
 use glam::DVec3;
-use idmesh::families::{RigidMotion, Role, SetupError, TipStart};
+use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::nearest_on_segment;
 use idmesh::mesh::{FamilyId, TetMesh, faces_of_families};
 use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome, Warning};
 use idmesh::profile::cut::{Gap, Junctions, cut_at_planes, cut_at_planes_through_parts};
 use idmesh::profile::{Plane, Profile, ProfileError, csv};
 
-const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid };
+const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
 const PYLON: [(&str, Role); 2] = [("pylon", ATTACHED), ("nacelle", Role::Rigid { motion: RigidMotion::Root })];
 const FAIRINGS: [(&str, Role); 2] = [("fairing_1", ATTACHED), ("fairing_2", ATTACHED)];
 
