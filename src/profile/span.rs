@@ -358,28 +358,29 @@ mod tests {
         Profile { number, points: corners.iter().map(|[x, z]| point + DVec3::X * *x + up * *z).collect() }
     }
 
-    /// Three sections of a straight wing and three of an upright winglet, with an arc of radius 0.5
+    /// Four sections of a straight wing and three of an upright winglet, with an arc of radius 0.5
     /// between.
     fn winglet(up: f64) -> Vec<Profile> {
         let side = |at: [f64; 2]| DVec3::new(0.0, at[0], up * at[1]);
-        let wing = [0.0, 1.0, 2.0].map(|y| (side([y, 0.0]), DVec3::Y));
+        let wing = [0.0, 0.7, 1.4, 2.0].map(|y| (side([y, 0.0]), DVec3::Y));
         let winglet = [0.5, 0.7, 1.0].map(|z| (side([2.5, z]), DVec3::Z));
         let all = wing.into_iter().chain(winglet).enumerate();
         all.map(|(number, (point, normal))| square(number as i64, point, normal)).collect()
     }
 
-    /// The coordinate is the length along the wing: on the wing, on the arc and on the winglet.
+    /// The coordinate is the length along the wing: on the wing and on the winglet, and on the arc to
+    /// 3 % of its length.
     ///
     /// Fails if the first formula of the module is taken for all planes.
     #[test]
     fn the_coordinate_is_the_length_along_wing_and_winglet() {
         for up in [1.0, -1.0] {
-            for order in [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0], [3, 0, 5, 1, 4, 2]] {
+            for order in [[0, 1, 2, 3, 4, 5, 6], [6, 5, 4, 3, 2, 1, 0], [4, 0, 6, 1, 5, 2, 3]] {
                 let all = winglet(up);
                 let given: Vec<Profile> = order.iter().map(|&i| all[i].clone()).collect();
                 let (span, sorted) = Span::new(&given, 1.0).unwrap();
                 let numbers: Vec<i64> = sorted.iter().map(|&i| given[i].number).collect();
-                assert_eq!(numbers, [0, 1, 2, 3, 4, 5], "up {up}, given {order:?}");
+                assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 6], "up {up}, given {order:?}");
                 let arc = 0.25 * std::f64::consts::PI;
                 let at = |length: f64| match length {
                     length if length <= 2.0 => DVec3::new(0.3, length, 0.0),
@@ -395,7 +396,7 @@ mod tests {
                     let length = -0.2 + 0.01 * f64::from(k);
                     let on_arc = (2.0..2.0 + arc).contains(&length);
                     let off = (of(length) - length).abs();
-                    assert!(off < if on_arc { 0.02 } else { 1e-12 }, "{off:e} at {length}, up {up}");
+                    assert!(off < if on_arc { 0.03 * arc } else { 1e-12 }, "{off:e} at {length}, up {up}");
                 }
                 // The slope is 1 on both sides of the planes that end the arc.
                 for end in [2.0, 2.0 + arc] {
