@@ -452,7 +452,7 @@ fn the_first_table_of_a_case_has_the_shared_curve() {
         let mesh = file("tests/data/aircraft/blended.msh.gz");
         let path = folder.join("case.toml");
         std::fs::write(&path, format!("mesh = '{}'\n{tables}\n{roles}", mesh.display())).unwrap();
-        Case::load(&path)
+        Case::load(&path).map_err(Box::new)
     };
     let table = |wing: &str| format!("[profiles.{wing}]\nold = \"{wing}-old.csv\"\nnew = \"{wing}-new.csv\"\n");
     for (order, second) in [(BOTH, "winglet"), (["winglet", "wing"], "wing")] {
