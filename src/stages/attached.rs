@@ -36,7 +36,7 @@
 //!
 //! # Between two bodies
 //!
-//! A part whose junction slides ([`super::junction`]) and that ends on a body with a motion of its
+//! A part whose junction slides (file `junction.rs`) and that ends on a body with a motion of its
 //! own has no conservative springs. They would let each end give way within the reach. A nacelle
 //! that is moved up would then close the acute corner at the pylon's rear edge, because the pylon
 //! behind the corner stays. Without them the motion of the body spreads over the whole part, and
