@@ -1,8 +1,8 @@
 //! Sections of a wing through the parts that stand on it: a pylon, and fairings across the trailing
 //! edge.
 //!
-//! The wing of these meshes is known in closed form: straight lines join two sections of a four-digit
-//! NACA profile with a wedge.
+//! The wing of these meshes is known in closed form: straight lines join two sections of a
+//! four-digit NACA profile with a wedge.
 
 mod common;
 
@@ -90,15 +90,16 @@ fn update(mover: &mut Mover, new: Vec<Profile>) -> Outcome {
     mover.update(&Design::of_wing("wing", new)).unwrap()
 }
 
-/// The sections are the wing's own as if there were no part: within 2e-4 of the chord, their corners
-/// at the trailing edge to rounding, and with points all along the gap.
+/// The sections are the wing's own as if there were no part: within 2e-4 of the chord, their
+/// corners at the trailing edge to rounding, and with points all along the gap.
 ///
 /// Fails with a cubic in place of the wing's sections beside the part: 7e-3.
 #[test]
 fn a_section_through_a_part_is_the_wings() {
     for (name, part, planes) in [
         ("nacelle", "pylon", &[1.575, 1.6, 1.62][..]),
-        // At 1.2 and 2.405 the fairings do not reach the trailing edge, at 2.45 one is all round it.
+        // At 1.2 and 2.405 the fairings do not reach the trailing edge, at 2.45 one is all round
+        // it.
         ("fairings", "fairing", &[1.2, 1.25, 1.3, 2.405, 2.42, 2.45]),
     ] {
         let mesh = mesh(name);
@@ -164,8 +165,8 @@ fn changed(at: DVec3) -> DVec3 {
     DVec3::new(at.x + 0.03 * outward, at.y, middle + (at.z - middle) * (1.0 + 0.2 * outward) + 0.2 * outward + camber)
 }
 
-/// Unchanged profiles move nothing, to the last bit. Changed ones move the wing as those move it that
-/// miss the parts, and a warning names the parts.
+/// Unchanged profiles move nothing, to the last bit. Changed ones move the wing as those move it
+/// that miss the parts, and a warning names the parts.
 #[test]
 fn profiles_through_parts_move_the_wing_alike() {
     for (name, parts, families) in
@@ -204,7 +205,8 @@ fn profiles_through_parts_move_the_wing_alike() {
             let off = |vertex: usize| outcome.vertices()[vertex].distance(changed(mesh.vertices[vertex]));
             wing.map(|vertex| off(vertex) / chord(mesh.vertices[vertex].y)).fold(0.0, f64::max)
         };
-        // A part of a degree-2 change along the span remains, which more profiles only make smaller.
+        // A part of a degree-2 change along the span remains, which more profiles only make
+        // smaller.
         assert!(off(&outcome) <= 1.05 * off(&reference) + 1e-4, "{name}: {:e} {:e}", off(&outcome), off(&reference));
         let report = &outcome.profiles["wing"];
         assert!(report.not_measured.is_none() && report.max_distance_to_new_profiles.unwrap() < 0.01, "{report:?}");
@@ -242,9 +244,7 @@ fn half_a_wing_is_refused() {
     for half in ["wing", "lower"] {
         for y in [0.8, 1.25, 1.7, 2.45, 3.9] {
             match sections(&mesh, &[half], &[y]) {
-                Err(
-                    error @ (ProfileError::CutShort { .. } | ProfileError::Pieces { .. } | ProfileError::Gap { .. }),
-                ) => {
+                Err(error @ (ProfileError::CutShort { .. } | ProfileError::Pieces { .. } | ProfileError::Gap(_))) => {
                     let other = if half == "wing" { "`lower`" } else { "`wing`" };
                     let message = error.to_string();
                     assert!(message.contains(other) || message.contains("`fairing_"), "{half} {y}: {message}");
@@ -270,8 +270,8 @@ fn half_a_wing_is_refused() {
     }
 }
 
-/// A panel of the wing that is no family of it, a part that has the leading edge or the trailing edge
-/// in it, and one that takes most of one side.
+/// A panel of the wing that is no family of it, a part that has the leading edge or the trailing
+/// edge in it, and one that takes most of one side.
 #[test]
 fn what_cannot_be_guessed_is_refused() {
     let panel = |along: std::ops::Range<f64>, span: std::ops::Range<f64>, sides: &[f64]| {
@@ -292,7 +292,7 @@ fn what_cannot_be_guessed_is_refused() {
         mesh
     };
     let refused = |mesh: TetMesh, why: &str| match sections(&mesh, &["wing", "trailing_edge"], &[2.5]) {
-        Err(error @ (ProfileError::Gap { .. } | ProfileError::CutShort { .. })) => {
+        Err(error @ (ProfileError::Gap(_) | ProfileError::CutShort { .. })) => {
             let message = error.to_string();
             assert!(message.contains("`panel`") && message.contains(why), "{why}: {message}");
         }
@@ -305,8 +305,8 @@ fn what_cannot_be_guessed_is_refused() {
     refused(panel(-0.1..0.1, part.clone(), &[-1.0, 1.0]), "the leading or the trailing edge is in it");
     refused(panel(0.6..1.1, part.clone(), &[-1.0, 1.0]), "the leading or the trailing edge is in it");
     match sections(&panel(-0.1..0.1, part.clone(), &[-1.0, 1.0]), &["wing"], &[2.5]) {
-        Err(ProfileError::Gap { family, why, .. }) => {
-            assert_eq!((&*family, &*why), ("panel", "it is no gap of one side alone"))
+        Err(ProfileError::Gap(gap)) => {
+            assert_eq!((&*gap.family, &*gap.why), ("panel", "it is no gap of one side alone"))
         }
         other => panic!("{other:?}"),
     }
@@ -316,7 +316,7 @@ fn what_cannot_be_guessed_is_refused() {
     let junctions = Junctions::of_mesh((&mesh).into(), &wing, |family| mesh.families[family.index()] != "panel");
     let faces = faces_of_families((&mesh).into(), &wing);
     let refused = cut_at_planes_through_parts(&mesh.vertices, &faces, &[(0, at_y(2.5))], &junctions).unwrap_err();
-    assert!(matches!(&refused, ProfileError::Gap { family, .. } if family == "panel"), "{refused}");
+    assert!(matches!(&refused, ProfileError::Gap(gap) if gap.family == "panel"), "{refused}");
 }
 
 /// A profile in a file that ends at a fairing does not say what lies beyond.

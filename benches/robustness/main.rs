@@ -5,8 +5,8 @@
 //! FAMILY of MESH, every vertex of it prescribed and every other family fixed; or the wing of CASE,
 //! moved by its profiles. If none is said, first the wing of `tests/data/pitch-wing.msh.gz`, then
 //! that of `examples/wing-body/case.toml`, then those of `cases`, with a nacelle and with fairings.
-//! Each motion starts from the original mesh and is made once for each target of local optimisation.
-//! The charts go to FOLDER, or to `target`.
+//! Each motion starts from the original mesh and is made once for each target of local
+//! optimisation. The charts go to FOLDER, or to `target`.
 
 mod bodies;
 mod chart;

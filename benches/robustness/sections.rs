@@ -37,9 +37,9 @@ const KINDS: [Kind; 3] = [
     Kind { name: "bending", unit: "chords", amounts: &[0.25, 0.5, 1.0, 2.0] },
 ];
 
-/// Motions of a wing with parts. The twist goes from a quarter of the amount in the symmetry plane to
-/// the amount at the tip, the tip is raised in proportion to the distance from the symmetry plane,
-/// and the other motions are the same all along the span.
+/// Motions of a wing with parts. The twist goes from a quarter of the amount in the symmetry plane
+/// to the amount at the tip, the tip is raised in proportion to the distance from the symmetry
+/// plane, and the other motions are the same all along the span.
 const WITH_PARTS: [Kind; 6] = [
     Kind { name: "twist", unit: "degrees", amounts: &[10.0, 20.0, 40.0] },
     Kind { name: "tip up", unit: "root chords", amounts: &[0.25, 0.5] },

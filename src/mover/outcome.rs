@@ -404,8 +404,8 @@ pub struct MovedSection {
     /// Largest distance of the section from the new profile. The sag of the facets is included, and
     /// bridges through parts on the wing are not.
     pub max_distance_to_new_profile: f64,
-    /// The cut through the moved facets, in order, with bridges through parts on the wing. The report
-    /// leaves it out.
+    /// The cut through the moved facets, in order, with bridges through parts on the wing. The
+    /// report leaves it out.
     #[serde(skip)]
     pub points: Vec<DVec3>,
 }

@@ -26,8 +26,8 @@ use crate::text::figures::length;
 /// section's length.
 const OFF_WING: f64 = 0.01;
 
-/// A point of an old profile that is nearer to a bridge of the wing's section than this share of the
-/// section's length is in the gap, where the section is a guess.
+/// A point of an old profile that is nearer to a bridge of the wing's section than this share of
+/// the section's length is in the gap, where the section is a guess.
 const IN_GAP: f64 = 0.03;
 
 /// Vertices beside a profile outside the wing are at its end if their distance from the profile's

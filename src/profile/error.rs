@@ -327,8 +327,8 @@ pub enum ProfileError {
     #[error(
         "the plane at {at} along normal {normal} cuts a section that ends at {}, short of the trailing edge: \
          another body stands there, or the families hold one side of the wing only{}",
-        near(*position),
-        between(families)
+        near(end.position),
+        between(&end.families)
     )]
     CutShort {
         /// The plane's normal.
@@ -336,30 +336,11 @@ pub enum ProfileError {
         /// Coordinate of the plane along its normal.
         at: f64,
         /// The end before the trailing edge.
-        position: DVec3,
-        /// The families on which the section ends, where they are known.
-        families: Vec<String>,
+        end: Box<ShortEnd>,
     },
     /// A gap of a section is too large for a guess, or the family in it is no part on the wing.
-    #[error(
-        "the plane at {at} along normal {normal} cuts a section with a gap at `{}`, from {} to {}: {why}; a plane beside \
-         `{}` gives a section of the wing",
-        shown(family), near(*from), near(*to), shown(family)
-    )]
-    Gap {
-        /// The plane's normal.
-        normal: DVec3,
-        /// Coordinate of the plane along its normal.
-        at: f64,
-        /// The family in the gap.
-        family: String,
-        /// The ends of the gap.
-        from: DVec3,
-        /// The other end.
-        to: DVec3,
-        /// Why the gap is not bridged, in words.
-        why: String,
-    },
+    #[error("{0}")]
+    Gap(Box<UnbridgedGap>),
     /// The cut branches, because three or more triangles share an edge.
     #[error("the plane at {at} along normal {normal} cuts no simple curve: it branches at {position}")]
     Branches {
@@ -400,6 +381,35 @@ pub enum ProfileError {
         /// The writer's message.
         what: String,
     },
+}
+
+/// The end of a section before its trailing edge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShortEnd {
+    /// The end, in the mesh's unit.
+    pub position: DVec3,
+    /// The families on which the section ends, where they are known.
+    pub families: Vec<String>,
+}
+
+/// A gap of a section that is not bridged. Lengths are in the mesh's unit.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error(
+    "the plane at {at} along normal {normal} cuts a section with a gap at `{}`, from {} to {}: {why}; a plane beside `{}` \
+     gives a section of the wing",
+    shown(family), near(ends[0]), near(ends[1]), shown(family)
+)]
+pub struct UnbridgedGap {
+    /// The plane's normal.
+    pub normal: DVec3,
+    /// Coordinate of the plane along its normal.
+    pub at: f64,
+    /// The family in the gap.
+    pub family: String,
+    /// The ends of the gap.
+    pub ends: [DVec3; 2],
+    /// Why the gap is not bridged, in words.
+    pub why: String,
 }
 
 impl ProfileError {

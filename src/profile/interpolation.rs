@@ -330,9 +330,9 @@ impl ProfileInterpolation {
         Ok(self.watch.missed(motion, &sections, |vertex| self.places[vertex].position, moved))
     }
 
-    /// The gaps of old profiles that pass through parts on the wing and are bridged as the wing's own
-    /// sections are, each with the number of its profile. A profile that is another curve there is
-    /// no guess, and left out.
+    /// The gaps of old profiles that pass through parts on the wing and are bridged as the wing's
+    /// own sections are, each with the number of its profile. A profile that is another curve there
+    /// is no guess, and left out.
     pub fn gaps(&self) -> &[(i64, Gap)] {
         &self.gaps
     }

@@ -67,7 +67,7 @@ use glam::DVec3;
 pub use accuracy::Missed;
 pub use checks::{Closeness, compare_sizes};
 pub use displacement::ProfileDisplacement;
-pub use error::ProfileError;
+pub use error::{ProfileError, ShortEnd, UnbridgedGap};
 pub use files::Placement;
 pub use interpolation::ProfileInterpolation;
 pub(crate) use places::SECTIONS_AT_ONCE;

@@ -9,9 +9,10 @@
 //!
 //! A fairing may cross one side of a blunt trailing edge. The boundary curve then leaves this side,
 //! runs over the fairing, and comes back. The springs of such an arc would know of this side alone:
-//! where the base becomes thinner, the other side would come down on an arc that stays as high as it
-//! was. So an arc starts from the best affine motion of four corners: its two ends, and the two
-//! vertices of the other side next to them. The springs act on the rest. The paper has no such parts.
+//! where the base becomes thinner, the other side would come down on an arc that stays as high as
+//! it was. So an arc starts from the best affine motion of four corners: its two ends, and the two
+//! vertices of the other side next to them. The springs act on the rest. The paper has no such
+//! parts.
 
 use std::collections::HashSet;
 

@@ -67,7 +67,6 @@ fn a_section_through_a_pylon_is_whole_and_told_of() {
         serde_json::from_slice(&fs::read(folder.path().join("report.json")).unwrap()).unwrap();
     assert_report(&report);
     assert!(report["warnings"].to_string().contains("`pylon`"), "{report}");
-    assert_eq!(report["motion"]["max_displacement"].as_f64().unwrap_or(0.0), 0.0);
     let [before, after] =
         [mesh.clone(), folder.path().join("moved.msh")].map(|path| idmesh::formats::read(&path).unwrap().mesh.vertices);
     assert_eq!(before, after);

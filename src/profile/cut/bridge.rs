@@ -4,18 +4,19 @@
 //! with a gap. [`bridged`] joins the pieces by a cubic across the gap, with the tangents of both
 //! ends. The points of the bridge count as points of the section, but no vertex is there.
 //!
-//! A cubic does not follow the curve of a leading edge. So the section of the vertices (see `carry`)
-//! takes the shape of the wing's own sections on both sides of the part, shifted to the ends of the
-//! gap. Where the wing has no such sections, the cubic stays.
+//! A cubic does not follow the curve of a leading edge. So the section of the vertices (see
+//! `carry`) takes the shape of the wing's own sections on both sides of the part, shifted to the
+//! ends of the gap. Where the wing has no such sections, the cubic stays.
 //!
 //! The two ends of a gap lie on one loop of the surface's edge ([`Junctions`]). Where a fairing
-//! crosses the trailing edge, only one end is left. The other end is then the corner of the trailing
-//! edge: the point at which the plane meets the straight line between the two places where the
-//! trailing edge ends on the fairing. There the wing's faces beside the fairing give the tangent.
+//! crosses the trailing edge, only one end is left. The other end is then the corner of the
+//! trailing edge: the point at which the plane meets the straight line between the two places where
+//! the trailing edge ends on the fairing. There the wing's faces beside the fairing give the
+//! tangent.
 //!
-//! What cannot be guessed is refused: a gap round the leading or the trailing edge, a gap of most of
-//! a chord, and a gap that is wider along the span than the section is long, which is a panel of the
-//! wing. The paper has no such parts.
+//! What cannot be guessed is refused: a gap round the leading or the trailing edge, a gap of most
+//! of a chord, and a gap that is wider along the span than the section is long, which is a panel of
+//! the wing. The paper has no such parts.
 
 use std::collections::BTreeMap;
 
@@ -26,6 +27,7 @@ use super::junctions::{JunctionPlace, Junctions};
 use crate::geometry::nearest_on_segment;
 use crate::profile::curve::{Behind, arc_length, behind, bracket, short_end};
 use crate::profile::edges::farthest;
+use crate::profile::error::{ShortEnd, UnbridgedGap};
 use crate::profile::{Plane, ProfileError, extent};
 
 /// An end leads into a gap if its tangent points to the other end within this angle, in degrees.
@@ -46,8 +48,8 @@ const BEFORE_REAR: f64 = 0.005;
 /// Points nearer together than this share of the section's length are one point.
 const SAME: f64 = 1e-6;
 
-/// Both ends of a section are at its trailing edge, on a base that is thinner than this share of the
-/// length. Blunt trailing edges are up to about 3 % thick.
+/// Both ends of a section are at its trailing edge, on a base that is thinner than this share of
+/// the length. Blunt trailing edges are up to about 3 % thick.
 const THICK: f64 = 0.06;
 
 /// The tangent at an end is that of the parabola fitted to the points within this share of the
@@ -170,9 +172,9 @@ pub(super) fn check_edges(
     let Some(place) = found else { return Ok(()) };
     let of = |bridge: &&Bridge| bridge.ends.map(|end| end.distance(points[place])).iter().sum::<f64>() / bridge.gap;
     let bridge = bridges.iter().min_by(|a, b| of(a).total_cmp(&of(b))).expect("a guessed point is of a bridge");
-    let (normal, family, [from, to]) = (plane.normal, bridge.family.clone(), bridge.ends);
+    let (normal, family, ends) = (plane.normal, bridge.family.clone(), bridge.ends);
     let why = format!("the {} edge is in it", if place == nose { "leading" } else { "trailing" });
-    Err(ProfileError::Gap { normal, at: plane.point.dot(normal), family, from, to, why })
+    Err(ProfileError::Gap(Box::new(UnbridgedGap { normal, at: plane.point.dot(normal), family, ends, why })))
 }
 
 /// The unit tangent out of a piece at its first point.
@@ -203,8 +205,8 @@ struct End {
     /// Whether this is the last point of the piece.
     is_last: bool,
     at: DVec3,
-    /// The unit tangent out of the piece, and that of its last segment alone. A base is thinner than
-    /// the points that give the tangent extend.
+    /// The unit tangent out of the piece, and that of its last segment alone. A base is thinner
+    /// than the points that give the tangent extend.
     out: DVec3,
     last_segment: DVec3,
     place: JunctionPlace,
@@ -314,8 +316,9 @@ pub(super) fn bridged(
     section.joined(curves, &pairs)
 }
 
-/// The ends on one loop in pairs. Of more than two, those that lie on one run of edges beside a family
-/// belong together: a fairing that reaches the trailing edge elsewhere shares the trailing edge's loop.
+/// The ends on one loop in pairs. Of more than two, those that lie on one run of edges beside a
+/// family belong together: a fairing that reaches the trailing edge elsewhere shares the trailing
+/// edge's loop.
 fn in_pairs(mut ends: Vec<End>, junctions: &Junctions) -> Option<Vec<[End; 2]>> {
     let mut pairs = Vec::new();
     let mut place = 0;
@@ -412,8 +415,8 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
             return Ok(None);
         }
         if let Some(&(one, other)) = open.first() {
-            // The end that is farther from the trailing edge first, because its corner tells where the
-            // rear of the section is.
+            // The end that is farther from the trailing edge first, because its corner tells where
+            // the rear of the section is.
             for _ in 0..2 {
                 bridges.extend(self.to_corner(one, other, &mut curve)?);
             }
@@ -546,13 +549,18 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
 
     fn refused(&self, from: &End, to: DVec3, why: String) -> ProfileError {
         let (normal, family) = (self.plane.normal, self.junctions.name(from.place.family).to_owned());
-        ProfileError::Gap { normal, at: self.plane.point.dot(normal), family, from: from.at, to, why }
+        let at = self.plane.point.dot(normal);
+        ProfileError::Gap(Box::new(UnbridgedGap { normal, at, family, ends: [from.at, to], why }))
     }
 
     fn cut_short(&self, one: &End, other: &End, position: DVec3) -> ProfileError {
         let normal = self.plane.normal;
         let families = [one, other].map(|end| self.junctions.name(end.place.family).to_owned()).to_vec();
-        ProfileError::CutShort { normal, at: self.plane.point.dot(normal), position, families }
+        ProfileError::CutShort {
+            normal,
+            at: self.plane.point.dot(normal),
+            end: Box::new(ShortEnd { position, families }),
+        }
     }
 
     fn not_a_part(&self, from: &End, to: DVec3) -> ProfileError {

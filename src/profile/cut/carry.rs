@@ -67,7 +67,8 @@ const ALIKE: f64 = 1.5;
 /// the section. The vertices next to the plane are kept first.
 const CROWDED: f64 = 0.15;
 
-/// The middle of a bridge moves by less than this share of the section's arc length in an iteration.
+/// The middle of a bridge moves by less than this share of the section's arc length in an
+/// iteration.
 const AROUND: f64 = 0.05;
 
 /// The section defined by the vertices beside a plane, in the order of the flat cut.
@@ -158,8 +159,8 @@ fn bent(into: &Strip, strips: &[Strip], tau: f64, height: f64) -> DVec3 {
     (0..strips.len()).map(way).sum()
 }
 
-/// The section between two guides: straight lines join them at equal parameter. `None` if a guide is
-/// missing, or if the section has no bridge.
+/// The section between two guides: straight lines join them at equal parameter. `None` if a guide
+/// is missing, or if the section has no bridge.
 fn between_guides(strips: &[Strip], own: usize) -> Option<Vec<DVec3>> {
     let ([low, middle, high], 1) = (strips, own) else { return None };
     if middle.bridges.is_empty() {

@@ -18,6 +18,7 @@ use super::crossings::{Crossing, bridge_runs, crossing, is_closed, points_of};
 use super::junctions::Junctions;
 use crate::profile::curve::{short_end, twice_area};
 use crate::profile::edges::trailing_edge;
+use crate::profile::error::ShortEnd;
 use crate::profile::{Plane, ProfileError, extent};
 
 /// Points closer than this share of the section's size are one point.
@@ -110,7 +111,7 @@ pub(in crate::profile) fn flat_section_through(
     }
     let Some(curve) = curves.into_iter().next() else { unreachable!("an empty list was returned above") };
     match (!is_closed(&curve)).then(|| short_end(&points_of(&curve))).flatten() {
-        Some(position) => Err(ProfileError::CutShort { normal, at, position, families }),
+        Some(position) => Err(ProfileError::CutShort { normal, at, end: Box::new(ShortEnd { position, families }) }),
         None => Ok(in_order(curve, plane)),
     }
 }

@@ -131,8 +131,8 @@ impl Junctions {
         self.families[family.index()].1
     }
 
-    /// The vertices of the run of edges round a place that do not border on a family, in order. `None`
-    /// if no edge of the loop borders on it.
+    /// The vertices of the run of edges round a place that do not border on a family, in order.
+    /// `None` if no edge of the loop borders on it.
     pub(super) fn run_beside(&self, at: JunctionPlace, other: FamilyId) -> Option<Vec<u32>> {
         let vertices = &self.loops[at.of_loop];
         let n = vertices.len();
