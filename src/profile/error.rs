@@ -321,7 +321,7 @@ pub enum ProfileError {
         /// Number of curves.
         pieces: usize,
         /// The families on which the curves end, where they are known.
-        families: Vec<String>,
+        families: Box<[String]>,
     },
     /// An open section does not end at the trailing edge on both sides.
     #[error(

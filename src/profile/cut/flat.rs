@@ -107,7 +107,7 @@ pub(in crate::profile) fn flat_section_through(
     let families = junctions.map_or_else(Vec::new, |junctions| junctions.families_at(ends.flatten()));
     let pieces = curves.len();
     if pieces > 1 {
-        return Err(ProfileError::Pieces { normal, at, pieces, families });
+        return Err(ProfileError::Pieces { normal, at, pieces, families: families.into() });
     }
     let Some(curve) = curves.into_iter().next() else { unreachable!("an empty list was returned above") };
     match (!is_closed(&curve)).then(|| short_end(&points_of(&curve))).flatten() {
