@@ -19,7 +19,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::layers::{Between, across, change};
-use super::{Merit, Smoother, moved};
+use super::merit::{Merit, flattest_corner};
+use super::{Smoother, moved};
 use crate::constraint::Constraint;
 use crate::geometry::corners;
 use crate::quality::{beta, determinant, edges_of_corner, faults::is_inverted, scaled_jacobian};
@@ -289,14 +290,6 @@ impl Smoother {
         harmful.retain(|vertex| moving.contains_key(vertex));
         harmful
     }
-}
-
-/// The scaled Jacobian of a tet at its flattest corner, and its vertices in an order of the same
-/// orientation that begins there.
-pub(super) fn flattest_corner(tet: [DVec3; 4]) -> (f64, [usize; 4]) {
-    let of = |order: [usize; 4]| (scaled_jacobian(order.map(|vertex| tet[vertex])), order);
-    let others = [[1, 2, 0, 3], [2, 0, 1, 3], [3, 2, 1, 0]].map(of);
-    others.into_iter().fold(of([0, 1, 2, 3]), |flattest, other| if other.0 < flattest.0 { other } else { flattest })
 }
 
 /// Derivative of the scaled Jacobian of a corner tet with respect to its vertices, in one over the

@@ -11,7 +11,6 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::flat_corners::flattest_corner;
 use crate::geometry::corners;
 use crate::mesh::CornerCells;
 use crate::quality::{self, determinant, edges_of_corner, faults::is_inverted, scaled_jacobian, shape_cubed};
@@ -120,4 +119,12 @@ impl Merit {
         }
         tets.par_iter().enumerate().map(|(simplex, tet)| self.of(simplex, *tet, at)).collect()
     }
+}
+
+/// The scaled Jacobian of a tet at its flattest corner, and its vertices in an order of the same
+/// orientation that begins there.
+pub(super) fn flattest_corner(tet: [DVec3; 4]) -> (f64, [usize; 4]) {
+    let of = |order: [usize; 4]| (scaled_jacobian(order.map(|vertex| tet[vertex])), order);
+    let others = [[1, 2, 0, 3], [2, 0, 1, 3], [3, 2, 1, 0]].map(of);
+    others.into_iter().fold(of([0, 1, 2, 3]), |flattest, other| if other.0 < flattest.0 { other } else { flattest })
 }
