@@ -10,7 +10,10 @@
 //!
 //! An assembly that touches a plane, such as a keel on the symmetry plane, must not leave it. The
 //! root's mirror image behind the plane counts in the fit like the root itself. The best motion of
-//! a set and its mirror image is symmetric, so it keeps the plane.
+//! a set and its mirror image is symmetric, so it keeps the plane. Families that lie in one plane
+//! are one mirror, and so are parallel planes. Planes that meet at an angle other than a right one
+//! are replaced by mirrors at right angles through the same line or point, as a set has images
+//! behind all of them only then. So there are three mirrors at most.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -42,6 +45,8 @@ pub struct Assembly {
     pub root: Vec<(u32, f64)>,
     /// A point and the unit normal of each plane family that the assembly touches.
     planes: Vec<(DVec3, DVec3)>,
+    /// A point and the unit normal of each mirror, all at right angles.
+    mirrors: Vec<(DVec3, DVec3)>,
 }
 
 impl Assembly {
@@ -74,8 +79,10 @@ impl Assembly {
             }
             _ => None,
         });
+        let planes: Vec<(DVec3, DVec3)> = touched.collect();
         Self {
-            planes: touched.collect(),
+            mirrors: mirrors(&planes),
+            planes,
             root: root.iter().map(|&vertex| (vertex, weight(vertex))).collect(),
             families: members,
         }
@@ -138,14 +145,14 @@ impl Assembly {
     }
 
     /// The root's vertices before and after their displacement, with their weights, and the same
-    /// behind each plane.
+    /// behind each mirror.
     fn pairs(&self, mesh: &TetMesh, displacement: &dyn Fn(u32) -> DVec3) -> Vec<(DVec3, DVec3, f64)> {
         let pair = |&(vertex, weight): &(u32, f64)| {
             let from = mesh.vertices[vertex as usize];
             (from, from + displacement(vertex), weight)
         };
         let mut pairs: Vec<(DVec3, DVec3, f64)> = self.root.iter().map(pair).collect();
-        for &(point, normal) in &self.planes {
+        for &(point, normal) in &self.mirrors {
             let mirrored = |at: DVec3| at - 2.0 * normal.dot(at - point) * normal;
             let images: Vec<_> =
                 pairs.iter().map(|&(from, to, weight)| (mirrored(from), mirrored(to), weight)).collect();
@@ -198,6 +205,29 @@ fn given(motion: &RigidMotion) -> FittedMotion {
     }
 }
 
+/// Mirrors at right angles, three at most, whose common points are those of the planes.
+///
+/// Planes that meet at less than a tenth of a degree count as one plane, as they do for the
+/// constraint of a vertex.
+///
+/// - `planes`: a point and the unit normal of each
+fn mirrors(planes: &[(DVec3, DVec3)]) -> Vec<(DVec3, DVec3)> {
+    let mut mirrors: Vec<(DVec3, DVec3)> = Vec::new();
+    for &(point, normal) in planes {
+        let across = mirrors.iter().fold(normal, |rest, (_, of)| rest - of.dot(rest) * *of);
+        let length = across.length();
+        if length < 2e-3 || mirrors.len() == 3 {
+            continue;
+        }
+        // The new mirror meets the earlier ones where the plane meets them.
+        let lift = |(at, of): &(DVec3, DVec3)| normal.dot(*of) * of.dot(point - *at);
+        let lifted: f64 = mirrors.iter().map(lift).sum();
+        let of = across / length;
+        mirrors.push((point + of * (lifted / length), of));
+    }
+    mirrors
+}
+
 /// The families of assemblies in sets of families that touch, each set ascending.
 fn joined(surface: &Surface, roles: &[Role]) -> Vec<Vec<FamilyId>> {
     let mut sets: Vec<(Vec<FamilyId>, BTreeSet<u32>)> = Vec::new();
@@ -232,4 +262,42 @@ fn boundary_lengths(mesh: &TetMesh, surface: &Surface, members: &[FamilyId]) -> 
         ends.iter().for_each(|&end| *lengths.entry(end).or_default() += 0.5 * a.distance(b));
     }
     lengths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fails if each plane is a mirror.
+    #[test]
+    fn planes_make_three_mirrors_at_most() {
+        let same: Vec<_> = (0..40).map(|i| (DVec3::new(f64::from(i), 0.0, 1.0), DVec3::Y)).collect();
+        assert_eq!(mirrors(&same), [same[0]]);
+        let round = (0..40).map(|i| {
+            let normal = DQuat::from_rotation_x(0.05 * f64::from(i)) * DVec3::Y;
+            (normal.cross(DVec3::X) * f64::from(i), normal)
+        });
+        assert_eq!(mirrors(&round.collect::<Vec<_>>()).len(), 2);
+        let axes = DVec3::AXES.map(|axis| (axis * 3.0, axis));
+        assert_eq!(mirrors(&[&axes[..], &axes[..], &[(DVec3::ZERO, DVec3::ONE.normalize())]].concat()), axes);
+    }
+
+    /// The line of two planes at 60 degrees, and the point of three, lie on their mirrors.
+    #[test]
+    fn mirrors_meet_where_their_planes_do() {
+        let corner = DVec3::new(3.0, -2.0, 0.5);
+        let normals = [DVec3::Y, DVec3::new(0.0, 0.5, 0.75f64.sqrt()), DVec3::new(0.6, 0.64, 0.48)];
+        // Other points of the same planes.
+        let aside = [DVec3::X, DVec3::Y, DVec3::Z].map(|off| off * 7.0);
+        let planes: Vec<_> =
+            normals.into_iter().zip(aside).map(|(of, off)| (corner + off.reject_from_normalized(of), of)).collect();
+        let found = mirrors(&planes);
+        assert_eq!(found.len(), 3);
+        for (index, (point, of)) in found.iter().enumerate() {
+            assert!(of.dot(corner - *point).abs() < 1e-12 && (of.length() - 1.0).abs() < 1e-12, "{point} {of}");
+            for (_, other) in &found[..index] {
+                assert!(of.dot(*other).abs() < 1e-12, "{of} {other}");
+            }
+        }
+    }
 }
