@@ -2,21 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ArgGroup;
+
 use super::console::Console;
 use super::failure::Failure;
 use super::json::check_json;
 use super::{JsonTarget, json_target, page_target};
 use crate::report::batch_html;
-use crate::session::{JoinedLine, check_distinct, check_writable, join, write_text};
+use crate::session::{JoinedLine, check_distinct, check_writable, join, write_lines, write_text};
 
 /// Arguments of `idmesh report`.
 #[derive(Debug, clap::Args)]
+#[command(group(ArgGroup::new("target").args(["join", "output"]).required(true).multiple(true)))]
 pub(super) struct Arguments {
     /// Files of `idmesh batch --json`, with the report of a design in each line.
     #[arg(required = true, value_name = "REPORTS")]
     reports: Vec<PathBuf>,
     /// Join the files into one, with each design once; `-` is standard output.
-    #[arg(long, value_name = "FILE", required_unless_present = "output", value_parser = json_target)]
+    #[arg(long, value_name = "FILE", value_parser = json_target)]
     join: Option<JsonTarget>,
     /// Make a page for browsers of the designs.
     #[arg(short, long, value_name = "FILE.html", value_parser = page_target)]
@@ -59,17 +62,21 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             ));
         }
     }
-    let text = || joined.lines.iter().map(|line| line.text.clone() + "\n").collect::<String>();
+    if joined.lines.is_empty() {
+        console.warn("there is no report of a design");
+    }
+    match &arguments.join {
+        Some(JsonTarget::StandardOutput) => {
+            joined.lines.iter().try_for_each(|line| console.json(&format!("{}\n", line.text)))?;
+        }
+        Some(JsonTarget::File(path)) => write_lines(path, joined.lines.iter().map(|line| line.text.as_str()))?,
+        None => {}
+    }
     if let Some(path) = &arguments.output {
         // The lines were read as JSON before.
         let reports = joined.lines.iter().filter_map(|line| serde_json::from_str(&line.text).ok());
-        write_text(path, &batch_html(&reports.collect::<Vec<_>>()))?;
+        write_text(path, &batch_html(reports))?;
         console.note(format_args!("wrote {}", path.display()));
-    }
-    match &arguments.join {
-        Some(JsonTarget::StandardOutput) => console.json(&text())?,
-        Some(JsonTarget::File(path)) => write_text(path, &text())?,
-        None => {}
     }
     let failed = joined.lines.iter().filter(|line| line.exit != 0).count();
     console.note(format_args!("{} designs, {failed} of them failed", joined.lines.len()));

@@ -203,6 +203,12 @@ pub enum SessionError {
     /// A folder of claims cannot be used, or a claim was lost.
     #[error(transparent)]
     Claim(#[from] ClaimError),
+    /// A file of reports is the report of one run.
+    #[error("{} is the report of one run, expected a file with the report of a design in each line", path.display())]
+    OneRun {
+        /// The file.
+        path: PathBuf,
+    },
     /// A line of a file of reports is no report.
     #[error("{}: line {line} is no report of a design", path.display())]
     NoReport {
@@ -325,6 +331,7 @@ impl SessionError {
                 "jobs share a file of reports with --resume, or with --shard if they share the designs; else each has its own"
             }
             Self::Claim(error) => error.hint(),
+            Self::OneRun { .. } => "`idmesh run CASE --report FILE.html` makes the page of one run",
             Self::NoReport { .. } => {
                 "expected the file of `idmesh batch --json`, with the report of a design in each line"
             }

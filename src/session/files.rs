@@ -184,6 +184,16 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
     write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(|error| cannot_write(path, error))
 }
 
+/// Writes lines of text to a file, whole or not at all.
+///
+/// # Errors
+/// [`SessionError::CannotWrite`]: the file cannot be written.
+pub fn write_lines<'t>(path: &Path, lines: impl Iterator<Item = &'t str>) -> Result<(), SessionError> {
+    let mut lines = lines;
+    write_atomically(path, |out| lines.try_for_each(|line| writeln!(out, "{line}")))
+        .map_err(|error| cannot_write(path, error))
+}
+
 /// Writes a file of surfaces, whole or not at all.
 ///
 /// # Errors

@@ -8,8 +8,14 @@
 //!
 //! Lines that tell of different results are a conflict, which the caller tells. Files are in the
 //! order of the arguments, and the lines of a file in their order.
+//!
+//! Of each line its text is kept, and no tree of JSON, which takes several times as much. Files are
+//! read in pieces. Where the memory does not hold the texts, or a single long line, this is an
+//! error.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -18,7 +24,8 @@ use super::checksums::{same_files, same_inputs};
 use super::earlier::has_result;
 use super::lines::is_torn;
 use super::{Line, SessionError};
-use crate::formats::read_named;
+use crate::formats::{read_file, read_lines};
+use crate::memory::check_memory;
 use crate::report::Sums;
 
 /// The lines that stay, sorted by the names of their designs.
@@ -60,12 +67,18 @@ pub struct Conflict {
     pub what: &'static str,
 }
 
-/// A line with its contents.
+/// A line with what of it decides.
 struct Read {
     line: JoinedLine,
     report: Line,
-    value: Value,
 }
+
+/// A line longer than this is parsed only where the memory holds its tree, in bytes.
+const LONG: usize = 1 << 20;
+
+/// A tree of JSON takes at most so many bytes for each byte of its text: an empty object in an
+/// array is three bytes of text.
+const TREE: u64 = 32;
 
 /// Joins files with one report a line.
 ///
@@ -76,19 +89,32 @@ pub fn join(paths: &[PathBuf]) -> Result<Joined, SessionError> {
     let mut joined = Joined::default();
     let mut designs: BTreeMap<String, Vec<Read>> = BTreeMap::new();
     for path in paths {
-        let bytes = read_named(path).map_err(|source| SessionError::CannotRead { path: path.clone(), source })?;
-        let pieces: Vec<&[u8]> = bytes.split(|&byte| byte == b'\n').collect();
-        for (index, piece) in pieces.iter().enumerate() {
-            if piece.trim_ascii().is_empty() {
-                continue;
+        let cannot_read = |source| SessionError::CannotRead { path: path.clone(), source };
+        let of_memory = |bytes: u64| check_memory(bytes).map_err(|error| cannot_read(io::Error::other(error)));
+        // All texts are kept. Of a file whose length is not known, each piece is asked for.
+        of_memory(fs::metadata(path).map_or(0, |metadata| metadata.len()))?;
+        let mut number = 0;
+        read_lines(path, cannot_read, |piece| {
+            of_memory(piece.len() as u64)?;
+            for line in piece.split_inclusive(|&byte| byte == b'\n') {
+                number += 1;
+                let text = if number == 1 { line.strip_prefix(BOM).unwrap_or(line) } else { line };
+                if text.trim_ascii().is_empty() {
+                    continue;
+                }
+                if text.len() > LONG {
+                    of_memory(TREE * text.len() as u64)?;
+                }
+                match read(text, path, number) {
+                    Some(read) => designs.entry(read.line.design.clone()).or_default().push(read),
+                    // Only a line without its end is torn.
+                    None if !line.ends_with(b"\n") && is_torn(text) => joined.torn.push(path.clone()),
+                    None => return Err(SessionError::NoReport { path: path.clone(), line: number }),
+                }
             }
-            match read(piece, path, index + 1) {
-                Some(read) => designs.entry(read.line.design.clone()).or_default().push(read),
-                // Only a line without its end is torn.
-                None if index + 1 == pieces.len() && is_torn(piece) => joined.torn.push(path.clone()),
-                None => return Err(SessionError::NoReport { path: path.clone(), line: index + 1 }),
-            }
-        }
+            Ok(())
+        })
+        .map_err(|error| if is_of_run(path) { SessionError::OneRun { path: path.clone() } } else { error })?;
     }
     let mut stay: Vec<Read> = Vec::new();
     for lines in designs.into_values() {
@@ -114,14 +140,28 @@ pub fn join(paths: &[PathBuf]) -> Result<Joined, SessionError> {
     Ok(joined)
 }
 
+/// Some editors and other programs put this before a text in UTF-8.
+const BOM: &[u8] = "\u{feff}".as_bytes();
+
+/// Whether a file is the report of one run, on several lines. Such reports are small.
+fn is_of_run(path: &Path) -> bool {
+    let is_small = fs::metadata(path).is_ok_and(|metadata| metadata.len() <= LONG as u64);
+    let value = || serde_json::from_slice::<Value>(&read_file(path).ok()?).ok();
+    is_small && value().is_some_and(|value| value.get("idmesh").is_some() && value.get("stages").is_some())
+}
+
 fn read(piece: &[u8], path: &Path, number: usize) -> Option<Read> {
     let text = std::str::from_utf8(piece).ok()?.trim();
     let report: Line = serde_json::from_str(text).ok()?;
-    let value = serde_json::from_str(text).ok()?;
+    value(text)?;
     // A line without a verdict, or with one against the other, is no report.
     let exit = report.exit.filter(|&exit| exit != 0 || report.valid)?;
     let (design, path) = (report.design.clone(), path.to_path_buf());
-    Some(Read { line: JoinedLine { design, exit, text: text.to_owned(), path, number }, report, value })
+    Some(Read { line: JoinedLine { design, exit, text: text.to_owned(), path, number }, report })
+}
+
+fn value(text: &str) -> Option<Value> {
+    serde_json::from_str(text).ok()
 }
 
 /// How much a line is worth: the greatest stays.
@@ -148,7 +188,10 @@ fn difference(stays: &Read, goes: &Read, is_later: bool) -> Option<&'static str>
         (Some(one), Some(other)) if !same_inputs(one, other) => Some("inputs"),
         (Some(one), Some(other)) if !same_files(&one.outputs, &other.outputs) => Some("outputs"),
         (Some(_), Some(_)) => None,
-        _ => (timeless(&stays.value) != timeless(&goes.value)).then_some("results"),
+        _ => {
+            let of = |read: &Read| value(&read.line.text).map(|value| timeless(&value));
+            (of(stays) != of(goes)).then_some("results")
+        }
     }
 }
 

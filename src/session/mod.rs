@@ -49,7 +49,7 @@ pub use designs::{DesignFiles, Listed, list_designs};
 pub use earlier::{EarlierResults, of_design};
 pub use error::{Exit, SessionError};
 pub use files::{
-    Folder, ReadFiles, check_distinct, check_writable, remove_file, write_surface, write_text, write_texts,
+    Folder, ReadFiles, check_distinct, check_writable, remove_file, write_lines, write_surface, write_text, write_texts,
 };
 pub use init::{Proposal as InitProposal, Wanted as InitWanted, check_demo_is_free, check_free, propose, propose_demo};
 pub use join::{Conflict, Joined, JoinedLine, join};

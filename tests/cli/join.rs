@@ -147,6 +147,25 @@ fn torn_lines_are_told_and_other_files_are_refused() {
     fixture.refuses_command(&overwrites, 3, &["the output torn.jsonl would overwrite the input torn.jsonl"]);
     let without = fixture.idmesh(&["report", "torn.jsonl"]);
     assert_eq!(without.status.code(), Some(2), "{}", stderr(&without));
+    assert!(stderr(&without).contains("--join") && stderr(&without).contains("--output"), "{}", stderr(&without));
+}
+
+/// A mark of the order of bytes before the first line is no fault. A file without reports is told
+/// and is no success, and the report of one run has a hint of its own.
+#[test]
+fn odd_files_of_reports() {
+    let fixture = folder(&[
+        ("marked.jsonl", format!("\u{feff}{}", line("a", 0, "1", "1", 1.0))),
+        ("none.jsonl", "\n".to_owned()),
+    ]);
+    assert_eq!(joined(&fixture, &["marked.jsonl"]).0, [row("a", 0, 1.0)]);
+    let output = fixture.idmesh(&["report", "none.jsonl", "-o", "page.html"]);
+    assert!(stderr(&output).contains("warning: there is no report of a design"), "{}", stderr(&output));
+    assert!(!fixture.read("page.html").contains("badge good"));
+    assert_good(&fixture.idmesh(&["run", "case.toml", "--backend", "cpu", "--json", "run.json"]));
+    let output = fixture.idmesh(&["report", "run.json", "-o", "new.html"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(stderr(&output).contains("the report of one run") && stderr(&output).contains("run CASE --report"));
 }
 
 /// Nothing is replaced, and there is nothing to resume: the hint is one that helps here.

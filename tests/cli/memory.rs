@@ -287,6 +287,31 @@ fn many_profiles_take_little_memory() {
     assert!(fixture.files().contains(&"moved.msh".to_owned()));
 }
 
+/// Fails if the trees of all reports are kept.
+#[test]
+fn many_reports_take_little_more_than_their_texts() {
+    let fixture = Fixture::new();
+    let point = |at: u32| format!("[{at}.5,0.25]");
+    let curve = (0..2000).map(point).collect::<Vec<_>>().join(",");
+    let line = |design: u32| {
+        let outline = format!("{{\"profile\":1,\"change\":0.1,\"old\":[{curve}],\"new\":[{curve}]}}");
+        format!("{{\"design\":\"d{design}\",\"exit\":0,\"valid\":true,\"outlines\":{{\"wing\":[{outline}]}}}}\n")
+    };
+    fixture.write("reports.jsonl", &(0..600).map(line).collect::<String>());
+    let megabytes = fs::metadata(fixture.path("reports.jsonl")).unwrap().len() / 1_000_000;
+    assert!(megabytes > 25, "{megabytes}");
+    for target in [["-o", "page.html"], ["--join", "joined.jsonl"]] {
+        let arguments = [&["report", "reports.jsonl"], &target[..]].concat();
+        // The trees of all lines take more than ten times as much as their texts.
+        assert_good(&within(&fixture, &arguments, 3000 * megabytes as usize + 100_000).output().unwrap());
+        assert_good(&fixture.idmesh(&[&arguments[..], &["--max-memory", &format!("{}M", 2 * megabytes)]].concat()));
+        fs::remove_file(fixture.path(target[1])).unwrap();
+        let words = ["cannot read reports.jsonl: this takes about ", " GB are available"];
+        let limit = format!("{megabytes}M");
+        fixture.refuses_command(&[&arguments[..], &["--max-memory", &limit]].concat(), 3, &words);
+    }
+}
+
 /// More threads than can be useful are refused: a run with thousands seems to hang.
 ///
 /// Fails if `MOST` of the threads is 1 000 000.

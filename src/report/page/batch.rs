@@ -23,17 +23,69 @@ const SMALL: [f64; 2] = [100.0, 44.0];
 /// Most points of a curve in a picture.
 const MOST_POINTS: usize = 200;
 
+/// Most pictures of a design. Where the page has no place for so many, there are fewer.
+const PICTURES: [usize; 3] = [4, 2, 1];
+
+/// What the page shows of a design. Its report is not kept, so that many long reports take little
+/// memory.
+struct Design {
+    name: String,
+    is_valid: bool,
+    /// The lowest quality in the original mesh and in the moved one.
+    lowest: [Option<f64>; 2],
+    /// The cells of the row in the table, without the pictures.
+    row: Vec<String>,
+    /// Pictures of the sections that change most, the largest change first. `None` for a section
+    /// whose curves are no curves.
+    pictures: Vec<Option<Svg>>,
+}
+
+impl Design {
+    fn of(report: &Value, n_pictures: usize) -> Self {
+        let report = Report { name: report["design"].as_str().unwrap_or("\u{2013}"), report };
+        Self {
+            name: report.name.to_owned(),
+            is_valid: report.verdict() == "valid",
+            lowest: [report.lowest(0), report.lowest(3)],
+            row: report.row(),
+            pictures: report.pictures(n_pictures),
+        }
+    }
+
+    /// Bytes of its first pictures.
+    fn bytes_of(&self, n_pictures: usize) -> usize {
+        self.pictures.iter().take(n_pictures).flatten().map(|picture| picture.n_bytes() + 8).sum()
+    }
+}
+
+/// The designs, with no more pictures than a page may have.
+fn designs(reports: impl IntoIterator<Item = Value>, case: &mut Option<String>) -> Vec<Design> {
+    let mut designs: Vec<Design> = Vec::new();
+    let (mut most, mut bytes) = (PICTURES[0], PICTURES.map(|_| 0));
+    for report in reports {
+        case.get_or_insert_with(|| report["case"].as_str().unwrap_or_default().to_owned());
+        // The pictures of the last number may fill the page before its last design.
+        let is_full = bytes[PICTURES.len() - 1] > MOST_BYTES;
+        let design = Design::of(&report, if is_full { 0 } else { most });
+        PICTURES.iter().zip(&mut bytes).for_each(|(&n, bytes)| *bytes += design.bytes_of(n));
+        designs.push(design);
+        let fitting = PICTURES.iter().zip(bytes).find(|&(&n, bytes)| n == 1 || bytes <= MOST_BYTES);
+        let next = fitting.map_or(1, |(&n, _)| n);
+        if next < most {
+            most = next;
+            designs.iter_mut().for_each(|design| design.pictures.truncate(most));
+        }
+    }
+    designs
+}
+
 /// One design, from the line of its report. A line of an older version may lack any figure.
-struct Design<'a> {
+struct Report<'a> {
     name: &'a str,
     report: &'a Value,
 }
 
-impl<'a> Design<'a> {
-    fn of(report: &'a Value) -> Self {
-        Self { name: report["design"].as_str().unwrap_or("\u{2013}"), report }
-    }
-
+impl Report<'_> {
     fn exit(&self) -> Option<u64> {
         self.report["exit"].as_u64()
     }
@@ -72,7 +124,7 @@ impl<'a> Design<'a> {
     }
 
     /// Pictures of the sections that change most, old and new.
-    fn pictures(&self, most: usize) -> Vec<Svg> {
+    fn pictures(&self, most: usize) -> Vec<Option<Svg>> {
         let wings = self.report["outlines"].as_object().into_iter().flatten();
         let outlines = wings.flat_map(|(wing, of_wing)| {
             of_wing.as_array().into_iter().flatten().map(move |outline| (wing.as_str(), outline))
@@ -80,7 +132,7 @@ impl<'a> Design<'a> {
         let mut outlines: Vec<(&str, &Value)> = outlines.collect();
         let change = |outline: &Value| outline["change"].as_f64().unwrap_or(0.0);
         outlines.sort_by(|a, b| change(b.1).total_cmp(&change(a.1)));
-        outlines.into_iter().take(most).filter_map(|(wing, outline)| picture(wing, outline)).collect()
+        outlines.into_iter().take(most).map(|(wing, outline)| picture(wing, outline)).collect()
     }
 
     fn row(&self) -> Vec<String> {
@@ -129,16 +181,18 @@ fn picture(wing: &str, outline: &Value) -> Option<Svg> {
 /// The page of a batch, as HTML. A page of some 7 000 designs and fewer has at most 3 MB: pictures
 /// are left out where they would make it larger.
 ///
-/// - `reports`: the reports of the designs, in the order in which they are shown
-pub fn batch_html(reports: &[Value]) -> String {
-    let designs: Vec<Design> = reports.iter().map(Design::of).collect();
-    let good = designs.iter().filter(|design| design.verdict() == "valid").count();
+/// - `reports`: the reports of the designs, in the order in which they are shown; each is taken
+///   once, and none is kept
+pub fn batch_html(reports: impl IntoIterator<Item = Value>) -> String {
+    let mut case = None;
+    let designs = designs(reports, &mut case);
+    let good = designs.iter().filter(|design| design.is_valid).count();
     let mut html = Html::default();
     begin(&mut html, &format!("{} designs, {good} valid", designs.len()), Some(SCRIPT));
     html.markup("<style>").markup(STYLE).markup("</style>\n<body class=\"batch\" data-state=\"text\">\n<header>\n");
-    let case = reports.first().and_then(|report| report["case"].as_str()).unwrap_or_default();
+    let case = case.unwrap_or_default();
     html.element("p class=\"from\"", format_args!("idmesh {}, {case}", env!("CARGO_PKG_VERSION")));
-    html.markup(if good == designs.len() {
+    html.markup(if good == designs.len() && good > 0 {
         "<h1><span class=\"badge good\">"
     } else {
         "<h1><span class=\"badge bad\">"
@@ -164,11 +218,15 @@ pub fn batch_html(reports: &[Value]) -> String {
         "sections",
         "remark",
     ];
-    let rows: Vec<Vec<String>> = designs.iter().map(Design::row).collect();
     // The elements of a row take some bytes too, and so does an escaped letter.
-    let texts: usize = rows.iter().map(|row| 40 + row.iter().map(|cell| escape(cell).len() + 10).sum::<usize>()).sum();
-    let (pictures, remark) = pictures(&designs, MOST_BYTES.saturating_sub(html.n_bytes() + texts));
-    html.pictured(&header, rows.into_iter().zip(pictures).collect());
+    let of_row = |design: &Design| 40 + design.row.iter().map(|cell| escape(cell).len() + 10).sum::<usize>();
+    let texts: usize = designs.iter().map(of_row).sum();
+    let (most, fitting, remark) = fitting(&designs, MOST_BYTES.saturating_sub(html.n_bytes() + texts));
+    let rows = designs.into_iter().enumerate().map(|(at, design)| {
+        let n_pictures = if at < fitting { most } else { 0 };
+        (design.row, design.pictures.into_iter().take(n_pictures).flatten().collect())
+    });
+    html.pictured(&header, rows.collect());
     html.element("p class=\"note\"", remark);
     html.element(
         "p class=\"note\"",
@@ -178,21 +236,19 @@ pub fn batch_html(reports: &[Value]) -> String {
     html.finish()
 }
 
-/// The pictures of each design, as many as the bytes allow, and what they show, in words.
-fn pictures(designs: &[Design], bytes: usize) -> (Vec<Vec<Svg>>, String) {
-    for most in [4, 2, 1] {
+/// How many pictures each design has, as many as the bytes allow, how many designs have any, and
+/// what they show, in words.
+fn fitting(designs: &[Design], bytes: usize) -> (usize, usize, String) {
+    for most in PICTURES {
         let mut left = bytes;
         let mut fitting = 0;
-        let mut pictures: Vec<Vec<Svg>> = designs.iter().map(|design| design.pictures(most)).collect();
-        for of_design in &pictures {
-            let of_all: usize = of_design.iter().map(|picture| picture.n_bytes() + 8).sum();
-            let Some(rest) = left.checked_sub(of_all) else { break };
+        for design in designs {
+            let Some(rest) = left.checked_sub(design.bytes_of(most)) else { break };
             (left, fitting) = (rest, fitting + 1);
         }
         if fitting < designs.len() && most > 1 {
             continue;
         }
-        pictures[fitting..].iter_mut().for_each(Vec::clear);
         let mut words = format!(
             "The pictures show the sections that change most, at most {most} of a design: old in grey, new in blue."
         );
@@ -200,14 +256,14 @@ fn pictures(designs: &[Design], bytes: usize) -> (Vec<Vec<Svg>>, String) {
             words +=
                 &format!(" The page would be too large with more than the pictures of its first {fitting} designs.");
         }
-        return (pictures, words);
+        return (most, fitting, words);
     }
-    (Vec::new(), String::new())
+    (0, 0, String::new())
 }
 
 /// The design with the lowest quality, in words.
 fn lead(designs: &[Design]) -> String {
-    let lowest = designs.iter().filter_map(|design| Some((design.lowest(3)?, design)));
+    let lowest = designs.iter().filter_map(|design| Some((design.lowest[1]?, design)));
     match lowest.min_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((quality, design)) => format!("The lowest quality is {}, of the design {}.", number(quality), design.name),
         None => "No design has a result.".to_owned(),
@@ -218,9 +274,9 @@ fn lead(designs: &[Design]) -> String {
 fn line(designs: &[Design], html: &mut Html) {
     let points = |stage: usize| -> Vec<[f64; 2]> {
         let all = designs.iter().enumerate();
-        all.filter_map(|(at, design)| Some([at as f64 + 1.0, design.lowest(stage)?])).collect()
+        all.filter_map(|(at, design)| Some([at as f64 + 1.0, design.lowest[stage]?])).collect()
     };
-    let (old, new) = (points(0), points(3));
+    let (old, new) = (points(0), points(1));
     if new.is_empty() {
         return;
     }
@@ -257,7 +313,7 @@ mod tests {
         let good = json!({ "design": "</script><b>", "exit": 0, "valid": true, "case": "a.toml",
             "stages": [{ "beta_min": 0.02 }, {}, {}, { "beta_min": 0.0125 }] });
         let failed = json!({ "design": "b", "exit": 3, "valid": false, "error": { "message": "no such file\nhint" } });
-        let page = batch_html(&[good, failed]);
+        let page = batch_html([good, failed]);
         assert!(
             page.contains("&lt;/script&gt;&lt;b&gt;</td>\n<td>valid</td>\n<td>0.012500</td>\n<td>0.020000</td>"),
             "{page}"
@@ -265,7 +321,8 @@ mod tests {
         assert!(page.contains("<td>b</td>\n<td>not moved</td>") && page.contains("<td>no such file</td>"));
         assert!(page.contains("1 of 2 valid") && page.contains("of the design &lt;/script&gt;"));
         assert_eq!(page.matches("</script>").count(), 1);
-        assert!(!batch_html(&[]).is_empty());
+        // No design is no success.
+        assert!(batch_html([]).contains("badge bad") && !batch_html([]).contains("badge good"));
     }
 
     /// A line of a design with some sections, whose curves have 48 points each.
@@ -287,7 +344,7 @@ mod tests {
     /// curve is drawn outside of its picture.
     #[test]
     fn sections_are_drawn_old_and_new() {
-        let page = batch_html(&[with_sections(0, 2)]);
+        let page = batch_html([with_sections(0, 2)]);
         let pictures: Vec<&str> = page.split("<svg class=\"small\"").skip(1).collect();
         assert_eq!(pictures.len(), 2);
         assert!(pictures[0].contains("&lt;wing&gt;, profile 1: up to 0.01 apart"), "{}", pictures[0]);
@@ -308,7 +365,7 @@ mod tests {
     fn a_page_of_many_designs_has_at_most_3_mb() {
         for (n_designs, each) in [(500, 4), (1500, 1), (5000, 1)] {
             let reports: Vec<Value> = (0..n_designs).map(|name| with_sections(name, 4)).collect();
-            let page = batch_html(&reports);
+            let page = batch_html(reports);
             assert!(page.len() <= 3_000_000, "{n_designs}: {}", page.len());
             assert_eq!(page.matches("<td>design-").count(), n_designs);
             let pictures = page.matches("<svg class=\"small\"").count();
@@ -320,6 +377,6 @@ mod tests {
             }
         }
         let odd = json!({ "design": "odd", "outlines": { "wing": [{ "old": [[1, 1]], "new": "none" }, 7] } });
-        assert!(!batch_html(&[odd]).contains("class=\"small\""));
+        assert!(!batch_html([odd]).contains("class=\"small\""));
     }
 }
