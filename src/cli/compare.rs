@@ -135,14 +135,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         _ => None,
     };
     let texts = [(file, &json), (arguments.report.as_deref(), &page)];
+    // Standard output first: where it is full, no file is written.
+    match &json {
+        Some(json) if arguments.json == Some(JsonTarget::StandardOutput) => console.json(json)?,
+        _ => console.data(&comparison.text())?,
+    }
     write_texts(texts.into_iter().filter_map(|(path, text)| path.zip(text.as_deref())))?;
-    if let Some(json) = json.filter(|_| arguments.json == Some(JsonTarget::StandardOutput)) {
-        console.json(&json)?;
-    }
     arguments.report.iter().for_each(|path| console.note(format_args!("wrote {}", path.display())));
-    if arguments.json != Some(JsonTarget::StandardOutput) {
-        console.data(&comparison.text())?;
-    }
     if comparison.within_tolerance {
         return Ok(());
     }

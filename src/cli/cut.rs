@@ -214,9 +214,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         let mut text = Vec::new();
         csv::write(&profiles, &mut text).map_err(|error| Failure::bad_input(error.to_string()))?;
         console.data(&String::from_utf8_lossy(&text))?;
-    } else {
-        write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
-            .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
     }
     let of_planes = profiles.iter().zip(&planes).zip(&gaps);
     let sections = of_planes.map(|((profile, (_, plane)), gaps)| Section::new(profile, plane, gaps));
@@ -237,11 +234,16 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             ));
         }
     }
+    // Standard output first: where it is full, no file is written.
+    if !to_stdout && arguments.json != Some(JsonTarget::StandardOutput) {
+        console.data(&table(&sections.sections))?;
+    }
     if let Some(target) = &arguments.json {
         write_json(target, &sections, console)?;
     }
-    if !to_stdout && arguments.json != Some(JsonTarget::StandardOutput) {
-        console.data(&table(&sections.sections))?;
+    if !to_stdout {
+        write_atomically(&arguments.out, |out| csv::write(&profiles, out).map_err(std::io::Error::other))
+            .map_err(|error| Failure::bad_input(format!("cannot write {}: {error}", arguments.out.display())))?;
     }
     let to = if to_stdout { "standard output".to_owned() } else { arguments.out.display().to_string() };
     console.note(format_args!("wrote {} profiles, {points} points, to {to}", profiles.len()));

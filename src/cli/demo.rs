@@ -6,7 +6,7 @@ use super::console::Console;
 use super::failure::Failure;
 use super::{BackendChoice, run};
 use crate::session::{check_demo_is_free, propose_demo};
-use crate::text::shown;
+use crate::text::{shell_word, shown};
 
 /// Arguments of `idmesh demo`.
 #[derive(Debug, clap::Args)]
@@ -29,14 +29,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     check_demo_is_free(folder, arguments.force)?;
     console.step("making the case");
     let proposal = propose_demo(folder, arguments.force, console.progress())?;
-    proposal.write()?;
-    let case = proposal.case.clone();
-    run::run(&run::Arguments::of_case(&case, arguments.backend), console)?;
-    let [case, page, section] =
-        [case, folder.join("report.html"), folder.join("new/wing-4.csv")].map(|path| shown(path.display()).to_string());
+    let about = "The wing of a small half aircraft becomes thicker and bends up, and its mesh follows.\n\n";
+    proposal.write(|| console.data(about))?;
+    run::run(&run::Arguments::of_case(&proposal.case, arguments.backend), console)?;
+    let case = shell_word(proposal.case.display());
+    let [page, section] = ["report.html", "new/wing-4.csv"].map(|name| shown(folder.join(name).display()).to_string());
     console.data(&format!(
-        "\nThe wing of a small half aircraft became thicker and bent up, and its mesh followed.\n\n\
-         next:\n  open {page} in a browser\n  change {section}, the section at the tip, and run the case again:\n  \
+        "\nnext:\n  open {page} in a browser\n  change {section}, the section at the tip, and run the case again:\n  \
          idmesh run {case}\n  make a case of a mesh of your own:\n  idmesh init MESH\n"
     ))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::backend::BackendError;
 use crate::case::{LoadError, NamedFiles};
-use crate::formats::{ReadError, WriteError};
+use crate::formats::{PlaceError, ReadError, WriteError};
 use crate::mover::Refused;
 pub(super) use crate::session::Exit;
 use crate::session::SessionError;
@@ -61,6 +61,12 @@ impl From<ReadError> for Failure {
 impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Self {
         Self::bad_input(error.to_string())
+    }
+}
+
+impl From<PlaceError> for Failure {
+    fn from(error: PlaceError) -> Self {
+        SessionError::from(error).into()
     }
 }
 

@@ -10,7 +10,7 @@ use crate::families::guess::Certainty;
 use crate::formats;
 use crate::report::aligned;
 use crate::session::{InitProposal, InitWanted, check_free, propose};
-use crate::text::shown;
+use crate::text::{shell_word, shown};
 
 /// Arguments of `idmesh init`.
 #[derive(Debug, clap::Args)]
@@ -20,8 +20,8 @@ case runs as it is and moves nothing: change a file in its folder `new`.")]
 pub(super) struct Arguments {
     /// The mesh file.
     mesh: PathBuf,
-    /// The case file to write, ending in .toml, or a folder for case.toml. By default a folder
-    /// named after the mesh, here.
+    /// The case file to write, ending in .toml, or a folder for case.toml. By default the folder
+    /// MESH-case, here.
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
     /// The families that are the wing, if the guess is wrong: wing_upper,wing_lower.
@@ -52,8 +52,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     tell_of_file(&arguments.mesh, &file, console);
     let proposal = propose(&file, &wanted, console.progress())?;
     console.step("writing");
-    proposal.write()?;
-    console.data(&text(&proposal))?;
+    proposal.write(|| console.data(&text(&proposal)))?;
     for (name, guess) in &proposal.families {
         if guess.certainty == Certainty::Doubtful {
             console.warn(format_args!("look at the role of `{name}` in {}", proposal.case.display()));
@@ -81,7 +80,7 @@ fn text(proposal: &InitProposal) -> String {
     for (name, wing) in &proposal.wings {
         text += &format!("\n{}: {} sections\n", shown(name), wing.sections.profiles.len());
     }
-    let case = shown(proposal.case.display());
+    let case = shell_word(proposal.case.display());
     let changed = proposal.paths().find(|path| path.parent().is_some_and(|folder| folder.ends_with("new")));
     let changed = changed.map_or(String::new(), |path| shown(path.display()).to_string());
     text += &format!(

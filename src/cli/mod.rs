@@ -42,7 +42,7 @@ use crate::case::{Case, LoadError, LoadedCase, has_extension};
 use crate::formats::{MeshFile, has_format};
 use crate::memory::set_most;
 use crate::mesh::{mostly_left_handed, partly_inside};
-use crate::text::shown;
+use crate::text::{shell_word, shown};
 use console::{Console, STDOUT_IS_CLOSED};
 use failure::{Exit, Failure};
 
@@ -231,8 +231,8 @@ fn load(path: &Path, console: &Console) -> Result<LoadedCase, Failure> {
 fn read_case(path: &Path, console: &Console) -> Result<Case, Failure> {
     console.step("reading the case");
     if has_format(path) && path.exists() {
-        let mesh = path.display();
-        let mut failure = Failure::bad_input(format!("{mesh} is a mesh, expected a case file (TOML)"));
+        let mesh = shell_word(path.display());
+        let mut failure = Failure::bad_input(format!("{} is a mesh, expected a case file (TOML)", path.display()));
         failure.hint = Some(format!(
             "a case names the mesh, the new profiles and the role of each family; `idmesh quality {mesh}` lists the families"
         ));

@@ -134,6 +134,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         solver_quality: solver.as_ref().ok().map(SolverQuality::from),
         not_measured: solver.as_ref().err().map(ToString::to_string),
     };
+    // Standard output first: where it is full, no file is written.
+    if arguments.json != Some(JsonTarget::StandardOutput) {
+        console.data(&text(&figures, &mesh.families, others, &limits))?;
+    }
+    if let Some(target) = &arguments.json {
+        write_json(target, &figures, console)?;
+    }
     if let Some(path) = &arguments.histogram {
         let name = arguments.mesh.file_name().unwrap_or_default().to_string_lossy();
         let title = format!("Quality of {name}{}", report::share_of_tets(hybrid));
@@ -147,12 +154,6 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         };
         let svg = histogram_svg(measured, &title, &[Series { name: "mesh", values }]);
         write_text(path, &svg)?;
-    }
-    if let Some(target) = &arguments.json {
-        write_json(target, &figures, console)?;
-    }
-    if arguments.json != Some(JsonTarget::StandardOutput) {
-        console.data(&text(&figures, &mesh.families, others, &limits))?;
     }
     match solver {
         _ if limits.is_empty() => Ok(()),

@@ -89,7 +89,7 @@ impl<'a> FileSet<'a> {
 
     /// Removes a file when the set is placed, before the first file has its name. Of a link the
     /// link is removed. Nothing happens if there is no such file.
-    pub(super) fn remove_stale(&mut self, path: PathBuf) {
+    pub(crate) fn remove_stale(&mut self, path: PathBuf) {
         self.stale.push(path);
     }
 

@@ -250,6 +250,31 @@ fn nothing_is_overwritten() {
     assert_good(&fixture.idmesh(&["init", "wing.su2", "-o", "mine", "--force"]));
     assert!(fixture.read("mine/new/wing-0.csv").starts_with("profile,x,y,z"));
     assert_good(&fixture.idmesh(&["run", "mine/case.toml", "--backend", "cpu"]));
+    // Sections that the new case does not have go, and files of others stay.
+    fixture.write("mine/new/wing-best.csv", "mine");
+    fixture.write("mine/new/tail-4.csv", "mine");
+    assert_good(&fixture.idmesh(&["init", "wing.su2", "-o", "mine", "--force", "--planes", "2"]));
+    assert_eq!(names(&fixture.path("mine/new")), ["tail-4.csv", "wing-0.csv", "wing-1.csv", "wing-best.csv"]);
+}
+
+/// The words that say what to do next work in a shell as they stand.
+#[test]
+#[cfg(unix)]
+fn what_to_do_next_may_be_typed() {
+    let fixture = with_wing();
+    fs::copy(fixture.path("wing.su2"), fixture.path("-x.su2")).unwrap();
+    for arguments in [&["wing.su2", "-o", "my case & it's $HOME"][..], &["--", "-x.su2"]] {
+        let output = fixture.idmesh(&[&["init"], arguments].concat());
+        assert_good(&output);
+        let text = stdout(&output);
+        let line = text.lines().find_map(|line| line.strip_prefix("  idmesh run ")).unwrap();
+        let line = line.split("   nothing moves yet").next().unwrap();
+        let script = format!("\"$IDMESH\" check {line}");
+        let mut shell = std::process::Command::new("sh");
+        shell.args(["-c", &script]).current_dir(&fixture.folder).env("IDMESH", env!("CARGO_BIN_EXE_idmesh"));
+        let output = shell.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{script}: {}", stderr(&output));
+    }
 }
 
 /// Without `--output` the case stands in a folder named after the mesh. Names of families are

@@ -69,6 +69,25 @@ fn a_result_that_cannot_be_written_whole_is_not_written() {
         assert!(errors.contains("No space left on device") && !errors.contains("wrote "), "{errors}");
         assert_eq!(fixture.files(), before, "{redirection}");
     }
+    // The text of commands that write other files.
+    let mesh = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/small.su2.gz");
+    fs::copy(mesh, fixture.path("small.su2.gz")).unwrap();
+    for line in [
+        "init small.su2.gz -o new",
+        "demo new",
+        "cut small.su2.gz --family wing --planes 2 --out new.csv",
+        "quality box.msh --histogram new.svg",
+        "compare box.msh box.msh --report new.html",
+    ] {
+        let before = fixture.files();
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let output = command(fixture.folder.path(), &arguments).stdout(full).output().unwrap();
+        let errors = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{line}: {errors}");
+        assert!(errors.contains("cannot write to standard output") && !errors.contains("wrote "), "{line}: {errors}");
+        assert_eq!(fixture.files(), before, "{line}");
+    }
 }
 
 /// The line of a design that cannot be written takes the design's mesh with it.

@@ -18,7 +18,7 @@ use crate::backend::{self, Selection};
 use crate::case::{LoadError, default_name, has_extension};
 use crate::families::guess::{Certainty, Guess, GuessedWing, Known, Sections, guess};
 use crate::families::{Role, SetupError};
-use crate::formats::{FileSet, MeshFile, mesh_path, real_path};
+use crate::formats::{FileSet, MeshFile, PlaceError, mesh_path, real_path};
 use crate::mesh::{FamilyId, families_inside, validate};
 use crate::mover::{Design, MoveError, Mover};
 use crate::profile::{Profile, csv};
@@ -30,8 +30,8 @@ use text::slug;
 pub struct Wanted<'a> {
     /// The mesh file.
     pub mesh: &'a Path,
-    /// The case file, which ends in `.toml`, or its folder. `None` for a folder named after the
-    /// mesh in the working folder.
+    /// The case file, which ends in `.toml`, or its folder. `None` for the folder `MESH-case` in
+    /// the working folder.
     pub target: Option<&'a Path>,
     /// The families of the wing, if the user names them.
     pub wing: &'a [String],
@@ -187,18 +187,55 @@ impl Proposal {
         self.files.iter().map(|(path, _)| path.as_path())
     }
 
-    /// Writes all files, or none.
+    /// Writes all files, or none. Sections of an earlier case in the same place that this case does
+    /// not have are removed.
+    ///
+    /// - `prepare`: is called when all contents are on the disk, before the first file has its
+    ///   name. If it fails, no file is written.
     ///
     /// # Errors
-    /// [`SessionError::CannotWrite`]: a folder cannot be made or a file cannot be written.
-    pub fn write(&self) -> Result<(), SessionError> {
-        let _folders = self.folders.iter().map(|folder| Folder::make(folder)).collect::<Result<Vec<_>, _>>()?;
+    /// [`SessionError::CannotWrite`]: a folder cannot be made or a file cannot be written; and the
+    /// error of `prepare`.
+    pub fn write<E: From<SessionError> + From<PlaceError>>(
+        &self,
+        prepare: impl FnOnce() -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut folders = Vec::new();
+        let made = self.folders.iter().try_for_each(|path| Ok(folders.push(Folder::make(path)?)));
+        let written = made.map_err(|error: SessionError| error.into()).and_then(|()| self.write_files(prepare));
+        // The inner folders first: an outer one is removed only if it is empty.
+        while folders.pop().is_some() {}
+        written
+    }
+
+    fn write_files<E: From<SessionError> + From<PlaceError>>(
+        &self,
+        prepare: impl FnOnce() -> Result<(), E>,
+    ) -> Result<(), E> {
         let mut set = FileSet::default();
         for (path, text) in &self.files {
             set.add(path, |out| out.write_all(text)).map_err(|error| cannot_write(path, error))?;
         }
-        set.place()?;
+        self.earlier_sections().into_iter().for_each(|path| set.remove_stale(path));
+        set.place_after(prepare)?;
         Ok(())
+    }
+
+    /// Files with the names of further sections of these wings, as of a case of more planes.
+    fn earlier_sections(&self) -> Vec<PathBuf> {
+        let numbered = |path: &Path| {
+            let (name, number) = path.file_name()?.to_str()?.strip_suffix(".csv")?.rsplit_once('-')?;
+            let is_number = !number.is_empty() && number.bytes().all(|digit| digit.is_ascii_digit());
+            is_number.then(|| (path.parent().map(Path::to_path_buf), name.to_owned()))
+        };
+        let own: BTreeSet<_> = self.paths().filter_map(numbered).collect();
+        let new = self.folders.iter().filter(|folder| folder.ends_with("new"));
+        let there =
+            new.filter_map(|folder| std::fs::read_dir(folder).ok()).flatten().flatten().map(|entry| entry.path());
+        there
+            .filter(|path| numbered(path).is_some_and(|of| own.contains(&of)))
+            .filter(|path| path.is_file() && !self.paths().any(|written| written == path))
+            .collect()
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::families::Role;
 use crate::families::guess::{Guess, GuessedWing};
 use crate::text::figures::Shortest;
-use crate::text::shown;
+use crate::text::{shell_word, shown};
 
 /// A case file.
 pub(super) struct Case<'a> {
@@ -58,7 +58,7 @@ fn length(x: f64) -> Shortest {
 
 impl fmt::Display for Case<'_> {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        let case = shown(self.case.display());
+        let case = shell_word(self.case.display());
         writeln!(
             out,
             "# A case for {}, made by `idmesh init`. Roles are guesses; each has its reason.",
