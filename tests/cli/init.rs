@@ -212,6 +212,72 @@ fn twice(mesh: &str, downstream: f64) -> String {
     text
 }
 
+/// A mesh in SU2's format, with its faces in other families.
+///
+/// - `family`: the name of the family of a face, from the old name and the face's centre
+fn regrouped(mesh: &str, family: impl Fn(&str, [f64; 3]) -> String) -> String {
+    let lines: Vec<&str> = mesh.lines().collect();
+    let after = |line: &str| line.split('=').nth(1).unwrap().split_whitespace().next().unwrap().to_owned();
+    let at = lines.iter().position(|line| line.starts_with("NPOIN")).unwrap();
+    let count: usize = after(lines[at]).parse().unwrap();
+    let point = |line: &&str| -> Vec<f64> { line.split_whitespace().take(3).map(|x| x.parse().unwrap()).collect() };
+    let points: Vec<Vec<f64>> = lines[at + 1..=at + count].iter().map(point).collect();
+    let markers = lines.iter().position(|line| line.starts_with("NMARK")).unwrap();
+    assert!(markers > at);
+    let mut families: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    let mut own = String::new();
+    for line in lines[markers + 1..].iter().filter(|line| !line.starts_with("MARKER_ELEMS")) {
+        if line.starts_with("MARKER_TAG") {
+            own = after(line);
+        } else {
+            // Triangles.
+            let corners: Vec<usize> = line.split_whitespace().skip(1).take(3).map(|v| v.parse().unwrap()).collect();
+            let centre = [0, 1, 2].map(|k| corners.iter().map(|&corner| points[corner][k]).sum::<f64>() / 3.0);
+            families.entry(family(&own, centre)).or_default().push(line);
+        }
+    }
+    let mut text = lines[..markers].join("\n") + &format!("\nNMARK= {}\n", families.len());
+    for (name, faces) in families {
+        text += &format!("MARKER_TAG= {name}\nMARKER_ELEMS= {}\n{}\n", faces.len(), faces.join("\n"));
+    }
+    text
+}
+
+/// A wing that is divided along the span is one wing. Where families hold several parts of an
+/// aircraft, the guess says so and is doubtful.
+#[test]
+fn families_of_other_divisions() {
+    let text = String::from_utf8(unpacked(&data("small.su2.gz"))).unwrap();
+    let doubtful = |mesh: &str, words: &[&str]| {
+        let fixture = Fixture::new();
+        fixture.write("mesh.su2", mesh);
+        let output = fixture.idmesh(&["init", "mesh.su2", "-o", "new"]);
+        assert_good(&output);
+        let table = stdout(&output);
+        let row = table.lines().find(|line| line.contains(" doubtful ")).unwrap_or_else(|| panic!("{table}"));
+        assert!(words.iter().all(|word| row.contains(word)), "{row}");
+        assert!(stderr(&output).contains("warning: look at the role of `"), "{}", stderr(&output));
+        roles(&fixture.path("new/case.toml"))
+    };
+    let spanwise = regrouped(&text, |name, [_, y, _]| match name {
+        "wing" => if y < 2.0 { "part_a" } else { "part_b" }.to_owned(),
+        name => name.to_owned(),
+    });
+    let fixture = Fixture::new();
+    fixture.write("mesh.su2", &spanwise);
+    assert_good(&fixture.idmesh(&["init", "mesh.su2", "-o", "new"]));
+    let of_parts = roles(&fixture.path("new/case.toml"));
+    assert_eq!([&of_parts["part_a"], &of_parts["part_b"], &of_parts["wingtip"]], ["wing", "wing", "wingtip"]);
+    let merged = |of: &'static [&str], new: &'static str| {
+        regrouped(&text, move |name, _| if of.contains(&name) { new } else { name }.to_owned())
+    };
+    let walls = merged(&["wing", "trailing_edge", "wingtip", "carenage"], "wall");
+    doubtful(&walls, &["wall", "the chord of section 0 is 7", "may hold a fuselage too"]);
+    doubtful(&merged(&["carenage", "symmetry"], "symmetry"), &["symmetry", "turn away from the plane"]);
+    let outer = doubtful(&merged(&["symmetry", "farfield"], "outer"), &["outer", "`carenage` ends in it"]);
+    assert_eq!(outer["carenage"], "carenage");
+}
+
 /// What has no wing gets no case, and the message says what to do.
 #[test]
 fn no_wing_no_case() {

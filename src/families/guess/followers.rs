@@ -126,6 +126,15 @@ impl Guesser<'_> {
             _ if length > LONG && !is_flat => (Role::Carenage, Certainty::Likely, format!("{touches}, and {long}")),
             _ => (TIP_ROLE, Certainty::Doubtful, format!("{touches}, which carries it and keeps its shape")),
         };
+        // A part of the wing that could not be cut together with it.
+        let wing: Vec<usize> = self.wings[nearest].families.iter().map(|family| family.index()).collect();
+        let is_free = word.is_none() && self.neighbours[family].iter().any(|other| wing.contains(other));
+        if is_free && self.continued(&wing, &self.wings[nearest].sections, family).is_some() {
+            let reason =
+                format!("{reason}; but it has sections of a wing itself, and continues this one along the span");
+            self.set(family, role, Certainty::Doubtful, reason);
+            return;
+        }
         self.set(family, role, certainty, reason);
     }
 

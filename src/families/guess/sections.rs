@@ -13,6 +13,10 @@ const GAP: f64 = 0.12;
 /// Least span of a wing, in mean chords. A fuselage is far longer than wide.
 const SPAN: f64 = 0.3;
 
+/// A section with so many times the chord of its neighbour passes through something else, such as
+/// a fuselage.
+const JUMP: f64 = 2.0;
+
 /// The sections of a wing, by planes across its span.
 #[derive(Clone, Debug)]
 pub struct Sections {
@@ -71,6 +75,23 @@ impl Sections {
         Ok(Self { planes: kept, profiles, poses, normal, span, chordwise, longest_chord })
     }
 
+    /// The longer of two neighbouring sections of which one has more than twice the chord of the
+    /// other: its number, its chord and the other's. Not where the wing is pointed: the longer one
+    /// has more than the median chord.
+    pub(super) fn jump(&self) -> Option<[String; 3]> {
+        let mut sorted: Vec<f64> = self.poses.iter().map(|pose| pose.chord).collect();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        let pairs = self.poses.windows(2).enumerate();
+        let jump = |(at, pair): (usize, &[Pose])| {
+            let [a, b] = [pair[0].chord, pair[1].chord];
+            let (long, short) = (a.max(b), a.min(b));
+            let number = if a > b { at } else { at + 1 };
+            (long > JUMP * short && long > median).then(|| [number.to_string(), figure(long), figure(short)])
+        };
+        pairs.into_iter().find_map(jump)
+    }
+
     /// What the sections are like, in words.
     pub fn in_words(&self) -> String {
         let gap = self.poses.iter().map(|pose| pose.trailing_edge).fold(0.0, f64::max);
@@ -82,6 +103,11 @@ impl Sections {
         let axis = ["x", "y", "z"][self.normal.abs().max_position()];
         format!("planes {axis} = const cut sections up to {:.1} % thick, {edge}", 100.0 * thickness)
     }
+}
+
+/// A length in words.
+fn figure(length: f64) -> String {
+    format!("{:?}", format!("{length:.2e}").parse().unwrap_or(length))
 }
 
 /// From the leading edge to the middle of the trailing edge.

@@ -1,10 +1,13 @@
 //! The surroundings: families inside the volume, planes around the mesh, and the far boundary.
 
+use glam::DVec3;
+
 use super::words::Named;
 use super::{Certainty, Guesser};
 use crate::families::misplaced::FAR;
 use crate::families::shape::{FamilyShape, fit_plane};
 use crate::families::{Role, SetupError};
+use crate::geometry::triangle_normal;
 use crate::mesh::FamilyId;
 
 /// A family this far off its plane, as a share of its size, may be a plane with noise.
@@ -45,6 +48,8 @@ impl Guesser<'_> {
                     (own, _) if own >= FAR => {
                         format!("the far boundary: it reaches {own} of the six sides of the mesh's box")
                     }
+                    // A body that ends in one side of the box, where the far boundary holds this side.
+                    _ if self.is_body_at_side(family, &part, sides_of_part) => continue,
                     (own, all) if own > 0 && all >= FAR => {
                         format!("a part of the far boundary, which reaches {all} of the six sides of the mesh's box")
                     }
@@ -52,13 +57,20 @@ impl Guesser<'_> {
                     _ => continue,
                 };
                 // What moves may end at a far boundary that stays, but then it is held back there.
-                let is_inside = |other: &usize| bodies_or_far[*other] && self.sides(&[*other]) == 0;
-                let certainty = match (is_named, self.neighbours[family].iter().any(is_inside)) {
-                    (_, true) => Certainty::Doubtful,
-                    (true, _) => Certainty::Sure,
-                    _ => Certainty::Likely,
+                let is_body = |other: &usize| {
+                    let ends_here = || part.contains(other) && self.is_body_at_side(*other, &part, sides_of_part);
+                    bodies_or_far[*other] && (self.sides(&[*other]) == 0 || ends_here())
                 };
-                self.set(family, Role::Fixed, certainty, reason);
+                let body = self.neighbours[family].iter().copied().find(is_body);
+                let (certainty, but) = match body {
+                    Some(body) => {
+                        let body = self.name(body);
+                        (Certainty::Doubtful, format!("; but {body} ends in it, as in a plane of symmetry"))
+                    }
+                    None if is_named => (Certainty::Sure, String::new()),
+                    None => (Certainty::Likely, String::new()),
+                };
+                self.set(family, Role::Fixed, certainty, reason + &but);
             }
         }
         for (family, plane) in planes.iter().enumerate() {
@@ -71,19 +83,49 @@ impl Guesser<'_> {
                 None => "flat".to_owned(),
                 Some(flat) => format!("flat to {flat:e} of its size"),
             };
+            let leaves = if flat.is_some() { self.share_off(family) } else { 0.0 };
             let (is_plane, why) = match body {
                 Some(body) => (true, format!("it touches {}", self.name(body))),
                 None if is_named => (true, "it is called a plane".to_owned()),
                 None => (false, "it touches nothing that moves".to_owned()),
             };
             let certainty = match (is_plane, is_named, flat) {
+                _ if is_plane && leaves > 0.0 => Certainty::Doubtful,
                 (true, true, _) | (true, _, None) => Certainty::Sure,
                 (true, ..) => Certainty::Doubtful,
                 (false, ..) => Certainty::Likely,
             };
             let role = if is_plane { Role::Plane { flat, partner: None } } else { Role::Fixed };
-            self.set(family, role, certainty, format!("{noise}, on a side of the mesh, and {why}"));
+            let but = match is_plane && leaves > 0.0 {
+                true => format!(
+                    "; but {:.1} % of its faces turn away from the plane: it may hold a body too, which needs a family of its own",
+                    100.0 * leaves
+                ),
+                false => String::new(),
+            };
+            self.set(family, role, certainty, format!("{noise}, on a side of the mesh, and {why}{but}"));
         }
+    }
+
+    /// Whether a family of a part that holds the far boundary is none of it: it ends in one side of
+    /// the box, and the others reach all sides of the part without it.
+    fn is_body_at_side(&self, family: usize, part: &[usize], sides_of_part: usize) -> bool {
+        let others: Vec<usize> = part.iter().copied().filter(|&other| other != family).collect();
+        sides_of_part >= FAR
+            && !self.says(family, Named::Far)
+            && self.sides(&[family]) == 1
+            && self.sides(&others) == sides_of_part
+    }
+
+    /// Share of a family's faces, by number, that stand on the plane fitted to the family more than
+    /// they lie in it. The faces of a plane with noise do not.
+    fn share_off(&self, family: usize) -> f64 {
+        let triangles = self.surface.corners_of(FamilyId(family as u16));
+        let normals: Vec<DVec3> =
+            triangles.map(|corners| triangle_normal(corners.map(|v| self.mesh.vertices()[v as usize]))).collect();
+        let mean = normals.iter().copied().sum::<DVec3>().normalize_or_zero();
+        let off = normals.iter().filter(|normal| normal.dot(mean) < 0.7 * normal.length()).count();
+        off as f64 / normals.len().max(1) as f64
     }
 
     /// The plane of a family that bounds the whole mesh on one side.

@@ -10,6 +10,10 @@ use crate::mesh::{FamilyId, triangles_of_families};
 /// So many families, the largest first, are tried as wings if no name tells which are.
 const MOST_TRIED: usize = 24;
 
+/// Two families that continue each other along the span overlap by at most this share of the
+/// shorter one: their common edge need not lie in a plane.
+const OVERLAP: f64 = 0.25;
+
 impl Guesser<'_> {
     fn sections(&self, families: &[usize]) -> Option<Sections> {
         self.cut(families).ok()
@@ -85,8 +89,41 @@ impl Guesser<'_> {
         true
     }
 
-    /// Makes families a wing, with strips beside them that belong to its section.
+    /// The sections of a wing with a family that continues it along the span: that has sections
+    /// of its own, across the same axis, and hardly overlaps the wing.
+    pub(super) fn continued(&self, wing: &[usize], sections: &Sections, family: usize) -> Option<Sections> {
+        let [low, high] = self.along(family, sections.normal);
+        let [from, to] = sections.span;
+        let overlap = high.min(to) - low.max(from);
+        if overlap > OVERLAP * (high - low).min(to - from) {
+            return None;
+        }
+        let own = self.sections(&[family])?;
+        if own.normal.dot(sections.normal).abs() < 0.5 {
+            return None;
+        }
+        self.sections(&wing.iter().copied().chain([family]).collect::<Vec<_>>())
+    }
+
+    /// Makes families a wing, with strips beside them that belong to its section, and families that
+    /// continue it along the span.
     fn take_wing(&mut self, mut families: Vec<usize>, mut sections: Sections, certainty: Certainty, why: &str) {
+        let named = self.known.wing.iter().any(|family| families.contains(&family.index()));
+        let mut longer = Vec::new();
+        // A wing may be divided more than once.
+        while !named {
+            let around: BTreeSet<usize> = families.iter().flat_map(|&family| self.neighbours[family].clone()).collect();
+            let free =
+                |family: &usize| self.is_open(*family) && !families.contains(family) && self.named[*family].is_none();
+            let next = around
+                .into_iter()
+                .filter(free)
+                .find_map(|family| Some((self.continued(&families, &sections, family)?, family)));
+            let Some((with, family)) = next else { break };
+            sections = with;
+            families.push(family);
+            longer.push(family);
+        }
         let own: Vec<usize> = families.clone();
         let around: BTreeSet<usize> = own.iter().flat_map(|&family| self.neighbours[family].clone()).collect();
         for strip in around.into_iter().filter(|&family| self.is_open(family) && !own.contains(&family)) {
@@ -100,12 +137,24 @@ impl Guesser<'_> {
             }
         }
         families.sort_unstable();
-        let text = sections.in_words();
+        let mut text = sections.in_words();
+        let jump = sections.jump();
+        if let Some([number, chord, next]) = &jump {
+            text += &format!(
+                "; but the chord of section {number} is {chord}, and {next} beside it: \
+                 the family may hold a fuselage too, and a family of its own for each is better"
+            );
+        }
         for &family in &families {
             let (certainty, why) = match own.contains(&family) {
+                _ if longer.contains(&family) => (
+                    Certainty::Likely,
+                    "it has sections of a wing itself, and continues this one along the span".to_owned(),
+                ),
                 true => (certainty, why.to_owned()),
                 false => (Certainty::Likely, "a strip along the span, which belongs to the wing's section".to_owned()),
             };
+            let certainty = if jump.is_some() { Certainty::Doubtful } else { certainty };
             self.set(family, Role::Wing, certainty, format!("{why}; {text}"));
         }
         let families = families.into_iter().map(|family| FamilyId(family as u16)).collect();
