@@ -264,13 +264,47 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 /// Checks that [`write_atomically`] to `path` can work: makes and removes an empty temporary file
 /// beside it. Removes the temporary files that killed processes left there.
 pub(crate) fn check(path: &Path) -> io::Result<()> {
-    if is_special(path) {
-        return Ok(());
-    }
     if path.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    check_takes_files(&target(path)?.1)
+    if is_special(path) {
+        return check_special(path);
+    }
+    let (target, folder) = target(path)?;
+    check_takes_files(&folder)?;
+    check_owner(&target, &folder)
+}
+
+/// Checks that a pipe or a device is there, and that an open file can be written. To open a pipe
+/// waits for its reader, and to open a device may do something to it.
+fn check_special(path: &Path) -> io::Result<()> {
+    match fs::metadata(path)?.is_file() {
+        true => fs::OpenOptions::new().append(true).open(path).map(drop),
+        false => Ok(()),
+    }
+}
+
+/// Checks that a file may be replaced: in a folder such as `/tmp` only its owner and the folder's
+/// may do so.
+#[cfg(unix)]
+fn check_owner(target: &Path, folder: &Path) -> io::Result<()> {
+    use std::os::unix::fs::MetadataExt;
+    const STICKY: u32 = 0o1000;
+    let (Ok(of_target), Ok(of_folder)) = (fs::symlink_metadata(target), fs::metadata(folder)) else { return Ok(()) };
+    if of_folder.mode() & STICKY == 0 {
+        return Ok(());
+    }
+    let own = temporary(folder)?.as_file().metadata()?.uid();
+    if own == 0 || [of_target.uid(), of_folder.uid()].contains(&own) {
+        return Ok(());
+    }
+    let message = "the file there belongs to another user, and in this folder only its owner may replace it";
+    Err(io::Error::new(io::ErrorKind::PermissionDenied, message))
+}
+
+#[cfg(not(unix))]
+fn check_owner(_: &Path, _: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 /// Checks that files can be written into the folder at `path`, which is made if it is missing.

@@ -39,6 +39,8 @@ fn what_a_run_refuses_is_refused() {
         (other("role = \"wing\"", "role = \"wnig\""), "role"),
         (other("box.msh", "gone.msh"), "mesh"),
         (other("moved.msh", "gone/moved.msh"), "output"),
+        // Where no file can be made.
+        (other("moved.msh", "/proc/moved.msh"), "output in /proc"),
         (elsewhere, "set-up"),
         (far, "design"),
     ] {
