@@ -43,9 +43,16 @@ pub(super) enum Part {
     Surfaces,
     /// The worst cells, and the surfaces near what moves.
     Near,
+    /// The worst cells, and families of the surface with at most so many faces together: those that
+    /// the design moves first, then the smallest.
+    Families(usize),
     /// The worst cells.
     Worst,
 }
+
+/// Numbers of faces that are tried for [`Part::Families`], the most first: how many bytes a face
+/// takes, with its vertices, depends on the mesh.
+const IN_FAMILIES: [usize; 3] = [300_000, 120_000, 50_000];
 
 impl Part {
     /// What a reader has to know, in words. Empty if nothing is missing.
@@ -57,6 +64,10 @@ impl Part {
             }
             Self::Surfaces => "The mesh is large: the view has its surfaces and the worst 1 000 cells.",
             Self::Near => "The mesh is large: the view has the surfaces near what moves, and the worst 1 000 cells.",
+            Self::Families(_) => {
+                "The mesh is large: the view has as many families of its surface as fit, those that move and small ones \
+                 first, and the worst 1 000 cells."
+            }
             Self::Worst => "The mesh is large: the view has the worst 1 000 cells.",
         }
     }
@@ -117,6 +128,8 @@ pub(super) struct Subject<'a> {
 /// The mesh that is shown.
 pub(super) struct Shown<'a> {
     subject: Subject<'a>,
+    /// Whether the design moves a family `[n_families]`.
+    is_body: Vec<bool>,
     /// The best value of the measure.
     best: f64,
     focus: Focus,
@@ -148,22 +161,23 @@ impl<'a> Subject<'a> {
         let faces = || all().flat_map(|face| mesh.face_vertices(face));
         let is_body: Vec<bool> = mesh.mesh.families.iter().map(|name| bodies.contains(&name.as_str())).collect();
         let of_body = |face: &u32| mesh.family_of(*face).is_some_and(|family| is_body[family.index()]);
-        let of_bodies = all().filter(of_body).flat_map(|face| mesh.face_vertices(face));
+        let of_bodies: Vec<u32> = all().filter(of_body).flat_map(|face| mesh.face_vertices(face)).copied().collect();
         let is_moved = |vertex: &&u32| displacement[**vertex as usize].length() > MOVED * largest;
         let at = |vertex: &u32| moved[*vertex as usize];
         let all_faces = || Focus::of(faces().map(at));
         // A few vertices that moved alone are no place to look at the mesh from.
         let is_large = |focus: &Focus| all_faces().is_some_and(|all| focus.size() > MOVED * all.size());
-        let focus = Focus::of(of_bodies.map(at))
+        let focus = Focus::of(of_bodies.iter().map(at))
             .or_else(|| Focus::of(faces().filter(is_moved).map(at)).filter(is_large))
             .or_else(all_faces)
             .or_else(|| Focus::of(moved.iter().copied()))
             .unwrap_or(Focus { low: DVec3::ZERO, high: DVec3::ZERO });
         let is_of_tets = mesh.n_cells() == mesh.count(CellKind::Tet);
         let best = if is_of_tets { 0.117_851_130_197_757_9 } else { 1.0 };
-        let shown = Shown { subject: self, best, focus, largest };
+        let shown = Shown { subject: self, is_body, best, focus, largest };
         let worst = worst(&shown);
-        let parts = [Part::Whole, Part::Slices, Part::Surfaces, Part::Near, Part::Worst];
+        let parts = [Part::Whole, Part::Slices, Part::Surfaces, Part::Near];
+        let parts = parts.into_iter().chain(IN_FAMILIES.map(Part::Families)).chain([Part::Worst]);
         let fitting = parts.into_iter().filter(|part| *part != Part::Whole || mesh.n_cells() <= MOST_CELLS);
         let mut scene = None;
         for part in fitting {
@@ -181,7 +195,9 @@ impl Shown<'_> {
     fn scene(&self, part: Part, worst: &[Value]) -> std::io::Result<Option<Scene>> {
         let stops = self.stops();
         let cells = self.cells(part, &stops);
-        let faces: Vec<u32> = (0..self.mesh.n_faces() as u32).filter(|&face| self.has_face(part, face)).collect();
+        let families = self.families(part);
+        let has_face = |face: &u32| self.has_face(part, *face, &families);
+        let faces: Vec<u32> = (0..self.mesh.n_faces() as u32).filter(has_face).collect();
         let numbers = self.numbers(&cells, &faces);
         let mut vertices: Vec<u32> =
             (0..numbers.len() as u32).filter(|&vertex| numbers[vertex as usize] != NONE).collect();
@@ -297,11 +313,31 @@ impl Shown<'_> {
         near.into_iter().map(|(_, cell)| cell).collect()
     }
 
-    fn has_face(&self, part: Part, face: u32) -> bool {
+    /// The families of [`Part::Families`] `[n_families]`. Empty for other parts.
+    fn families(&self, part: Part) -> Vec<bool> {
+        let Part::Families(most) = part else { return Vec::new() };
+        let mut counts = vec![0; self.is_body.len()];
+        let faces = 0..self.mesh.n_faces() as u32;
+        faces.filter_map(|face| self.mesh.family_of(face)).for_each(|family| counts[family.index()] += 1);
+        let mut order: Vec<usize> = (0..counts.len()).collect();
+        order.sort_by_key(|&family| (!self.is_body[family], counts[family]));
+        let mut left = most;
+        let mut chosen = vec![false; counts.len()];
+        for family in order {
+            if let Some(rest) = left.checked_sub(counts[family]) {
+                (left, chosen[family]) = (rest, true);
+            }
+        }
+        chosen
+    }
+
+    /// - `families`: those of [`Part::Families`]
+    fn has_face(&self, part: Part, face: u32, families: &[bool]) -> bool {
         let at = self.mesh.face_vertices(face)[0];
         match part {
             Part::Whole | Part::Slices | Part::Surfaces => true,
             Part::Near => self.focus.has(self.moved[at as usize], 1.5),
+            Part::Families(_) => self.mesh.family_of(face).is_some_and(|family| families[family.index()]),
             Part::Worst => false,
         }
     }
@@ -495,6 +531,39 @@ mod tests {
     #[test]
     fn shades_of_distances_span_six_decades() {
         assert_eq!([1.0, 1e-3, 1e-6, 1e-9, 0.0, f64::NAN, f64::INFINITY].map(shade), [255, 128, 0, 0, 0, 255, 255]);
+    }
+
+    /// A family of one triangle, which the design moves, and one of so many that no page holds it.
+    ///
+    /// Fails if a page holds all families or none.
+    #[test]
+    fn a_small_family_is_shown_beside_a_large_one() {
+        const LARGE: u32 = 310_000;
+        let at = |vertex: u32| DVec3::new(f64::from(vertex % 97), f64::from(vertex % 89), f64::from(vertex % 83));
+        let wing = [DVec3::ZERO, DVec3::splat(100.0), DVec3::new(100.0, 0.0, 50.0)];
+        let mesh = crate::mesh::TetMesh {
+            vertices: (0..3 * LARGE + 4).map(at).chain(wing).collect(),
+            tets: vec![[0, 1, 2, 3]],
+            triangles: (0..LARGE)
+                .map(|i| [3 * i + 4, 3 * i + 5, 3 * i + 6])
+                .chain([[1, 2, 3].map(|k| 3 * LARGE + 3 + k)])
+                .collect(),
+            triangle_family: [vec![crate::mesh::FamilyId(0); LARGE as usize], vec![crate::mesh::FamilyId(1)]].concat(),
+            families: vec!["all around".to_owned(), "wing".to_owned()],
+        };
+        let others = crate::mesh::OtherCells::default();
+        let displacement = vec![DVec3::ZERO; mesh.vertices.len()];
+        let subject = Subject {
+            mesh: HybridMesh { mesh: &mesh, others: &others },
+            moved: &mesh.vertices,
+            displacement: &displacement,
+            values: Cow::Owned(vec![0.1]),
+            distances: None,
+        };
+        let scene = subject.scene(&["wing"], |_| Vec::new()).unwrap();
+        assert_eq!(scene.part, Part::Families(IN_FAMILIES[0]));
+        // Those of the tet and of the wing.
+        assert_eq!(scene.meta["vertices"], 7);
     }
 
     #[test]
