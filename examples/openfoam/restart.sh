@@ -21,6 +21,9 @@ export WM_PROJECT_DIR="${WM_PROJECT_DIR:-/usr/share/openfoam}"
 command -v simpleFoam > /dev/null || { echo "no simpleFoam: apt-get install openfoam" >&2; exit 1; }
 mkdir "$1"
 cd "$1"
+case $PWD in
+    *[[:space:]]*) rmdir "$PWD"; echo "OpenFOAM takes no path with a space, as of $PWD" >&2; exit 1 ;;
+esac
 
 # The words of checkMesh, the first residual of a flow, and the number of its iterations.
 check() { checkMesh -case "$1" > "$1/log.checkMesh" && grep -E 'non-orthogonality Max|Max skewness|Mesh OK|Failed' "$1/log.checkMesh"; }

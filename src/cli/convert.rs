@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::console::Console;
 use super::failure::Failure;
 use super::{tell_of_file, warn_of_mesh};
-use crate::formats::{self, Fields, SurfaceFile, is_surface_file};
+use crate::formats::{self, Fields, SURFACE_EXTENSIONS, SurfaceFile, has_format, is_surface_file};
 use crate::session::{check_distinct, check_writable, write_surface};
 
 /// Arguments of `idmesh convert`.
@@ -42,7 +42,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
         console.note(format_args!("wrote {}, the surfaces alone", output.display()));
         return Ok(());
     }
-    file.check_output(output)?;
+    file.check_output(output).map_err(|error| {
+        let mut failure = Failure::from(error);
+        if !has_format(output) {
+            failure.hint = Some(format!("a name ending in {SURFACE_EXTENSIONS} takes the surfaces alone"));
+        }
+        failure
+    })?;
     for loss in file.losses(output)? {
         console.warn(format_args!("{}: {loss}", output.display()));
     }

@@ -174,18 +174,16 @@ impl Exceeded {
     /// - `vertices` `[n_vertices]`: positions, in the mesh's unit
     pub fn text(&self, mesh: HybridMesh, vertices: &[DVec3]) -> String {
         let Self { row, limit, value, count, .. } = self;
-        let [value, limit] = [*value, *limit].map(|figure| Shortest(short(figure)));
+        let [value, limit] = apart(*value, *limit).map(Shortest);
         let worst = self
             .worst(mesh, vertices)
             .map_or(String::new(), |(name, at)| format!(", the worst at {name}, at {}", place(at.map(short))));
         match row.worst {
             "" => format!("the {} is {value}, beyond the limit {limit}{worst}", row.words),
             which => {
-                let counted = row.counted;
-                format!(
-                    "the {which} {} is {value}, beyond the limit {limit}, as that of {count} {counted}{worst}",
-                    row.words
-                )
+                // The worst is one of those that are counted.
+                let of = if *count > 1 { format!(", as that of {count} {}", row.counted) } else { String::new() };
+                format!("the {which} {} is {value}, beyond the limit {limit}{of}{worst}", row.words)
             }
         }
     }
@@ -200,6 +198,12 @@ impl Exceeded {
         let name = mesh.name(place);
         Some((name.to_string(), middle_of_cell(mesh.cell(name), vertices)))
     }
+}
+
+/// Two different figures with six significant digits, or with as many more as tell them apart.
+fn apart(a: f64, b: f64) -> [f64; 2] {
+    let rounded = |digits: usize| [a, b].map(|x| format!("{x:.digits$e}").parse().unwrap_or(x));
+    (5..17).map(rounded).find(|[a, b]| a != b).unwrap_or([a, b])
 }
 
 /// A figure with six significant digits.
@@ -277,5 +281,18 @@ impl SolverMeasures {
             of(&su2.aspect_ratio),
             of(&su2.volume_ratio),
         ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_beyond_its_limit_differs_from_it_in_words() {
+        assert_eq!(apart(70.123456, 65.0), [70.1235, 65.0]);
+        assert_eq!(apart(61.58012345, 61.58009), [61.58012, 61.58009]);
+        let next = f64::from_bits(61.5801f64.to_bits() + 1);
+        assert_eq!(apart(next, 61.5801), [next, 61.5801]);
     }
 }
