@@ -13,7 +13,7 @@ use super::{JsonTarget, json_target, warn_of_file};
 use crate::formats::{self, write_atomically};
 use crate::mesh::{check_size, faces_of_families};
 use crate::profile::cut::{self, Gap, Junctions};
-use crate::profile::{Plane, Pose, Profile, csv, stations};
+use crate::profile::{Plane, Pose, Profile, align, csv, stations};
 use crate::report::aligned;
 use crate::session::{check_distinct, check_writable};
 use crate::text::figures::Shortest;
@@ -82,7 +82,8 @@ struct BridgedGap {
 }
 
 impl Section {
-    fn new(profile: &Profile, plane: &Plane, gaps: &[Gap]) -> Self {
+    /// - `towards`: from the leading edge to the trailing edge; `None` if the shape tells
+    fn new(profile: &Profile, plane: &Plane, gaps: &[Gap], towards: Option<DVec3>) -> Self {
         let axes = [("x", plane.normal.x, plane.point.x), ("y", plane.normal.y, plane.point.y)];
         let axes = axes.into_iter().chain([("z", plane.normal.z, plane.point.z)]);
         let axis = axes.into_iter().find(|(_, across, _)| across.abs() == 1.0).map(|(name, _, at)| (name, at));
@@ -90,7 +91,7 @@ impl Section {
         let gaps =
             gaps.iter().map(|gap| BridgedGap { family: gap.family.clone(), length: gap.length, share: gap.share });
         let section = Self { number: profile.number, plane: name, at, bridged: gaps.collect(), ..Self::default() };
-        match Pose::of(profile, plane) {
+        match Pose::towards(profile, plane, towards) {
             Err(error) => Self { not_measured: Some(error.to_string()), ..section },
             Ok(pose) => Self {
                 position: Some(pose.leading_edge.to_array()),
@@ -199,7 +200,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             Ok((cut::cut_at_planes_through_parts(&mesh.vertices, &faces, &numbered, &junctions)?, numbered))
         })
         .map_err(|error| Failure::bad_input(error.to_string()).in_file(&arguments.mesh))?;
-    let (profiles, gaps): (Vec<Profile>, Vec<Vec<Gap>>) = cut.into_iter().unzip();
+    let (mut profiles, gaps): (Vec<Profile>, Vec<Vec<Gap>>) = cut.into_iter().unzip();
     for (profile, gap) in
         profiles.iter().zip(&gaps).flat_map(|(profile, gaps)| gaps.iter().map(move |gap| (profile, gap)))
     {
@@ -209,20 +210,29 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             profile.number
         ));
     }
+    let only: Vec<Plane> = planes.iter().map(|(_, plane)| *plane).collect();
+    let agreed = align(&mut profiles, &only);
     let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
     if to_stdout {
         let mut text = Vec::new();
         csv::write(&profiles, &mut text).map_err(|error| Failure::bad_input(error.to_string()))?;
         console.data(&String::from_utf8_lossy(&text))?;
     }
-    let of_planes = profiles.iter().zip(&planes).zip(&gaps);
-    let sections = of_planes.map(|((profile, (_, plane)), gaps)| Section::new(profile, plane, gaps));
+    let placed = profiles.iter().zip(&only).zip(gaps.iter().zip(&agreed.towards));
+    let sections = placed.map(|((profile, plane), (gaps, towards))| Section::new(profile, plane, gaps, *towards));
     let sections = Sections {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
         file: arguments.mesh.display().to_string(),
         families: arguments.family.clone(),
         sections: sections.collect(),
     };
+    if agreed.in_doubt {
+        console.warn(format_args!(
+            "{}: the shape of the sections does not tell the leading from the trailing edge; the leading edge is taken at the \
+             smaller x",
+            arguments.mesh.display()
+        ));
+    }
     for section in &sections.sections {
         if let Some(error) = &section.not_measured {
             console.warn(format_args!("section {} was cut, but cannot be measured: {error}", section.number));

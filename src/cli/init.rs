@@ -58,6 +58,22 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             console.warn(format_args!("look at the role of `{name}` in {}", proposal.case.display()));
         }
     }
+    for (name, wing) in &proposal.wings {
+        let case = proposal.case.display();
+        if wing.sections.in_doubt {
+            console.warn(format_args!(
+                "{case}: the shape of no section of `{name}` tells the leading from the trailing edge; the leading edge is \
+                 taken at the smaller x"
+            ));
+        }
+        let twists = wing.sections.poses.iter().filter_map(|pose| pose.twist);
+        if twists.into_iter().any(|(_, twist)| twist.abs() > 90.0) {
+            console.warn(format_args!(
+                "{case}: sections of `{name}` have their leading edge downstream along x: an airfoil placed with their twist \
+                 has its upper side below"
+            ));
+        }
+    }
     let n_files = proposal.paths().count();
     console.note(format_args!("wrote {} and {} files with sections", proposal.case.display(), n_files - 1));
     Ok(())

@@ -129,7 +129,7 @@ pub(super) fn against_wing(
     let compared = |(section, plane): (&KeptSection, &Plane)| {
         let found = own_section(section.profile().number, plane, positions, faces, junctions)?;
         let section = section.section();
-        Ok(compare(&section, &found).map(|near| (found.beside(&section), near)))
+        Ok(compare(&section, &found).and_then(|near| Ok((found.beside(&section)?, near))))
     };
     let found: Vec<Result<_, ProfileError>> = sections.par_iter().zip(&span.planes).map(compared).collect();
     for found in found {
@@ -206,10 +206,13 @@ struct Own {
 
 impl Own {
     /// Keeps what may be needed beside a given section.
-    fn beside(self, given: &OldSection) -> OwnOf {
-        let forms = self.section.beside(given);
+    ///
+    /// # Errors
+    /// A form has no chord along the given section's.
+    fn beside(self, given: &OldSection) -> Result<OwnOf, ProfileError> {
+        let forms = self.section.beside(given)?;
         let gaps = if forms.is_given() { self.gaps } else { Vec::new() };
-        OwnOf { forms, gaps }
+        Ok(OwnOf { forms, gaps })
     }
 }
 
@@ -334,7 +337,7 @@ pub(super) fn against_old(
         }
         let side = section.plane().normal;
         let plane = if plane.normal.dot(side) < 0.0 { Plane { normal: -plane.normal, ..plane } } else { plane };
-        let mut outline = Outline::new(new, &plane)?;
+        let mut outline = Outline::like(new, &plane, section.chord().back())?;
         let is_like = |edge: TrailingEdge| {
             edge.is_clear && section.is_edge_clear() && (outline.gap() == 0.0) == (section.gap() == 0.0)
         };

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::curve::Outline;
-use super::edges::{farthest, trailing_edge};
+use super::edges::{farthest, thinner_end};
 use super::{ProfileError, Remark};
 
 /// A new chord that points away from the old one by a greater angle, in degrees, is reversed. A
@@ -101,6 +101,11 @@ impl Chord {
         self.forward.angle_between(new.forward).to_degrees()
     }
 
+    /// From the leading edge to the middle of the trailing edge.
+    pub fn back(&self) -> DVec3 {
+        -self.forward
+    }
+
     /// Whether the chord of a new section points the other way.
     pub fn is_reversed(&self, new: &Self) -> bool {
         self.degrees(new) > REVERSED
@@ -148,7 +153,7 @@ pub(super) fn begins_at_nose(outline: &Outline) -> bool {
         return false;
     }
     let (first, last) = (sides[0], sides[sides.len() - 1]);
-    let thin = sides[trailing_edge(sides).start];
+    let thin = sides[thinner_end(sides)];
     let far = sides.iter().map(|point| point.distance(first)).fold(0.0, f64::max);
     thin.distance(first).min(thin.distance(last)) > far / 2.0
 }

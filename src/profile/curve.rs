@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::edges::{TrailingEdge, trailing_edge};
+use super::edges::{TrailingEdge, trailing_edge, trailing_edge_towards};
 use super::path_boxes::PathBoxes;
 use super::simple::crossing;
 use super::{Plane, Profile, ProfileError, extent};
@@ -95,13 +95,35 @@ impl Outline {
     /// Divides a profile at the trailing edge.
     ///
     /// - `plane`: plane of the profile; the sides run counter-clockwise about its normal
+    /// - `towards`: from the leading edge to the trailing edge of a closed profile; `None` if its
+    ///   shape tells
     ///
     /// # Errors
     /// [`ProfileError::CrossesItself`], [`ProfileError::NotInOrder`],
     /// [`ProfileError::ProfileCutShort`], and the errors of points that are no profile.
-    pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
+    pub fn towards(profile: &Profile, plane: &Plane, towards: Option<DVec3>) -> Result<Self, ProfileError> {
         let Ring { points, is_closed } = Ring::of(profile)?;
-        let edge = is_closed.then(|| trailing_edge(&points));
+        let of_ring = |points: &[DVec3]| match towards {
+            Some(back) => trailing_edge_towards(points, back),
+            None => trailing_edge(points),
+        };
+        let edge = is_closed.then(|| of_ring(&points));
+        Self::divided(profile.number, points, edge, plane)
+    }
+
+    /// Divides a new profile at its trailing edge. If its shape leaves a doubt, its chord points as
+    /// the old one.
+    ///
+    /// - `back`: from the leading edge to the trailing edge of the old section
+    ///
+    /// # Errors
+    /// As [`Outline::towards`].
+    pub fn like(profile: &Profile, plane: &Plane, back: DVec3) -> Result<Self, ProfileError> {
+        let Ring { points, is_closed } = Ring::of(profile)?;
+        let edge = is_closed.then(|| match trailing_edge(&points) {
+            edge if edge.is_sure || edge.back.dot(back) > 0.0 => edge,
+            _ => trailing_edge_towards(&points, back),
+        });
         Self::divided(profile.number, points, edge, plane)
     }
 
@@ -111,7 +133,7 @@ impl Outline {
     ///   is open
     ///
     /// # Errors
-    /// As [`Outline::new`].
+    /// As [`Outline::towards`].
     pub fn divided(
         number: i64,
         mut points: Vec<DVec3>,

@@ -38,6 +38,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::accuracy::{Missed, Watch, into};
+use super::agreed::Agreed;
 use super::along::{ArcPlace, SectionArcs, cubic_at};
 use super::checks::{self, Closeness};
 use super::cut::Gap;
@@ -108,8 +109,11 @@ impl ProfileInterpolation {
         by_number(old)?;
         let size = old.iter().map(|profile| extent(&profile.points)).fold(0.0, f64::max);
         let (span, order) = Span::new(old, size)?;
-        let pairs = order.iter().zip(&span.planes);
-        let sections = pairs.map(|(&i, plane)| KeptSection::new(&old[i], plane)).collect::<Result<Vec<_>, _>>()?;
+        let agreed = Agreed::of(order.iter().map(|&i| &old[i]));
+        let pairs = order.iter().zip(&span.planes).zip(agreed.towards);
+        let section =
+            |((&i, plane), towards): ((&usize, &Plane), Option<DVec3>)| KeptSection::new(&old[i], plane, towards);
+        let sections = pairs.map(section).collect::<Result<Vec<_>, _>>()?;
         let (own, closeness) = checks::against_wing(&sections, &span, surface)?;
         let compared: Vec<bool> = own.iter().map(Option::is_some).collect();
         let (mut gaps, mut forms) = (Vec::new(), Vec::new());

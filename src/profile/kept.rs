@@ -15,6 +15,7 @@ use super::{Plane, Profile, ProfileError};
 pub(super) struct KeptSection {
     profile: Profile,
     plane: Plane,
+    towards: Option<DVec3>,
     length: f64,
     middle: DVec3,
     gap: f64,
@@ -26,10 +27,12 @@ pub(super) struct KeptSection {
 impl KeptSection {
     /// Checks a profile and keeps what does not need its curves.
     ///
+    /// - `towards`: as for [`OldSection::towards`]
+    ///
     /// # Errors
     /// As [`OldSection::new`].
-    pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
-        OldSection::new(profile, plane).map(Self::of)
+    pub fn new(profile: &Profile, plane: &Plane, towards: Option<DVec3>) -> Result<Self, ProfileError> {
+        OldSection::towards(profile, plane, towards).map(Self::of)
     }
 
     /// Drops the curves of a section.
@@ -38,14 +41,14 @@ impl KeptSection {
         let has_base = section.measured_base.is_some();
         let is_edge_clear = section.outline().edge.is_none_or(|edge| edge.is_clear);
         let chord = Chord::new(section.outline(), section.plane().normal);
-        let (mut profile, plane) = section.into_profile();
+        let (mut profile, plane, towards) = section.into_profile();
         profile.points.shrink_to_fit();
-        Self { profile, plane, length, middle, gap, has_base, is_edge_clear, chord }
+        Self { profile, plane, towards, length, middle, gap, has_base, is_edge_clear, chord }
     }
 
     /// The section with its curves. The same points give the same bits each time.
     pub fn section(&self) -> OldSection {
-        OldSection::new(&self.profile, &self.plane).expect("the profile was made a section before")
+        OldSection::towards(&self.profile, &self.plane, self.towards).expect("the profile was made a section before")
     }
 
     /// Whether a profile has the section's points, in the same or the opposite order.

@@ -23,6 +23,7 @@ use carried_edge::CarriedEdge;
 use plane_affine::PlaneAffine;
 
 use super::curve::{Measured, Outline, ProfileCurve, bracket};
+use super::edges::farthest;
 use super::path_boxes::PathBoxes;
 use super::{Plane, Profile, ProfileError, extent};
 
@@ -60,6 +61,8 @@ const IDENTICAL: f64 = 1e-11;
 pub(super) struct OldSection {
     profile: Profile,
     plane: Plane,
+    /// The given direction to the trailing edge.
+    towards: Option<DVec3>,
     /// Extent of the profile, which loops over points ask for.
     length: f64,
     outline: Outline,
@@ -74,7 +77,14 @@ pub(super) struct OldSection {
 
 impl OldSection {
     pub fn new(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
-        let outline = Outline::new(profile, plane)?;
+        Self::towards(profile, plane, None)
+    }
+
+    /// The section with its trailing edge in a direction.
+    ///
+    /// - `towards`: from the leading edge to the trailing edge; `None` if the shape tells
+    pub fn towards(profile: &Profile, plane: &Plane, towards: Option<DVec3>) -> Result<Self, ProfileError> {
+        let outline = Outline::towards(profile, plane, towards)?;
         let sides = ProfileCurve::new(&outline.sides);
         let base = (outline.base.len() >= 2).then(|| ProfileCurve::new(&outline.base));
         let measured = Measured::sides(sides.path.clone());
@@ -84,7 +94,7 @@ impl OldSection {
         let affine = PlaneAffine::new(plane, &knots, &arcs);
         let length = extent(&profile.points);
         let (profile, plane) = (profile.clone(), *plane);
-        Ok(Self { profile, plane, length, outline, sides, base, measured, measured_base, affine })
+        Ok(Self { profile, plane, towards, length, outline, sides, base, measured, measured_base, affine })
     }
 
     /// Positions of the knots: first of the sides, then of the base.
@@ -188,9 +198,29 @@ impl OldSection {
         &self.plane
     }
 
-    /// The profile as given, and its plane.
-    pub fn into_profile(self) -> (Profile, Plane) {
-        (self.profile, self.plane)
+    /// The profile as given, its plane, and the given direction to the trailing edge.
+    pub fn into_profile(self) -> (Profile, Plane, Option<DVec3>) {
+        (self.profile, self.plane, self.towards)
+    }
+
+    /// From the leading edge to the middle of the trailing edge.
+    pub fn back(&self) -> DVec3 {
+        let sides = &self.outline.sides;
+        let trailing = (sides[0] + sides[sides.len() - 1]) / 2.0;
+        trailing - sides[farthest(sides, trailing)]
+    }
+
+    /// The section with its chord along the one of another section.
+    ///
+    /// # Errors
+    /// The trailing edge is at no end in this direction.
+    pub fn along(self, other: &Self) -> Result<Self, ProfileError> {
+        match self.outline.edge {
+            Some(_) if self.back().dot(other.back()) < 0.0 => {
+                Self::towards(&self.profile, &self.plane, Some(other.back()))
+            }
+            _ => Ok(self),
+        }
     }
 
     /// Extent of the section, in the mesh's unit: about its chord.
@@ -243,7 +273,7 @@ impl OldSection {
         if plane.normal.dot(self.plane.normal) < 0.0 {
             plane.normal = -plane.normal;
         }
-        let own = self.matched_to(Outline::new(new, &plane)?, &plane);
+        let own = self.matched_to(Outline::like(new, &plane, self.back())?, &plane);
         let carried = CarriedEdge { old: self, new, plane: &plane, own: &own };
         match carried.outline()? {
             Some(outline) => Ok(self.matched_to(outline, &plane)),

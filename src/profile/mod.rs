@@ -27,6 +27,7 @@
 //! design; [`ProfileInterpolation::missed`] and [`distance::max_distance`] to check the result.
 
 mod accuracy;
+mod agreed;
 mod along;
 mod checks;
 mod chord;
@@ -65,6 +66,7 @@ mod wing_surface;
 use glam::DVec3;
 
 pub use accuracy::Missed;
+pub(crate) use agreed::align;
 pub use checks::{Closeness, compare_sizes};
 pub use displacement::ProfileDisplacement;
 pub use error::{ProfileError, ShortEnd, UnbridgedGap};

@@ -43,7 +43,14 @@ impl Pose {
     /// [`ProfileError::ProfileCutShort`], [`ProfileError::CrossesItself`] and those of points that
     /// are no profile.
     pub fn of(profile: &Profile, plane: &Plane) -> Result<Self, ProfileError> {
-        let outline = Outline::new(profile, plane)?;
+        Self::towards(profile, plane, None)
+    }
+
+    /// Measures a section with its trailing edge in a direction.
+    ///
+    /// - `towards`: from the leading edge to the trailing edge; `None` if the shape tells
+    pub(crate) fn towards(profile: &Profile, plane: &Plane, towards: Option<DVec3>) -> Result<Self, ProfileError> {
+        let outline = Outline::towards(profile, plane, towards)?;
         let [first, last] = [outline.sides[0], outline.sides[outline.sides.len() - 1]];
         let end = 0.5 * (first + last);
         let path = ProfileCurve::new(&outline.sides).path;

@@ -99,11 +99,15 @@ impl OwnSection {
     }
 
     /// Keeps what may be needed beside a given section.
-    pub fn beside(self, given: &OldSection) -> OwnForms {
+    ///
+    /// # Errors
+    /// A form has no chord along the given section's.
+    pub fn beside(self, given: &OldSection) -> Result<OwnForms, ProfileError> {
         let differ = self.differ();
         let (is_carried, is_flat) = (self.is_carried(given), self.is_flat(given));
-        let kept = |section, needed: bool| needed.then(|| KeptSection::of(section));
-        OwnForms { differ, flat: kept(self.flat, is_carried), carried: kept(self.carried, is_flat) }
+        let kept =
+            |section: OldSection, needed: bool| needed.then(|| section.along(given).map(KeptSection::of)).transpose();
+        Ok(OwnForms { differ, flat: kept(self.flat, is_carried)?, carried: kept(self.carried, is_flat)? })
     }
 }
 
@@ -232,8 +236,8 @@ mod tests {
         // On the own section's facets lies the whole of the own section, which is compared to its
         // last point.
         let same = OldSection::new(&Profile { number: 0, points: points(100) }, &plane).unwrap();
-        assert!(own.clone().beside(&same).carried.is_some());
-        own.beside(&given);
+        assert!(own.clone().beside(&same).unwrap().carried.is_some());
+        own.beside(&given).unwrap();
         (0..n).for_each(|_| assert!(kept.length() > 0.0));
         assert!(LOOKED_AT.get() <= 2 * n, "{}", LOOKED_AT.get());
     }

@@ -278,6 +278,101 @@ fn families_of_other_divisions() {
     assert_eq!(outer["carenage"], "carenage");
 }
 
+/// A wing from y = 0 to 2 in SU2's format: the same section all along the span, in a ring of
+/// hexahedra round it.
+///
+/// - `section`: points (x, z), counter-clockwise seen from +y
+fn extruded(section: &[[f64; 2]]) -> String {
+    let (around, out, along) = (section.len(), 6, 6);
+    let vertex = |i: usize, j: usize, l: usize| (l * (out + 1) + j) * around + i % around;
+    let mut points = Vec::new();
+    for l in 0..=along {
+        for j in 0..=out {
+            for (i, [x, z]) in section.iter().enumerate() {
+                let angle = std::f64::consts::TAU * i as f64 / around as f64;
+                let far = [0.5 + 6.0 * angle.cos(), 6.0 * angle.sin()];
+                let share = (j as f64 / out as f64).powi(2);
+                let y = 2.0 * l as f64 / along as f64;
+                points.push([x + (far[0] - x) * share, y, z + (far[1] - z) * share]);
+            }
+        }
+    }
+    let ring = |j: usize| {
+        let face = move |i: usize, l: usize| {
+            [vertex(i, j, l), vertex(i + 1, j, l), vertex(i + 1, j, l + 1), vertex(i, j, l + 1)]
+        };
+        (0..along).flat_map(move |l| (0..around).map(move |i| face(i, l))).collect::<Vec<_>>()
+    };
+    let end = |l: usize| {
+        let face = move |i: usize, j: usize| {
+            [vertex(i, j, l), vertex(i + 1, j, l), vertex(i + 1, j + 1, l), vertex(i, j + 1, l)]
+        };
+        (0..out).flat_map(move |j| (0..around).map(move |i| face(i, j))).collect::<Vec<_>>()
+    };
+    let cells = (0..along).flat_map(|l| end(l).into_iter().zip(end(l + 1)));
+    let words = |numbers: &[usize]| numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
+    let mut text = format!("NDIME= 3\nNELEM= {}\n", along * out * around);
+    cells.for_each(|(one, other)| text += &format!("12 {}\n", words(&[one, other].concat())));
+    text += &format!("NPOIN= {}\n", points.len());
+    points.iter().for_each(|[x, y, z]| text += &format!("{x:?} {y:?} {z:?}\n"));
+    let families = [("wing", ring(0)), ("farfield", ring(out)), ("left", end(0)), ("right", end(along))];
+    text += "NMARK= 4\n";
+    for (name, faces) in families {
+        text += &format!("MARKER_TAG= {name}\nMARKER_ELEMS= {}\n", faces.len());
+        faces.iter().for_each(|face| text += &format!("9 {}\n", words(face)));
+    }
+    text
+}
+
+/// The comments of a case place an airfoil where the section is, nose forward. A base behind a sharp
+/// nose is a trailing edge. A diamond looks alike from both sides, which is said. Where the flow
+/// comes along -x, it is said how an airfoil gets its upper side up.
+///
+/// Fails if a diamond's trailing edge is near the first point of the cut.
+#[test]
+fn comments_say_where_the_leading_edge_is() {
+    // From the trailing edge round: `half` is the half thickness at shares of the chord.
+    let shares: Vec<f64> = (0..=10).map(|k| 0.1 * f64::from(k)).collect();
+    let section = |half: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {
+        let upper = shares.iter().rev().map(|&x| [x, half(x)]);
+        let lower = shares.iter().filter(|&&x| half(x) > 0.0).map(|&x| [x, -half(x)]);
+        upper.chain(lower).collect()
+    };
+    let diamond = section(&|x| 0.08 * x.min(1.0 - x));
+    let based = section(&|x| if x < 0.35 { x / 12.0 } else { (0.025f64).min(0.0075 + (1.0 - x) * 0.0583) });
+    let turned: Vec<[f64; 2]> = based.iter().map(|[x, z]| [1.0 - x, -z]).collect();
+    let half_a_turn = turned.len() / 2;
+    let turned = [&turned[half_a_turn..], &turned[..half_a_turn]].concat();
+    let doubt = "tells the leading from the trailing edge";
+    let upside = "upper side below";
+    for (name, section, twist, nose, said) in [
+        ("diamond", diamond, 0.0, 0.0, [true, false]),
+        ("based", based, 0.0, 0.0, [false, false]),
+        ("turned", turned, 180.0, 1.0, [false, true]),
+    ] {
+        let fixture = Fixture::new();
+        fs::write(fixture.path("wing.su2"), extruded(&section)).unwrap();
+        let output = fixture.idmesh(&["init", "wing.su2", "-o", "new"]);
+        assert_good(&output);
+        let case = fixture.read("new/case.toml");
+        let value = |key: &str| {
+            let line = case.lines().find_map(|line| line.strip_prefix(&format!("# {key} = "))).unwrap();
+            line.trim_matches(['[', ']']).split(", ").map(|word| word.parse().unwrap()).collect::<Vec<f64>>()
+        };
+        let [found, position] = [value("twist"), value("position")];
+        assert!((found[0].abs() - twist).abs() < 0.1, "{name}: twist {found:?}");
+        assert!((position[0] - nose).abs() < 0.01, "{name}: leading edge {position:?}");
+        let told = [doubt, upside].map(|words| stderr(&output).contains(words));
+        assert_eq!(told, said, "{name}: {}", stderr(&output));
+        let commented = ["tells its leading from its trailing edge", "Change the sign of each y"];
+        assert_eq!(commented.map(|words| case.contains(words)), said, "{name}: {case}");
+        // `cut` says the same.
+        let output = fixture.idmesh(&["cut", "wing.su2", "--family", "wing", "--planes", "3", "--out", "old.csv"]);
+        let told = ["does not tell the leading", upside].map(|words| stderr(&output).contains(words));
+        assert_eq!(told, said, "{name}: {}", stderr(&output));
+    }
+}
+
 /// What has no wing gets no case, and the message says what to do.
 #[test]
 fn no_wing_no_case() {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::profile::{Plane, Pose, Profile, cut, stations};
+use crate::profile::{Plane, Pose, Profile, align, cut, stations};
 
 /// Thickness of a wing's section, in chords.
 const THICKNESS: std::ops::RangeInclusive<f64> = 0.005..=0.5;
@@ -26,6 +26,8 @@ pub struct Sections {
     pub profiles: Vec<Profile>,
     /// Place and size of each section `[n_sections]`.
     pub poses: Vec<Pose>,
+    /// Whether the shape of no section tells the leading from the trailing edge.
+    pub in_doubt: bool,
     /// Unit vector along the span.
     pub normal: DVec3,
     /// First and last place of the families along the span, in the mesh's unit.
@@ -48,20 +50,33 @@ impl Sections {
     pub(super) fn of(vertices: &[DVec3], triangles: &[[u32; 3]], count: usize) -> Result<Self, String> {
         let planes = stations::evenly(vertices, triangles, count).map_err(|error| error.to_string())?;
         let normal = planes.first().map_or(DVec3::Y, |plane| plane.normal);
-        let mut fault = None;
+        let mut faults = Vec::new();
+        let (mut found, mut places, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
+        for (place, plane) in planes.into_iter().enumerate() {
+            match cut::section(vertices, triangles, &plane) {
+                Ok(points) => {
+                    found.push(plane);
+                    places.push(place);
+                    cuts.push(Profile { number: 0, points });
+                }
+                Err(error) => faults.push((place, error.to_string())),
+            }
+        }
+        let agreed = align(&mut cuts, &found);
         let (mut kept, mut profiles, mut poses) = (Vec::new(), Vec::new(), Vec::new());
-        for plane in planes {
-            match section(vertices, triangles, &plane, profiles.len() as i64) {
-                Ok((profile, pose)) => {
+        for (((plane, profile), towards), place) in found.into_iter().zip(cuts).zip(agreed.towards).zip(places) {
+            match pose(&profile, &plane, towards) {
+                Ok(pose) => {
                     kept.push(plane);
-                    profiles.push(profile);
+                    profiles.push(Profile { number: profiles.len() as i64, ..profile });
                     poses.push(pose);
                 }
-                Err(why) => fault = fault.or(Some(why)),
+                Err(why) => faults.push((place, why)),
             }
         }
         if 2 * kept.len() < count || kept.is_empty() || kept.len() < 2.min(count) {
-            return Err(fault.unwrap_or_else(|| "it has no sections".to_owned()));
+            let first = faults.into_iter().min_by_key(|(place, _)| *place).map(|(_, why)| why);
+            return Err(first.unwrap_or_else(|| "it has no sections".to_owned()));
         }
         let along = triangles.iter().flatten().map(|&vertex| vertices[vertex as usize].dot(normal));
         let span = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
@@ -72,7 +87,8 @@ impl Sections {
         let longest_chord = poses.iter().map(|pose| pose.chord).fold(0.0, f64::max);
         let chordwise: DVec3 = profiles.iter().zip(&poses).map(|(profile, pose)| chord_of(profile, pose)).sum();
         let chordwise = chordwise.normalize_or(DVec3::X);
-        Ok(Self { planes: kept, profiles, poses, normal, span, chordwise, longest_chord })
+        let in_doubt = agreed.in_doubt;
+        Ok(Self { planes: kept, profiles, poses, in_doubt, normal, span, chordwise, longest_chord })
     }
 
     /// The longer of two neighbouring sections of which one has more than twice the chord of the
@@ -116,15 +132,14 @@ fn chord_of(profile: &Profile, pose: &Pose) -> DVec3 {
     (0.5 * (first + last) - pose.leading_edge).normalize_or_zero()
 }
 
-fn section(vertices: &[DVec3], triangles: &[[u32; 3]], plane: &Plane, number: i64) -> Result<(Profile, Pose), String> {
-    let points = cut::section(vertices, triangles, plane).map_err(|error| error.to_string())?;
-    let profile = Profile { number, points };
-    let pose = Pose::of(&profile, plane).map_err(|error| error.to_string())?;
+/// Place and size of a section, if it may be one of a wing.
+fn pose(profile: &Profile, plane: &Plane, towards: Option<DVec3>) -> Result<Pose, String> {
+    let pose = Pose::towards(profile, plane, towards).map_err(|error| error.to_string())?;
     if !THICKNESS.contains(&pose.thickness) {
         return Err(format!("a section is {:.3} of its chord thick", pose.thickness));
     }
     if pose.trailing_edge > GAP {
         return Err(format!("both sides of a section end {:.3} of its chord apart", pose.trailing_edge));
     }
-    Ok((profile, pose))
+    Ok(pose)
 }

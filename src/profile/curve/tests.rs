@@ -99,7 +99,7 @@ fn a_section_is_closed_to_the_digits_of_a_file() {
         let half =
             |i: i32| f64::from(i.signum()) * (0.1 * (1.0 - (f64::from(i.abs()) / 5.0 - 1.0).powi(2)) + gap / 2.0);
         let points = (-10..=10).map(|i: i32| DVec3::new(f64::from(i.abs()) / 10.0, 0.0, half(i))).collect();
-        Outline::new(&Profile { number: 0, points }, &plane).unwrap().joined
+        Outline::towards(&Profile { number: 0, points }, &plane, None).unwrap().joined
     };
     assert!(joined(1e-12));
     assert!(!joined(0.005));

@@ -93,7 +93,7 @@ impl CarriedEdge<'_> {
         let n = ring.len();
         let end = if old.joined { start } else { place(&mut ring, last) };
         start += usize::from(ring.len() > n && end <= start);
-        let edge = TrailingEdge { start, end, is_clear: false };
+        let edge = TrailingEdge { start, end, is_clear: false, ..self.own.outline.edge? };
         Outline::divided(self.new.number, ring, Some(edge), self.plane).ok()
     }
 

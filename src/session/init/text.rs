@@ -8,6 +8,16 @@ use crate::families::guess::{Guess, GuessedWing};
 use crate::text::figures::Shortest;
 use crate::text::{shell_word, shown};
 
+/// What to look at where the shape of no section tells its leading edge.
+const IN_DOUBT: &str =
+    "LOOK: no section's shape tells its leading from its trailing edge. The leading edge is taken at the
+# smaller x. If the flow comes from the other side, an airfoil that is placed so lies backwards.";
+
+/// What to do where the leading edge is at the greater x.
+const UPSIDE_DOWN: &str =
+    "LOOK: the leading edge is at the greater x, and the twist turns an airfoil by half a turn, with its upper
+# side below. Change the sign of each y in the airfoil's file: its upper side is then above.";
+
 /// A case file.
 pub(super) struct Case<'a> {
     /// What the new sections are, in a line that ends before a command.
@@ -138,7 +148,13 @@ impl Case<'_> {
             out,
             "\n# An airfoil with a chord of 1 can stand for a section: put its file into `new` in place of that"
         )?;
-        writeln!(out, "# section's, and say where it stands. For the first section:\n#")?;
+        writeln!(out, "# section's, and say where it stands. For the first section:")?;
+        let advice =
+            [(sections.in_doubt, IN_DOUBT), (pose.twist.is_some_and(|(_, twist)| twist.abs() > 90.0), UPSIDE_DOWN)];
+        for (_, advice) in advice.into_iter().filter(|(holds, _)| *holds) {
+            writeln!(out, "#\n# {advice}")?;
+        }
+        writeln!(out, "#")?;
         writeln!(out, "# [profiles.{}.placement.\"new/airfoil.dat\"]", key(name))?;
         writeln!(out, "# chord = {}\n# position = [{x}, {y}, {z}]", length(pose.chord))?;
         if let Some((_, twist)) = pose.twist {
