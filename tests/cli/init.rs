@@ -285,11 +285,13 @@ fn families_of_other_divisions() {
 fn extruded(section: &[[f64; 2]]) -> String {
     let (around, out, along) = (section.len(), 6, 6);
     let vertex = |i: usize, j: usize, l: usize| (l * (out + 1) + j) * around + i % around;
+    // A base between the last point and the first one faces the direction of the angle 0.
+    let shift = if section[0][0] == section[around - 1][0] { 0.5 } else { 0.0 };
     let mut points = Vec::new();
     for l in 0..=along {
         for j in 0..=out {
             for (i, [x, z]) in section.iter().enumerate() {
-                let angle = std::f64::consts::TAU * i as f64 / around as f64;
+                let angle = std::f64::consts::TAU * (i as f64 + shift) / around as f64;
                 let far = [0.5 + 6.0 * angle.cos(), 6.0 * angle.sin()];
                 let share = (j as f64 / out as f64).powi(2);
                 let y = 2.0 * l as f64 / along as f64;
