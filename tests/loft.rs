@@ -46,10 +46,10 @@ fn an_affine_change_is_exact_at_every_vertex() {
     }
 }
 
-/// A coarse wing with a base of 3 % of the chord gets a bump on its upper side, in closed form. With
-/// its base in the family its vertices move as with the base apart, whichever points its profiles
-/// start at. At every vertex the bump arrives to 6 % of its height, as near as sections of 17 points
-/// can hold it. A section with its edges swapped would lose more than half.
+/// A coarse wing with a base of 3 % of the chord gets a bump on its upper side, in closed form.
+/// With its base in the family its vertices move as with the base apart, whichever points its
+/// profiles start at. At every vertex the bump arrives to 6 % of its height, as near as sections of
+/// 17 points can hold it. A section with its edges swapped would lose more than half.
 ///
 /// Fails if the thinner end of a section is its trailing edge.
 #[test]

@@ -69,7 +69,8 @@ const OPENING: f64 = 45.0;
 const THICK: f64 = 0.2;
 /// Sides that open by less than this angle, in degrees, are those of a wedge or of a plate.
 const PARALLEL: f64 = 5.0;
-/// The sides of a coarse nose open by more than this angle, in degrees: by 22 at a section 5 % thick.
+/// The sides of a coarse nose open by more than this angle, in degrees: by 22 at a section 5 %
+/// thick.
 const COARSE: f64 = 12.0;
 /// The centre of the area is nearer to a round nose than the middle by about this share of the
 /// length: by 0.08 for a NACA section.
@@ -96,8 +97,8 @@ pub(super) fn trailing_edge(points: &[DVec3]) -> TrailingEdge {
     // Positive if the centre of the area is nearer to q, as a share of the length.
     let axis = points[q] - points[p];
     let off = (centre(points) - points[p]).dot(axis) / axis.length_squared() - 0.5;
-    // Whether a base is the trailing edge, if it is not thinner than the other end. `None` is a doubt.
-    // The area is nearer to it by a share of the length.
+    // Whether a base is the trailing edge, if it is not thinner than the other end. `None` is a
+    // doubt. The area is nearer to it by a share of the length.
     let of_base = |opening: f64, nearer: f64, end: End| match end {
         End::Sharp if opening < PARALLEL => None,
         _ if nearer <= OFF_MIDDLE => Some(true),
@@ -318,9 +319,9 @@ mod tests {
         lower.chain(upper.filter(|&(x, _)| x < 1.0 || base > 0.0)).collect()
     }
 
-    /// The trailing edge is at x = 1 for every first point, in both directions, and when the section
-    /// is turned by any angle. Sections: a coarse airfoil with bases of 3 % and 8 % of the chord, one
-    /// whose nose is a facet and whose edge is sharp, and sharp noses before a base.
+    /// The trailing edge is at x = 1 for every first point, in both directions, and when the
+    /// section is turned by any angle. Sections: a coarse airfoil with bases of 3 % and 8 % of the
+    /// chord, one whose nose is a facet and whose edge is sharp, and sharp noses before a base.
     ///
     /// Fails if the thinner end counts without its form, or in doubt the end near the first point.
     #[test]
@@ -363,8 +364,8 @@ mod tests {
         }
     }
 
-    /// A diamond and a lens look alike from both sides: their trailing edge is at the greater x, for
-    /// every first point and in both directions, and a caller may say another direction.
+    /// A diamond and a lens look alike from both sides: their trailing edge is at the greater x,
+    /// for every first point and in both directions, and a caller may say another direction.
     ///
     /// Fails if in doubt the end near the first point is the trailing edge.
     #[test]

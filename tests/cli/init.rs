@@ -286,7 +286,8 @@ fn extruded(section: &[[f64; 2]]) -> String {
     let (around, out, along) = (section.len(), 6, 6);
     let vertex = |i: usize, j: usize, l: usize| (l * (out + 1) + j) * around + i % around;
     // A base between the last point and the first one faces the direction of the angle 0.
-    let shift = if section[0][0] == section[around - 1][0] { 0.5 } else { 0.0 };
+    let [first, last] = [section[0][0], section[around - 1][0]];
+    let shift = if first == last { 0.5 } else { (0.5 - first).max(0.0) * around as f64 };
     let mut points = Vec::new();
     for l in 0..=along {
         for j in 0..=out {
@@ -326,9 +327,9 @@ fn extruded(section: &[[f64; 2]]) -> String {
     text
 }
 
-/// The comments of a case place an airfoil where the section is, nose forward. A base behind a sharp
-/// nose is a trailing edge. A diamond looks alike from both sides, which is said. Where the flow
-/// comes along -x, it is said how an airfoil gets its upper side up.
+/// The comments of a case place an airfoil where the section is, nose forward. A base behind a
+/// sharp nose is a trailing edge. A diamond looks alike from both sides, which is said. Where the
+/// flow comes along -x, it is said how an airfoil gets its upper side up.
 ///
 /// Fails if a diamond's trailing edge is near the first point of the cut.
 #[test]
@@ -340,7 +341,8 @@ fn comments_say_where_the_leading_edge_is() {
         let lower = shares.iter().filter(|&&x| half(x) > 0.0).map(|&x| [x, -half(x)]);
         upper.chain(lower).collect()
     };
-    let diamond = section(&|x| 0.08 * x.min(1.0 - x));
+    let mut diamond = section(&|x| 0.08 * x.min(1.0 - x));
+    diamond.rotate_left(10);
     let based = section(&|x| if x < 0.35 { x / 12.0 } else { (0.025f64).min(0.0075 + (1.0 - x) * 0.0583) });
     let turned: Vec<[f64; 2]> = based.iter().map(|[x, z]| [1.0 - x, -z]).collect();
     let half_a_turn = turned.len() / 2;
