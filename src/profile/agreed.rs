@@ -25,7 +25,8 @@ pub(crate) struct Agreed {
 }
 
 impl Agreed {
-    /// - `profiles`: of one wing, in any order and direction. Points that are no profile have no say.
+    /// - `profiles`: of one wing, in any order and direction. Points that are no profile have no
+    ///   say.
     pub fn of<'p>(profiles: impl IntoIterator<Item = &'p Profile>) -> Self {
         let chords: Vec<Option<Chord>> = profiles.into_iter().map(|profile| chord(profile).ok()).collect();
         let is_sure = chords.iter().flatten().any(|chord| chord.is_sure);
