@@ -111,10 +111,11 @@ impl Guesser<'_> {
         let named = self.known.wing.iter().any(|family| families.contains(&family.index()));
         let mut longer = Vec::new();
         // A wing may be divided more than once.
-        while !named {
+        loop {
             let around: BTreeSet<usize> = families.iter().flat_map(|&family| self.neighbours[family].clone()).collect();
-            let free =
-                |family: &usize| self.is_open(*family) && !families.contains(family) && self.named[*family].is_none();
+            let free = |family: &usize| {
+                !named && self.is_open(*family) && !families.contains(family) && self.named[*family].is_none()
+            };
             let next = around
                 .into_iter()
                 .filter(free)

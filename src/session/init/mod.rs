@@ -201,8 +201,11 @@ impl Proposal {
         prepare: impl FnOnce() -> Result<(), E>,
     ) -> Result<(), E> {
         let mut folders = Vec::new();
-        let made = self.folders.iter().try_for_each(|path| Ok(folders.push(Folder::make(path)?)));
-        let written = made.map_err(|error: SessionError| error.into()).and_then(|()| self.write_files(prepare));
+        let made = self.folders.iter().try_for_each(|path| {
+            folders.push(Folder::make(path)?);
+            Ok::<(), SessionError>(())
+        });
+        let written = made.map_err(E::from).and_then(|()| self.write_files(prepare));
         // The inner folders first: an outer one is removed only if it is empty.
         while folders.pop().is_some() {}
         written
