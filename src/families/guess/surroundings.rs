@@ -48,7 +48,7 @@ impl Guesser<'_> {
                     (own, _) if own >= FAR => {
                         format!("the far boundary: it reaches {own} of the six sides of the mesh's box")
                     }
-                    // A body that ends in one side of the box, where the far boundary holds this side.
+                    // A body that ends in one side of the box, which the far boundary holds.
                     _ if self.is_body_at_side(family, &part, sides_of_part) => continue,
                     (own, all) if own > 0 && all >= FAR => {
                         format!("a part of the far boundary, which reaches {all} of the six sides of the mesh's box")
