@@ -235,9 +235,10 @@ fn layers_are_kept_where_no_cell_is_nearly_inverted() {
     }
 }
 
-/// A wing 0.15 lower meets its fuselage, a cylinder of radius 0.5, under a flat angle. Each vertex of
-/// the junction is where its line along the span meets the cylinder, but for the fuselage's facets.
-/// A wing twisted by 15 degrees has lines that miss the cylinder. The result is then refused.
+/// A wing 0.15 lower meets its fuselage, a cylinder of radius 0.5, under a flat angle. Each vertex
+/// of the junction is where its line along the span meets the cylinder, but for the fuselage's
+/// facets. A wing twisted by 15 degrees has lines that miss the cylinder. The result is then
+/// refused.
 ///
 /// Fails if a line that grazes the surface leads to the nearest point, 0.15 away.
 #[test]

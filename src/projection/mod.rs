@@ -76,9 +76,9 @@ impl TargetSurface {
     /// The point near `from` where the line through `from` along the unit vector `direction` meets
     /// the surface.
     ///
-    /// The search is Newton's method on the distance to the tangent plane. If it fails, as where the
-    /// line is nearly parallel to the surface, the result is the nearest crossing of the line with a
-    /// facet. If the line misses the surface, the result is the closest point.
+    /// The search is Newton's method on the distance to the tangent plane. If it fails, as where
+    /// the line is nearly parallel to the surface, the result is the nearest crossing of the line
+    /// with a facet. If the line misses the surface, the result is the closest point.
     pub fn along(&self, from: DVec3, direction: DVec3) -> DVec3 {
         // Below this cosine the intersection moves faster than the distance between vertex and
         // surface changes.

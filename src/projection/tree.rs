@@ -96,8 +96,8 @@ impl TriangleTree {
         best
     }
 
-    /// The place on a line where it crosses the triangles nearest to its start, as the distance from
-    /// there. `None` if there is no crossing within `reach` on either side.
+    /// The place on a line where it crosses the triangles nearest to its start, as the distance
+    /// from there. `None` if there is no crossing within `reach` on either side.
     ///
     /// - `direction`: unit vector
     pub(super) fn crossing(&self, from: DVec3, direction: DVec3, reach: f64) -> Option<f64> {
@@ -238,8 +238,8 @@ fn meets([low, high]: [DVec3; 2], from: DVec3, direction: DVec3, reach: f64) -> 
     first <= last
 }
 
-/// The place on a line where it crosses a triangle, as the distance from its start. Lines through an
-/// edge cross both triangles beside it.
+/// The place on a line where it crosses a triangle, as the distance from its start. Lines through
+/// an edge cross both triangles beside it.
 ///
 /// The line `f + t d` meets the plane `a + u (b - a) + v (c - a)` where Cramer's rule has t, u, v.
 fn crossing_of([a, b, c]: [DVec3; 3], from: DVec3, direction: DVec3) -> Option<f64> {

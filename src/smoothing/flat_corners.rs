@@ -7,8 +7,9 @@
 //! of its four vertices that raises its scaled Jacobian to the limit, to first order. Motions count
 //! as shares of a vertex's shortest edge, so outer vertices move more than inner ones. A vertex
 //! takes the mean of what its corners ask for, perpendicular to its shortest edge, which in a layer
-//! is the edge to the next layer. An outermost vertex turns about the vertex below it. This is repeated until no corner is flat. The result depends
-//! neither on the numbers of the vertices nor on the device.
+//! is the edge to the next layer. An outermost vertex turns about the vertex below it. This is
+//! repeated until no corner is flat. The result depends neither on the numbers of the vertices nor
+//! on the device.
 //!
 //! First the corners of pyramids, prisms and hexahedra are raised, then the tets between them. Each
 //! of the four corners of a tet counts, because the order of its vertices is arbitrary.
@@ -141,8 +142,8 @@ impl Smoother {
     /// `most` corners are flat, then flat tets likewise. Vertices of surfaces do not slide.
     ///
     /// A vertex returns to its place if a tet or a corner beside it became bad, or if an edge
-    /// between layers changed by more than 0.5 %. So some corners may stay flat. If the motion helps
-    /// no corner, and in a mesh of tets, all positions keep their bits.
+    /// between layers changed by more than 0.5 %. So some corners may stay flat. If the motion
+    /// helps no corner, and in a mesh of tets, all positions keep their bits.
     ///
     /// - `positions` `[n_vertices]`: in the mesh's unit
     /// - `betas` `[n_tets]`: betas of the positions, or their merit (see [`super::Merit`]), updated

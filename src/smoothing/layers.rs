@@ -2,9 +2,9 @@
 //! to them.
 //!
 //! Layers over a wall have a thickness that a flow solver needs as it is. Local optimisation would
-//! change it gladly, because a thicker layer has cells of a better shape. So vertices of layers move
-//! perpendicular to the edges between layers ([`across`]), and a motion that changes these edges is
-//! told by [`Layers::largest_change`].
+//! change it gladly, because a thicker layer has cells of a better shape. So vertices of layers
+//! move perpendicular to the edges between layers ([`across`]), and a motion that changes these
+//! edges is told by [`Layers::largest_change`].
 
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
@@ -78,8 +78,8 @@ impl Layers<'_> {
         Some(Between { normal, size, next, is_thin })
     }
 
-    /// The largest change of an edge between thin layers by a motion of some vertices, as a share of
-    /// its length.
+    /// The largest change of an edge between thin layers by a motion of some vertices, as a share
+    /// of its length.
     ///
     /// - `from`, `to` `[n_vertices]`: positions, in the mesh's unit
     pub(super) fn largest_change(&self, vertices: &[u32], from: &[DVec3], to: &[DVec3]) -> f64 {

@@ -360,7 +360,8 @@ impl Stage for VolumeStage {
             && state.worst < smoothing.enough
         {
             observer("smoothing");
-            // Where few corners are flat, to raise them keeps the layers, which the rest may change.
+            // Where few corners are flat, to raise them keeps the layers, which the rest may
+            // change.
             smoothed = smoothing.raise_flat_corners(&mut state, None);
             if state.worst < smoothing.enough {
                 let (better, by) = smoothing.run(set_up, &state)?;

@@ -77,7 +77,8 @@ impl Rotation {
     /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
     /// - `displacement` `[n_vertices]`: displacement of the surfaces, in the mesh's unit
     /// - `stopping`: for displacements; the tolerance of the rotations follows from it
-    /// - `tell`: gets the share of the work that is done, now and then, in a relaxation of many sweeps
+    /// - `tell`: gets the share of the work that is done, now and then, in a relaxation of many
+    ///   sweeps
     ///
     /// # Errors
     /// The backend failed.

@@ -114,7 +114,8 @@ impl VolumeNetwork {
     /// - `displacement` `[n_vertices]`: on entry the displacement of the surfaces, on exit of all
     ///   vertices, in the mesh's unit
     ///
-    /// - `tell`: gets the share of the work that is done, now and then, in relaxations of many sweeps
+    /// - `tell`: gets the share of the work that is done, now and then, in relaxations of many
+    ///   sweeps
     ///
     /// # Errors
     /// The backend failed.
