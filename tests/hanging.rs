@@ -7,43 +7,20 @@ mod common;
 
 use std::collections::HashMap;
 
-use common::aircraft::{Anyway, SMALL, cpu, file, role, triangles_of, vertices_of};
+use common::aircraft::{Anyway, SMALL, cpu, triangles_of, vertices_of};
+use common::parts::{self, mesh, profiles, rigid};
 use glam::{DQuat, DVec3};
 use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::fitted_motion::FittedMotion;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome};
-use idmesh::profile::{Profile, csv};
+use idmesh::profile::Profile;
 
 const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
 
-fn rigid(motion: RigidMotion) -> Role {
-    Role::Rigid { motion }
-}
-
-fn mesh(name: &str) -> TetMesh {
-    idmesh::formats::read(&file(&format!("tests/data/aircraft/{name}.msh.gz"))).unwrap().mesh
-}
-
-fn profiles(mesh: &str, set: &str) -> Vec<Profile> {
-    let path = file(&format!("tests/data/aircraft/{mesh}/{set}.csv"));
-    csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap()
-}
-
 /// The usual roles, and others for the parts, with default settings.
 fn builder(name: &str, parts: &[(&str, Role)]) -> MoverBuilder {
-    builder_of(mesh(name), profiles(name, "old"), parts)
-}
-
-fn builder_of(mesh: TetMesh, old: Vec<Profile>, parts: &[(&str, Role)]) -> MoverBuilder {
-    let usual: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
-    let mut builder = Mover::builder(mesh).old_profiles("wing", old);
-    for (family, role) in
-        usual.iter().map(|(name, role)| (name.as_str(), role)).chain(parts.iter().map(|(n, r)| (*n, r)))
-    {
-        builder = builder.role(family, role.clone());
-    }
-    builder
+    parts::builder(mesh(name), profiles(name, "old"), parts)
 }
 
 fn mover(name: &str, parts: &[(&str, Role)]) -> Mover {
@@ -214,7 +191,7 @@ fn a_part_of_two_families_moves_as_one() {
     }
     mesh.families.push("strip".into());
     assert!(vertices_of(&mesh, "strip").len() > 20);
-    let mut in_two = builder_of(mesh, profiles("nacelle", "old"), &[&parts[..], &[("strip", ATTACHED)]].concat())
+    let mut in_two = parts::builder(mesh, profiles("nacelle", "old"), &[&parts[..], &[("strip", ATTACHED)]].concat())
         .build(cpu())
         .unwrap();
     let in_two = update(&mut in_two, new);

@@ -3,40 +3,17 @@
 
 mod common;
 
-use common::aircraft::{Anyway, cpu, file, role, triangles_of, vertices_of};
+use common::aircraft::{Anyway, cpu, triangles_of, vertices_of};
+use common::parts::{builder, mesh, profiles, rigid};
 use glam::{DQuat, DVec3};
 use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::{closest_on_triangle, fitted_motion::FittedMotion};
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome, StageError};
-use idmesh::profile::{Profile, csv};
+use idmesh::mover::{Design, MoveError, Mover, Outcome, StageError};
+use idmesh::profile::Profile;
 
 fn attached(junction: Junction) -> Role {
     Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction }
-}
-
-fn rigid(motion: RigidMotion) -> Role {
-    Role::Rigid { motion }
-}
-
-fn mesh(name: &str) -> TetMesh {
-    idmesh::formats::read(&file(&format!("tests/data/aircraft/{name}.msh.gz"))).unwrap().mesh
-}
-
-fn profiles(mesh: &str, set: &str) -> Vec<Profile> {
-    let path = file(&format!("tests/data/aircraft/{mesh}/{set}.csv"));
-    csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap()
-}
-
-fn builder(mesh: TetMesh, old: Vec<Profile>, parts: &[(&str, Role)]) -> MoverBuilder {
-    let usual: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
-    let mut builder = Mover::builder(mesh).old_profiles("wing", old);
-    for (family, role) in
-        usual.iter().map(|(name, role)| (name.as_str(), role)).chain(parts.iter().map(|(n, r)| (*n, r)))
-    {
-        builder = builder.role(family, role.clone());
-    }
-    builder
 }
 
 /// The nacelle's mesh with a pylon of this junction.

@@ -6,27 +6,19 @@
 
 mod common;
 
-use common::aircraft::{Anyway, cpu, file, role, vertices_of};
+use common::aircraft::{Anyway, cpu, vertices_of};
+use common::parts::{builder, mesh, profiles};
 use glam::DVec3;
 use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::nearest_on_segment;
 use idmesh::mesh::{FamilyId, TetMesh, faces_of_families};
-use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome, Warning};
+use idmesh::mover::{Design, MoveError, Mover, Outcome, Warning};
 use idmesh::profile::cut::{Gap, Junctions, cut_at_planes, cut_at_planes_through_parts};
-use idmesh::profile::{Plane, Profile, ProfileError, csv};
+use idmesh::profile::{Plane, Profile, ProfileError};
 
 const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
 const PYLON: [(&str, Role); 2] = [("pylon", ATTACHED), ("nacelle", Role::Rigid { motion: RigidMotion::Root })];
 const FAIRINGS: [(&str, Role); 2] = [("fairing_1", ATTACHED), ("fairing_2", ATTACHED)];
-
-fn mesh(name: &str) -> TetMesh {
-    idmesh::formats::read(&file(&format!("tests/data/aircraft/{name}.msh.gz"))).unwrap().mesh
-}
-
-fn profiles(mesh: &str) -> Vec<Profile> {
-    let path = file(&format!("tests/data/aircraft/{mesh}/old.csv"));
-    csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap()
-}
 
 fn at_y(y: f64) -> Plane {
     Plane { point: DVec3::Y * y, normal: DVec3::Y }
@@ -77,13 +69,6 @@ fn sections(mesh: &TetMesh, wing: &[&str], planes: &[f64]) -> Result<Vec<(Profil
     let junctions = Junctions::of_mesh(mesh.into(), &wing, |_| true);
     let planes: Vec<_> = (10..).zip(planes.iter().copied().map(at_y)).collect();
     cut_at_planes_through_parts(&mesh.vertices, &faces_of_families(mesh.into(), &wing), &planes, &junctions)
-}
-
-fn builder(mesh: TetMesh, old: Vec<Profile>, parts: &[(&str, Role)]) -> MoverBuilder {
-    let usual: Vec<_> = mesh.families.iter().filter_map(|name| Some((name.clone(), role(name)?))).collect();
-    let builder = Mover::builder(mesh).old_profiles("wing", old);
-    let builder = usual.into_iter().fold(builder, |builder, (family, role)| builder.role(&family, role));
-    parts.iter().fold(builder, |builder, (family, role)| builder.role(family, role.clone()))
 }
 
 fn update(mover: &mut Mover, new: Vec<Profile>) -> Outcome {
@@ -149,7 +134,7 @@ fn a_section_beside_a_part_keeps_its_bits() {
 /// Old profiles that miss the parts, and one through each part of a mesh.
 fn with_parts(name: &str, mesh: &TetMesh) -> Vec<Profile> {
     let planes: &[f64] = if name == "nacelle" { &[1.6] } else { &[1.25, 2.45] };
-    let mut old = profiles(name);
+    let mut old = profiles(name, "old");
     // The pylon's own station has a profile in the file already, cut by another program.
     old.retain(|profile| planes.iter().all(|y| (profile.points[0].y - y).abs() > 1e-6));
     old.extend(sections(mesh, &["wing"], planes).unwrap().into_iter().map(|(profile, _)| profile));
@@ -177,7 +162,7 @@ fn profiles_through_parts_move_the_wing_alike() {
             let points = |old: &Profile| old.points.iter().map(|&at| changed(at)).collect();
             old.iter().map(|old| Profile { number: old.number, points: points(old) }).collect()
         };
-        let (beside, through) = (profiles(name), with_parts(name, &mesh));
+        let (beside, through) = (profiles(name, "old"), with_parts(name, &mesh));
         let mut mover = builder(mesh.clone(), through.clone(), parts).build(cpu()).unwrap();
         let still = update(&mut mover, through.clone());
         assert_eq!(still.vertices(), mesh.vertices, "{name}");
@@ -345,7 +330,7 @@ fn a_profile_that_ends_at_a_part_is_refused() {
 #[test]
 fn a_trailing_edge_between_fairings_becomes_thinner() {
     let mesh = mesh("fairings");
-    let old = profiles("fairings");
+    let old = profiles("fairings", "old");
     let mut mover = builder(mesh.clone(), old.clone(), &FAIRINGS).build(cpu()).unwrap();
     let factor = 0.6;
     let thinner = |profile: &Profile| {

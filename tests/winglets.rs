@@ -8,13 +8,14 @@ mod common;
 use std::sync::Arc;
 
 use common::aircraft::{Anyway, cpu, file, role, triangles_of, vertices_of};
+use common::parts::{mesh, profiles};
 use glam::{DQuat, DVec3};
 use idmesh::backend::Backend;
 use idmesh::case::Case;
 use idmesh::families::{Role, SetupError};
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome, SPRINGS, SharedCurve, Warning};
-use idmesh::profile::{Profile, csv};
+use idmesh::profile::Profile;
 
 const MESHES: [&str; 2] = ["blended", "fence"];
 const SETS: [&str; 4] = ["small", "big", "planform", "twist"];
@@ -22,15 +23,6 @@ const BOTH: [&str; 2] = ["wing", "winglet"];
 /// The profiles of the wing have the numbers 0 to 4, those of the winglet 5 to 7.
 const OF_WING: std::ops::Range<i64> = 0..5;
 const OF_WINGLET: std::ops::Range<i64> = 5..8;
-
-fn mesh(name: &str) -> TetMesh {
-    idmesh::formats::read(&file(&format!("tests/data/aircraft/{name}.msh.gz"))).unwrap().mesh
-}
-
-fn profiles(mesh: &str, set: &str) -> Vec<Profile> {
-    let path = file(&format!("tests/data/aircraft/{mesh}/{set}.csv"));
-    csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap()
-}
 
 fn of(profiles: &[Profile], numbers: std::ops::Range<i64>) -> Vec<Profile> {
     profiles.iter().filter(|profile| numbers.contains(&profile.number)).cloned().collect()

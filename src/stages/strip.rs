@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::surface_network::SurfaceNetwork;
 use crate::families::PlacedBy;
+use crate::geometry::diagonal;
 use crate::stage::SetUp;
 use crate::{backend::BackendError, constraint::Constraint, mesh::FamilyId, profile::ProfileInterpolation};
 
@@ -53,18 +54,19 @@ impl Strip<'_> {
         })
     }
 
-    /// The chord of the wing at each vertex of a junction `[n_junction]`, in the mesh's unit.
+    /// The longest chord of the wing at a junction, in the mesh's unit. Of a junction of single
+    /// vertices the diagonal of the wing's box, because such a junction has no length.
     ///
     /// - `junction`: places of its vertices
-    pub fn chords(&self, junction: &[usize]) -> Vec<f64> {
-        let mut chords: HashMap<usize, f64> = HashMap::new();
-        if !junction.is_empty() {
-            for piece in self.pieces(junction, &self.edges()) {
-                let chord = self.chord(&piece);
-                chords.extend(piece.places.iter().map(|&place| (place, chord)));
-            }
+    pub fn longest_chord(&self, junction: &[usize]) -> f64 {
+        if junction.is_empty() {
+            return 0.0;
         }
-        junction.iter().map(|place| chords.get(place).copied().unwrap_or(0.0)).collect()
+        let pieces = self.pieces(junction, &self.edges());
+        match pieces.iter().map(|piece| self.chord(piece)).fold(0.0, f64::max) {
+            0.0 => diagonal((0..self.vertices.len()).map(|place| self.original(place))),
+            chord => chord,
+        }
     }
 
     /// About the chord at a piece of a junction, in the mesh's unit: its farthest vertices are the

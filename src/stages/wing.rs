@@ -91,7 +91,7 @@ pub const MISSED_SURFACE: f64 = 0.01;
 pub struct MissedSurface {
     /// The worst vertex.
     pub vertex: u32,
-    /// Its distance from the line, as a share of the chord at the junction.
+    /// Its distance from the line, as a share of the longest chord at the junction.
     pub of_chord: f64,
     /// Number of vertices beyond [`MISSED_SURFACE`].
     pub vertices: usize,
@@ -118,9 +118,10 @@ struct Wing {
     shared: SharedVertices,
     interpolation: ProfileInterpolation,
     mirror: Option<Mirror>,
-    /// Vertices that are also on a carenage or plane, as indices of `vertices`, with the chord
-    /// there in the mesh's unit.
-    junction: Vec<(usize, f64)>,
+    /// Vertices that are also on a carenage or plane, as indices of `vertices`.
+    junction: Vec<usize>,
+    /// The longest chord at the junction, in the mesh's unit.
+    junction_chord: f64,
     strip: Option<SurfaceNetwork>,
 }
 
@@ -381,7 +382,7 @@ impl Stage for Wings {
             let Some(strip) = &mut wing.strip else { continue };
             let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
             let mut missed: Option<MissedSurface> = None;
-            for &(place, chord) in &wing.junction {
+            for &place in &wing.junction {
                 let vertex = wing.vertices[place];
                 let displacement = displacement[vertex as usize];
                 if displacement != DVec3::ZERO {
@@ -393,7 +394,7 @@ impl Stage for Wings {
                     let by = settled - displacement;
                     slide[vertex as usize] = by;
                     if let Some(along) = along.filter(|_| families.shapes_at(vertex).count() == 1) {
-                        let of_chord = (by - along * by.dot(along)).length() / chord;
+                        let of_chord = (by - along * by.dot(along)).length() / wing.junction_chord;
                         let worst = missed.get_or_insert(MissedSurface { vertex, of_chord, vertices: 0 });
                         worst.vertices += usize::from(of_chord > MISSED_SURFACE);
                         if of_chord > worst.of_chord {
@@ -483,9 +484,9 @@ impl Wing {
             *wing.families.iter().find(has).expect("the vertices are those of the families")
         };
         let family = vertices.iter().map(family).collect();
-        let chords = of_wing.chords(&junction);
-        let junction = junction.into_iter().zip(chords).collect();
-        Ok(Self { name: wing.name.clone(), vertices, family, shared, interpolation, mirror, junction, strip })
+        let junction_chord = of_wing.longest_chord(&junction);
+        let name = wing.name.clone();
+        Ok(Self { name, vertices, family, shared, interpolation, mirror, junction, junction_chord, strip })
     }
 }
 

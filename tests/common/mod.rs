@@ -8,6 +8,7 @@ pub mod block;
 pub mod brick;
 pub mod carved;
 pub mod faults;
+pub mod parts;
 
 use std::sync::Arc;
 
