@@ -30,7 +30,7 @@ use idmesh::mesh::{
     refine_hybrid, validate,
 };
 use idmesh::mover::{Design, FaultKind, MoveError, Mover, MoverBuilder, Outcome, Warning};
-use idmesh::profile::{Plane, Profile, ProfileInterpolation, WingSurface, csv, cut};
+use idmesh::profile::{Plane, Profile, ProfileInterpolation, WingSurface, csv, cut, distance};
 use idmesh::quality::{beta, scaled_jacobian, volume};
 use idmesh::relaxation::{Method, Stopping};
 use idmesh::smoothing::{Goal, Merit, QualityTarget, Smoother};
@@ -292,6 +292,25 @@ fn a_junction_is_where_the_span_meets_the_fuselage_or_is_refused() {
     let missed = outcome.missed_surfaces["wing"];
     assert!(missed.of_chord > 0.05 && missed.vertices > 0, "{missed:?}");
     assert!(outcome.check().unwrap_err().faults.iter().any(|fault| fault.kind == FaultKind::MissedSurface));
+}
+
+/// The report's distance of a section from its new profile is that of the facets, also between the
+/// edges that the plane cuts: to 5 % it is the largest of fifty places a facet.
+///
+/// Fails if the points on the edges alone count, with less than a tenth.
+#[test]
+fn the_sag_of_quadrilaterals_counts() {
+    let MeshFile { mesh, others, .. } = small();
+    let mut mover = builder(&mesh, &others).build(cpu()).unwrap();
+    let new = profiles("small_2");
+    let outcome = mover.update(&Design::of_wing("wing", new.clone())).unwrap();
+    for (section, new) in outcome.sections["wing"].iter().zip(&new) {
+        let places = |ends: &[DVec3]| (0..=50).map(|k| ends[0].lerp(ends[1], f64::from(k) / 50.0)).collect::<Vec<_>>();
+        let facets: Vec<DVec3> = section.points.windows(2).flat_map(places).collect();
+        let sag = distance::max_distance(&facets, &new.points);
+        let told = section.max_distance_to_new_profile;
+        assert!((told / sag - 1.0).abs() < 0.05, "{}: {told} of {sag}", new.number);
+    }
 }
 
 /// Profiles with a longer chord, about the point at a quarter of it.

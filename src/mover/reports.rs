@@ -29,6 +29,10 @@ const OFF_SURFACE: f64 = 1e-6;
 /// Partners in periodic planes have parted beyond this fraction of the mesh's size.
 const PARTED: f64 = 1e-12;
 
+/// The cut of a quadrilateral is measured at the ends of so many equal parts. The sag at the
+/// leading edge is largest far from the middle: the middle alone shows 0.6 of it.
+const PLACES: u32 = 16;
+
 impl Mover {
     pub(super) fn solver_report(&self, volume: &Convergence) -> Solver {
         Solver {
@@ -241,8 +245,11 @@ impl Mover {
             let measured = |cut: &cut::ThroughParts| {
                 let is_whole = cut.on_surface.len() == cut.points.len();
                 let ends = cut.on_surface.windows(2).filter(|_| has_quads && is_whole);
-                let middles = ends.map(|ends| 0.5 * (ends[0] + ends[1]));
-                cut.on_surface.iter().copied().chain(middles).collect::<Vec<_>>()
+                let between = |ends: &[DVec3]| {
+                    let [from, to] = [ends[0], ends[1]];
+                    (1..PLACES).map(move |k| from.lerp(to, f64::from(k) / f64::from(PLACES)))
+                };
+                cut.on_surface.iter().copied().chain(ends.flat_map(between)).collect::<Vec<_>>()
             };
             let junctions = junctions(&self.mesh, &self.surface, &self.families.roles, families, |vertex| vertex);
             let section = |new: &Profile| {
