@@ -57,6 +57,7 @@ class Mover:
         max_sweeps: int = 200_000,
         quality: _Quality = "original",
         max_steps: int = 64,
+        limits: Literal["openfoam"] | Mapping[str, float] | None = None,
     ) -> Mover: ...
     @staticmethod
     def from_case(
@@ -65,6 +66,7 @@ class Mover:
         backend: _Backend = "auto",
         tolerance: float | None = None,
         quality: _Quality | None = None,
+        limits: Literal["openfoam"] | Mapping[str, float] | None = None,
     ) -> Mover: ...
     @property
     def mesh(self) -> Mesh: ...

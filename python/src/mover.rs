@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use idmesh::DVec3;
 use idmesh::backend::{self, Backend, Selection};
 use idmesh::case::{Case, GivenWing, LoadedCase};
-use idmesh::mover::{Design, Mover as Engine, Outcome, Settings, Start};
+use idmesh::mover::{Design, Limits, Mover as Engine, Outcome, Settings, Start};
 use idmesh::profile::Profile;
 use idmesh::report;
 use idmesh::session::SessionError;
@@ -305,12 +305,15 @@ impl Mover {
     ///   name; any other wing of `old_profiles` is the family of its name
     /// - backend: "auto" takes a hardware GPU if there is one; "gpu" never falls back to the CPU
     /// - springs, method, tolerance, max_sweeps, quality, max_steps: as in the case file
+    /// - limits: "openfoam", or a mapping from names of limits to values, as in the case file; a
+    ///   mesh beyond them is not valid
     ///
     /// Raises InputError, or DeviceError if there is no usable GPU.
     #[new]
     #[pyo3(signature = (
         mesh, roles, *, old_profiles = None, wings = None, backend = "auto", springs = "rotation-aware-wall", method = "auto",
-        tolerance = 1e-4, max_sweeps = 200_000, quality = "original", max_steps = 64
+        tolerance = 1e-4, max_sweeps = 200_000, quality = "original", max_steps = 64,
+        limits = None
     ))]
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
@@ -326,6 +329,7 @@ impl Mover {
         max_sweeps: i64,
         quality: &str,
         max_steps: i64,
+        limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let selection = options::backend(py, backend)?;
         let mesh = absolute(py, &mesh)?;
@@ -336,6 +340,7 @@ impl Mover {
         settings.stopping.max_sweeps = options::count(py, "max_sweeps", max_sweeps)?;
         settings.quality = options::quality(py, quality)?;
         settings.max_steps = options::count(py, "max_steps", max_steps)?;
+        settings.limits = limits.map_or(Ok(Limits::default()), options::limits)?;
         let keywords = PyDict::new(py);
         keywords.set_item("roles", roles)?;
         keywords.set_item("old_profiles", old_profiles)?;
@@ -347,6 +352,7 @@ impl Mover {
         keywords.set_item("max_sweeps", max_sweeps)?;
         keywords.set_item("quality", quality)?;
         keywords.set_item("max_steps", max_steps)?;
+        keywords.set_item("limits", limits)?;
         let origin = origin(py, "mesh", &mesh, keywords)?;
         let roles = roles::parse(roles)?;
         let wings = given_wings(py, old_profiles, wings.unwrap_or_default())?;
@@ -358,21 +364,24 @@ impl Mover {
     ///
     /// Raises InputError, or DeviceError if there is no usable GPU.
     #[staticmethod]
-    #[pyo3(signature = (path, *, backend = "auto", tolerance = None, quality = None))]
+    #[pyo3(signature = (path, *, backend = "auto", tolerance = None, quality = None, limits = None))]
     fn from_case(
         py: Python<'_>,
         path: PathBuf,
         backend: &str,
         tolerance: Option<f64>,
         quality: Option<&str>,
+        limits: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let selection = options::backend(py, backend)?;
         let path = absolute(py, &path)?;
         let target = quality.map(|name| options::quality(py, name)).transpose()?;
+        let own_limits = limits.map(options::limits).transpose()?;
         let keywords = PyDict::new(py);
         keywords.set_item("backend", backend)?;
         keywords.set_item("tolerance", tolerance)?;
         keywords.set_item("quality", quality)?;
+        keywords.set_item("limits", limits)?;
         let origin = origin(py, "case", &path, keywords)?;
         set_up(py, selection, origin, || {
             let mut loaded = Case::load(path)?;
@@ -381,6 +390,9 @@ impl Mover {
             }
             if let Some(target) = target {
                 loaded.case.settings.quality = target;
+            }
+            if let Some(limits) = own_limits {
+                loaded.case.settings.limits = limits;
             }
             Ok(loaded)
         })

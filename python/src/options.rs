@@ -1,8 +1,9 @@
 //! Keywords whose values are names.
 
 use idmesh::backend::Selection;
-use idmesh::mover::{Method, QualityTarget, SPRINGS, Springs};
+use idmesh::mover::{Limits, Method, QualityTarget, SPRINGS, Springs};
 use pyo3::prelude::*;
+use pyo3::types::{PyMapping, PyString};
 
 use crate::errors::input;
 
@@ -42,6 +43,24 @@ pub fn method(py: Python<'_>, name: &str) -> PyResult<Method> {
 pub fn springs(py: Python<'_>, name: &str) -> PyResult<&'static Springs> {
     let values: Vec<_> = SPRINGS.iter().map(|springs| (springs.name, springs)).collect();
     named(py, "springs", name, &values)
+}
+
+/// Limits on the measures of solvers: a name, or a mapping from the names of limits to values.
+pub fn limits(given: &Bound<'_, PyAny>) -> PyResult<Limits> {
+    let py = given.py();
+    if let Ok(name) = given.cast::<PyString>() {
+        return named(py, "limits", name.to_str()?, &[("openfoam", Limits::openfoam())]);
+    }
+    let Ok(values) = given.cast::<PyMapping>() else {
+        return Err(input(py, "`limits` is neither \"openfoam\" nor a mapping from names of limits to values"));
+    };
+    let mut limits = Limits::default();
+    for item in values.items()?.iter() {
+        let (name, value): (String, Bound<'_, PyAny>) = item.extract()?;
+        let value = value.extract().map_err(|_| input(py, &format!("`limits`: `{name}` is no number")))?;
+        limits.set(&name, value).map_err(|error| input(py, &format!("`limits`: {error}")))?;
+    }
+    Ok(limits)
 }
 
 /// A number of sweeps or steps.

@@ -210,6 +210,11 @@ def test_a_gpu_that_is_not_there_is_a_device_error(box_path: Path) -> None:
         (lambda path: idmesh.Mover(path, ROLES, tolerance=float("nan")), "`tolerance`"),
         (lambda path: idmesh.Mover(path, ROLES, max_sweeps=0), "`max_sweeps`"),
         (lambda path: idmesh.Mover(path, ROLES, max_steps=-1), "`max_steps`"),
+        (lambda path: idmesh.Mover(path, ROLES, limits="su2"), "`limits`"),  # type: ignore[arg-type]
+        (lambda path: idmesh.Mover(path, ROLES, limits=4), "`limits`"),  # type: ignore[arg-type]
+        (lambda path: idmesh.Mover(path, ROLES, limits={"skew": 4}), "`skew`"),
+        (lambda path: idmesh.Mover(path, ROLES, limits={"skewness": "4"}), "no number"),  # type: ignore[dict-item]
+        (lambda path: idmesh.Mover(path, ROLES, limits={"skewness": float("nan")}), "`skewness`"),
         (lambda path: idmesh.Mover.from_case(path), "expected"),
         (lambda path: idmesh.Mover.from_case("none.toml"), "none.toml"),
         (lambda path: idmesh.Mesh.read("none.msh"), "none.msh"),
@@ -220,6 +225,23 @@ def test_bad_input_is_an_input_error(box_path: Path, make: Callable[[Path], Any]
     with pytest.raises(idmesh.InputError) as caught:
         make(box_path)
     assert told in str(caught.value) and isinstance(caught.value, ValueError)
+
+
+def test_a_mesh_beyond_a_limit_is_not_valid(box_path: Path, turn: Turn) -> None:
+    """A skewness of 1e-6 is less than any mesh of tets has, one of 100 more."""
+    strict = idmesh.Mover(box_path, ROLES, backend="cpu", limits={"skewness": 1e-6})
+    for mover in (strict, pickle.loads(pickle.dumps(strict))):
+        with pytest.raises(idmesh.InvalidMesh, match="skewness"):
+            mover.update(displacements=turn(0.1))
+    loose = idmesh.Mover(box_path, ROLES, backend="cpu", limits={"skewness": 100.0})
+    assert loose.update(displacements=turn(0.1)).valid
+    assert strict.update(displacements=turn(0.1), check=False).beta.min() > 0
+
+
+def test_a_keyword_replaces_the_limits_of_a_case(case: Path) -> None:
+    mover = idmesh.Mover.from_case(case, backend="cpu", limits={"skewness": 1e-6})
+    with pytest.raises(idmesh.InvalidMesh, match="skewness"):
+        mover.update()
 
 
 def test_bad_designs_are_input_errors(mover: idmesh.Mover, example: idmesh.Mover) -> None:

@@ -74,8 +74,8 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
             ));
         }
     }
-    let n_files = proposal.paths().count();
-    console.note(format_args!("wrote {} and {} files with sections", proposal.case.display(), n_files - 1));
+    let n_sections = proposal.paths().filter(|path| path.extension().is_some_and(|end| end == "csv")).count();
+    console.note(format_args!("wrote {}, its schema and {n_sections} files with sections", proposal.case.display()));
     Ok(())
 }
 

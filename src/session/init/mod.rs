@@ -1,5 +1,6 @@
 //! Makes a first case of a mesh: guesses the role of each family, cuts the sections of the wings,
-//! and writes a case file that runs as it is and moves nothing, with a file for each new section.
+//! and writes a case file that runs as it is and moves nothing, with a file for each new section and
+//! the schema of cases, by which editors check the case.
 //!
 //! [`propose`] guesses and checks, [`Proposal::write`] writes. The guess is checked as a run checks
 //! it: the mover of the case is set up. `text` makes the text of the case. `demo` makes a case with
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 use super::SessionError;
 use super::files::{Folder, cannot_write, check_distinct};
 use crate::backend::{self, Selection};
-use crate::case::{LoadError, default_name, has_extension};
+use crate::case::{LoadError, SCHEMA, default_name, has_extension};
 use crate::families::guess::{Certainty, Guess, GuessedWing, Known, Sections, guess};
 use crate::families::{Role, SetupError};
 use crate::formats::{FileSet, MeshFile, PlaceError, mesh_path, real_path};
@@ -165,8 +166,11 @@ fn make(
     }
     let folders = vec![folder.clone(), folder.join("old"), folder.join("new")];
     let output = output_name(&path, &mesh);
+    let schema = format!("{}.schema.json", slug(&case.file_stem().unwrap_or_default().to_string_lossy()));
+    files.push((folder.join(&schema), SCHEMA.as_bytes().to_vec()));
     let text = text::Case {
         about,
+        schema: &schema,
         mesh: &mesh,
         families: &families,
         wings: &wings,

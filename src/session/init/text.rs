@@ -22,6 +22,8 @@ const UPSIDE_DOWN: &str =
 pub(super) struct Case<'a> {
     /// What the new sections are, in a line that ends before a command.
     pub about: &'a str,
+    /// The file of the schema of cases, beside the case.
+    pub schema: &'a str,
     /// The path of the mesh from the case.
     pub mesh: &'a str,
     pub families: &'a [(String, Guess)],
@@ -69,6 +71,7 @@ fn length(x: f64) -> Shortest {
 impl fmt::Display for Case<'_> {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
         let case = shell_word(self.case.display());
+        writeln!(out, "#:schema ./{}\n", self.schema)?;
         writeln!(
             out,
             "# A case for {}, made by `idmesh init`. Roles are guesses; each has its reason.",
