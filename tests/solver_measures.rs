@@ -10,7 +10,7 @@ mod meshes;
 
 use common::assert_close;
 use glam::DVec3;
-use idmesh::mesh::{FamilyId, HybridMesh, OtherCells, TetMesh};
+use idmesh::mesh::{FamilyId, HybridMesh, Order, OtherCells, TetMesh, refine_hybrid};
 use idmesh::solver_measures::{Connections, Limits, SolverMeasures};
 
 /// Measures a mesh without limits.
@@ -20,7 +20,7 @@ fn measured(mesh: &TetMesh, others: &OtherCells) -> SolverMeasures {
 
 fn measured_with(mesh: &TetMesh, others: &OtherCells, limits: &Limits) -> SolverMeasures {
     let hybrid = HybridMesh { mesh, others };
-    SolverMeasures::of(hybrid, &Connections::new(hybrid).unwrap(), &mesh.vertices, limits)
+    SolverMeasures::of(&Connections::new(hybrid).unwrap(), &mesh.vertices, limits)
 }
 
 /// A grid of hexahedra of side 1, each vertex placed by a function. Its sides are six families.
@@ -209,6 +209,25 @@ fn neither_threads_nor_the_unit_matter() {
     assert_eq!(small.su2.orthogonality, one.su2.orthogonality);
     assert_eq!(small.su2.aspect_ratio, one.su2.aspect_ratio);
     assert_eq!(small.su2.volume_ratio, one.su2.volume_ratio);
+}
+
+/// Measures are taken in an order of their own, and name cells and vertices of the mesh.
+#[test]
+fn cells_in_order_have_the_names_of_the_mesh() {
+    let (mesh, others) = mixed();
+    let (mesh, others) = refine_hybrid(HybridMesh { mesh: &mesh, others: &others }).unwrap();
+    let given = HybridMesh { mesh: &mesh, others: &others };
+    let order = Order::breadth_first(given);
+    let (tets, ordered_others) = (order.of(&mesh), order.of_others(&others));
+    let ordered = HybridMesh { mesh: &tets, others: &ordered_others };
+    let mut names: Vec<u32> = (0..given.n_cells() as u32).map(|place| order.cell(place)).collect();
+    for (place, &name) in names.iter().enumerate() {
+        let corners: Vec<u32> = ordered.cell(ordered.name(place)).iter().map(|&corner| order.vertex(corner)).collect();
+        assert_eq!(corners, given.cell(given.name(name as usize)), "{place}");
+    }
+    assert!(names.iter().zip(0..).any(|(&name, place)| name != place), "the order is another one");
+    names.sort_unstable();
+    assert!(names.into_iter().eq(0..given.n_cells() as u32));
 }
 
 /// Values beyond a limit are counted, and the worst place is named. The limit itself is allowed.

@@ -119,7 +119,7 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     let inverted = kinds.as_ref().map_or(inverted, |kinds| kinds.iter().map(|kind| kind.inverted).sum());
     let limits = arguments.limits.unwrap_or_default();
     let connections = Connections::new(hybrid);
-    let solver = connections.map(|of| SolverMeasures::of(hybrid, &of, &mesh.vertices, &limits));
+    let solver = connections.map(|of| SolverMeasures::of(&of, &mesh.vertices, &limits));
     let figures = Figures {
         idmesh: env!("CARGO_PKG_VERSION").to_owned(),
         file: arguments.mesh.display().to_string(),

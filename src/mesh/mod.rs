@@ -41,6 +41,7 @@ pub use error::MeshError;
 pub use half_face::{families_inside, partly_inside};
 pub use hybrid::{CellKind, CellName, HybridMesh};
 pub use order::Order;
+pub(crate) use order::cells_around;
 pub use other_cells::{OtherCells, cell_faces};
 pub use refine::refine;
 pub use refine_others::refine_hybrid;

@@ -16,6 +16,7 @@ use super::{HybridMesh, OtherCells, TetMesh, csr::Csr};
 const ALIKE: usize = 1024;
 
 /// The places of a mesh's vertices and tets in breadth-first order.
+#[derive(Debug)]
 pub struct Order {
     /// Index in the mesh of each vertex of the ordered mesh `[n_vertices]`.
     vertices: Vec<u32>,
@@ -115,6 +116,20 @@ impl Order {
         self.vertices[place as usize]
     }
 
+    /// Number in the mesh of a cell of the ordered mesh. Cells are numbered as
+    /// [`HybridMesh::name`] counts them.
+    pub fn cell(&self, place: u32) -> u32 {
+        let [pyramids, prisms, hexahedra] = &self.others;
+        let mut first = 0;
+        for of_kind in [&self.tets, pyramids, prisms, hexahedra] {
+            if let Some(&index) = of_kind.get((place - first) as usize) {
+                return first + index;
+            }
+            first += of_kind.len() as u32;
+        }
+        place
+    }
+
     /// Brings values of the ordered vertices `[n_vertices]` into the order of the mesh.
     pub fn of_vertices<T: Copy>(&self, ordered: &[T]) -> Vec<T> {
         self.places.iter().map(|&place| ordered[place as usize]).collect()
@@ -133,15 +148,16 @@ impl Order {
     }
 }
 
-/// The cells around each vertex, ascending: `n_vertices` rows.
-fn cells_around(mesh: HybridMesh) -> Csr {
+/// The cells around each vertex, ascending: `n_vertices` rows. A degenerate cell names a vertex
+/// twice, and stands in its row once.
+pub(crate) fn cells_around(mesh: HybridMesh) -> Csr {
     let n_vertices = mesh.vertices().len();
-    if mesh.others.n_cells() == 0 {
+    let is_degenerate = |tet: &[u32; 4]| (1..4).any(|place| tet[..place].contains(&tet[place]));
+    if mesh.others.n_cells() == 0 && !mesh.mesh.tets.iter().any(is_degenerate) {
         let mut around = Csr::of_rows(n_vertices, mesh.mesh.tets.as_flattened());
         around.entries.iter_mut().for_each(|corner| *corner /= 4);
         return around;
     }
-    // A degenerate cell names a vertex twice.
     let corners = mesh.cells().zip(0..).flat_map(|(cell, number)| {
         let is_first = |&(place, vertex): &(usize, &u32)| !cell[..place].contains(vertex);
         cell.iter().enumerate().filter(is_first).map(move |(_, &vertex)| (vertex, number)).collect::<Vec<_>>()

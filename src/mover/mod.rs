@@ -92,7 +92,7 @@ pub struct Mover {
     optimises: bool,
     /// The vertices of each family `[n_families]`, ascending, in the order of `mesh`.
     family_vertices: Vec<Vec<u32>>,
-    order: Order,
+    order: Arc<Order>,
     /// The mesh in `order`, in which the corner tets of other cells follow the tets. All fields
     /// below are in `order` too.
     ordered: TetMesh,
@@ -153,7 +153,7 @@ impl Mover {
         }
         let given = HybridMesh { mesh: &mesh, others: &others };
         mesh::check(given)?;
-        let order = Order::breadth_first(given);
+        let order = Arc::new(Order::breadth_first(given));
         let (of_tets, of_others) = (order.of(&mesh), order.of_others(&others));
         let hybrid = HybridMesh { mesh: &of_tets, others: &of_others };
         // A mesh of tets is not copied.
@@ -200,7 +200,7 @@ impl Mover {
         Ok(Self {
             family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
             original_kinds,
-            meter: Arc::new(Meter::new(mesh.clone(), others.clone(), limits)),
+            meter: Arc::new(Meter::new(mesh.clone(), others.clone(), order.clone(), limits)),
             mesh,
             others,
             progress: observer,

@@ -227,7 +227,17 @@ impl<'a> Session<'a> {
         let write = Instant::now();
         self.mover.tell("writing");
         let mut files = if job.checksums.is_some() { FileSet::with_checksums() } else { FileSet::default() };
-        job.outputs.add_to(&mut files, self.case, job.name, &outcome)?;
+        // The measures take time, and only a report, a page or limits need them. A file is written by
+        // one thread, so the others measure meanwhile.
+        let with_measures = job.checksums.is_some() || !outcome.limits().is_empty();
+        rayon::in_place_scope(|others| {
+            if with_measures {
+                others.spawn(|_| {
+                    let _ = (outcome.original_solver_measures(), outcome.solver_measures());
+                });
+            }
+            job.outputs.add_to(&mut files, self.case, job.name, &outcome)
+        })?;
         // A file that is there already belongs to the result too.
         let sums_of = |files: &FileSet| {
             let sums = files.files().chain(files.kept());
@@ -240,8 +250,7 @@ impl<'a> Session<'a> {
         let verdict = outcome.check().map_err(|refused| in_files(refused, &outcome, &meshes));
         let refused = verdict.as_ref().err();
         let mut report = self.report(job.name, refused.map(Exit::from)).of_outcome(&outcome, refused);
-        // The measures take time, and only a report, a page or limits need them.
-        if job.checksums.is_some() || !outcome.limits().is_empty() {
+        if with_measures {
             report = report.with_solver_quality(&outcome);
         }
         report = report.with_outlines(&outcome, self.case.old_profiles());

@@ -1,9 +1,9 @@
 //! [`Connections`]: the cells behind each face and at each vertex.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 use crate::mesh::{
-    FamilyId, HybridMesh, MeshError,
+    FamilyId, HybridMesh, MeshError, Order, OtherCells, TetMesh, cells_around,
     corners::Face,
     csr::Csr,
     half_face::{HalfFaces, face_vertices},
@@ -11,8 +11,14 @@ use crate::mesh::{
 
 /// How the cells of a mesh are joined. Positions do not matter, so a moved mesh has the connections
 /// of the original.
-#[derive(Clone, Debug)]
+///
+/// The cells stand in an [`Order`] in which neighbours are close in memory. In the order of a file
+/// the dual volumes of 921 000 tets take three times as long.
+#[derive(Debug)]
 pub struct Connections {
+    order: Arc<Order>,
+    tets: TetMesh,
+    others: OtherCells,
     /// The faces of the cells.
     pub(super) faces: HalfFaces,
     /// The cells at each vertex: `n_vertices` rows, each ascending.
@@ -30,16 +36,20 @@ impl Connections {
     /// As [`HalfFaces::new`]: the cells do not fit together.
     pub fn new<'a>(mesh: impl Into<HybridMesh<'a>>) -> Result<Self, MeshError> {
         let mesh = mesh.into();
-        let faces = HalfFaces::new(mesh)?;
+        Self::in_order(mesh, Arc::new(Order::breadth_first(mesh)))
+    }
+
+    /// [`Connections::new`] of a mesh whose order is known.
+    ///
+    /// # Errors
+    /// As for [`Connections::new`].
+    pub fn in_order(given: HybridMesh, order: Arc<Order>) -> Result<Self, MeshError> {
+        let (tets, others) = (order.of(given.mesh), order.of_others(given.others));
+        let mesh = HybridMesh { mesh: &tets, others: &others };
+        // Errors name vertices and cells by their numbers in the mesh that was given.
+        let faces = HalfFaces::new(mesh).or_else(|error| HalfFaces::new(given).and(Err(error)))?;
         let n_vertices = mesh.vertices().len();
-        // A degenerate cell names a vertex twice, and stands in its row once.
-        let vertices_of = move |number: usize| {
-            let cell = mesh.cell(mesh.name(number));
-            let new = (0..cell.len()).filter(move |&place| !cell[..place].contains(&cell[place]));
-            new.map(move |place| (cell[place], number as u32))
-        };
-        let places = (0..mesh.n_cells()).flat_map(vertices_of);
-        let cells_at = Csr::from_pairs(n_vertices, places);
+        let cells_at = cells_around(mesh);
         let outward: HashMap<[u32; 4], u32> =
             faces.boundary().map(|half_face| (face_vertices(mesh, half_face).key(), half_face)).collect();
         let of_family = |face: u32| {
@@ -53,6 +63,16 @@ impl Connections {
         };
         let corners = (0..).zip(boundary.iter()).flat_map(corners_of);
         let boundary_at = Csr::from_pairs(n_vertices, corners);
-        Ok(Self { faces, cells_at, boundary, boundary_at })
+        Ok(Self { order, faces, cells_at, boundary, boundary_at, tets, others })
+    }
+
+    /// The mesh in its order.
+    pub(super) fn mesh(&self) -> HybridMesh<'_> {
+        HybridMesh { mesh: &self.tets, others: &self.others }
+    }
+
+    /// The order of the cells and vertices.
+    pub(super) fn order(&self) -> &Order {
+        &self.order
     }
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `openfoam` | what OpenFOAM's `checkMesh` prints of faces and cells |
 //! | `su2` | what SU2 prints of the dual volumes |
-//! | `connections` | what both need of the cells, made once per mesh |
+//! | `connections` | what both need of the cells, made once per mesh, in an order that is fast |
 //! | `limits` | limits on the measures, and what lies beyond them |
 //! | `tally` | the worst value of a measure, and the number beyond its limit |
 //!
@@ -20,8 +20,6 @@ mod tally;
 
 use glam::DVec3;
 use rayon::join;
-
-use crate::mesh::HybridMesh;
 
 pub use connections::Connections;
 pub use limits::{Exceeded, LIMITS, LimitError, LimitRow, Limits};
@@ -41,12 +39,16 @@ pub struct SolverMeasures {
 impl SolverMeasures {
     /// Measures a mesh.
     ///
-    /// - `connections`: of this mesh
-    /// - `vertices` `[n_vertices]`: positions, in the mesh's unit
+    /// - `connections`: of the mesh
+    /// - `vertices` `[n_vertices]`: positions, in the mesh's unit and order
     /// - `limits`: values beyond them are counted
-    pub fn of(mesh: HybridMesh, connections: &Connections, vertices: &[DVec3], limits: &Limits) -> Self {
-        let (openfoam, su2) =
-            join(|| OpenFoam::of(mesh, connections, vertices, limits), || Su2::of(mesh, connections, vertices, limits));
+    pub fn of(connections: &Connections, vertices: &[DVec3], limits: &Limits) -> Self {
+        let order = connections.order();
+        let vertices = &order.to_vertices(vertices);
+        let (mut openfoam, mut su2) =
+            join(|| OpenFoam::of(connections, vertices, limits), || Su2::of(connections, vertices, limits));
+        openfoam.rename(|cell| order.cell(cell));
+        su2.rename(|vertex| order.vertex(vertex));
         Self { openfoam, su2 }
     }
 }

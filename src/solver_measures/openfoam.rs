@@ -58,8 +58,12 @@ pub struct OpenFoam {
 }
 
 impl OpenFoam {
-    /// Measures a mesh; see [`super::SolverMeasures::of`].
-    pub(super) fn of(mesh: HybridMesh, connections: &Connections, vertices: &[DVec3], limits: &Limits) -> Self {
+    /// Measures a mesh.
+    ///
+    /// - `vertices` `[n_vertices]`: in the order of the connections, as are all places
+    /// - others: as for [`super::SolverMeasures::of`]
+    pub(super) fn of(connections: &Connections, vertices: &[DVec3], limits: &Limits) -> Self {
+        let mesh = connections.mesh();
         let cells = in_pieces(mesh.n_cells(), |range| OfCells::of(mesh, vertices, limits, range));
         let mut all = OfCells::new(limits);
         let mut centres = Vec::with_capacity(mesh.n_cells());
@@ -82,6 +86,13 @@ impl OpenFoam {
             pyramids: all.pyramids,
             volume: all.volume,
         }
+    }
+
+    /// Gives all places the names that they have in another order.
+    pub(super) fn rename(&mut self, cell: impl Fn(u32) -> u32) {
+        [&mut self.non_orthogonality, &mut self.skewness, &mut self.aspect_ratio, &mut self.pyramids]
+            .into_iter()
+            .for_each(|tally| tally.rename(&cell));
     }
 }
 

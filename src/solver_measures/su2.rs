@@ -49,8 +49,12 @@ pub struct Su2 {
 }
 
 impl Su2 {
-    /// Measures a mesh; see [`super::SolverMeasures::of`].
-    pub(super) fn of(mesh: HybridMesh, connections: &Connections, vertices: &[DVec3], limits: &Limits) -> Self {
+    /// Measures a mesh.
+    ///
+    /// - `vertices` `[n_vertices]`: in the order of the connections, as are all places
+    /// - others: as for [`super::SolverMeasures::of`]
+    pub(super) fn of(connections: &Connections, vertices: &[DVec3], limits: &Limits) -> Self {
+        let mesh = connections.mesh();
         let mut all = Self::new(limits);
         let of_pieces = in_pieces(vertices.len(), |range| Self::of_some(mesh, connections, vertices, limits, range));
         of_pieces.iter().for_each(|of_piece| all.join(of_piece));
@@ -95,6 +99,13 @@ impl Su2 {
         self.aspect_ratio_min = self.aspect_ratio_min.min(aspect_ratio);
         self.volume_ratio_min = self.volume_ratio_min.min(volume_ratio);
         self.volume = [self.volume[0].min(volume), self.volume[1].max(volume)];
+    }
+
+    /// Gives all places the names that they have in another order.
+    pub(super) fn rename(&mut self, vertex: impl Fn(u32) -> u32) {
+        [&mut self.orthogonality, &mut self.aspect_ratio, &mut self.volume_ratio]
+            .into_iter()
+            .for_each(|tally| tally.rename(&vertex));
     }
 
     fn join(&mut self, other: &Self) {
@@ -146,7 +157,7 @@ impl Dual {
                 let [w, p, q] = turned_to(vertex, [a, b, c, d]);
                 let [ew, ep, eq] = [w, p, q].map(|other| at(other) - own);
                 for (other, along, [p, q]) in [(w, ew, [ep, eq]), (p, ep, [eq, ew]), (q, eq, [ew, ep])] {
-                    add(edges, other, (p + q - along).cross(q - p) / 24.0);
+                    add(edges, other, (1.0 / 24.0) * (p + q - along).cross(q - p));
                 }
                 let part = ew.cross(ep).dot(eq).abs() / 144.0;
                 volume += 6.0 * part;

@@ -27,8 +27,9 @@ pub struct Tally {
     limit: Option<f64>,
     /// The worst value; NaN if a value is not a number. Infinite if there is no value.
     pub worst: f64,
-    /// The place of the first worst value: the number of a cell in the order of
-    /// [`HybridMesh`](crate::mesh::HybridMesh), or of a vertex. `None` if there is no value.
+    /// The place of a worst value: the number of a cell in the order of
+    /// [`HybridMesh`](crate::mesh::HybridMesh), or of a vertex. Of equal values the first in the
+    /// order of [`Connections`](super::Connections) counts. `None` if there is no value.
     pub place: Option<u32>,
     /// Number of values beyond the limit. 0 without a limit.
     pub beyond: usize,
@@ -55,6 +56,11 @@ impl Tally {
             (self.worst, self.place) = (other.worst, other.place);
         }
         self.beyond += other.beyond;
+    }
+
+    /// Gives the place the name that it has in another order.
+    pub(super) fn rename(&mut self, name: impl Fn(u32) -> u32) {
+        self.place = self.place.map(name);
     }
 
     /// The worst value; NaN if there is none.
