@@ -21,6 +21,7 @@ use glam::{DQuat, DVec3};
 
 use super::{Families, PlacedBy, RigidMotion, Role, SetupError, TipStart, shape::FamilyShape};
 use crate::geometry::fitted_motion::FittedMotion;
+use crate::geometry::motion_change::{FittedChange, MotionChange};
 use crate::mesh::{
     FamilyId, TetMesh,
     half_edge::{Surface, next},
@@ -192,6 +193,108 @@ impl Assembly {
             RigidMotion::Given { .. } => given(motion),
         }
     }
+
+    /// The derivative of [`Self::carried`]. It exists where the root does not move, too.
+    ///
+    /// - `displacement` `[n_vertices]`: in the mesh's unit
+    ///
+    /// # Errors
+    /// Several motions fit equally well. The vertex is the first one of the root.
+    pub fn carried_change(
+        &self,
+        mesh: &TetMesh,
+        displacement: &[DVec3],
+        start: TipStart,
+    ) -> Result<RootChange<'_>, u32> {
+        let fit: fn(&[(DVec3, DVec3, f64)]) -> Option<FittedChange> = match start {
+            TipStart::Original => return Ok(RootChange { assembly: self, fitted: None }),
+            TipStart::Rigid => FittedChange::rigid,
+            TipStart::Affine => FittedChange::affine,
+        };
+        self.change(mesh, displacement, fit)
+    }
+
+    /// The derivative of [`Self::rigid_motion`]. It exists where the root does not move, too.
+    ///
+    /// - `displacement` `[n_vertices]`: in the mesh's unit
+    ///
+    /// # Errors
+    /// As for [`Self::carried_change`].
+    pub fn rigid_change(
+        &self,
+        mesh: &TetMesh,
+        displacement: &[DVec3],
+        motion: &RigidMotion,
+    ) -> Result<RootChange<'_>, u32> {
+        match motion {
+            RigidMotion::Root => self.carried_change(mesh, displacement, TipStart::Rigid),
+            RigidMotion::Translation => self.change(mesh, displacement, |pairs| Some(FittedChange::translation(pairs))),
+            RigidMotion::None | RigidMotion::Given { .. } => Ok(RootChange { assembly: self, fitted: None }),
+        }
+    }
+
+    fn change(
+        &self,
+        mesh: &TetMesh,
+        displacement: &[DVec3],
+        fit: fn(&[(DVec3, DVec3, f64)]) -> Option<FittedChange>,
+    ) -> Result<RootChange<'_>, u32> {
+        let Some(&(first, _)) = self.root.first() else { return Ok(RootChange { assembly: self, fitted: None }) };
+        let pairs = self.pairs(mesh, &|vertex| displacement[vertex as usize]);
+        Ok(RootChange { assembly: self, fitted: Some(fit(&pairs).ok_or(first)?) })
+    }
+}
+
+/// The derivative of the motion of an assembly, or of a rigid family, by the displacement of the
+/// root.
+#[derive(Clone, Debug)]
+pub struct RootChange<'a> {
+    assembly: &'a Assembly,
+    /// `None` if the motion does not depend on the root.
+    fitted: Option<FittedChange>,
+}
+
+impl RootChange<'_> {
+    /// A change of nothing, to which derivatives by the motion are added for [`Self::reverse`].
+    /// `None` if the motion does not depend on the root.
+    pub fn none(&self) -> Option<MotionChange> {
+        self.fitted.as_ref().map(FittedChange::none)
+    }
+
+    /// Change of the motion. `None` if it does not depend on the root.
+    ///
+    /// - `change` `[n_vertices]`: of the displacement
+    pub fn forward(&self, change: &[DVec3]) -> Option<MotionChange> {
+        let fitted = self.fitted.as_ref()?;
+        let mut changes: Vec<DVec3> = self.assembly.root.iter().map(|&(vertex, _)| change[vertex as usize]).collect();
+        for &(_, normal) in &self.assembly.mirrors {
+            let images: Vec<DVec3> = changes.iter().map(|change| mirrored(*change, normal)).collect();
+            changes.extend(images);
+        }
+        Some(fitted.forward(&changes))
+    }
+
+    /// The transpose of [`Self::forward`].
+    ///
+    /// - `by_motion`: the derivative of a number by the motion
+    /// - `gradient` `[n_vertices]`: the derivative of the number by the displacement, to which the
+    ///   motion's part is added
+    pub fn reverse(&self, by_motion: Option<MotionChange>, gradient: &mut [DVec3]) {
+        let (Some(fitted), Some(by_motion)) = (&self.fitted, by_motion) else { return };
+        let mut by_points = fitted.reverse(&by_motion);
+        for &(_, normal) in self.assembly.mirrors.iter().rev() {
+            let images = by_points.split_off(by_points.len() / 2);
+            by_points.iter_mut().zip(images).for_each(|(by_point, image)| *by_point += mirrored(image, normal));
+        }
+        for (&(vertex, _), by_point) in self.assembly.root.iter().zip(by_points) {
+            gradient[vertex as usize] += by_point;
+        }
+    }
+}
+
+/// The mirror image of a vector.
+fn mirrored(vector: DVec3, normal: DVec3) -> DVec3 {
+    vector - 2.0 * normal.dot(vector) * normal
 }
 
 /// The motion that a user gives; the identity for every other.

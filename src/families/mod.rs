@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use thiserror::Error;
 
 mod alike;
@@ -15,7 +15,7 @@ mod roles;
 #[doc(hidden)]
 pub mod shape;
 
-pub use assemblies::Assembly;
+pub use assemblies::{Assembly, RootChange};
 pub use misplaced::Misplaced;
 pub use partners::{Partners, even};
 pub use roles::{Junction, PlacedBy, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
@@ -244,6 +244,9 @@ pub enum SetupError {
     Backend(#[from] BackendError),
 }
 
+/// Largest number of rounds of alternating projections.
+const ROUNDS: usize = 100;
+
 /// A larger `flat` is refused: such a family is no plane.
 pub const MOST_FLAT: f64 = 0.1;
 
@@ -397,6 +400,31 @@ impl Families {
         self.settle_along(vertex, at, None)
     }
 
+    /// The derivative of [`Self::settle`] by `at`. Where the point lies on a kink of a surface it is
+    /// that of the smooth normal.
+    pub fn settle_change(&self, vertex: u32, at: DVec3) -> DMat3 {
+        let shapes: Vec<ShapeAtVertex> = self.shapes_at(vertex).collect();
+        let rounds = match shapes.len() {
+            0 => return DMat3::IDENTITY,
+            1 => 1,
+            _ => ROUNDS,
+        };
+        let (mut at, mut change) = (at, DMat3::IDENTITY);
+        for _ in 0..rounds {
+            let before = (at, change);
+            for shape in &shapes {
+                let (closest, of_shape) = shape.closest_change(at);
+                (at, change) = (closest, of_shape * change);
+            }
+            // Where the vertex is in its place already, the change takes as many rounds as from
+            // elsewhere.
+            if (at, change) == before {
+                break;
+            }
+        }
+        change
+    }
+
     /// The point on all shapes that a vertex must stay on. If there is one shape, the point is
     /// reached from `at` along the unit vector `direction`; otherwise it is the nearest one.
     pub fn settle_along(&self, vertex: u32, at: DVec3, direction: Option<DVec3>) -> DVec3 {
@@ -408,7 +436,7 @@ impl Families {
             // Alternating projections converge to the curve where the shapes meet.
             (several, _) => {
                 let mut at = at;
-                for _ in 0..100 {
+                for _ in 0..ROUNDS {
                     let before = at;
                     at = several.iter().fold(at, |at, shape| shape.closest(at));
                     if at == before {

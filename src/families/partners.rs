@@ -176,6 +176,21 @@ impl Partners {
         }
     }
 
+    /// The transpose of [`Self::even`], for a gradient `[n_vertices]`. The mean is its own
+    /// transpose. Where all take the displacement of the first, the first takes all gradients.
+    pub fn even_reverse(&self, families: &Families, gradient: &mut Displacement) {
+        for set in &self.sets {
+            if (PlacedBy::Wing..=PlacedBy::Plane).contains(&families.placed_by[set[0] as usize]) {
+                if set.iter().any(|&vertex| families.touches_surface(vertex)) {
+                    let sum = set.iter().map(|&vertex| std::mem::take(&mut gradient[vertex as usize])).sum();
+                    gradient[set[0] as usize] = sum;
+                } else {
+                    even(set, gradient, false);
+                }
+            }
+        }
+    }
+
     /// Changes `slide` so that partners among some vertices have the same total displacement.
     ///
     /// - `own`: the vertices whose slide is known, ascending

@@ -1,11 +1,11 @@
 //! The shapes on which vertices slide: the original surface of a carenage, the plane of a plane
 //! family.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::{MOST_FLAT, PlacedBy, Role, SetupError};
 use crate::{
-    geometry::triangle_normal,
+    geometry::{rotation_vectors::outer, triangle_normal},
     mesh::{FamilyId, TetMesh, half_edge::Surface},
     projection::{TargetSurface, continuation},
 };
@@ -36,6 +36,14 @@ impl ShapeAtVertex<'_> {
         match self.shape {
             FamilyShape::Surface(target) => target.closest(at).point,
             FamilyShape::Plane(point, normal) => at - *normal * (normal.dot(at - *point) - self.offset),
+        }
+    }
+
+    /// [`Self::closest`] and its derivative by `at`.
+    pub fn closest_change(&self, at: DVec3) -> (DVec3, DMat3) {
+        match self.shape {
+            FamilyShape::Surface(target) => target.closest_change(at),
+            FamilyShape::Plane(_, normal) => (self.closest(at), DMat3::IDENTITY - outer(*normal, *normal)),
         }
     }
 

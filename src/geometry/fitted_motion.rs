@@ -97,24 +97,22 @@ impl FittedMotion {
             spread += p * p.transpose() * pair.2;
             mapped += (q - p) * p.transpose() * pair.2;
         }
-        let eigen = SymmetricEigen::new(spread);
-        let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        let mut stretch = Matrix3::identity();
-        let mut wider = f64::INFINITY;
-        for (rank, axis) in order.into_iter().enumerate() {
-            let extent = eigen.eigenvalues[axis];
-            // The two widest directions span the tip. They count unless the points lie on a line or
-            // in one place.
-            let least = if rank < 2 { 1e-6 * eigen.eigenvalues[order[0]] } else { FLAT * wider };
-            if extent.is_nan() || extent <= least {
-                break;
-            }
-            let direction = eigen.eigenvectors.column(axis);
-            stretch += mapped * direction * direction.transpose() / extent;
-            wider = extent;
-        }
+        let stretch = stretched(spread).into_iter().fold(Matrix3::identity(), |stretch, (direction, extent)| {
+            stretch + mapped * direction * direction.transpose() / extent
+        });
         Self { linear: rigid.linear * stretch, ..rigid }
+    }
+
+    /// The unit directions in which [`Self::affine`] stretches, at right angles, each with the
+    /// weighted sum of the squares of the points' extents in it. In other directions it turns
+    /// only.
+    ///
+    /// - `points`: relative to their weighted centre, with their weights
+    pub fn stretched(points: &[(DVec3, f64)]) -> Vec<(DVec3, f64)> {
+        let spread: Matrix3<f64> =
+            points.iter().map(|&(point, weight)| column(point) * column(point).transpose() * weight).sum();
+        let vector = |(direction, extent): (Vector3<f64>, f64)| (DVec3::from(direction.data.0[0]), extent);
+        stretched(spread).into_iter().map(vector).collect()
     }
 
     /// The angle of the rotation of a rigid motion, in radians, from 0 to pi. Not meaningful for an
@@ -135,6 +133,30 @@ impl FittedMotion {
         let turned = self.linear * column(at - self.from);
         self.to + DVec3::new(turned.x, turned.y, turned.z) - at
     }
+}
+
+/// The unit directions in which an affine motion stretches, at right angles, each with the spread
+/// of the points in it.
+///
+/// - `spread`: the weighted sum of `p p^T` over the points, relative to their centre
+fn stretched(spread: Matrix3<f64>) -> Vec<(Vector3<f64>, f64)> {
+    let eigen = SymmetricEigen::new(spread);
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let mut directions = Vec::with_capacity(3);
+    let mut wider = f64::INFINITY;
+    for (rank, axis) in order.into_iter().enumerate() {
+        let extent = eigen.eigenvalues[axis];
+        // The two widest directions span the tip. They count unless the points lie on a line or in
+        // one place.
+        let least = if rank < 2 { 1e-6 * eigen.eigenvalues[order[0]] } else { FLAT * wider };
+        if extent.is_nan() || extent <= least {
+            break;
+        }
+        directions.push((eigen.eigenvectors.column(axis).into_owned(), extent));
+        wider = extent;
+    }
+    directions
 }
 
 /// The rotation nearest to a matrix, by Newton's iteration with Higham's scaling (SIAM J. Sci.

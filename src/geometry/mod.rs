@@ -4,6 +4,7 @@
 
 mod boxes;
 pub mod fitted_motion;
+pub mod motion_change;
 pub mod rotation_vectors;
 mod segments;
 mod triangles;

@@ -47,6 +47,28 @@ pub enum NotDifferentiable {
     /// A relaxation of the update did not converge, so there is no equilibrium to differentiate.
     #[error("a relaxation of the update did not converge, and only an equilibrium has a derivative; allow more sweeps")]
     Unconverged,
+    /// The junction of a family slides, and products through its stage are not there yet.
+    #[error(
+        "the junction of family `{family}` slides, and products through its stage are not there yet, \
+         expected junction = \"glued\""
+    )]
+    Junction {
+        /// The family.
+        family: String,
+    },
+    /// A vertex of a carenage slid to an end of the carenage, where it is held back, or to an edge
+    /// too sharp to slide over.
+    #[error(
+        "vertex {vertex}, originally at {}, slid to an end or to a sharp edge of its carenage, so how it slides on is \
+         not known",
+        place(*position)
+    )]
+    Carenage {
+        /// The vertex, counted from 0.
+        vertex: u32,
+        /// Original position of the vertex.
+        position: DVec3,
+    },
     /// Several rotations fit the motion of the surface around a vertex equally well.
     #[error(
         "the surface around vertex {vertex}, originally at {}, moved so that several rotations fit equally well: it is \

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError};
 use crate::{
-    families::{Families, PlacedBy},
+    families::{Families, Junction, PlacedBy, Role},
     mesh::{Displacement, FamilyId, TetMesh},
     relaxation::{Convergence, Stopping},
     stage::{Kept, NoProduct, SetUp},
@@ -118,8 +118,9 @@ impl Mover {
         check_finite(seed, || "the seed".to_owned())?;
         let mut gradient = self.order.to_vertices(seed);
         self.run_products(STAGES.iter().rev(), |row, stages, set_up, stopping| {
-            // The mean of partners is its own transpose.
-            even(row, set_up, &mut gradient);
+            if row.placed_by < PlacedBy::Volume {
+                set_up.families.partners.even_reverse(set_up.families, &mut gradient);
+            }
             match row.products {
                 Some(products) => products(stages).reverse(set_up, &kept, &mut gradient, stopping),
                 None => Ok(Convergence::nothing_to_do()),
@@ -181,12 +182,16 @@ impl Mover {
         let stopping = Stopping { tolerance: stopping.tolerance.min(TOLERANCE), ..*stopping };
         let mut convergence = Convergence::nothing_to_do();
         for row in order {
+            let given = |vertex: u32| (self.order.vertex(vertex), mesh.vertices[vertex as usize]);
             let of_stage = product(row, stages, &set_up, &stopping).map_err(|why| match why {
                 NoProduct::Backend(error) => error.into(),
                 NoProduct::Rotation { vertex } => {
-                    let position = mesh.vertices[vertex as usize];
-                    let vertex = self.order.vertex(vertex);
+                    let (vertex, position) = given(vertex);
                     ProductError::from(NotDifferentiable::Rotation { vertex, position })
+                }
+                NoProduct::Carenage { vertex } => {
+                    let (vertex, position) = given(vertex);
+                    ProductError::from(NotDifferentiable::Carenage { vertex, position })
                 }
             })?;
             convergence = convergence.and(of_stage);
@@ -213,7 +218,12 @@ fn check_finite(vectors: &[DVec3], of: impl Fn() -> String) -> Result<(), Produc
 /// The first family that moves with a stage that has no products yet.
 pub(super) fn without_products(mesh: &TetMesh, families: &Families) -> Option<NotDifferentiable> {
     let mut stages = STAGES.iter().filter(|row| row.products.is_none());
-    let family = stages.find_map(|row| families.families_of(row.placed_by).next())?;
-    let role = families.roles[family.index()].name();
-    Some(NotDifferentiable::Role { family: mesh.families[family.index()].clone(), role })
+    let name = |family: FamilyId| mesh.families[family.index()].clone();
+    if let Some(family) = stages.find_map(|row| families.families_of(row.placed_by).next()) {
+        return Some(NotDifferentiable::Role { family: name(family), role: families.roles[family.index()].name() });
+    }
+    let slides =
+        |family: &FamilyId| matches!(families.roles[family.index()], Role::Attached { junction: Junction::Slide, .. });
+    let sliding = families.families_of(PlacedBy::Attached).find(slides)?;
+    Some(NotDifferentiable::Junction { family: name(sliding) })
 }

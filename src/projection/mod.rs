@@ -8,9 +8,11 @@
 pub mod continuation;
 pub mod crossing;
 pub mod curved;
+mod slope;
 mod tree;
 pub mod walk;
 
+pub use slope::Slope;
 pub use tree::TriangleTree;
 
 use glam::DVec3;

@@ -213,9 +213,14 @@ impl TriangleTree {
         Leaf { bounds: [low, high], places: start as usize..(start + count) as usize }
     }
 
+    /// The corners of one triangle.
+    pub(super) fn corners_of(&self, triangle: u32) -> [DVec3; 3] {
+        self.corners[self.place[triangle as usize] as usize]
+    }
+
     /// Unit normal of one triangle.
     pub fn facet_normal(&self, triangle: u32) -> DVec3 {
-        unit_normal(self.corners[self.place[triangle as usize] as usize])
+        unit_normal(self.corners_of(triangle))
     }
 }
 

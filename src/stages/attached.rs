@@ -44,21 +44,22 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::junction::Junctions;
 use super::surface_network::SurfaceNetwork;
-use crate::families::{Assembly, Families, Junction, PlacedBy, RigidMotion, Role, SetupError, TipStart};
+use crate::families::{Assembly, Families, Junction, PlacedBy, RigidMotion, Role, RootChange, SetupError, TipStart};
 use crate::mesh::Displacement;
-use crate::stage::{SetUp, Stage, StageError};
+use crate::stage::{Kept, NoProduct, Products, SetUp, Stage, StageError};
 use crate::{
+    backend::BackendError,
     constraint::Constraint,
     geometry::{fitted_motion::FittedMotion, triangle_normal},
     mesh::{
         FamilyId, TetMesh,
         half_edge::{Surface, next},
     },
-    relaxation::Convergence,
+    relaxation::{Convergence, Stopping},
 };
 
 /// The wingtips and attached families of a mesh.
@@ -133,19 +134,10 @@ impl Stage for AttachedFamilies {
             if set.placed.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
-            // The conservative springs pull to displacement zero, so the best motion is subtracted.
-            let carried = |vertex: u32| start.displacement(mesh.vertices[vertex as usize]);
-            let given: Vec<DVec3> = set.placed.iter().map(|&vertex| displacement[vertex as usize]).collect();
-            for &vertex in &set.placed {
-                displacement[vertex as usize] -= carried(vertex);
-            }
-            convergence = convergence.and(set.network.relax(displacement, stopping)?);
-            for (&vertex, given) in set.placed.iter().zip(given) {
-                displacement[vertex as usize] = given;
-            }
+            convergence = convergence.and(set.relax(&mesh.vertices, &start, displacement, stopping)?);
             for &vertex in &set.inside {
                 let at = mesh.vertices[vertex as usize];
-                let moved = at + displacement[vertex as usize] + carried(vertex);
+                let moved = at + displacement[vertex as usize] + start.displacement(at);
                 displacement[vertex as usize] = families.settle(vertex, moved) - at;
             }
         }
@@ -194,6 +186,135 @@ impl Attached {
         let network =
             SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
         Ok(Self { assembly, families: own, start, placed, inside, network })
+    }
+
+    /// Relaxes the inside, relative to the start. The conservative springs pull to displacement
+    /// zero, so the start is subtracted where vertices are placed.
+    ///
+    /// - `displacement` `[n_vertices]`: on exit the inside's is relative to the start
+    fn relax(
+        &mut self,
+        vertices: &[DVec3],
+        start: &FittedMotion,
+        displacement: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let given: Vec<DVec3> = self.placed.iter().map(|&vertex| displacement[vertex as usize]).collect();
+        for &vertex in &self.placed {
+            displacement[vertex as usize] -= start.displacement(vertices[vertex as usize]);
+        }
+        let convergence = self.network.relax(displacement, stopping)?;
+        for (&vertex, given) in self.placed.iter().zip(given) {
+            displacement[vertex as usize] = given;
+        }
+        Ok(convergence)
+    }
+}
+
+impl Products for AttachedFamilies {
+    fn forward(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        change: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let vertices = &set_up.mesh.vertices;
+        let mut convergence = Convergence::nothing_to_do();
+        let changes = self.changes(set_up, kept)?;
+        for (set, SetChange { start, settled }) in self.sets.iter_mut().zip(&changes) {
+            let motion = start.forward(change);
+            let carried = |vertex: u32| motion.map_or(DVec3::ZERO, |motion| motion.of(vertices[vertex as usize]));
+            set.inside.iter().for_each(|&vertex| change[vertex as usize] = DVec3::ZERO);
+            if set.placed.is_empty() {
+                continue;
+            }
+            let given: Vec<DVec3> = set.placed.iter().map(|&vertex| change[vertex as usize]).collect();
+            set.placed.iter().for_each(|&vertex| change[vertex as usize] -= carried(vertex));
+            convergence = convergence.and(set.network.forward(change, stopping)?);
+            set.placed.iter().zip(given).for_each(|(&vertex, given)| change[vertex as usize] = given);
+            set.inside.iter().for_each(|&vertex| change[vertex as usize] += carried(vertex));
+            for &(vertex, settled) in settled {
+                change[vertex as usize] = settled * change[vertex as usize];
+            }
+        }
+        Ok(convergence)
+    }
+
+    fn reverse(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        gradient: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let vertices = &set_up.mesh.vertices;
+        let mut convergence = Convergence::nothing_to_do();
+        let changes = self.changes(set_up, kept)?;
+        for (set, SetChange { start, settled }) in self.sets.iter_mut().zip(&changes).rev() {
+            for &(vertex, settled) in settled {
+                gradient[vertex as usize] = settled.transpose() * gradient[vertex as usize];
+            }
+            if !set.placed.is_empty() {
+                let mut by_motion = start.none();
+                let mut add = |vertex: u32, by_vertex: DVec3| {
+                    if let Some(by_motion) = &mut by_motion {
+                        by_motion.add(vertices[vertex as usize], by_vertex);
+                    }
+                };
+                set.inside.iter().for_each(|&vertex| add(vertex, gradient[vertex as usize]));
+                let take = |&vertex: &u32| std::mem::take(&mut gradient[vertex as usize]);
+                let given: Vec<DVec3> = set.placed.iter().map(take).collect();
+                convergence = convergence.and(set.network.reverse(gradient, stopping)?);
+                for (&vertex, given) in set.placed.iter().zip(given) {
+                    add(vertex, -gradient[vertex as usize]);
+                    gradient[vertex as usize] += given;
+                }
+                start.reverse(by_motion, gradient);
+            }
+            set.inside.iter().for_each(|&vertex| gradient[vertex as usize] = DVec3::ZERO);
+        }
+        Ok(convergence)
+    }
+}
+
+/// The derivatives of a set of families at one displacement.
+struct SetChange<'a> {
+    /// Of the start.
+    start: RootChange<'a>,
+    /// Of the places to which vertices settle. Vertices that stay on no carenage and no plane are
+    /// left out.
+    settled: Vec<(u32, DMat3)>,
+}
+
+impl AttachedFamilies {
+    /// The derivatives of all sets. Where vertices settle on a carenage, the springs relax again,
+    /// because the places from which vertices settle tell how they do.
+    fn changes<'a>(&mut self, set_up: &SetUp<'a>, kept: &Kept) -> Result<Vec<SetChange<'a>>, NoProduct> {
+        let SetUp { mesh, families, stopping, .. } = *set_up;
+        let mut changes = Vec::with_capacity(self.sets.len());
+        for set in &mut self.sets {
+            let assembly = &families.assemblies[set.assembly];
+            let change = assembly.carried_change(mesh, &kept.surfaces, set.start);
+            let change = change.map_err(|vertex| NoProduct::Rotation { vertex })?;
+            let mut settled = Vec::new();
+            if set.inside.iter().any(|&vertex| families.shapes_at(vertex).next().is_some()) {
+                let start = assembly.carried(mesh, &kept.surfaces, set.start);
+                let mut displacement = kept.surfaces.clone();
+                set.inside.iter().for_each(|&vertex| displacement[vertex as usize] = DVec3::ZERO);
+                if set.inside.iter().any(|&vertex| families.touches_surface(vertex)) {
+                    set.relax(&mesh.vertices, &start, &mut displacement, &stopping)?;
+                }
+                let shaped = set.inside.iter().filter(|&&vertex| families.shapes_at(vertex).next().is_some());
+                settled.extend(shaped.map(|&vertex| {
+                    let at = mesh.vertices[vertex as usize];
+                    let moved = at + displacement[vertex as usize] + start.displacement(at);
+                    (vertex, families.settle_change(vertex, moved))
+                }));
+            }
+            changes.push(SetChange { start: change, settled });
+        }
+        Ok(changes)
     }
 }
 

@@ -14,17 +14,18 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::surface_equilibrium::SurfaceEquilibrium;
 use super::surface_network::SurfaceNetwork;
-use crate::families::PlacedBy;
 use crate::families::shape::FamilyShape;
+use crate::families::{Families, PlacedBy};
 use crate::mesh::Displacement;
-use crate::stage::{SetUp, Stage, StageError};
+use crate::stage::{Kept, NoProduct, Products, SetUp, Stage, StageError};
 use crate::{
     backend::BackendError,
     constraint::Constraint,
     mesh::{FamilyId, TetMesh},
     projection::TargetSurface,
-    relaxation::Convergence,
+    relaxation::{Convergence, Stopping},
 };
 
 /// Largest number of rounds. After these a carenage counts as not converged. The example takes 4
@@ -100,6 +101,51 @@ impl Stage for Carenages {
             all = all.and(convergence);
         }
         Ok(all)
+    }
+}
+
+impl Products for Carenages {
+    fn forward(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        change: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        clear(set_up.families, change);
+        let mut all = Convergence::nothing_to_do();
+        for (family, network) in &mut self.carenages {
+            let Some(FamilyShape::Surface(target)) = &set_up.families.shapes[family.index()] else { continue };
+            let mut equilibrium = SurfaceEquilibrium::new(set_up.mesh, target, network, &kept.surfaces)?;
+            all = all.and(equilibrium.forward(change, stopping)?);
+        }
+        Ok(all)
+    }
+
+    fn reverse(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        gradient: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let mut all = Convergence::nothing_to_do();
+        for (family, network) in self.carenages.iter_mut().rev() {
+            let Some(FamilyShape::Surface(target)) = &set_up.families.shapes[family.index()] else { continue };
+            let mut equilibrium = SurfaceEquilibrium::new(set_up.mesh, target, network, &kept.surfaces)?;
+            all = all.and(equilibrium.reverse(gradient, stopping)?);
+        }
+        clear(set_up.families, gradient);
+        Ok(all)
+    }
+}
+
+/// Sets the vectors of the stage's own vertices to zero.
+fn clear(families: &Families, vectors: &mut Displacement) {
+    for (vector, placed_by) in vectors.iter_mut().zip(&families.placed_by) {
+        if *placed_by == PlacedBy::Carenage {
+            *vector = DVec3::ZERO;
+        }
     }
 }
 

@@ -26,6 +26,7 @@ pub mod rigid;
 mod rulings;
 pub mod shared_curve;
 mod strip;
+mod surface_equilibrium;
 pub mod surface_network;
 pub mod trailing_edge;
 pub mod wing;
@@ -116,11 +117,26 @@ pub const STAGES: &[StageRow] = &[
         name: "trailing edge",
         placed_by: PlacedBy::TrailingEdge,
         of: |stages| &mut stages.trailing_edges,
-        products: None,
+        products: Some(|stages| &mut stages.trailing_edges),
     },
-    StageRow { name: "rigid", placed_by: PlacedBy::Rigid, of: |stages| &mut stages.rigids, products: None },
-    StageRow { name: "attached", placed_by: PlacedBy::Attached, of: |stages| &mut stages.attached, products: None },
-    StageRow { name: "carenage", placed_by: PlacedBy::Carenage, of: |stages| &mut stages.carenages, products: None },
+    StageRow {
+        name: "rigid",
+        placed_by: PlacedBy::Rigid,
+        of: |stages| &mut stages.rigids,
+        products: Some(|stages| &mut stages.rigids),
+    },
+    StageRow {
+        name: "attached",
+        placed_by: PlacedBy::Attached,
+        of: |stages| &mut stages.attached,
+        products: Some(|stages| &mut stages.attached),
+    },
+    StageRow {
+        name: "carenage",
+        placed_by: PlacedBy::Carenage,
+        of: |stages| &mut stages.carenages,
+        products: Some(|stages| &mut stages.carenages),
+    },
     StageRow {
         name: "planes",
         placed_by: PlacedBy::Plane,

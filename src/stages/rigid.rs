@@ -12,11 +12,12 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::families::{PlacedBy, Role, TipStart};
+use crate::families::{Families, PlacedBy, Role, RootChange, TipStart};
 use crate::geometry::fitted_motion::FittedMotion;
+use crate::mesh::half_edge::Surface;
 use crate::mesh::{Displacement, FamilyId};
-use crate::relaxation::Convergence;
-use crate::stage::{SetUp, Stage, StageError};
+use crate::relaxation::{Convergence, Stopping};
+use crate::stage::{Kept, NoProduct, Products, SetUp, Stage, StageError};
 
 /// All rigid families of a mesh, and the motions of the assemblies in the last run.
 #[derive(Default)]
@@ -91,7 +92,7 @@ impl Stage for Rigids {
                 let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
                 let motion = assembly.rigid_motion(mesh, displacement, motion);
                 let own = surface.vertices_of(family);
-                for &vertex in own.iter().filter(|&&vertex| families.placed_by[vertex as usize] == PlacedBy::Rigid) {
+                for vertex in placed(families, surface, family) {
                     displacement[vertex as usize] = motion.displacement(mesh.vertices[vertex as usize]);
                 }
                 let root = own.iter().filter(|&&vertex| families.placed_by[vertex as usize] < PlacedBy::Rigid);
@@ -106,6 +107,68 @@ impl Stage for Rigids {
                 let strain = root.into_iter().map(strain).max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
                 self.bodies.push(Body { family, motion, strain });
             }
+        }
+        Ok(Convergence::nothing_to_do())
+    }
+}
+
+/// The derivative of the motion of each rigid family, in the order of their assemblies.
+fn changes<'a>(set_up: &SetUp<'a>, kept: &Kept) -> Result<Vec<(FamilyId, RootChange<'a>)>, NoProduct> {
+    let SetUp { mesh, families, .. } = *set_up;
+    let mut changes = Vec::new();
+    for assembly in &families.assemblies {
+        for &family in &assembly.families {
+            let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
+            let change = assembly.rigid_change(mesh, &kept.surfaces, motion);
+            changes.push((family, change.map_err(|vertex| NoProduct::Rotation { vertex })?));
+        }
+    }
+    Ok(changes)
+}
+
+/// The vertices of a family that the stage places.
+fn placed<'a>(families: &'a Families, surface: &'a Surface, family: FamilyId) -> impl Iterator<Item = u32> + 'a {
+    let own = surface.vertices_of(family).iter().copied();
+    own.filter(|&vertex| families.placed_by[vertex as usize] == PlacedBy::Rigid)
+}
+
+impl Products for Rigids {
+    fn forward(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        change: &mut Displacement,
+        _: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let SetUp { mesh, surface, families, .. } = *set_up;
+        for (family, of_motion) in changes(set_up, kept)? {
+            let motion = of_motion.forward(change);
+            for vertex in placed(families, surface, family) {
+                change[vertex as usize] =
+                    motion.map_or(DVec3::ZERO, |motion| motion.of(mesh.vertices[vertex as usize]));
+            }
+        }
+        Ok(Convergence::nothing_to_do())
+    }
+
+    fn reverse(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        gradient: &mut Displacement,
+        _: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let SetUp { mesh, surface, families, .. } = *set_up;
+        // Of two families the last one places a common vertex.
+        for (family, of_motion) in changes(set_up, kept)?.into_iter().rev() {
+            let mut by_motion = of_motion.none();
+            for vertex in placed(families, surface, family) {
+                let by_vertex = std::mem::take(&mut gradient[vertex as usize]);
+                if let Some(by_motion) = &mut by_motion {
+                    by_motion.add(mesh.vertices[vertex as usize], by_vertex);
+                }
+            }
+            of_motion.reverse(by_motion, gradient);
         }
         Ok(Convergence::nothing_to_do())
     }

@@ -129,13 +129,37 @@ impl SurfaceNetwork {
         Ok(convergence)
     }
 
+    /// The equilibrium of forces alone: no held vertex moves.
+    ///
+    /// - `force` `[n]`: on the network's vertices, in any unit
+    /// - `stopping`: its tolerance is relative to the argument
+    ///
+    /// Returns the displacement `[n]` in the unit of `force` over stiffness.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn of_force(
+        &mut self,
+        force: &[DVec3],
+        stopping: &Stopping,
+    ) -> Result<(Vec<DVec3>, Convergence), BackendError> {
+        let mut displacement = vec![DVec3::ZERO; self.vertices.len()];
+        let convergence = self.relaxer.forward(&mut displacement, Some(force), stopping)?;
+        Ok((displacement, convergence))
+    }
+
+    /// The network, in f64.
+    pub fn network(&self) -> &Network {
+        self.relaxer.network()
+    }
+
     /// The values of the network's vertices, from those of all vertices of the mesh.
-    fn gather(&self, of_mesh: &[DVec3]) -> Vec<DVec3> {
+    pub fn gather(&self, of_mesh: &[DVec3]) -> Vec<DVec3> {
         self.vertices.iter().map(|&vertex| of_mesh[vertex as usize]).collect()
     }
 
     /// Writes the values of the network's vertices into those of all vertices of the mesh.
-    fn scatter(&self, local: &[DVec3], of_mesh: &mut [DVec3]) {
+    pub fn scatter(&self, local: &[DVec3], of_mesh: &mut [DVec3]) {
         self.vertices.iter().zip(local).for_each(|(&vertex, value)| of_mesh[vertex as usize] = *value);
     }
 

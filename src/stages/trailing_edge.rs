@@ -16,13 +16,13 @@
 
 use std::collections::HashSet;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::surface_network::SurfaceNetwork;
-use crate::families::PlacedBy;
-use crate::geometry::fitted_motion::FittedMotion;
+use crate::families::{Families, PlacedBy};
+use crate::geometry::{fitted_motion::FittedMotion, motion_change::FittedChange};
 use crate::mesh::Displacement;
-use crate::stage::{SetUp, Stage, StageError};
+use crate::stage::{Kept, NoProduct, Products, SetUp, Stage, StageError};
 use crate::{
     backend::BackendError,
     constraint::Constraint,
@@ -58,11 +58,7 @@ impl Arc {
         displacement: &mut [DVec3],
         stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
-        let corner = |vertex: u32| {
-            let at = vertices[vertex as usize];
-            (at, at + displacement[vertex as usize], 1.0)
-        };
-        let pairs = self.corners.map(corner);
+        let pairs = self.pairs(vertices, displacement);
         if self.corners.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
             return Ok(Convergence::nothing_to_do());
         }
@@ -78,9 +74,130 @@ impl Arc {
         }
         Ok(convergence)
     }
+
+    /// The corners before and after the motion, with their weights.
+    fn pairs(&self, vertices: &[DVec3], displacement: &[DVec3]) -> [(DVec3, DVec3, f64); 4] {
+        self.corners.map(|vertex| {
+            let at = vertices[vertex as usize];
+            (at, at + displacement[vertex as usize], 1.0)
+        })
+    }
+
+    /// Change of [`Self::relax`].
+    fn forward(
+        &mut self,
+        fit: &FittedChange,
+        vertices: &[DVec3],
+        change: &mut [DVec3],
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let motion = fit.forward(&self.corners.map(|vertex| change[vertex as usize]));
+        let carried = |vertex: u32| motion.of(vertices[vertex as usize]);
+        let [one, other, ..] = self.corners;
+        let given = [one, other].map(|end| (end, change[end as usize]));
+        given.iter().for_each(|&(end, _)| change[end as usize] -= carried(end));
+        let convergence = self.chain.forward(change, stopping)?;
+        given.iter().for_each(|&(end, own)| change[end as usize] = own);
+        for (vertex, _) in self.chain.moving() {
+            change[vertex as usize] += carried(vertex);
+        }
+        Ok(convergence)
+    }
+
+    /// The transpose of [`Self::forward`].
+    fn reverse(
+        &mut self,
+        fit: &FittedChange,
+        vertices: &[DVec3],
+        gradient: &mut [DVec3],
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let mut by_motion = fit.none();
+        for (vertex, _) in self.chain.moving() {
+            by_motion.add(vertices[vertex as usize], gradient[vertex as usize]);
+        }
+        let [one, other, ..] = self.corners;
+        let given = [one, other].map(|end| (end, std::mem::take(&mut gradient[end as usize])));
+        let convergence = self.chain.reverse(gradient, stopping)?;
+        for (end, own) in given {
+            by_motion.add(vertices[end as usize], -gradient[end as usize]);
+            gradient[end as usize] += own;
+        }
+        for (vertex, by_corner) in self.corners.iter().zip(fit.reverse(&by_motion)) {
+            gradient[*vertex as usize] += by_corner;
+        }
+        Ok(convergence)
+    }
+}
+
+impl TrailingEdge {
+    /// Relaxes the boundary curve.
+    fn relax_curve(
+        &mut self,
+        vertices: &[DVec3],
+        displacement: &mut [DVec3],
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let mut convergence = self.curve.relax(displacement, stopping)?;
+        for arc in &mut self.arcs {
+            convergence = convergence.and(arc.relax(vertices, displacement, stopping)?);
+        }
+        Ok(convergence)
+    }
+
+    /// Brings the vertices of the boundary curve back onto the carenages and planes that they
+    /// touch.
+    fn settle(&self, vertices: &[DVec3], families: &Families, displacement: &mut [DVec3]) {
+        for vertex in self.on_curve() {
+            let displacement = &mut displacement[vertex as usize];
+            if *displacement != DVec3::ZERO {
+                let start = vertices[vertex as usize];
+                *displacement = families.settle(vertex, start + *displacement) - start;
+            }
+        }
+    }
+
+    /// The vertices of the boundary curve that may move.
+    fn on_curve(&self) -> impl Iterator<Item = u32> + '_ {
+        let on_arcs = self.arcs.iter().flat_map(|arc| arc.chain.moving());
+        self.curve.moving().chain(on_arcs).map(|(vertex, _)| vertex)
+    }
+}
+
+/// The derivatives of a boundary curve at one displacement.
+struct CurveChange {
+    /// Of the motions of the arcs.
+    arcs: Vec<FittedChange>,
+    /// Of the places to which vertices settle.
+    settled: Vec<(u32, DMat3)>,
 }
 
 impl TrailingEdges {
+    /// The derivatives of the boundary curves. The curves relax again, because the places from
+    /// which vertices settle tell how they do.
+    fn curve_changes(&mut self, set_up: &SetUp, kept: &Kept) -> Result<Vec<CurveChange>, NoProduct> {
+        let SetUp { mesh, families, stopping, .. } = set_up;
+        let mut displacement = kept.surfaces.clone();
+        clear(families, &mut displacement);
+        let mut changes = Vec::with_capacity(self.edges.len());
+        for edge in &mut self.edges {
+            edge.relax_curve(&mesh.vertices, &mut displacement, stopping)?;
+            let settle = |vertex: u32| {
+                let at = mesh.vertices[vertex as usize] + displacement[vertex as usize];
+                (vertex, families.settle_change(vertex, at))
+            };
+            let settled = edge.on_curve().map(settle).collect();
+            edge.settle(&mesh.vertices, families, &mut displacement);
+            let of_arc = |arc: &Arc| {
+                let fit = FittedChange::affine(&arc.pairs(&mesh.vertices, &displacement));
+                fit.ok_or(NoProduct::Rotation { vertex: arc.corners[0] })
+            };
+            let arcs = edge.arcs.iter().map(of_arc).collect::<Result<_, _>>()?;
+            changes.push(CurveChange { arcs, settled });
+        }
+        Ok(changes)
+    }
+
     /// Sets up two networks for each trailing edge: its boundary curve and its surface.
     ///
     /// # Errors
@@ -132,24 +249,77 @@ impl Stage for TrailingEdges {
         let SetUp { mesh, families, stopping, .. } = set_up;
         let mut convergence = Convergence::nothing_to_do();
         for edge in &mut self.edges {
-            convergence = convergence.and(edge.curve.relax(displacement, stopping)?);
-            for arc in &mut edge.arcs {
-                convergence = convergence.and(arc.relax(&mesh.vertices, displacement, stopping)?);
-            }
-            let on_arcs = edge.arcs.iter().flat_map(|arc| arc.chain.moving());
-            for (vertex, _) in edge.curve.moving().chain(on_arcs) {
-                let displacement = &mut displacement[vertex as usize];
-                if *displacement != DVec3::ZERO {
-                    let start = mesh.vertices[vertex as usize];
-                    *displacement = families.settle(vertex, start + *displacement) - start;
-                }
-            }
+            convergence = convergence.and(edge.relax_curve(&mesh.vertices, displacement, stopping)?);
+            edge.settle(&mesh.vertices, families, displacement);
         }
         families.partners.even(families, displacement);
         for edge in &mut self.edges {
             convergence = convergence.and(edge.surface.relax(displacement, stopping)?);
         }
         Ok(convergence)
+    }
+}
+
+impl Products for TrailingEdges {
+    fn forward(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        change: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let SetUp { mesh, families, .. } = set_up;
+        clear(families, change);
+        let mut convergence = Convergence::nothing_to_do();
+        for (of_curve, edge) in self.curve_changes(set_up, kept)?.iter().zip(&mut self.edges) {
+            convergence = convergence.and(edge.curve.forward(change, stopping)?);
+            for (fit, arc) in of_curve.arcs.iter().zip(&mut edge.arcs) {
+                convergence = convergence.and(arc.forward(fit, &mesh.vertices, change, stopping)?);
+            }
+            for &(vertex, settled) in &of_curve.settled {
+                change[vertex as usize] = settled * change[vertex as usize];
+            }
+        }
+        families.partners.even(families, change);
+        for edge in &mut self.edges {
+            convergence = convergence.and(edge.surface.forward(change, stopping)?);
+        }
+        Ok(convergence)
+    }
+
+    fn reverse(
+        &mut self,
+        set_up: &SetUp,
+        kept: &Kept,
+        gradient: &mut Displacement,
+        stopping: &Stopping,
+    ) -> Result<Convergence, NoProduct> {
+        let SetUp { mesh, families, .. } = set_up;
+        let mut convergence = Convergence::nothing_to_do();
+        for edge in self.edges.iter_mut().rev() {
+            convergence = convergence.and(edge.surface.reverse(gradient, stopping)?);
+        }
+        families.partners.even_reverse(families, gradient);
+        for (of_curve, edge) in self.curve_changes(set_up, kept)?.iter().zip(&mut self.edges).rev() {
+            for &(vertex, settled) in of_curve.settled.iter().rev() {
+                gradient[vertex as usize] = settled.transpose() * gradient[vertex as usize];
+            }
+            for (fit, arc) in of_curve.arcs.iter().zip(&mut edge.arcs).rev() {
+                convergence = convergence.and(arc.reverse(fit, &mesh.vertices, gradient, stopping)?);
+            }
+            convergence = convergence.and(edge.curve.reverse(gradient, stopping)?);
+        }
+        clear(families, gradient);
+        Ok(convergence)
+    }
+}
+
+/// Sets the vectors of the stage's own vertices to zero.
+fn clear(families: &Families, vectors: &mut Displacement) {
+    for (vector, placed_by) in vectors.iter_mut().zip(&families.placed_by) {
+        if *placed_by == PlacedBy::TrailingEdge {
+            *vector = DVec3::ZERO;
+        }
     }
 }
 

@@ -1,0 +1,227 @@
+//! Products through the stages that follow the wing: trailing edge, rigid, attached and carenage.
+//! Forward and reverse are transposes, and forward is the limit of updates, also at no motion.
+
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::aircraft::{Anyway, SMALL, cpu, vertices_of};
+use common::brick::noise_vector;
+use common::carved::{carve, on};
+use glam::{DQuat, DVec3};
+use idmesh::families::{Junction, RigidMotion, Role, TipStart};
+use idmesh::mesh::TetMesh;
+use idmesh::mover::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError};
+use idmesh::relaxation::{Method, Stopping};
+
+const PARTS: [&str; 8] = ["wing", "trailing_edge", "wingtip", "wall", "pylon", "nacelle", "fairing", "farfield"];
+
+/// Whether a point lies in a closed box, in cells.
+fn within(at: DVec3, low: [f64; 3], high: [f64; 3]) -> bool {
+    at.cmpge(DVec3::from(low)).all() && at.cmple(DVec3::from(high)).all()
+}
+
+/// A wing of 4 x 6 x 2 cells on a wall, with a blunt trailing edge and a tip. Below it hang a pylon
+/// that stands on the wall too, and a nacelle. A fairing crosses the lower side of the trailing
+/// edge.
+///
+/// - `place`: from the place in cells of a quarter to where the vertex shall be
+fn parts(place: impl Fn(DVec3) -> DVec3) -> TetMesh {
+    let wing = |at: DVec3| within(at, [4.0, 0.0, 7.0], [8.0, 6.0, 9.0]);
+    let pylon = |at: DVec3| within(at, [5.0, 0.0, 5.0], [7.0, 2.0, 7.0]);
+    let nacelle = |at: DVec3| within(at, [4.0, 1.0, 3.0], [8.0, 3.0, 5.0]);
+    let fairing = |at: DVec3| within(at, [6.0, 3.0, 6.0], [10.0, 5.0, 8.0]);
+    let is_body = |at: DVec3| wing(at) || pylon(at) || nacelle(at) || fairing(at);
+    let family = |triangle: [DVec3; 3]| {
+        let all = |is: &dyn Fn(DVec3) -> bool| triangle.iter().all(|&at| is(at));
+        match triangle {
+            _ if on(triangle, 1, 0.0) => "wall",
+            _ if all(&|at| at.x == 0.0 || at.x == 14.0 || at.y == 9.0 || at.z == 0.0 || at.z == 12.0) => "farfield",
+            _ if on(triangle, 0, 8.0) && all(&wing) => "trailing_edge",
+            _ if on(triangle, 1, 6.0) => "wingtip",
+            _ if all(&wing) => "wing",
+            _ if all(&nacelle) => "nacelle",
+            _ if all(&fairing) => "fairing",
+            _ => "pylon",
+        }
+    };
+    carve([14, 9, 12], &PARTS, is_body, family, |at| place(at * 0.25))
+}
+
+/// Bent everywhere but on the wall, which is flat: no curve lies on a line, no root in a plane.
+fn on_flat_wall(at: DVec3) -> DVec3 {
+    let bend =
+        DVec3::new(0.04 * (2.0 * at.z).sin(), 0.02 * at.y * (3.0 * at.x).cos(), 0.05 * (1.5 * at.x + at.y).sin());
+    DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7) * (at + bend)
+}
+
+/// The same, with a wall that bulges.
+fn on_bulge(at: DVec3) -> DVec3 {
+    let share = (1.0 - at.y / 2.25).max(0.0);
+    on_flat_wall(at - DVec3::Y * 0.06 * share * ((at.x - 1.75).powi(2) + (at.z - 1.6).powi(2)))
+}
+
+fn role(name: &str) -> Role {
+    match name {
+        "wing" => Role::Prescribed,
+        "trailing_edge" => Role::TrailingEdge,
+        "wingtip" => Role::Wingtip { coefficient: 0.5, start: TipStart::Affine },
+        "wall" => Role::Carenage,
+        "pylon" => Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued },
+        "fairing" => Role::Attached { coefficient: 0.7, start: TipStart::Affine, junction: Junction::Glued },
+        "nacelle" => Role::Rigid { motion: RigidMotion::Root },
+        _ => Role::Fixed,
+    }
+}
+
+struct Case {
+    mover: Mover,
+    span: DVec3,
+}
+
+impl Case {
+    fn new(mesh: TetMesh, role: impl Fn(&str) -> Role, tolerance: f64, span: DVec3) -> Self {
+        let stopping = Stopping { tolerance, ..Stopping::default() };
+        let names = mesh.families.clone();
+        let builder = Mover::builder(mesh).method(Method::Chebyshev).quality(None).max_steps(1).stopping(stopping);
+        let builder = names.iter().fold(builder, |builder, name| builder.role(name, role(name)));
+        Self { mover: builder.build(cpu()).unwrap(), span }
+    }
+
+    fn parts(place: fn(DVec3) -> DVec3, role: impl Fn(&str) -> Role, tolerance: f64) -> Self {
+        let span = place(DVec3::Y) - place(DVec3::ZERO);
+        Self::new(parts(place), role, tolerance, span.normalize())
+    }
+
+    fn small(tolerance: f64) -> Self {
+        let role = |name: &str| if name == "wing" { Role::Prescribed } else { common::aircraft::role(name).unwrap() };
+        Self::new(SMALL.mesh(), role, tolerance, DVec3::Y)
+    }
+
+    fn by(&self, displacement: impl Fn(usize, DVec3) -> DVec3) -> Design {
+        let vertices = self.mover.family_vertices("wing").unwrap().iter();
+        let displaced =
+            vertices.map(|&vertex| displacement(vertex as usize, self.mover.mesh().vertices[vertex as usize]));
+        Design::of_prescribed("wing", displaced.collect())
+    }
+
+    /// The wing turns about its middle by these angles in degrees, and bends.
+    fn turned(&self, degrees: f64) -> Design {
+        let vertices = self.mover.family_vertices("wing").unwrap();
+        let sum: DVec3 = vertices.iter().map(|&vertex| self.mover.mesh().vertices[vertex as usize]).sum();
+        let middle = sum / vertices.len() as f64;
+        let turn = DQuat::from_axis_angle(self.span, degrees.to_radians());
+        let up = self.span.any_orthonormal_vector();
+        let bend = up * degrees.to_radians() * 0.2;
+        self.by(|_, at| turn * (at - middle) - (at - middle) + bend * (at - middle).dot(self.span).powi(2))
+    }
+
+    fn smooth(&self) -> Design {
+        self.by(|_, at| DVec3::new(0.3 + 0.1 * at.z, 0.2 * at.x, (2.0 * at.y).sin() * (3.0 * at.x).cos()))
+    }
+
+    fn random(&self) -> Design {
+        self.by(|vertex, _| noise_vector(vertex))
+    }
+
+    fn update(&mut self, design: &Design) -> Outcome {
+        let outcome = self.mover.update(design).unwrap();
+        assert!(outcome.converged, "{:?}", outcome.unconverged);
+        assert_eq!(outcome.differentiable(), Ok(()));
+        outcome
+    }
+
+    /// For each family and for the whole mesh: the norm of the forward product, and how far it is
+    /// from a central difference, as a share of this norm.
+    fn off_differences(&mut self, design: &Design, direction: &Design, step: f64) -> BTreeMap<String, (f64, f64)> {
+        let outcome = self.update(design);
+        let exact = self.mover.forward(&outcome, direction, Derivative::Exact).unwrap();
+        let [plus, minus] = [step, -step].map(|step| self.update(&sum(design, direction, step)));
+        let both = plus.displacement().iter().zip(minus.displacement());
+        let difference: Vec<DVec3> = both.map(|(plus, minus)| (*plus - *minus) / (2.0 * step)).collect();
+        let mesh = self.mover.mesh();
+        let all = (0..exact.len()).collect();
+        let families = mesh.families.iter().map(|name| (name.clone(), vertices_of(mesh, name)));
+        let compared = families.chain([("all".to_owned(), all)]).map(|(name, vertices): (String, Vec<usize>)| {
+            let of = |value: &dyn Fn(usize) -> DVec3| norm(&vertices.iter().map(|&v| value(v)).collect::<Vec<_>>());
+            let size = of(&|vertex| exact[vertex]);
+            (name, (size, of(&|vertex| difference[vertex] - exact[vertex]) / size))
+        });
+        compared.collect()
+    }
+
+    /// Checks differences in every family that moves.
+    fn check_differences(&mut self, what: &str, design: &Design, direction: &Design, step: f64, allowed: f64) {
+        for (family, (size, off)) in self.off_differences(design, direction, step) {
+            if size > 0.0 {
+                assert!(off <= allowed, "{what}, {family}: {off:e} of {size}");
+            } else {
+                assert_eq!(family, "farfield", "{what}: it does not move");
+            }
+        }
+    }
+
+    /// Checks the transpose with random vectors, the seed on one family after the other, and on all
+    /// vertices.
+    fn check_transpose(&mut self, what: &str, design: &Design) {
+        let outcome = self.update(design);
+        let direction = self.random();
+        let change = self.mover.forward(&outcome, &direction, Derivative::Exact).unwrap();
+        let mesh = self.mover.mesh().clone();
+        for family in mesh.families.iter().map(Some).chain([None]) {
+            let vertices = family.map_or_else(|| (0..change.len()).collect(), |family| vertices_of(&mesh, family));
+            let mut seed = vec![DVec3::ZERO; change.len()];
+            vertices.iter().for_each(|&vertex| seed[vertex] = noise_vector(vertex + 1_000_000));
+            let gradient = self.mover.reverse(&outcome, &seed, Derivative::Exact).unwrap().prescribed;
+            let (one, other) = (dot(&seed, &change), dot(&gradient["wing"], &direction.prescribed["wing"]));
+            let moved: Vec<DVec3> = vertices.iter().map(|&vertex| change[vertex]).collect();
+            let size = norm(&seed) * norm(&moved);
+            assert!(
+                (one - other).abs() <= 1e-12 * size,
+                "{what}, {family:?}: {one} {other}, {:e}",
+                (one - other).abs() / size
+            );
+        }
+    }
+}
+
+fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+fn norm(a: &[DVec3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+fn sum(design: &Design, direction: &Design, step: f64) -> Design {
+    let mut sum = design.clone();
+    for (family, displacement) in &mut sum.prescribed {
+        let along = &direction.prescribed[family];
+        displacement.iter_mut().zip(along).for_each(|(displacement, along)| *displacement += *along * step);
+    }
+    sum
+}
+
+/// All stages on a flat wall, at rest and turned.
+#[test]
+fn products_on_a_flat_wall_are_exact() {
+    for degrees in [0.0, 12.0] {
+        let mut case = Case::parts(on_flat_wall, role, 1e-13);
+        let design = case.turned(degrees);
+        let (smooth, random) = (case.smooth(), case.random());
+        case.check_transpose(&format!("{degrees} degrees"), &design);
+        case.check_differences(&format!("{degrees} degrees, smooth"), &design, &smooth, 1e-5, 1e-6);
+        case.check_differences(&format!("{degrees} degrees, random"), &design, &random, 1e-6, 1e-6);
+    }
+}
+
+/// The carenage is curved.
+#[test]
+fn products_on_a_bulge_are_exact() {
+    let mut case = Case::parts(on_bulge, role, 1e-13);
+    let design = case.turned(8.0);
+    let (smooth, random) = (case.smooth(), case.random());
+    case.check_transpose("bulge", &design);
+    case.check_differences("bulge, smooth", &design, &smooth, 1e-6, 1e-6);
+    case.check_differences("bulge, random", &design, &random, 1e-7, 1e-6);
+}
