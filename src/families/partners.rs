@@ -176,17 +176,11 @@ impl Partners {
         }
     }
 
-    /// The transpose of [`Self::even`], for a gradient `[n_vertices]`. The mean is its own
-    /// transpose. Where all take the displacement of the first, the first takes all gradients.
+    /// The transpose of [`Self::even`], for a gradient `[n_vertices]`.
     pub fn even_reverse(&self, families: &Families, gradient: &mut Displacement) {
         for set in &self.sets {
             if (PlacedBy::Wing..=PlacedBy::Plane).contains(&families.placed_by[set[0] as usize]) {
-                if set.iter().any(|&vertex| families.touches_surface(vertex)) {
-                    let sum = set.iter().map(|&vertex| std::mem::take(&mut gradient[vertex as usize])).sum();
-                    gradient[set[0] as usize] = sum;
-                } else {
-                    even(set, gradient, false);
-                }
+                even_reverse(set, gradient, set.iter().any(|&vertex| families.touches_surface(vertex)));
             }
         }
     }
@@ -213,6 +207,16 @@ pub fn even(set: &[u32], displacement: &mut Displacement, by_first: bool) {
     }
     let mean = set.iter().map(|&vertex| displacement[vertex as usize]).sum::<DVec3>() / set.len() as f64;
     set.iter().for_each(|&vertex| displacement[vertex as usize] = if by_first { first } else { mean });
+}
+
+/// The transpose of [`even`]. The mean is its own transpose. Where all take the displacement of the
+/// first, the first takes all gradients.
+fn even_reverse(set: &[u32], gradient: &mut Displacement, by_first: bool) {
+    if !by_first {
+        return even(set, gradient, false);
+    }
+    let sum = set.iter().map(|&vertex| std::mem::take(&mut gradient[vertex as usize])).sum();
+    gradient[set[0] as usize] = sum;
 }
 
 /// The sets of vertices that are partners, directly or through others, and whether each vertex is
@@ -359,5 +363,19 @@ mod tests {
         assert_eq!(displacement, [(DVec3::X + DVec3::Z) / 2.0, DVec3::Y, (DVec3::X + DVec3::Z) / 2.0]);
         even(&[1, 2], &mut displacement, true);
         assert_eq!(displacement[1..], [DVec3::Y; 2]);
+    }
+
+    /// The mean is its own transpose; taking the first is not.
+    #[test]
+    fn gradients_of_partners_go_back() {
+        for by_first in [true, false] {
+            let change: Vec<DVec3> = (1..5).map(|k| DVec3::new(f64::from(k), 0.5, f64::from(k * k))).collect();
+            let seed: Vec<DVec3> = (1..5).map(|k| DVec3::new(f64::from(7 - 2 * k), f64::from(k), 0.25)).collect();
+            let (mut moved, mut gradient) = (change.clone(), seed.clone());
+            even(&[1, 3, 2], &mut moved, by_first);
+            even_reverse(&[1, 3, 2], &mut gradient, by_first);
+            let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+            assert!((dot(&seed, &moved) - dot(&gradient, &change)).abs() < 1e-12, "{by_first}");
+        }
     }
 }

@@ -16,7 +16,7 @@ pub enum NotDifferentiable {
     /// A family moves with a stage that has no products yet, for example with profiles.
     #[error(
         "family `{family}` has the role {role}, and products through the stage of this role are not there yet, \
-         expected the roles prescribed, plane, fixed and interior"
+         expected another role, such as prescribed"
     )]
     Role {
         /// The family.

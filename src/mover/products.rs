@@ -215,15 +215,15 @@ fn check_finite(vectors: &[DVec3], of: impl Fn() -> String) -> Result<(), Produc
     }
 }
 
-/// The first family that moves with a stage that has no products yet.
+/// The first family that moves in a way that has no products yet.
 pub(super) fn without_products(mesh: &TetMesh, families: &Families) -> Option<NotDifferentiable> {
-    let mut stages = STAGES.iter().filter(|row| row.products.is_none());
     let name = |family: FamilyId| mesh.families[family.index()].clone();
-    if let Some(family) = stages.find_map(|row| families.families_of(row.placed_by).next()) {
-        return Some(NotDifferentiable::Role { family: name(family), role: families.roles[family.index()].name() });
-    }
     let slides =
         |family: &FamilyId| matches!(families.roles[family.index()], Role::Attached { junction: Junction::Slide, .. });
-    let sliding = families.families_of(PlacedBy::Attached).find(slides)?;
-    Some(NotDifferentiable::Junction { family: name(sliding) })
+    if let Some(family) = families.families_of(PlacedBy::Attached).find(slides) {
+        return Some(NotDifferentiable::Junction { family: name(family) });
+    }
+    let mut stages = STAGES.iter().filter(|row| row.products.is_none());
+    let family = stages.find_map(|row| families.families_of(row.placed_by).next())?;
+    Some(NotDifferentiable::Role { family: name(family), role: families.roles[family.index()].name() })
 }
