@@ -11,7 +11,7 @@ use common::carved::{carve, on};
 use glam::{DQuat, DVec3};
 use idmesh::families::{Junction, RigidMotion, Role, TipStart};
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Derivative, Design, Mover, Outcome};
+use idmesh::mover::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError};
 use idmesh::relaxation::{Method, Stopping};
 
 const PARTS: [&str; 8] = ["wing", "trailing_edge", "wingtip", "wall", "pylon", "nacelle", "fairing", "farfield"];
@@ -296,5 +296,27 @@ fn products_change_no_update() {
     for design in [&second, &first] {
         assert_eq!(with.update(design).vertices(), without.update(design).vertices());
         assert_eq!(products(&mut with), at_once);
+    }
+}
+
+/// The wing's root goes beyond the end of the wall and takes vertices of the wall along, which are
+/// held back at the end.
+#[test]
+fn a_vertex_at_the_end_of_its_carenage_has_no_derivative() {
+    let mut case = Case::parts(on_flat_wall, role, 1e-8);
+    let along = on_flat_wall(DVec3::X) - on_flat_wall(DVec3::ZERO);
+    let design = case.by(|_, _| along * 2.0);
+    let outcome = case.update(&design);
+    let seed = vec![DVec3::X; outcome.vertices().len()];
+    let forward = case.mover.forward(&outcome, &case.random(), Derivative::Exact).map(|_| ());
+    let reverse = case.mover.reverse(&outcome, &seed, Derivative::Exact).map(|_| ());
+    for product in [forward, reverse] {
+        match product {
+            Err(ProductError::NotDifferentiable(NotDifferentiable::Carenage { vertex, position })) => {
+                assert_eq!(case.mover.mesh().vertices[vertex as usize], position);
+                assert!(case.mover.family_vertices("wall").unwrap().contains(&vertex));
+            }
+            other => panic!("{other:?}"),
+        }
     }
 }
