@@ -206,7 +206,7 @@ impl Assembly {
         displacement: &[DVec3],
         start: TipStart,
     ) -> Result<RootChange<'_>, u32> {
-        let fit: fn(&[(DVec3, DVec3, f64)]) -> Option<FittedChange> = match start {
+        let fit: Fit = match start {
             TipStart::Original => return Ok(RootChange { assembly: self, fitted: None }),
             TipStart::Rigid => FittedChange::rigid,
             TipStart::Affine => FittedChange::affine,
@@ -233,17 +233,15 @@ impl Assembly {
         }
     }
 
-    fn change(
-        &self,
-        mesh: &TetMesh,
-        displacement: &[DVec3],
-        fit: fn(&[(DVec3, DVec3, f64)]) -> Option<FittedChange>,
-    ) -> Result<RootChange<'_>, u32> {
+    fn change(&self, mesh: &TetMesh, displacement: &[DVec3], fit: Fit) -> Result<RootChange<'_>, u32> {
         let Some(&(first, _)) = self.root.first() else { return Ok(RootChange { assembly: self, fitted: None }) };
         let pairs = self.pairs(mesh, &|vertex| displacement[vertex as usize]);
         Ok(RootChange { assembly: self, fitted: Some(fit(&pairs).ok_or(first)?) })
     }
 }
+
+/// The derivative of a motion that is fitted to pairs of points, with their weights.
+type Fit = fn(&[(DVec3, DVec3, f64)]) -> Option<FittedChange>;
 
 /// The derivative of the motion of an assembly, or of a rigid family, by the displacement of the
 /// root.

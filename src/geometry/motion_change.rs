@@ -144,6 +144,7 @@ fn rotation(pairs: &[(DVec3, DVec3, f64)]) -> Option<(FittedRotation, DMat3)> {
 mod tests {
     use super::*;
 
+    type Pairs = Vec<(DVec3, DVec3, f64)>;
     type Fit = fn(&[(DVec3, DVec3, f64)]) -> FittedMotion;
     type Change = fn(&[(DVec3, DVec3, f64)]) -> Option<FittedChange>;
 
@@ -159,7 +160,7 @@ mod tests {
     }
 
     /// Points in all directions, and points on a plane, before and after a motion with a bend.
-    fn sets() -> Vec<(&'static str, Vec<(DVec3, DVec3, f64)>)> {
+    fn sets() -> Vec<(&'static str, Pairs)> {
         let moved = |at: DVec3| DVec3::new(at.x + 0.3 * at.y * at.y, 0.9 * at.y - 0.4 * at.x, at.z + 0.2 * at.x * at.z);
         let pair = |at: DVec3, weight| (at, moved(at), weight);
         let cloud = (0..9).map(|k| pair(noise(k), 1.0 + 0.5 * noise(k + 40).x)).collect();
@@ -175,7 +176,7 @@ mod tests {
     fn changes_are_the_limit_of_fits() {
         for (of, pairs) in sets() {
             let changes: Vec<DVec3> = (0..pairs.len()).map(|k| noise(k + 80)).collect();
-            let shifted = |h: f64| -> Vec<(DVec3, DVec3, f64)> {
+            let shifted = |h: f64| -> Pairs {
                 let shift = |(&(p, q, weight), change): (&(DVec3, DVec3, f64), &DVec3)| (p, q + *change * h, weight);
                 pairs.iter().zip(&changes).map(shift).collect()
             };
