@@ -105,7 +105,8 @@ pub enum NoProduct {
         /// The vertex.
         vertex: u32,
     },
-    /// A vertex of a carenage slid to an end of the carenage, or to an edge too sharp to slide over.
+    /// A vertex of a carenage slid to an end of the carenage, or to an edge too sharp to slide
+    /// over.
     #[error("vertex {vertex} slid to an end or to a sharp edge of its carenage")]
     Carenage {
         /// The vertex.

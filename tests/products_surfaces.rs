@@ -299,6 +299,31 @@ fn products_change_no_update() {
     }
 }
 
+/// Arguments of any size have the same digits.
+///
+/// Fails if the equations of a carenage are solved in the unit of their load: squares of 1e-200
+/// vanish.
+#[test]
+fn products_have_no_unit() {
+    let mut case = Case::parts(on_bulge, role, 1e-10);
+    let (design, direction) = (case.turned(8.0), case.random());
+    let outcome = case.update(&design);
+    let seed: Vec<DVec3> = (0..outcome.vertices().len()).map(noise_vector).collect();
+    let mut products = |scale: f64| {
+        let direction = sum(&case.by(|_, _| DVec3::ZERO), &direction, scale);
+        let seed: Vec<DVec3> = seed.iter().map(|seed| *seed * scale).collect();
+        let change = case.mover.forward(&outcome, &direction, Derivative::Exact).unwrap();
+        [change, case.mover.reverse(&outcome, &seed, Derivative::Exact).unwrap().prescribed["wing"].clone()]
+    };
+    let expected = products(1.0);
+    for scale in [1e-200, 1e-30, 1e30] {
+        for (found, expected) in products(scale).iter().zip(&expected) {
+            let off: Vec<DVec3> = found.iter().zip(expected).map(|(a, b)| *a / scale - *b).collect();
+            assert!(norm(&off) <= 1e-9 * norm(expected), "{scale:e}: {:e}", norm(&off) / norm(expected));
+        }
+    }
+}
+
 /// The wing's root goes beyond the end of the wall and takes vertices of the wall along, which are
 /// held back at the end.
 #[test]

@@ -400,8 +400,8 @@ impl Families {
         self.settle_along(vertex, at, None)
     }
 
-    /// The derivative of [`Self::settle`] by `at`. Where the point lies on a kink of a surface it is
-    /// that of the smooth normal.
+    /// The derivative of [`Self::settle`] by `at`. Where the point lies on a kink of a surface it
+    /// is that of the smooth normal.
     pub fn settle_change(&self, vertex: u32, at: DVec3) -> DMat3 {
         let shapes: Vec<ShapeAtVertex> = self.shapes_at(vertex).collect();
         let rounds = match shapes.len() {

@@ -1,14 +1,14 @@
 //! The derivatives of the closest point of a [`TargetSurface`] and of its normal.
 //!
 //! The closest point on a facet has the derivative `1 - n n^T`, with `n` the facet's normal. On an
-//! edge that the point is pressed to from beyond both facets it is `t t^T`, with `t` along the edge,
-//! and on a corner it is 0.
+//! edge that the point is pressed to from beyond both facets it is `t t^T`, with `t` along the
+//! edge, and on a corner it is 0.
 //!
 //! # Kinks
 //!
-//! A point that lies on the surface itself, on an edge or a corner of facets, moves on along another
-//! facet in each direction. There the derivative is that of the plane of the smooth normal. Each
-//! one-sided derivative differs from it by the angle between the facet and this plane.
+//! A point that lies on the surface itself, on an edge or a corner of facets, moves on along
+//! another facet in each direction. There the derivative is that of the plane of the smooth normal.
+//! Each one-sided derivative differs from it by the angle between the facet and this plane.
 
 use std::collections::HashSet;
 
@@ -33,8 +33,8 @@ const ABOVE: f64 = 1e-9;
 pub struct Slope {
     /// Smooth unit normal.
     pub normal: DVec3,
-    /// Unit normal of the plane in which the point moves: that of its facet, or on a kink the smooth
-    /// normal.
+    /// Unit normal of the plane in which the point moves: that of its facet, or on a kink the
+    /// smooth normal.
     pub facet: DVec3,
     /// Change of the smooth normal per displacement in the facet, in 1 / the unit of the points.
     pub normal_change: DMat3,
@@ -186,7 +186,8 @@ mod tests {
             assert!(difference.length() > 1e-3);
             assert!(difference.distance(slope.normal_change * along) < 1e-8, "{difference}");
         }
-        // The outline and its corners end the surface, the ridge and the corner in the middle do not.
+        // The outline and its corners end the surface, the ridge and the corner in the middle do
+        // not.
         let open = roof.open_edges();
         assert_eq!(open.len(), 8);
         for (x, y, z, ends) in

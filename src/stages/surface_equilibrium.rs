@@ -206,6 +206,12 @@ impl<'a> SurfaceEquilibrium<'a> {
         stopping: &Stopping,
     ) -> Result<(Vec<DVec3>, Convergence), NoProduct> {
         let mut solution = vec![DVec3::ZERO; load.len()];
+        // The unit of the load does not matter, and squares must not vanish.
+        let unit = load.iter().fold(0.0, |unit: f64, load| unit.max(load.abs().max_element()));
+        if unit == 0.0 {
+            return Ok((solution, Convergence::nothing_to_do()));
+        }
+        let load: Vec<DVec3> = load.iter().map(|load| *load / unit).collect();
         // Divided by the stiffness of their vertices, residuals have the unit of displacements.
         let total: Vec<f64> = {
             let network = self.network.network();
@@ -215,10 +221,7 @@ impl<'a> SurfaceEquilibrium<'a> {
             let of_row = |(load, total): (&DVec3, &f64)| if *total > 0.0 { *load / *total } else { DVec3::ZERO };
             load.iter().zip(&total).map(of_row).collect()
         };
-        let first = norm(&weighted(load));
-        if first == 0.0 {
-            return Ok((solution, Convergence::nothing_to_do()));
-        }
+        let first = norm(&weighted(&load));
         let inner = Stopping { tolerance: PRECONDITIONER, ..*stopping };
         let mut end = Convergence { error: f64::INFINITY, relative_residual: 1.0, ..Convergence::default() };
         let mut goal = stopping.tolerance;
@@ -259,6 +262,7 @@ impl<'a> SurfaceEquilibrium<'a> {
                 goal = goal.min(0.5 * stopping.tolerance / end.error * end.relative_residual);
             }
         }
+        solution.iter_mut().for_each(|solution| *solution *= unit);
         Ok((solution, end))
     }
 }
