@@ -2,7 +2,7 @@
 //!
 //! [`crate::stages`] and [`crate::volume`] hold the stages.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use glam::DVec3;
 use thiserror::Error;
@@ -12,6 +12,7 @@ use crate::{
     families::Families,
     memory::MemoryError,
     mesh::{CornerCells, Displacement, FamilyId, TetMesh, half_edge::Surface},
+    profile::Profile,
     relaxation::{Convergence, Method, Stopping},
     text::figures::place,
 };
@@ -49,6 +50,10 @@ pub trait Stage {
 ///
 /// A stage without it has no products yet; [`crate::stages::STAGES`] tells.
 pub trait Products: Stage {
+    /// Puts what products need of the last run into `kept`. A stage of which nothing is needed has
+    /// nothing to do.
+    fn keep(&mut self, _kept: &mut Kept) {}
+
     /// Change of the displacement that [`Stage::run`] makes.
     ///
     /// - `set_up`: the same as for `run`
@@ -85,7 +90,7 @@ pub trait Products: Stage {
     ) -> Result<Convergence, NoProduct>;
 }
 
-/// What the products of an update need of it: 48 bytes a vertex.
+/// What the products of an update need of it: 48 bytes a vertex, and what the design has.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
     /// The displacement of the surfaces before the volume stage `[n_vertices]`, in the mesh's unit.
@@ -93,6 +98,20 @@ pub struct Kept {
     /// The rotation vector of each vertex `[n_vertices]`, in radians. Empty if the springs are not
     /// rotation-aware.
     pub rotations: Vec<DVec3>,
+    /// The new profiles of each wing, by its name, in the order of the design.
+    pub profiles: BTreeMap<String, Vec<Profile>>,
+    /// For each wing, the displacement of its junction's vertices before they slid, in the mesh's
+    /// unit.
+    pub junctions: Vec<Vec<DVec3>>,
+}
+
+impl Kept {
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let points = self.profiles.values().flatten().map(|profile| profile.points.capacity()).sum::<usize>();
+        let junctions = self.junctions.iter().map(Vec::capacity).sum::<usize>();
+        size_of::<DVec3>() * (self.surfaces.capacity() + self.rotations.capacity() + points + junctions)
+    }
 }
 
 /// Why a stage has no product.
@@ -111,6 +130,24 @@ pub enum NoProduct {
     Carenage {
         /// The vertex.
         vertex: u32,
+    },
+    /// A vertex has a place that does not change smoothly.
+    #[error("vertex {vertex} {why}")]
+    Vertex {
+        /// The vertex.
+        vertex: u32,
+        /// The cause.
+        why: &'static str,
+    },
+    /// The match of a new profile has no derivative.
+    #[error("profile {profile} of wing `{wing}` {why}")]
+    Match {
+        /// The wing.
+        wing: String,
+        /// The number of the profile.
+        profile: i64,
+        /// The cause.
+        why: &'static str,
     },
     /// The backend failed.
     #[error(transparent)]

@@ -23,6 +23,6 @@ class Gradient:
     """The derivative of a number by a design, with the shapes of the design."""
 
     profiles: dict[str, dict[int, Floats]] = field(default_factory=dict)
-    """Empty: there are no products of profiles yet."""
+    """By the points (k, 3) of each new profile, by wing and number."""
     displacements: dict[str, Floats] = field(default_factory=dict)
     """By the displacements (k, 3) of each prescribed family. A vertex of several counts for the last of them."""

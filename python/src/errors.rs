@@ -48,7 +48,7 @@ pub fn of_refused(py: Python<'_>, refused: &Refused, result: Option<Py<PyAny>>) 
 /// The exception for an error of a product.
 pub fn of_product(py: Python<'_>, error: &ProductError) -> PyErr {
     let class = match error {
-        ProductError::NotDifferentiable(_) | ProductError::Profiles { .. } => "NotDifferentiable",
+        ProductError::NotDifferentiable(_) => "NotDifferentiable",
         ProductError::NotConverged { .. } => "NotConverged",
         ProductError::Backend(_) => "DeviceError",
         _ => "InputError",

@@ -201,11 +201,11 @@ impl MoveResult {
 
     /// The change (n, 3) of the vertices for a change of the design in this direction.
     ///
-    /// Families that are left out do not change. Of a vertex of several prescribed families the
+    /// Families and profiles that are left out do not change. Of a vertex of several prescribed families the
     /// last family's change counts.
     ///
     /// - displacements: by prescribed family, (k, 3) in the order of `family_vertices`
-    /// - profiles: there are no products of profiles yet
+    /// - profiles: by wing and number, (k, 3): the change of each point of the result's new profiles
     /// - frozen: take what steps and local optimisation added as constant; where they moved
     ///   vertices the derivative is off by an unknown amount
     ///
@@ -246,7 +246,16 @@ impl MoveResult {
         for (family, of_family) in gradient.prescribed {
             displacements.set_item(family, rows(py, of_family))?;
         }
-        py.import("idmesh._design")?.getattr("Gradient")?.call1((PyDict::new(py), displacements))
+        let profiles = PyDict::new(py);
+        let asked = self.with(py, |outcome| outcome.asked.clone());
+        for (wing, of_wing) in gradient.profiles {
+            let by_number = PyDict::new(py);
+            for (profile, by_points) in asked.get(&wing).into_iter().flatten().zip(of_wing) {
+                by_number.set_item(profile.number, rows(py, by_points))?;
+            }
+            profiles.set_item(wing, by_number)?;
+        }
+        py.import("idmesh._design")?.getattr("Gradient")?.call1((profiles, displacements))
     }
 
     /// Writes the moved mesh, as an output of `idmesh run`. The extension selects the format. In

@@ -79,7 +79,7 @@ use crate::{
         self, CornerCells, FamilyId, HybridMesh, KindQuality, Order, OtherCells, TetMesh, Topology, half_edge::Surface,
     },
     quality::{self, Statistics, faults::EdgeAngles},
-    stage::{SetUp, Wanted},
+    stage::{Kept, SetUp, Wanted},
     stages::{STAGES, Stages, WingProfiles, Wings},
     volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
 };
@@ -409,7 +409,12 @@ impl Mover {
         let kept = match products::without_products(&self.ordered, &self.families) {
             Some(why) => Err(why),
             None if !(surfaces_converged && jump_converged) => Err(NotDifferentiable::Unconverged),
-            None => Ok(kept),
+            None => {
+                let mut kept = Kept { profiles: design.profiles.clone(), ..kept };
+                let products = STAGES.iter().filter_map(|row| row.products);
+                products.for_each(|products| products(&mut self.stages).keep(&mut kept));
+                Ok(kept)
+            }
         };
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();

@@ -81,6 +81,26 @@ pub enum NotDifferentiable {
         /// Original position of the vertex.
         position: DVec3,
     },
+    /// A stage places a vertex where its place does not change smoothly.
+    #[error("the vertex {vertex}, originally at {}, {why}", place(*position))]
+    Vertex {
+        /// The vertex, counted from 0.
+        vertex: u32,
+        /// Original position of the vertex.
+        position: DVec3,
+        /// The cause.
+        why: &'static str,
+    },
+    /// The match of a new profile with its old one has no derivative.
+    #[error("profile {profile} of wing `{wing}` {why}; the old profile's own points, moved, always have a derivative")]
+    Match {
+        /// The wing.
+        wing: String,
+        /// The number of the profile.
+        profile: i64,
+        /// The cause.
+        why: &'static str,
+    },
 }
 
 /// An error of a product.
@@ -105,13 +125,45 @@ pub enum ProductError {
         /// The mover's prescribed families.
         known: Vec<String>,
     },
-    /// The direction has profiles, and products of profiles are not there yet.
+    /// The direction has profiles for a name that is no wing of the outcome's design.
     #[error(
-        "the direction has profiles for `{name}`, and products of profiles are not there yet, expected displacements"
+        "the direction has profiles for `{name}`, which is none of the wings{}; the design has profiles for {}",
+        did_you_mean(name, known).unwrap_or_default(),
+        if known.is_empty() { "none".to_owned() } else { quoted(known) }
     )]
-    Profiles {
-        /// The wing.
+    UnknownWing {
+        /// The name.
         name: String,
+        /// The wings of the outcome's design.
+        known: Vec<String>,
+    },
+    /// The direction has a profile with a number that the outcome's design does not have, or a
+    /// number twice.
+    #[error(
+        "the direction has profile {profile} of `{wing}`, expected each of the design's numbers at most once: {known:?}"
+    )]
+    Profile {
+        /// The wing.
+        wing: String,
+        /// The number of the profile.
+        profile: i64,
+        /// The numbers of the wing's new profiles.
+        known: Vec<i64>,
+    },
+    /// The direction has a wrong number of points for a profile.
+    #[error(
+        "profile {profile} of `{wing}` has {expected} points in the outcome's design, but the direction has {found} \
+         changes for it, expected one for each point"
+    )]
+    Points {
+        /// The wing.
+        wing: String,
+        /// The number of the profile.
+        profile: i64,
+        /// Points of the new profile.
+        expected: usize,
+        /// Changes given.
+        found: usize,
     },
     /// The direction has a wrong number of displacements for a family.
     #[error("family `{family}` has {expected} vertices, but the direction has {found} displacements for it")]
@@ -134,7 +186,7 @@ pub enum ProductError {
     /// A vector of the direction or the seed is not finite.
     #[error("{of}: vector {row} is {value}, expected finite numbers")]
     NotFinite {
-        /// The seed, or the family of the direction.
+        /// The seed, or the family or profile of the direction.
         of: String,
         /// The vector, counted from 0.
         row: usize,

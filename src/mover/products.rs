@@ -11,6 +11,7 @@ use super::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError}
 use crate::{
     families::{Families, Junction, PlacedBy, Role},
     mesh::{Displacement, FamilyId, TetMesh},
+    profile::Profile,
     relaxation::{Convergence, Stopping},
     stage::{Kept, NoProduct, SetUp},
     stages::{STAGES, StageRow, Stages},
@@ -29,6 +30,10 @@ pub struct Gradient {
     /// name, in the order of [`Mover::family_vertices`]. Zero at vertices that a fixed family
     /// holds. A vertex of several prescribed families counts for the last of them alone.
     pub prescribed: BTreeMap<String, Vec<DVec3>>,
+    /// By the points of the new profiles of each wing, by the wing's name: one list for each
+    /// profile, in the order of the design's profiles and of their points. Where a profile repeats
+    /// a point, as a closed one does at its end, the first of the two counts alone.
+    pub profiles: BTreeMap<String, Vec<Vec<DVec3>>>,
 }
 
 impl Outcome {
@@ -44,8 +49,7 @@ impl Outcome {
     /// Bytes that the outcome keeps for its products.
     #[doc(hidden)]
     pub fn bytes_for_products(&self) -> usize {
-        let kept = self.differentiable.kept(Derivative::Frozen);
-        kept.map_or(0, |kept| size_of::<DVec3>() * (kept.surfaces.capacity() + kept.rotations.capacity()))
+        self.differentiable.kept(Derivative::Frozen).map_or(0, |kept| kept.bytes())
     }
 }
 
@@ -60,8 +64,10 @@ impl Mover {
     /// product.
     ///
     /// - `outcome`: of an earlier update of this mover
-    /// - `direction`: changes of the displacements of prescribed families. Families that are left
-    ///   out do not change. Of a vertex of several prescribed families the last family's counts
+    /// - `direction`: changes of the displacements of prescribed families, and of the points of new
+    ///   profiles: [`Profile::points`](crate::profile::Profile::points) has the change of each point
+    ///   of the outcome's profile with this number. Families and profiles that are left out do not
+    ///   change. Of a vertex of several prescribed families the last family's counts
     ///
     /// # Errors
     /// See [`ProductError`].
@@ -72,7 +78,7 @@ impl Mover {
         derivative: Derivative,
     ) -> Result<Vec<DVec3>, ProductError> {
         let kept = self.kept(outcome, derivative)?;
-        self.check_direction(direction)?;
+        self.check_direction(direction, &kept)?;
         let mut change = vec![DVec3::ZERO; self.ordered.vertices.len()];
         for family in self.families.families_of(PlacedBy::Prescribed) {
             let given = direction.prescribed.get(&self.mesh.families[family.index()]);
@@ -137,7 +143,10 @@ impl Mover {
             let of_family = self.family_vertices[family.index()].iter().map(take).collect();
             prescribed.insert(self.mesh.families[family.index()].clone(), of_family);
         }
-        Ok(Gradient { prescribed })
+        let zeros = |profile: &Profile| vec![DVec3::ZERO; profile.points.len()];
+        let of_wing = |(wing, own): (&String, &Vec<Profile>)| (wing.clone(), own.iter().map(zeros).collect());
+        let profiles = kept.profiles.iter().map(of_wing).collect();
+        Ok(Gradient { prescribed, profiles })
     }
 
     /// What products of the outcome need.
@@ -148,9 +157,30 @@ impl Mover {
         Ok(Arc::clone(outcome.differentiable.kept(derivative)?))
     }
 
-    fn check_direction(&self, direction: &Design) -> Result<(), ProductError> {
-        if let Some(name) = direction.profiles.keys().next() {
-            return Err(ProductError::Profiles { name: name.clone() });
+    fn check_direction(&self, direction: &Design, kept: &Kept) -> Result<(), ProductError> {
+        for (name, given) in &direction.profiles {
+            let Some(own) = kept.profiles.get(name) else {
+                return Err(ProductError::UnknownWing {
+                    name: name.clone(),
+                    known: kept.profiles.keys().cloned().collect(),
+                });
+            };
+            for (i, Profile { number, points }) in given.iter().enumerate() {
+                let (wing, profile) = (name.clone(), *number);
+                let is_double = given[..i].iter().any(|other| other.number == *number);
+                let Some(own) = own.iter().find(|own| own.number == *number && !is_double) else {
+                    return Err(ProductError::Profile {
+                        wing,
+                        profile,
+                        known: own.iter().map(|own| own.number).collect(),
+                    });
+                };
+                if points.len() != own.points.len() {
+                    let (expected, found) = (own.points.len(), points.len());
+                    return Err(ProductError::Points { wing, profile, expected, found });
+                }
+                check_finite(points, || format!("profile {number} of `{name}`"))?;
+            }
         }
         let of_role = self.families.families_of(PlacedBy::Prescribed);
         let known: Vec<String> = of_role.map(|family| self.mesh.families[family.index()].clone()).collect();
@@ -193,6 +223,11 @@ impl Mover {
                     let (vertex, position) = given(vertex);
                     ProductError::from(NotDifferentiable::Carenage { vertex, position })
                 }
+                NoProduct::Vertex { vertex, why } => {
+                    let (vertex, position) = given(vertex);
+                    NotDifferentiable::Vertex { vertex, position, why }.into()
+                }
+                NoProduct::Match { wing, profile, why } => NotDifferentiable::Match { wing, profile, why }.into(),
             })?;
             convergence = convergence.and(of_stage);
         }

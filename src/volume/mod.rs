@@ -408,7 +408,7 @@ impl Stage for VolumeStage {
             convergence: convergence.clone(),
             path,
             smoothed,
-            kept: Kept { surfaces, rotations },
+            kept: Kept { surfaces, rotations, ..Kept::default() },
             jump_converged,
         });
         Ok(convergence)
