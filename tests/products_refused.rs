@@ -97,15 +97,15 @@ fn optimised_vertices_have_no_derivative() {
     assert_eq!(outcome.differentiable(), Ok(()));
 }
 
-/// Profiles move a wing with a stage that has no products.
+/// The trailing edge moves with a stage that has no products.
 #[test]
-fn profiles_have_no_products_yet() {
+fn trailing_edges_have_no_products_yet() {
     let mut mover = SMALL.mover(2);
     let outcome = update(&mut mover, SMALL.profiles("small_2"));
     for derivative in [Derivative::Exact, Derivative::Frozen] {
         match refusal(&mut mover, &outcome, derivative) {
             ProductError::NotDifferentiable(NotDifferentiable::Role { family, role }) => {
-                assert_eq!((&*family, role), ("wing", "wing"));
+                assert_eq!((&*family, role), ("trailing_edge", "trailing-edge"));
             }
             other => panic!("{other}"),
         }

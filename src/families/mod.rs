@@ -14,6 +14,7 @@ mod partners;
 mod roles;
 #[doc(hidden)]
 pub mod shape;
+mod slide;
 
 pub use assemblies::{Assembly, RootChange};
 pub use misplaced::Misplaced;

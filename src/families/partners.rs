@@ -196,6 +196,18 @@ impl Partners {
             set.iter().for_each(|&vertex| slide[vertex as usize] = mean - displacement[vertex as usize]);
         }
     }
+
+    /// The transpose of [`Self::even_slide`], for the derivatives by `displacement` and by `slide`
+    /// `[n_vertices]`.
+    pub fn even_slide_reverse(&self, own: &[u32], by_displacement: &mut Displacement, by_slide: &mut Displacement) {
+        for set in self.sets.iter().filter(|set| set.iter().all(|vertex| own.binary_search(vertex).is_ok())) {
+            let mean = set.iter().map(|&vertex| by_slide[vertex as usize]).sum::<DVec3>() / set.len() as f64;
+            for &vertex in set {
+                by_displacement[vertex as usize] += mean - by_slide[vertex as usize];
+                by_slide[vertex as usize] = mean;
+            }
+        }
+    }
 }
 
 /// Gives some vertices the mean of their displacements, or the displacement of the first. On a

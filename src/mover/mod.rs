@@ -408,6 +408,7 @@ impl Mover {
         let surfaces_converged = ends.iter().rev().skip(1).all(|(_, end)| end.converged);
         let kept = match products::without_products(&self.ordered, &self.families) {
             Some(why) => Err(why),
+            None if let Some(why) = products::not_matched(&self.stages.wings) => Err(why),
             None if !(surfaces_converged && jump_converged) => Err(NotDifferentiable::Unconverged),
             None => {
                 let mut kept = Kept { profiles: design.profiles.clone(), ..kept };

@@ -14,7 +14,7 @@ use crate::{
     profile::Profile,
     relaxation::{Convergence, Stopping},
     stage::{Kept, NoProduct, SetUp},
-    stages::{STAGES, StageRow, Stages},
+    stages::{STAGES, StageRow, Stages, Wings},
 };
 
 /// Largest tolerance of a product, relative to its argument. With the tolerance of an update, 1e-4,
@@ -90,6 +90,9 @@ impl Mover {
             }
         }
         self.run_products(STAGES.iter(), |row, stages, set_up, stopping| {
+            if row.placed_by == PlacedBy::Wing {
+                stages.wings.interpolate_forward(set_up.families, &kept, &direction.profiles, &mut change)?;
+            }
             let convergence = match row.products {
                 Some(products) => products(stages).forward(set_up, &kept, &mut change, stopping)?,
                 None => Convergence::nothing_to_do(),
@@ -123,14 +126,19 @@ impl Mover {
         }
         check_finite(seed, || "the seed".to_owned())?;
         let mut gradient = self.order.to_vertices(seed);
+        let mut profiles = BTreeMap::new();
         self.run_products(STAGES.iter().rev(), |row, stages, set_up, stopping| {
             if row.placed_by < PlacedBy::Volume {
                 set_up.families.partners.even_reverse(set_up.families, &mut gradient);
             }
-            match row.products {
-                Some(products) => products(stages).reverse(set_up, &kept, &mut gradient, stopping),
-                None => Ok(Convergence::nothing_to_do()),
+            let convergence = match row.products {
+                Some(products) => products(stages).reverse(set_up, &kept, &mut gradient, stopping)?,
+                None => Convergence::nothing_to_do(),
+            };
+            if row.placed_by == PlacedBy::Wing {
+                profiles = stages.wings.interpolate_reverse(set_up.families, &mut gradient);
             }
+            Ok(convergence)
         })?;
         let mut prescribed = BTreeMap::new();
         let families: Vec<FamilyId> = self.families.families_of(PlacedBy::Prescribed).collect();
@@ -143,9 +151,6 @@ impl Mover {
             let of_family = self.family_vertices[family.index()].iter().map(take).collect();
             prescribed.insert(self.mesh.families[family.index()].clone(), of_family);
         }
-        let zeros = |profile: &Profile| vec![DVec3::ZERO; profile.points.len()];
-        let of_wing = |(wing, own): (&String, &Vec<Profile>)| (wing.clone(), own.iter().map(zeros).collect());
-        let profiles = kept.profiles.iter().map(of_wing).collect();
         Ok(Gradient { prescribed, profiles })
     }
 
@@ -248,6 +253,12 @@ fn check_finite(vectors: &[DVec3], of: impl Fn() -> String) -> Result<(), Produc
         Some((row, &value)) => Err(ProductError::NotFinite { of: of(), row, value }),
         None => Ok(()),
     }
+}
+
+/// Why a profile of the last design has no derivative, if one has none.
+pub(super) fn not_matched(wings: &Wings) -> Option<NotDifferentiable> {
+    let (wing, (profile, why)) = wings.why_not()?;
+    Some(NotDifferentiable::Match { wing: wing.to_owned(), profile, why })
 }
 
 /// The first family that moves in a way that has no products yet.

@@ -67,6 +67,8 @@ pub(super) struct Outline {
     pub joined: bool,
     /// The trailing edge of a closed profile, as places in its [`Ring`].
     pub edge: Option<TrailingEdge>,
+    /// Whether the points run against their order in the [`Ring`].
+    pub reversed: bool,
 }
 
 /// The distinct points of a profile. The first point of a closed one is not repeated.
@@ -147,18 +149,19 @@ impl Outline {
             points.rotate_left(te.start);
             points.push(points[0]);
             if te.end == te.start {
-                Self { sides: points, base: Vec::new(), joined: true, edge }
+                Self { sides: points, base: Vec::new(), joined: true, edge, reversed: false }
             } else {
                 let base = points.split_off((te.end + n - te.start) % n);
                 points.push(base[0]);
-                Self { sides: points, base, joined: false, edge }
+                Self { sides: points, base, joined: false, edge, reversed: false }
             }
         } else {
-            Self { sides: points, base: Vec::new(), joined: false, edge }
+            Self { sides: points, base: Vec::new(), joined: false, edge, reversed: false }
         };
         if clockwise {
             outline.sides.reverse();
             outline.base.reverse();
+            outline.reversed = true;
         }
         if let Some(at) = disorder(&outline.sides) {
             return Err(ProfileError::NotInOrder { profile: number, at });
@@ -170,6 +173,30 @@ impl Outline {
             Some(at) => Err(ProfileError::CrossesItself { profile: number, at }),
             None => Ok(outline),
         }
+    }
+
+    /// Number of its points. A common end of the sides and of the base counts once, and so does the
+    /// end that joined sides share.
+    pub fn n_points(&self) -> usize {
+        let closing = usize::from(self.joined || !self.base.is_empty());
+        self.sides.len() + self.base.len().saturating_sub(1) - closing
+    }
+
+    /// The places in the ring of the points of the sides and of the base, if all points of the
+    /// outline are points of the ring.
+    ///
+    /// - `n`: points of the ring
+    pub fn places(&self, n: usize) -> [Vec<usize>; 2] {
+        let start = self.edge.map_or(0, |edge| edge.start);
+        let [mut sides, mut base] = [&self.sides, &self.base].map(|points| (0..points.len()).collect::<Vec<_>>());
+        base.iter_mut().for_each(|place| *place += sides.len() - 1);
+        for places in [&mut sides, &mut base] {
+            places.iter_mut().for_each(|place| *place = (*place + start) % n);
+            if self.reversed {
+                places.reverse();
+            }
+        }
+        [sides, base]
     }
 
     /// Distance between the ends of the sides, in the mesh's unit.

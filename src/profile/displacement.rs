@@ -20,6 +20,8 @@ pub struct ProfileDisplacement {
     /// For each section, the new positions of the vertices beside its plane, carried into the
     /// plane.
     pub(super) carried: Vec<Vec<DVec3>>,
+    /// A new profile whose match has no derivative, by its number, and why.
+    pub(crate) why_not: Option<(i64, &'static str)>,
     /// The planes of the new profiles.
     pub(super) planes: Vec<Plane>,
     /// The check that comes nearest to refusing the profiles.

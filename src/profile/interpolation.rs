@@ -46,6 +46,8 @@ use super::displacement::ProfileDisplacement;
 use super::kept::KeptSection;
 use super::locate::grid_parameters;
 use super::matching::OldSection;
+use super::overshoot::Limit;
+pub use super::overshoot::OVERSHOOT;
 use super::places::{Place, places};
 use super::section::{Change, Changes, Forms};
 use super::span::Span;
@@ -54,28 +56,23 @@ use super::trend::{Trend, TrendMap};
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, Remark, extent};
 
-/// Largest distance from the straight interpolation between two neighbouring sections, as a share
-/// of the change. The change is the largest displacement of the sections that count, or the largest
-/// difference between these displacements if it is less.
-pub const OVERSHOOT: f64 = 0.1;
-
 /// The interpolation of a wing with its old profiles. Made once per mesh, used for any number of
 /// new profiles.
 #[derive(Debug)]
 pub struct ProfileInterpolation {
-    span: Span,
+    pub(super) span: Span,
     /// Old sections, in the order of the span.
-    forms: Forms,
-    numbers: Vec<i64>,
+    pub(super) forms: Forms,
+    pub(super) numbers: Vec<i64>,
     /// First knot and arc lengths of each section's sides and base.
-    arcs: Vec<SectionArcs>,
+    pub(super) arcs: Vec<SectionArcs>,
     /// Knots of all sections, one section after another.
-    knots: Vec<DVec3>,
-    trend: Trend,
+    pub(super) knots: Vec<DVec3>,
+    pub(super) trend: Trend,
     /// Trend of the flat form.
-    flat_trend: Option<Trend>,
+    pub(super) flat_trend: Option<Trend>,
     /// The wing's vertices.
-    places: Vec<Place>,
+    pub(super) places: Vec<Place>,
     watch: Watch,
     extent: f64,
     /// Least and greatest place of the wing along the span's normal.
@@ -203,14 +200,52 @@ impl ProfileInterpolation {
             normal += section.new_normal(profile)?;
         }
         let normal = normal.normalize_or(self.span.normal);
-        let Changes { form, of_section, flat } = self.forms.changes(&new, &self.trend, self.flat_trend.as_ref())?;
+        let changes = self.forms.changes(&new, &self.trend, self.flat_trend.as_ref())?;
+        let (of_section, flat) = (&changes.of_section, changes.flat);
+        let numbered = self.numbers.iter().zip(of_section);
+        let why_not = numbered.filter_map(|(&number, change)| Some((number, change.why_not?))).next();
         if let (Some(reach), [only]) = (self.alone, &of_section[..])
             && !spanwise::is_shift(&only.knots, self.forms.smooth[0].length())
         {
             let (profile, chord) = (self.numbers[0], self.forms.smooth[0].length());
             remarks.push(Remark::Alone { profile, reach, chord });
         }
-        let trend = self.flat_trend.as_ref().filter(|_| flat).unwrap_or(&self.trend);
+        let trend = self.trend_of(flat);
+        let Lofted { map, remainder, whole, displaced } = self.lofted(changes);
+
+        let at_place = |place: &Place| self.at_place(place, trend, &map, &remainder, &whole, normal);
+        let (displacement, span_direction) = self.places.par_iter().map(at_place).unzip();
+        let carried = self.arcs.par_iter().enumerate().map(|(k, arcs)| {
+            let at = |(vertex, along): (usize, ArcPlace)| {
+                let (knot, knots) = cubic_at(arcs, along);
+                let place: &Place = &self.places[vertex];
+                let at = into(&self.span.planes[k], place.position, self.along(place));
+                let left: DVec3 = knots.iter().zip(&remainder[knot..]).map(|(&weight, &value)| value * weight).sum();
+                at + left + trend.at(&map, at, self.span.eta[k])
+            };
+            self.watch.of_section(k).map(at).collect()
+        });
+        Ok(ProfileDisplacement {
+            displacement,
+            span_direction,
+            displaced: flat.then_some(displaced),
+            carried: carried.collect(),
+            why_not,
+            planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
+            closeness,
+            remarks,
+            flat_cuts: flat,
+        })
+    }
+
+    /// The trend of the form in which new profiles are compared.
+    pub(super) fn trend_of(&self, flat: bool) -> &Trend {
+        self.flat_trend.as_ref().filter(|_| flat).unwrap_or(&self.trend)
+    }
+
+    /// The trend of changes, and what is left at the knots.
+    pub(super) fn lofted(&self, Changes { form, of_section, flat }: Changes) -> Lofted {
+        let trend = self.trend_of(flat);
         let targets: Vec<DVec3> = of_section.iter().flat_map(|change| change.at_probes).collect();
         let map = trend.fit(&targets);
 
@@ -243,29 +278,7 @@ impl ProfileInterpolation {
             .flat_map(|(k, arcs)| arcs.knots().map(move |knot| (k, knot)))
             .map(|(k, knot)| remainder[knot] + trend.at(&map, self.knots[knot], self.span.eta[k]))
             .collect();
-
-        let at_place = |place: &Place| self.at_place(place, trend, &map, &remainder, &whole, normal);
-        let (displacement, span_direction) = self.places.par_iter().map(at_place).unzip();
-        let carried = self.arcs.par_iter().enumerate().map(|(k, arcs)| {
-            let at = |(vertex, along): (usize, ArcPlace)| {
-                let (knot, knots) = cubic_at(arcs, along);
-                let place: &Place = &self.places[vertex];
-                let at = into(&self.span.planes[k], place.position, self.along(place));
-                let left: DVec3 = knots.iter().zip(&remainder[knot..]).map(|(&weight, &value)| value * weight).sum();
-                at + left + trend.at(&map, at, self.span.eta[k])
-            };
-            self.watch.of_section(k).map(at).collect()
-        });
-        Ok(ProfileDisplacement {
-            displacement,
-            span_direction,
-            displaced: flat.then_some(displaced),
-            carried: carried.collect(),
-            planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
-            closeness,
-            remarks,
-            flat_cuts: flat,
-        })
+        Lofted { map, remainder, whole, displaced }
     }
 
     /// Displacement and span-wise direction of a vertex.
@@ -288,10 +301,10 @@ impl ProfileInterpolation {
             slope += value * share.slope;
         }
         let (lower, t) = place.lower;
-        if let Some(upper) = place.shares.get(lower + 1).filter(|_| place.shares.len() > 2) {
+        if let Some(upper) = place.above() {
             let straight = place.shares[lower].of(remainder).lerp(upper.of(remainder), t);
             let whole: Vec<DVec3> = place.shares.iter().map(|share| share.of(whole)).collect();
-            left = straight + limited(left - straight, &whole, lower, t);
+            left = straight + Limit::limited(left - straight, &whole, lower, t);
         }
         let displacement = left + trend.at(map, place.position, place.eta);
         if self.span.planes.len() < 2 {
@@ -304,7 +317,7 @@ impl ProfileInterpolation {
 
     /// Derivative of the undeformed wing's position with respect to the span coordinate, at
     /// constant parameter.
-    fn place_slope(&self, place: &Place) -> DVec3 {
+    pub(super) fn place_slope(&self, place: &Place) -> DVec3 {
         place.shares.iter().map(|share| share.of(&self.knots) * share.place_slope).sum()
     }
 
@@ -378,7 +391,7 @@ impl ProfileInterpolation {
     }
 
     /// The new profiles in the order of the sections.
-    fn paired<'a>(&self, new: &'a [Profile]) -> Result<Vec<&'a Profile>, ProfileError> {
+    pub(super) fn paired<'a>(&self, new: &'a [Profile]) -> Result<Vec<&'a Profile>, ProfileError> {
         let by_number = by_number(new)?;
         let paired: Option<Vec<&Profile>> = self.numbers.iter().map(|number| by_number.get(number).copied()).collect();
         paired.filter(|paired| paired.len() == by_number.len()).ok_or_else(|| self.wrong_numbers(new))
@@ -394,40 +407,32 @@ impl ProfileInterpolation {
     }
 }
 
+/// What a design's changes are made of.
+pub(super) struct Lofted {
+    pub map: TrendMap,
+    /// Displacement of each knot without and with the trend.
+    pub remainder: Vec<DVec3>,
+    pub whole: Vec<DVec3>,
+    /// See [`ProfileDisplacement::displaced`].
+    pub displaced: Vec<Profile>,
+}
+
 /// Brings values at the knots of a flat section to the knots of the smooth one, by the common
 /// parameter.
 fn transferred(smooth: &OldSection, flat: &OldSection, values: &[DVec3]) -> Vec<DVec3> {
+    let at = |(knot, knots): (usize, [f64; 4])| {
+        knots.iter().zip(&values[knot..]).map(|(&weight, &value)| value * weight).sum()
+    };
+    transfer(smooth, flat).into_iter().map(at).collect()
+}
+
+/// For each knot of a smooth section, the first knot of the flat one that counts there, and the
+/// weights.
+pub(super) fn transfer(smooth: &OldSection, flat: &OldSection) -> Vec<(usize, [f64; 4])> {
     let sides = flat.side_arcs();
     let base = flat.base_arcs().map(|base| (sides.len(), base));
     let arcs = SectionArcs { sides: (0, sides), base };
-    let at = |tau: f64| {
-        let (knot, knots) = cubic_at(&arcs, ArcPlace::of(flat, tau));
-        knots.iter().zip(&values[knot..]).map(|(&weight, &value)| value * weight).sum()
-    };
-    smooth.knot_parameters().into_iter().map(at).collect()
-}
-
-/// The part of the parabolas beyond the straight interpolation between two sections, reduced where
-/// it is too large.
-///
-/// - `whole`: displacement of each section that counts
-fn limited(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> DVec3 {
-    let pairs = whole.iter().enumerate().flat_map(|(i, &a)| whole[..i].iter().map(move |&b| a.distance(b)));
-    let largest = whole.iter().map(|whole| whole.length()).fold(0.0, f64::max);
-    let allowed = OVERSHOOT * largest.min(pairs.fold(0.0, f64::max));
-    let (from, to) = (whole[lower], whole[lower + 1]);
-    let on_way = from.lerp(to, t);
-    let off = |share: f64| super::distance::distance(on_way + bow * share, &[from, to]);
-    if off(1.0) <= allowed {
-        return bow;
-    }
-    // The distance grows with the share, so bisection finds the largest share allowed.
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..50 {
-        let middle = (low + high) / 2.0;
-        if off(middle) <= allowed { low = middle } else { high = middle }
-    }
-    bow * low
+    smooth.knot_parameters().into_iter().map(|tau| cubic_at(&arcs, ArcPlace::of(flat, tau))).collect()
 }
 
 fn by_number(profiles: &[Profile]) -> Result<HashMap<i64, &Profile>, ProfileError> {

@@ -75,6 +75,19 @@ impl LeastSquares {
         }
         solution
     }
+
+    /// The transpose of [`Self::solve`]: the derivative by the values `[n_rows]`, from the one by
+    /// the coefficients `[n_unknowns]`.
+    pub fn solve_reverse(&self, by_solution: &[DVec3]) -> Vec<DVec3> {
+        let mut by_values = vec![DVec3::ZERO; self.columns.first().map_or(0, Vec::len)];
+        for ((column, square), direction) in self.columns.iter().zip(&self.squares).zip(&self.directions) {
+            let share = by_solution.iter().zip(direction).map(|(&by, &d)| by * d).sum::<DVec3>() / *square;
+            for (by_value, &c) in by_values.iter_mut().zip(column) {
+                *by_value += share * c;
+            }
+        }
+        by_values
+    }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

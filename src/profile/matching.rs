@@ -12,6 +12,7 @@
 //! The paper (3.1, step 1) resamples the old profile to the points of the new one.
 
 mod carried_edge;
+mod match_change;
 mod plane_affine;
 
 use std::collections::HashMap;
@@ -20,7 +21,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use carried_edge::CarriedEdge;
-use plane_affine::PlaneAffine;
+pub(super) use match_change::MatchChange;
+pub(super) use plane_affine::PlaneAffine;
 
 use super::curve::{Measured, Outline, ProfileCurve, bracket};
 use super::edges::farthest;
@@ -128,16 +130,18 @@ impl OldSection {
     }
 
     /// Displacement of each knot, in the order of [`Self::knots`], from the section to the new
-    /// profile. Exactly zero if both are the same.
+    /// profile. Exactly zero if both are the same. And why they have no derivative by the points of
+    /// the new profile, if they have none.
     ///
     /// # Errors
     /// The new profile is no plane curve.
-    pub fn displacements(&self, new: &Profile) -> Result<Vec<DVec3>, ProfileError> {
+    pub fn displacements(&self, new: &Profile) -> Result<(Vec<DVec3>, Option<&'static str>), ProfileError> {
         let old = self.knots();
         if self.is_same(new) {
-            return Ok(vec![DVec3::ZERO; old.len()]);
+            return Ok((vec![DVec3::ZERO; old.len()], None));
         }
         let matched = self.matched(new)?;
+        let why_not = matched.why_not();
         let steps = self.sides.knot_step.iter().map(|&step| matched.tau[step]);
         let mut targets: Vec<DVec3> = match matched.by_index() {
             Some(outline) => self.sides.knots.iter().map(|&i| outline.sides[i]).collect(),
@@ -155,7 +159,12 @@ impl OldSection {
                 None => targets.extend(base.knot_step.iter().map(|&i| matched.new_base.point(measured.tau[i]))),
             }
         }
-        Ok(targets.into_iter().zip(old).map(|(new, old)| new - old).collect())
+        Ok((targets.into_iter().zip(old).map(|(new, old)| new - old).collect(), why_not))
+    }
+
+    /// The fit of affine maps of the section's plane to displacements of the knots of its sides.
+    pub fn affine(&self) -> &PlaneAffine {
+        &self.affine
     }
 
     /// The affine map of the section's plane that fits displacements of its knots best, as the
@@ -276,7 +285,10 @@ impl OldSection {
         let own = self.matched_to(Outline::like(new, &plane, self.back())?, &plane);
         let carried = CarriedEdge { old: self, new, plane: &plane, own: &own };
         match carried.outline()? {
-            Some(outline) => Ok(self.matched_to(outline, &plane)),
+            Some(outline) => {
+                let has_own_points = outline.n_points() == own.outline.n_points();
+                Ok(Match { has_own_points, ..self.matched_to(outline, &plane) })
+            }
             None => Ok(own),
         }
     }
@@ -314,7 +326,8 @@ impl OldSection {
             && outline.joined == self.outline.joined;
         let by_index = same_counts && self.is_by_index(&outline, best.0);
         let (residual, tau) = best;
-        Match { tau, residual, new: measured, new_base: Measured::base(base), outline, by_index }
+        let new_base = Measured::base(base);
+        Match { tau, residual, new: measured, new_base, outline, by_index, has_own_points: true }
     }
 
     /// Whether new points are meant point by point: an affine map explains this match about as well
@@ -402,6 +415,8 @@ struct Match {
     outline: Outline,
     /// Whether the match is point by point.
     by_index: bool,
+    /// Whether all points are the new profile's own. A carried trailing edge may add one.
+    has_own_points: bool,
 }
 
 impl Match {

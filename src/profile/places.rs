@@ -30,6 +30,13 @@ pub(super) struct Place {
     pub lower: (usize, f64),
 }
 
+impl Place {
+    /// The share of the section above the vertex, if more than two sections count.
+    pub fn above(&self) -> Option<&Share> {
+        self.shares.get(self.lower.0 + 1).filter(|_| self.shares.len() > 2)
+    }
+}
+
 /// The weight of one section for a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Share {
@@ -53,6 +60,14 @@ impl Share {
             .filter(|(weight, _)| **weight != 0.0)
             .map(|(&weight, &value)| value * weight)
             .sum()
+    }
+
+    /// The transpose of [`Self::of`]: adds to the derivatives by the values at the knots.
+    pub fn add(&self, by: DVec3, by_values: &mut [DVec3]) {
+        let by_values = &mut by_values[self.knot as usize..];
+        for (&weight, by_value) in self.knots.iter().zip(by_values).filter(|(weight, _)| **weight != 0.0) {
+            *by_value += by * weight;
+        }
     }
 }
 

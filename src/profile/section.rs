@@ -71,6 +71,8 @@ pub(super) struct Change {
     pub knots: Vec<DVec3>,
     /// Displacement by the affine map fitted to the knots, at the probes of the form's trend.
     pub at_probes: [DVec3; 4],
+    /// Why the match has no derivative, if it has none.
+    pub why_not: Option<&'static str>,
     /// [`OldSection::roughness`], where two forms are compared.
     roughness: f64,
 }
@@ -193,10 +195,10 @@ impl<'a> Changes<'a> {
     ) -> Result<Self, ProfileError> {
         let change = |(place, (old, new)): (usize, (&KeptSection, &&Profile))| {
             let section = old.section();
-            let knots = section.displacements(new)?;
+            let (knots, why_not) = section.displacements(new)?;
             let at_probes = trend.probes(place).map(section.affine_change(&knots));
             let roughness = if compared { section.roughness(&knots) } else { 0.0 };
-            Ok(Change { knots, at_probes, roughness })
+            Ok(Change { knots, at_probes, why_not, roughness })
         };
         let of_section = form.par_iter().zip(new).enumerate().map(change).collect::<Result<_, _>>()?;
         Ok(Self { form, of_section, flat })

@@ -81,7 +81,8 @@ impl Trend {
         self.centre + self.along * (eta - self.eta)
     }
 
-    fn basis(&self, point: DVec3, eta: f64) -> [f64; 6] {
+    /// The values at a point that the coefficients multiply.
+    pub fn basis(&self, point: DVec3, eta: f64) -> [f64; 6] {
         let p = (point - self.centre) / self.scale;
         let e = (eta - self.eta) / self.scale;
         let q = (point - self.line(eta)) / self.scale;
@@ -109,6 +110,11 @@ impl Trend {
         map
     }
 
+    /// The transpose of [`Self::fit`]: the derivative by the targets.
+    pub fn fit_reverse(&self, by_map: &TrendMap) -> Vec<DVec3> {
+        self.squares.solve_reverse(by_map)
+    }
+
     /// Displacement at a point with the span coordinate `eta`.
     pub fn at(&self, map: &TrendMap, point: DVec3, eta: f64) -> DVec3 {
         combine(map, &self.basis(point, eta))
@@ -120,6 +126,13 @@ impl Trend {
         let at = |way: f64| self.at(map, point + along * way, eta + way);
         // The displacement has degree two along any line, so the central difference is exact.
         (at(self.scale) - at(-self.scale)) / (2.0 * self.scale)
+    }
+
+    /// The values that the coefficients multiply in [`Self::slope`].
+    pub fn slope_basis(&self, point: DVec3, eta: f64, along: DVec3) -> [f64; 6] {
+        let at = |way: f64| self.basis(point + along * way, eta + way);
+        let (after, before) = (at(self.scale), at(-self.scale));
+        std::array::from_fn(|i| (after[i] - before[i]) / (2.0 * self.scale))
     }
 }
 

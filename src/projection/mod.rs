@@ -8,6 +8,7 @@
 pub mod continuation;
 pub mod crossing;
 pub mod curved;
+mod slide;
 mod slope;
 mod tree;
 pub mod walk;

@@ -112,7 +112,12 @@ pub struct StageRow {
 
 /// All stages in the order in which they run.
 pub const STAGES: &[StageRow] = &[
-    StageRow { name: "wing", placed_by: PlacedBy::Wing, of: |stages| &mut stages.wings, products: None },
+    StageRow {
+        name: "wing",
+        placed_by: PlacedBy::Wing,
+        of: |stages| &mut stages.wings,
+        products: Some(|stages| &mut stages.wings),
+    },
     StageRow {
         name: "trailing edge",
         placed_by: PlacedBy::TrailingEdge,

@@ -139,4 +139,62 @@ impl SharedVertices {
         }
         Ok(convergence)
     }
+
+    /// Change of what [`Self::spread`] makes.
+    ///
+    /// - `own` `[n_vertices of the wing]`: change of the displacements by the wing's own profiles
+    /// - `change` `[n_vertices]`: of the mesh; changed beside the curves
+    /// - others: as for [`Self::spread`]
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn forward(
+        &mut self,
+        vertices: &[u32],
+        own: &[DVec3],
+        change: &mut [DVec3],
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let Some(network) = &mut self.network else { return Ok(Convergence::nothing_to_do()) };
+        let mut difference = vec![DVec3::ZERO; change.len()];
+        for &(place, ..) in &self.shared {
+            let vertex = vertices[place] as usize;
+            difference[vertex] = change[vertex] - own[place];
+        }
+        let convergence = network.forward(&mut difference, stopping)?;
+        for (vertex, _) in network.moving() {
+            change[vertex as usize] += difference[vertex as usize];
+        }
+        Ok(convergence)
+    }
+
+    /// The transpose of [`Self::forward`].
+    ///
+    /// - `by_own` `[n_vertices of the wing]`: derivative by the displacements by the wing's own
+    ///   profiles, to which this adds
+    /// - `gradient` `[n_vertices]`: of the mesh, by the displacement after the spread on entry and
+    ///   before it on exit
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn reverse(
+        &mut self,
+        vertices: &[u32],
+        by_own: &mut [DVec3],
+        gradient: &mut [DVec3],
+        stopping: &Stopping,
+    ) -> Result<Convergence, BackendError> {
+        let Some(network) = &mut self.network else { return Ok(Convergence::nothing_to_do()) };
+        let mut by_difference = vec![DVec3::ZERO; gradient.len()];
+        for (vertex, _) in network.moving() {
+            by_difference[vertex as usize] = gradient[vertex as usize];
+        }
+        let convergence = network.reverse(&mut by_difference, stopping)?;
+        for &(place, ..) in &self.shared {
+            let by = by_difference[vertices[place] as usize];
+            gradient[vertices[place] as usize] += by;
+            by_own[place] -= by;
+        }
+        Ok(convergence)
+    }
 }

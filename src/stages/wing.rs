@@ -19,12 +19,18 @@
 //!
 //! With a mirror plane the profiles stand on one side of the plane. A vertex on the other side
 //! gets the mirrored displacement of its mirror image.
+//!
+//! [`products`] has the derivative by the points of the new profiles.
+
+mod products;
 
 use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 
 use super::shared_curve::{SharedCurve, SharedVertices};
+use products::WingProduct;
+
 use super::strip::{self, Strip};
 use super::surface_network::SurfaceNetwork;
 use crate::families::Families;
@@ -107,6 +113,11 @@ pub struct Wings {
     shared_curves: Vec<(String, SharedCurve)>,
     /// The wings whose junctions missed their surfaces in the last design, by name.
     missed_surfaces: BTreeMap<String, MissedSurface>,
+    /// For each wing, the displacement of its junction's vertices before they slid in the last
+    /// design, in the mesh's unit.
+    before_slide: Vec<Vec<DVec3>>,
+    /// The products of each wing in hand. Empty between products.
+    products: Vec<WingProduct>,
 }
 
 struct Wing {
@@ -228,7 +239,14 @@ impl Wings {
             }
             all.push(made);
         }
-        Ok(Self { wings: all, moved: Vec::new(), shared_curves: Vec::new(), missed_surfaces: BTreeMap::new() })
+        Ok(Self {
+            wings: all,
+            moved: Vec::new(),
+            shared_curves: Vec::new(),
+            missed_surfaces: BTreeMap::new(),
+            before_slide: Vec::new(),
+            products: Vec::new(),
+        })
     }
 
     /// Writes the displacements by the profiles into `displacement`, in the mesh's unit.
@@ -376,9 +394,12 @@ impl Stage for Wings {
         let SetUp { mesh, families, stopping, .. } = set_up;
         let mut convergence = Convergence::nothing_to_do();
         self.missed_surfaces.clear();
+        self.before_slide.clear();
         for (wing, moved) in self.wings.iter_mut().zip(&self.moved) {
             let spread = wing.shared.spread(&wing.vertices, &moved.displacement, displacement, stopping)?;
             convergence = convergence.and(spread);
+            let at_junction = wing.junction.iter().map(|&place| displacement[wing.vertices[place] as usize]);
+            self.before_slide.push(at_junction.collect());
             let Some(strip) = &mut wing.strip else { continue };
             let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
             let mut missed: Option<MissedSurface> = None;

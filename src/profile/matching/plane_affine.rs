@@ -9,7 +9,7 @@ use super::super::{Plane, extent};
 /// Least-squares fit of a displacement that is affine in a section's plane. The weight of a knot is
 /// the arc length around it.
 #[derive(Clone, Debug)]
-pub(super) struct PlaneAffine {
+pub(in crate::profile) struct PlaneAffine {
     /// Mean of the curve.
     pub centre: DVec3,
     /// Two perpendicular directions of the plane, divided by the section's size.
@@ -93,5 +93,16 @@ impl PlaneAffine {
 
     pub fn evaluate(&self, map: &[DVec3], point: DVec3) -> DVec3 {
         map[0] + map[1] * (point - self.centre).dot(self.axes[0]) + map[2] * (point - self.centre).dot(self.axes[1])
+    }
+
+    /// The values at a point that the coefficients multiply.
+    pub fn basis(&self, point: DVec3) -> [f64; 3] {
+        [1.0, (point - self.centre).dot(self.axes[0]), (point - self.centre).dot(self.axes[1])]
+    }
+
+    /// The transpose of the coefficients of [`Self::fit`]: the derivative by the knots'
+    /// displacements.
+    pub fn fit_reverse(&self, by_map: &[DVec3]) -> Vec<DVec3> {
+        self.squares.solve_reverse(by_map).into_iter().zip(&self.weights).map(|(by, &weight)| by * weight).collect()
     }
 }

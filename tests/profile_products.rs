@@ -1,0 +1,201 @@
+//! Products by the points of new profiles: forward and reverse are transposes, forward is the limit
+//! of updates.
+
+mod common;
+
+use common::aircraft::{Anyway, SMALL, cpu};
+use common::block::{block, builder, mapped, sections};
+use common::brick::noise_vector;
+use glam::{DQuat, DVec3};
+use idmesh::families::Role;
+use idmesh::mover::{Derivative, Design, Gradient, Mover, MoverBuilder, Outcome};
+use idmesh::profile::Profile;
+use idmesh::relaxation::Stopping;
+
+/// A mover with wings, and their old profiles.
+struct Lofted {
+    mover: Mover,
+    old: Vec<(&'static str, Vec<Profile>)>,
+    /// Turns x along the chord, y along the span and z up.
+    turn: DQuat,
+}
+
+fn build(builder: MoverBuilder, tolerance: f64, turn: DQuat, old: Vec<(&'static str, Vec<Profile>)>) -> Lofted {
+    let stopping = Stopping { tolerance, ..Stopping::default() };
+    let mover = builder.quality(None).max_steps(1).stopping(stopping).build(cpu()).unwrap();
+    Lofted { mover, old, turn }
+}
+
+/// A wing on a symmetry plane in a box that stands askew. The wing's root slides in the plane.
+fn on_plane(stations: &[f64], tolerance: f64) -> Lofted {
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    let role = |name: &str| match name {
+        "wing" => Role::Wing,
+        "symmetry" | "floor" | "ceiling" => Role::PLANE,
+        _ => Role::Fixed,
+    };
+    let old = mapped(&sections(stations), |at| turn * at);
+    build(builder(block(5.0, |at| turn * at), old.clone(), role), tolerance, turn, vec![("wing", old)])
+}
+
+/// A wing from one periodic plane to the other.
+fn between_partners(tolerance: f64) -> Lofted {
+    let role = |name: &str| match name {
+        "wing" => Role::Wing,
+        "symmetry" => Role::Plane { flat: None, partner: Some("side".to_owned()) },
+        "side" => Role::PLANE,
+        _ => Role::Fixed,
+    };
+    let old = sections(&[0.5, 1.5]);
+    build(builder(block(8.0, |at| at), old.clone(), role), tolerance, DQuat::IDENTITY, vec![("wing", old)])
+}
+
+/// A wing with airfoils. Whatever touches it stays.
+fn half_aircraft(tolerance: f64) -> Lofted {
+    let old = SMALL.profiles("old_2");
+    let role = |name: &str| match name {
+        "wing" => Role::Wing,
+        "symmetry" => Role::PLANE,
+        _ => Role::Fixed,
+    };
+    build(builder(SMALL.mesh(), old.clone(), role), tolerance, DQuat::IDENTITY, vec![("wing", old)])
+}
+
+impl Lofted {
+    /// The old profiles, each point moved by a map of its wing, its profile's number and itself.
+    fn moved(&self, map: impl Fn(usize, i64, DVec3) -> DVec3) -> Design {
+        let mut design = Design::default();
+        for (k, (wing, old)) in self.old.iter().enumerate() {
+            let own = |profile: &Profile| Profile {
+                number: profile.number,
+                points: profile.points.iter().map(|&at| map(k, profile.number, at)).collect(),
+            };
+            design = design.with_profiles(wing, old.iter().map(own).collect());
+        }
+        design
+    }
+
+    /// Each section shifts, turns and grows in its own way.
+    fn design(&self, share: f64) -> Design {
+        self.moved(|k, number, at| {
+            let at = self.turn.inverse() * at;
+            let of = share * (1.0 + 0.3 * (2.0 * number as f64).sin() + 0.2 * k as f64);
+            let turn = DQuat::from_rotation_y(0.1 * of);
+            let bend = 0.01 * share * (3.0 * at.x).sin();
+            self.turn * (turn * at * (1.0 + 0.02 * of) + DVec3::new(0.03 * of, 0.0, 0.05 * of + bend))
+        })
+    }
+
+    /// A smooth direction, in the planes of the profiles.
+    fn smooth(&self) -> Design {
+        self.moved(|k, number, at| {
+            let at = self.turn.inverse() * at;
+            let of = 1.0 + 0.5 * number as f64 - 0.2 * k as f64;
+            self.turn * DVec3::new(0.1 * of * at.x, 0.0, 0.2 * of * (2.0 * at.x + of).cos())
+        })
+    }
+
+    /// A random direction for every point, the same at the two ends of a closed profile.
+    fn random(&self) -> Design {
+        let noise = |at: DVec3| {
+            let bits = (at.x.to_bits() ^ at.y.to_bits().rotate_left(17) ^ at.z.to_bits().rotate_left(34)) as usize;
+            noise_vector(bits % 1_000_003)
+        };
+        self.moved(|_, _, at| noise(at))
+    }
+
+    fn update(&mut self, design: &Design) -> Outcome {
+        let outcome = self.mover.update(design).unwrap();
+        assert!(outcome.converged, "{:?}", outcome.unconverged);
+        assert_eq!(outcome.differentiable(), Ok(()));
+        outcome
+    }
+
+    fn forward(&mut self, outcome: &Outcome, direction: &Design) -> Vec<DVec3> {
+        self.mover.forward(outcome, direction, Derivative::Exact).unwrap()
+    }
+
+    /// Checks the transpose on random vectors, relative to the norms.
+    fn check_transpose(&mut self, name: &str, design: &Design) {
+        let (outcome, direction) = (self.update(design), self.random());
+        let seed: Vec<DVec3> = (0..outcome.vertices().len()).map(|vertex| noise_vector(vertex + 1_000_000)).collect();
+        let change = self.forward(&outcome, &direction);
+        let gradient = self.mover.reverse(&outcome, &seed, Derivative::Exact).unwrap();
+        let (one, other) = (dot(&seed, &change), along(&gradient, &direction));
+        let norms = norm(&seed) * norm(&change);
+        assert!(norm(&change) > 0.1, "{name}: {}", norm(&change));
+        assert!((one - other).abs() <= 1e-12 * norms, "{name}: {one} {other} to {norms:e}");
+    }
+
+    /// Norm of the difference between a forward product and a central difference of updates, over
+    /// the norm of the product.
+    fn off_differences(&mut self, design: &Design, direction: &Design, step: f64) -> f64 {
+        let outcome = self.update(design);
+        let exact = self.forward(&outcome, direction);
+        let [plus, minus] = [step, -step].map(|step| self.update(&sum(design, direction, step)));
+        let both = plus.displacement().iter().zip(minus.displacement());
+        let difference = both.map(|(plus, minus)| (*plus - *minus) / (2.0 * step));
+        let off: Vec<DVec3> = difference.zip(&exact).map(|(difference, exact)| difference - *exact).collect();
+        norm(&off) / norm(&exact)
+    }
+}
+
+/// A design and `step` times a direction.
+fn sum(design: &Design, direction: &Design, step: f64) -> Design {
+    let mut sum = design.clone();
+    for (wing, profiles) in &mut sum.profiles {
+        for (profile, along) in profiles.iter_mut().zip(&direction.profiles[wing]) {
+            profile.points.iter_mut().zip(&along.points).for_each(|(point, along)| *point += *along * step);
+        }
+    }
+    sum
+}
+
+fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+fn norm(a: &[DVec3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+fn along(gradient: &Gradient, direction: &Design) -> f64 {
+    let of_wing = |(wing, profiles): (&String, &Vec<Profile>)| -> f64 {
+        profiles.iter().zip(&gradient.profiles[wing]).map(|(profile, by)| dot(by, &profile.points)).sum()
+    };
+    direction.profiles.iter().map(of_wing).sum()
+}
+
+#[test]
+fn reverse_is_the_transpose_of_forward() {
+    for (name, mut lofted, share) in [
+        ("two sections", on_plane(&[0.3, 1.1], 1e-12), 1.0),
+        ("two sections, unmoved", on_plane(&[0.3, 1.1], 1e-12), 0.0),
+        ("four sections", on_plane(&[0.2, 0.5, 0.8, 1.1], 1e-12), 1.0),
+        ("one section", on_plane(&[0.6], 1e-12), 1.0),
+        ("partners", between_partners(1e-12), 0.3),
+        ("half aircraft", half_aircraft(1e-12), 0.1),
+    ] {
+        let design = lofted.design(share);
+        lofted.check_transpose(name, &design);
+    }
+}
+
+#[test]
+fn forward_is_the_limit_of_updates() {
+    let mut bad = Vec::new();
+    for (name, mut lofted, share) in [
+        ("two sections", on_plane(&[0.3, 1.1], 1e-12), 1.0),
+        ("two sections, unmoved", on_plane(&[0.3, 1.1], 1e-14), 0.0),
+        ("four sections", on_plane(&[0.2, 0.5, 0.8, 1.1], 1e-12), 1.0),
+        ("one section", on_plane(&[0.6], 1e-12), 1.0),
+        ("partners", between_partners(1e-12), 0.3),
+        ("half aircraft", half_aircraft(1e-12), 0.1),
+    ] {
+        let (design, smooth) = (lofted.design(share), lofted.smooth());
+        let off = lofted.off_differences(&design, &smooth, 1e-5);
+        println!("{name}: {off:e}");
+        if off > 1e-8 { bad.push(name); }
+    }
+    assert!(bad.is_empty(), "{bad:?}");
+}
