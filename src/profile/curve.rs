@@ -47,12 +47,12 @@ const CORNER: f64 = 100.0;
 /// Places whose distance from the trailing edge is less than the largest one by less than this
 /// share are leading edges as well. The two corners of a slab are; a section with a round leading
 /// edge has one farthest place.
-const AS_FAR: f64 = 0.05;
+pub(super) const AS_FAR: f64 = 0.05;
 
 /// Longest tangent of a piece, over its chord. A spline has tangents of length 1, and up to 1.3
 /// where it turns by 90 degrees between two knots. Longer ones come from knots out of order; cut to
 /// this length they make no loops.
-const LONGEST_TANGENT: f64 = 1.5;
+pub(super) const LONGEST_TANGENT: f64 = 1.5;
 
 /// The points of a profile in one direction, divided at the trailing edge.
 #[derive(Clone, Debug)]
@@ -268,13 +268,18 @@ fn tangents(chords: &[DVec3], lengths: &[f64]) -> Vec<[DVec3; 2]> {
     let mut pieces = Vec::with_capacity(chords.len());
     let mut start = 0;
     for i in 1..=chords.len() {
-        if i == chords.len() || chords[i - 1].dot(chords[i]) < CORNER.to_radians().cos() {
+        if i == chords.len() || is_corner(chords[i - 1], chords[i]) {
             let smooth = spline(&chords[start..i], &lengths[start..i]);
             pieces.extend(smooth.windows(2).map(|pair| [pair[0], pair[1]]));
             start = i;
         }
     }
     pieces
+}
+
+/// Whether the curve is not smooth between two pieces with these unit chords.
+pub(super) fn is_corner(before: DVec3, after: DVec3) -> bool {
+    before.dot(after) < CORNER.to_radians().cos()
 }
 
 /// Tangents of the natural cubic spline over pieces with given lengths and directions, by
@@ -405,11 +410,16 @@ impl Measured {
     ///
     /// - `boxes`: of the path
     pub fn nearest(&self, boxes: &PathBoxes, at: DVec3, between: [f64; 2]) -> f64 {
+        let (step, t) = self.nearest_step(boxes, at, between);
+        self.tau[step] + (self.tau[step + 1] - self.tau[step]) * t
+    }
+
+    /// The step with the point nearest to `at`, and the share of the step before this point.
+    pub fn nearest_step(&self, boxes: &PathBoxes, at: DVec3, between: [f64; 2]) -> (usize, f64) {
         let n = self.path.len();
         let first = self.tau.partition_point(|&tau| tau < between[0]).clamp(1, n - 1);
         let last = self.tau.partition_point(|&tau| tau <= between[1]).clamp(first, n - 1);
-        let (step, t) = boxes.nearest(&self.path, at, first - 1..last);
-        self.tau[step] + (self.tau[step + 1] - self.tau[step]) * t
+        boxes.nearest(&self.path, at, first - 1..last)
     }
 
     /// The point at a parameter, and the unit tangent there.

@@ -12,7 +12,7 @@
 //! is allowed. There the derivative is that without the limit, which holds in the directions that
 //! stay within it.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::interpolation::{Lofted, ProfileInterpolation, transfer};
@@ -20,9 +20,9 @@ use super::kept::KeptSection;
 use super::matching::{MatchChange, PlaneAffine};
 use super::overshoot::Limit;
 use super::places::Place;
+use super::tilt::Tilt;
 use super::trend::TrendMap;
 use super::{Profile, ProfileError};
-use crate::geometry::rotation_vectors::outer;
 
 /// The derivative of a wing's interpolation at a design.
 #[derive(Debug)]
@@ -295,39 +295,4 @@ fn of_knots_with_trend(
 ) -> Vec<DVec3> {
     let knots = wing.arcs.iter().zip(&wing.span.eta).flat_map(|(arcs, &eta)| arcs.knots().map(move |knot| (knot, eta)));
     knots.map(|(knot, eta)| remainder[knot] + trend(wing.knots[knot], eta)).collect()
-}
-
-/// How the normal of a profile's plane follows its points: as that of the plane that fits best.
-#[derive(Debug)]
-struct Tilt {
-    normal: DVec3,
-    /// Each point that counts, and the change of the normal by its motion along the normal.
-    by_points: Vec<(usize, DVec3)>,
-}
-
-impl Tilt {
-    /// - `normal`: of the profile's plane, on the side of the wing's span
-    fn new(normal: DVec3, profile: &Profile) -> Self {
-        let points = &profile.points;
-        let distinct: Vec<usize> = (0..points.len()).filter(|&i| i == 0 || points[i] != points[i - 1]).collect();
-        let centre = distinct.iter().map(|&i| points[i]).sum::<DVec3>() / distinct.len() as f64;
-        let spread = distinct.iter().map(|&i| points[i] - centre).fold(DMat3::ZERO, |sum, q| sum + outer(q, q));
-        let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
-        let inverse = (spread + outer(normal, normal) * trace).inverse();
-        // The end of a closed profile follows its start.
-        let place = |i: usize| if points[i] == points[0] { 0 } else { i };
-        let by_points = distinct.iter().map(|&i| (place(i), -(inverse * (points[i] - centre))));
-        Self { normal, by_points: by_points.collect() }
-    }
-
-    fn forward(&self, change: &[DVec3]) -> DVec3 {
-        let change: DVec3 = self.by_points.iter().map(|&(i, by)| by * self.normal.dot(change[i])).sum();
-        change.reject_from_normalized(self.normal)
-    }
-
-    /// The transpose of [`Self::forward`], added to the derivative by the points.
-    fn reverse(&self, by_normal: DVec3, by_points: &mut [DVec3]) {
-        let by_normal = by_normal.reject_from_normalized(self.normal);
-        self.by_points.iter().for_each(|&(i, by)| by_points[i] += self.normal * by.dot(by_normal));
-    }
 }

@@ -13,7 +13,9 @@
 
 mod carried_edge;
 mod match_change;
+mod measured_change;
 mod plane_affine;
+mod tape;
 
 use std::collections::HashMap;
 
@@ -141,7 +143,7 @@ impl OldSection {
             return Ok((vec![DVec3::ZERO; old.len()], None));
         }
         let matched = self.matched(new)?;
-        let why_not = matched.why_not();
+        let why_not = self.why_not(&matched);
         let steps = self.sides.knot_step.iter().map(|&step| matched.tau[step]);
         let mut targets: Vec<DVec3> = match matched.by_index() {
             Some(outline) => self.sides.knots.iter().map(|&i| outline.sides[i]).collect(),
@@ -327,7 +329,7 @@ impl OldSection {
         let by_index = same_counts && self.is_by_index(&outline, best.0);
         let (residual, tau) = best;
         let new_base = Measured::base(base);
-        Match { tau, residual, new: measured, new_base, outline, by_index, has_own_points: true }
+        Match { tau, residual, new: measured, new_base, outline, plane: *plane, by_index, has_own_points: true }
     }
 
     /// Whether new points are meant point by point: an affine map explains this match about as well
@@ -413,6 +415,8 @@ struct Match {
     residual: f64,
     /// The new points.
     outline: Outline,
+    /// The plane of the new profile, its normal on the side of the old one's.
+    plane: Plane,
     /// Whether the match is point by point.
     by_index: bool,
     /// Whether all points are the new profile's own. A carried trailing edge may add one.

@@ -62,6 +62,7 @@ mod span;
 mod spanwise;
 #[doc(hidden)]
 pub mod stations;
+mod tilt;
 mod trend;
 mod wing_surface;
 

@@ -2,9 +2,13 @@
 
 use glam::DVec3;
 
-use super::{Match, OldSection};
-use crate::profile::Profile;
+use super::measured_change::{MOST_STEPS, MeasuredChange};
+use super::{Match, OldSection, TURNS};
 use crate::profile::curve::Outline;
+use crate::profile::{Plane, Profile};
+
+/// Why a profile that has no match has no derivative. An update of such a profile fails.
+const NO_MATCH: &str = "has no match with the old profile";
 
 /// Why a match with a point that the new profile does not have has no derivative.
 const INSERTED: &str = "has its trailing edge between two of its points, where the match put it";
@@ -14,31 +18,42 @@ const INSERTED: &str = "has its trailing edge between two of its points, where t
 pub(in crate::profile) enum MatchChange {
     /// The match is point by point: the point of each knot.
     ByPoints(Vec<u32>),
-}
-
-impl Match {
-    /// Why the match has no derivative, if it has none.
-    pub fn why_not(&self) -> Option<&'static str> {
-        match (self.by_index, self.has_own_points) {
-            (_, false) => Some(INSERTED),
-            (false, _) => Some("is matched with the old profile by measure, not point by point"),
-            _ => None,
-        }
-    }
+    /// The match is by measure, from the old section to the new profile. Its derivative is made
+    /// when it is asked for, because it takes some megabytes.
+    ByMeasure {
+        /// The old profile, its plane, and its given direction to the trailing edge.
+        old: Box<(Profile, Plane, Option<DVec3>)>,
+        /// The new profile.
+        new: Profile,
+    },
 }
 
 impl OldSection {
+    /// Why a match has no derivative, if it has none.
+    pub(super) fn why_not(&self, matched: &Match) -> Option<&'static str> {
+        let steps = matched.new.path.len() + matched.new_base.path.len() + TURNS * self.sides.path.len();
+        match (matched.by_index, matched.has_own_points) {
+            (_, false) => Some(INSERTED),
+            (false, _) if steps > MOST_STEPS => Some("is matched by measure, and has too many points for a derivative"),
+            _ => None,
+        }
+    }
+
     /// The derivative of [`Self::displacements`] at a new profile. A profile that is the section's
     /// own has the derivative of the match point by point.
     ///
     /// # Errors
     /// Why there is none.
     pub fn match_change(&self, new: &Profile) -> Result<MatchChange, &'static str> {
-        let matched = self.matched(new).map_err(|_| "has no match with the old profile")?;
-        if let Some(why) = matched.why_not() {
+        let matched = self.matched(new).map_err(|_| NO_MATCH)?;
+        if let Some(why) = self.why_not(&matched) {
             return Err(why);
         }
         let [sides, base] = places_in(new, &matched.outline)?;
+        if !matched.by_index {
+            let old = (self.profile.clone(), self.plane, self.towards);
+            return Ok(MatchChange::ByMeasure { old: Box::new(old), new: new.clone() });
+        }
         let of_sides = self.sides.knots.iter().map(|&i| sides[i]);
         let of_base = self.base.iter().flat_map(|base| &base.knots).map(|&i| base[i]);
         Ok(MatchChange::ByPoints(of_sides.chain(of_base).collect()))
@@ -63,6 +78,15 @@ fn places_in(profile: &Profile, outline: &Outline) -> Result<[Vec<u32>; 2], &'st
     Ok([sides, base].map(|places| places.into_iter().map(|place| distinct[place] as u32).collect()))
 }
 
+/// The derivative of a match by measure.
+fn measured_change(old: &(Profile, Plane, Option<DVec3>), new: &Profile) -> MeasuredChange {
+    let (profile, plane, towards) = old;
+    let section = OldSection::towards(profile, plane, *towards).expect("the profile was made a section before");
+    let matched = section.matched(new).expect("the profile was matched before");
+    let places = places_in(new, &matched.outline).expect("the places were found before");
+    MeasuredChange::new(&section, new, &matched, &places)
+}
+
 impl MatchChange {
     /// Change of the knots' displacements.
     ///
@@ -70,6 +94,7 @@ impl MatchChange {
     pub fn forward(&self, change: &[DVec3]) -> Vec<DVec3> {
         match self {
             Self::ByPoints(places) => places.iter().map(|&place| change[place as usize]).collect(),
+            Self::ByMeasure { old, new } => measured_change(old, new).forward(change),
         }
     }
 
@@ -83,6 +108,7 @@ impl MatchChange {
             Self::ByPoints(places) => {
                 places.iter().zip(by_knots).for_each(|(&place, by)| by_points[place as usize] += *by);
             }
+            Self::ByMeasure { old, new } => by_points = measured_change(old, new).reverse(by_knots),
         }
         by_points
     }

@@ -6,6 +6,9 @@ use nalgebra::{Matrix6, Vector6};
 use super::super::least_squares::LeastSquares;
 use super::super::{Plane, extent};
 
+/// Weight of an end in [`PlaneAffine::fit_across`], as a share of the whole curve.
+pub(super) const END: f64 = 0.1;
+
 /// Least-squares fit of a displacement that is affine in a section's plane. The weight of a knot is
 /// the arc length around it.
 #[derive(Clone, Debug)]
@@ -59,8 +62,6 @@ impl PlaneAffine {
     ///
     /// - `targets`: a point of the curve for each knot, and the unit tangent there
     pub fn fit_across(&self, plane: &Plane, targets: &[(DVec3, DVec3)]) -> Option<Vec<DVec3>> {
-        /// Weight of an end, as a share of the whole curve.
-        const END: f64 = 0.1;
         let (u, v) = plane.normal.any_orthonormal_pair();
         let (mut matrix, mut right) = (Matrix6::<f64>::zeros(), Vector6::<f64>::zeros());
         let last = targets.len() - 1;
