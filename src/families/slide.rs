@@ -7,17 +7,6 @@ use super::shape::{FamilyShape, ShapeAtVertex};
 use crate::geometry::rotation_vectors::outer;
 
 impl ShapeAtVertex<'_> {
-    /// [`Self::closest`], and its derivative by `at`.
-    fn closest_change(&self, at: DVec3) -> (DVec3, DMat3) {
-        match self.shape {
-            FamilyShape::Surface(target) => {
-                let on = target.closest(at);
-                (on.point, target.projector(at, &on))
-            }
-            FamilyShape::Plane(_, normal) => (self.closest(at), DMat3::IDENTITY - outer(*normal, *normal)),
-        }
-    }
-
     /// The derivatives of [`Self::along`] by `from` and by `direction`. `None` where the point does
     /// not follow them smoothly.
     fn along_change(&self, from: DVec3, direction: DVec3) -> Option<(DMat3, DMat3)> {
@@ -25,10 +14,11 @@ impl ShapeAtVertex<'_> {
         match self.shape {
             FamilyShape::Surface(target) => target.along_change(from, direction, to),
             FamilyShape::Plane(_, normal) => {
+                let (closest, change) = self.closest_change(from);
                 let slope = normal.dot(direction);
-                let closest = self.closest(from);
+                // As in `along`: a line nearly parallel to the plane does not count.
                 if to == closest && slope.abs() < 0.2 {
-                    return Some((DMat3::IDENTITY - outer(*normal, *normal), DMat3::ZERO));
+                    return Some((change, DMat3::ZERO));
                 }
                 let change = DMat3::IDENTITY - outer(direction, *normal) * (1.0 / slope);
                 Some((change, change * (to - from).dot(direction)))
@@ -42,26 +32,10 @@ impl Families {
     /// does not follow them smoothly. On an edge of a surface, as at rest, they are those of the
     /// plane across the smooth normal.
     pub fn settle_along_change(&self, vertex: u32, at: DVec3, direction: Option<DVec3>) -> Option<(DMat3, DMat3)> {
-        let shapes: Vec<ShapeAtVertex> = self.shapes_at(vertex).collect();
-        match (&shapes[..], direction) {
-            ([], _) => Some((DMat3::IDENTITY, DMat3::ZERO)),
-            ([shape], Some(direction)) => shape.along_change(at, direction),
-            ([shape], None) => Some((shape.closest_change(at).1, DMat3::ZERO)),
-            (several, _) => {
-                let (mut at, mut change) = (at, DMat3::IDENTITY);
-                for _ in 0..100 {
-                    let before = (at, change);
-                    for shape in several {
-                        let (closest, of_shape) = shape.closest_change(at);
-                        (at, change) = (closest, of_shape * change);
-                    }
-                    // A vertex in its place may have a change that is not in its place yet.
-                    if (at, change) == before {
-                        break;
-                    }
-                }
-                Some((change, DMat3::ZERO))
-            }
+        let mut shapes = self.shapes_at(vertex);
+        match (shapes.next(), shapes.next(), direction) {
+            (Some(shape), None, Some(direction)) => shape.along_change(at, direction),
+            _ => Some((self.settle_change(vertex, at), DMat3::ZERO)),
         }
     }
 }

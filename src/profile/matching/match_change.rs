@@ -113,3 +113,107 @@ impl MatchChange {
         by_points
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A NACA section of 12 % of the chord with a base of this thickness, from the upper side of
+    /// the trailing edge on. Its stations are nearer to each other at the leading edge.
+    fn airfoil(n: i32, base: f64, closed: bool) -> Profile {
+        let at = |i: i32| {
+            let t = f64::from(i) / f64::from(n);
+            let x = t * t;
+            let round = 0.2969 * t.abs() - 0.126 * x - 0.3516 * x * x + 0.2843 * x.powi(3) - 0.1036 * x.powi(4);
+            let half = if base == 0.0 && i.abs() == n { 0.0 } else { 0.6 * round + 0.5 * base * x };
+            DVec3::new(x, 0.0, -half * t.signum())
+        };
+        let mut points: Vec<DVec3> = (-n..=n).map(at).collect();
+        if closed && base > 0.0 {
+            points.push(points[0]);
+        }
+        Profile { number: 0, points }
+    }
+
+    /// A slab with square ends, with points on all sides.
+    fn slab(n: i32) -> Profile {
+        let share = |i: i32| f64::from(i) / f64::from(n);
+        let upper = (0..=n).map(|i| DVec3::new(1.0 - share(i), 0.0, 0.05));
+        let lower = (0..=n).map(|i| DVec3::new(share(i), 0.0, -0.05));
+        let mut points: Vec<DVec3> = upper.chain(lower).collect();
+        points.push(points[0]);
+        Profile { number: 0, points }
+    }
+
+    fn mapped(profile: Profile, map: impl Fn(DVec3) -> DVec3) -> Profile {
+        Profile { points: profile.points.into_iter().map(map).collect(), ..profile }
+    }
+
+    /// A profile whose change is nearly affine, one with a bump, and one in a tilted plane.
+    fn changed(profile: Profile) -> [Profile; 3] {
+        let affine = |at: DVec3| DVec3::new(1.05 * at.x + 0.02 * at.z, 0.0, 1.2 * at.z + 0.1 * at.x);
+        let bump = |at: DVec3| affine(at) + DVec3::Z * 0.04 * (-30.0 * (at.x - 0.4).powi(2)).exp();
+        let tilted = |at: DVec3| {
+            let at = affine(at);
+            DVec3::new(at.x, 0.3 * at.x - 0.4 * at.z, at.z)
+        };
+        [mapped(profile.clone(), affine), mapped(profile.clone(), bump), mapped(profile, tilted)]
+    }
+
+    /// Forward is the limit of differences within the planes of profiles and of planes that tilt,
+    /// and reverse its transpose.
+    ///
+    /// Fails if the trailing edge does not move the parameters, or if the fit across the curve has
+    /// constant tangents.
+    #[test]
+    fn matches_have_their_derivatives() {
+        for (what, old, new, by_points) in [
+            ("sharp", airfoil(20, 0.0, true), airfoil(27, 0.0, true), false),
+            ("open", airfoil(20, 0.01, false), airfoil(33, 0.01, false), false),
+            ("with base", airfoil(20, 0.03, true), airfoil(26, 0.03, true), false),
+            ("sharp to blunt", airfoil(20, 0.0, true), airfoil(20, 0.02, false), false),
+            ("slab", slab(10), slab(13), false),
+            ("own points", airfoil(20, 0.03, true), airfoil(20, 0.03, true), true),
+            ("the other way", airfoil(20, 0.0, true), mapped(airfoil(20, 0.0, true), |at| at), true),
+        ] {
+            let section = OldSection::new(&old, &Plane::of_profile(&old).unwrap()).unwrap();
+            for (k, mut new) in changed(new).into_iter().enumerate() {
+                if what == "the other way" {
+                    new.points.reverse();
+                }
+                let is_bump = k == 1;
+                let change = section.match_change(&new).unwrap();
+                assert!(is_bump || matches!(change, MatchChange::ByPoints(_)) == by_points, "{what} {k}");
+                let tilt = if k == 2 { 1.0 } else { 0.0 };
+                let direction: Vec<DVec3> = new
+                    .points
+                    .iter()
+                    .map(|at| {
+                        let z = (3.0 * at.x).sin() + 0.3 * at.z;
+                        let x = 0.5 * (2.0 * at.z).cos() * at.x;
+                        DVec3::new(x, 0.2 * at.x + tilt * (0.3 * x - 0.4 * z), z)
+                    })
+                    .collect();
+                let forward = change.forward(&direction);
+                let h = 1e-6;
+                let [plus, minus] = [h, -h].map(|h| {
+                    let points = new.points.iter().zip(&direction).map(|(at, by)| *at + *by * h).collect();
+                    section.displacements(&Profile { points, ..new.clone() }).unwrap().0
+                });
+                let norm = |all: &[DVec3]| all.iter().map(|by| by.length_squared()).sum::<f64>().sqrt();
+                let off: Vec<DVec3> = plus
+                    .iter()
+                    .zip(&minus)
+                    .zip(&forward)
+                    .map(|((plus, minus), by)| (*plus - *minus) / (2.0 * h) - *by)
+                    .collect();
+                assert!(norm(&off) < 1e-7 * norm(&forward), "{what} {k}: {:e}", norm(&off) / norm(&forward));
+                let seed: Vec<DVec3> = (0..forward.len()).map(|i| DVec3::new(1.0, 0.3, (i as f64).sin())).collect();
+                let gradient = change.reverse(&seed, new.points.len());
+                let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+                let apart = (dot(&seed, &forward) - dot(&gradient, &direction)).abs();
+                assert!(apart < 1e-12 * norm(&seed) * norm(&forward), "{what} {k}: {apart:e}");
+            }
+        }
+    }
+}
