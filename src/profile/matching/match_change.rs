@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(places_in(&new, &matched.outline).err(), Some(INSERTED));
         matched.has_own_points = false;
         assert_eq!(section.why_not(&matched), Some(INSERTED));
-        let matched = section.matched(&airfoil(260_000, 0.0, true)).unwrap();
+        let matched = section.matched(&airfoil(110_000, 0.0, true)).unwrap();
         assert!(section.why_not(&matched).unwrap().contains("too many points"));
     }
 }

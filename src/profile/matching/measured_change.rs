@@ -15,7 +15,7 @@ use crate::profile::path_boxes::PathBoxes;
 use crate::profile::tilt::Tilt;
 
 /// Most steps of the curves of one match. Each takes about 300 bytes on the tape.
-pub(super) const MOST_STEPS: usize = 500_000;
+pub(super) const MOST_STEPS: usize = 200_000;
 
 /// A match by measure on a tape.
 pub(super) struct MeasuredChange {
