@@ -3,14 +3,14 @@
 
 mod common;
 
-use common::aircraft::{Anyway, SMALL, cpu, role};
+use common::aircraft::{Anyway, SMALL, cpu, role, triangles_of};
 use common::block::{block, builder, mapped, sections};
 use common::brick::noise_vector;
 use glam::{DQuat, DVec3};
 use idmesh::families::Role;
 use idmesh::mesh::FamilyId;
 use idmesh::mover::{Derivative, Design, Gradient, Mover, MoverBuilder, Outcome};
-use idmesh::profile::{Plane, Profile};
+use idmesh::profile::{Plane, Profile, cut};
 use idmesh::relaxation::{Method, Stopping};
 
 /// A mover with wings, and their old profiles.
@@ -272,4 +272,37 @@ fn a_match_by_measure_is_differentiated_as_it_ran() {
         }
     }
     assert!(bad.is_empty(), "{bad:?}");
+}
+
+/// New profiles that continue flat cuts through the facets are compared with these cuts.
+///
+/// Fails if values at the knots of flat sections count for the smooth ones as they are.
+#[test]
+fn changed_flat_cuts_are_differentiated() {
+    let mesh = SMALL.mesh();
+    let triangles: Vec<[u32; 3]> =
+        triangles_of(&mesh, "wing").into_iter().map(|triangle| triangle.map(|vertex| vertex as u32)).collect();
+    let planes: Vec<(i64, Plane)> =
+        SMALL.profiles("old_2").iter().map(|old| (old.number, Plane::of_profile(old).unwrap())).collect();
+    let old = cut::cut_at_planes(&mesh.vertices, &triangles, &planes).unwrap();
+    let flat = planes.iter().map(|(number, plane)| Profile {
+        number: *number,
+        points: cut::cut(&mesh.vertices, &triangles, plane).unwrap(),
+    });
+    let role = |name: &str| match name {
+        "wing" => Role::Wing,
+        "symmetry" => Role::PLANE,
+        _ => Role::Fixed,
+    };
+    let cuts = Design::of_wing("wing", flat.collect());
+    let builder = builder(mesh, old.clone(), role);
+    let mut lofted = build(builder, 1e-12, DQuat::IDENTITY, vec![("wing", old)]);
+    let design = by(&cuts, |_, number, at| {
+        at * 1.01 + DVec3::new(0.0, -0.01 * at.y, 0.02 * number as f64 + 0.002 * (2.0 * at.x).sin())
+    });
+    assert!(lofted.update(&design).profiles["wing"].compared_with_flat_cuts);
+    lofted.check_transpose("flat", &design);
+    let smooth = lofted.smooth(&design);
+    let off = lofted.off_differences(&design, &smooth, 1e-5);
+    assert!(off <= 1e-7, "{off:e}");
 }

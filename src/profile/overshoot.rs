@@ -130,3 +130,54 @@ impl Limit {
         (by * self.share + self.by_bow * by_share, self.by_whole.iter().map(move |own| *own * by_share))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The four displacements and the bow at two designs: one whose largest difference allows the
+    /// overshoot, and one whose largest displacement does.
+    fn cases() -> [(DVec3, [DVec3; 4]); 2] {
+        let whole = [
+            DVec3::new(0.1, 0.0, 1.0),
+            DVec3::new(0.0, 0.2, 1.1),
+            DVec3::new(0.3, 0.1, 0.8),
+            DVec3::new(0.1, 0.0, 1.2),
+        ];
+        let opposite = whole.map(|whole| if whole.y > 0.05 { whole } else { -whole });
+        [(DVec3::new(0.1, 0.3, -0.2), whole), (DVec3::new(0.5, 0.1, -0.2), opposite)]
+    }
+
+    /// Fails if the share does not follow the bow, or the sections below and above.
+    #[test]
+    fn a_limit_has_its_derivative() {
+        let (lower, t) = (1, 0.3);
+        let (of_bow, of_whole) = (
+            DVec3::new(0.3, -0.2, 0.7),
+            [DVec3::new(0.5, 1.0, -0.2), DVec3::new(-0.4, 0.3, 0.9), DVec3::new(0.8, 0.1, 0.2), -DVec3::ONE],
+        );
+        for (bow, whole) in cases() {
+            assert!(Limit::limited(bow, &whole, lower, t).length() < 0.9 * bow.length());
+            let limit = Limit::new(bow, &whole, lower, t).unwrap();
+            let exact = limit.forward(of_bow, &of_whole);
+            let h = 1e-6;
+            let [plus, minus] = [h, -h].map(|h| {
+                let whole: Vec<DVec3> = whole.iter().zip(of_whole).map(|(whole, by)| *whole + by * h).collect();
+                Limit::limited(bow + of_bow * h, &whole, lower, t)
+            });
+            let difference = (plus - minus) / (2.0 * h);
+            assert!(difference.distance(exact) < 1e-8, "{difference} instead of {exact}");
+            let seed = DVec3::new(1.0, -2.0, 0.5);
+            let (by_bow, by_whole) = limit.reverse(seed);
+            let along = by_bow.dot(of_bow) + by_whole.zip(of_whole).map(|(by, of)| by.dot(of)).sum::<f64>();
+            assert!((along - seed.dot(exact)).abs() < 1e-14, "{along} instead of {}", seed.dot(exact));
+        }
+    }
+
+    /// At rest, and where all sections move alike, there is no limit to differentiate.
+    #[test]
+    fn rest_has_no_limit() {
+        assert!(Limit::new(DVec3::ZERO, &[DVec3::ZERO; 3], 0, 0.5).is_none());
+        assert!(Limit::new(DVec3::Z * 1e-17, &[DVec3::X; 3], 0, 0.5).is_none());
+    }
+}
