@@ -8,6 +8,7 @@ use glam::{DQuat, DVec3};
 use idmesh::families::Role;
 use idmesh::formats;
 use idmesh::mover::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError};
+use idmesh::profile::Profile;
 use idmesh::relaxation::Stopping;
 use idmesh::smoothing::QualityTarget;
 
@@ -97,20 +98,35 @@ fn optimised_vertices_have_no_derivative() {
     assert_eq!(outcome.differentiable(), Ok(()));
 }
 
-/// The trailing edge moves with a stage that has no products.
+/// Changes of points that are not those of the design's profiles are refused.
 #[test]
-fn trailing_edges_have_no_products_yet() {
+fn directions_of_profiles_are_checked() {
     let mut mover = SMALL.mover(2);
-    let outcome = update(&mut mover, SMALL.profiles("small_2"));
-    for derivative in [Derivative::Exact, Derivative::Frozen] {
-        match refusal(&mut mover, &outcome, derivative) {
-            ProductError::NotDifferentiable(NotDifferentiable::Role { family, role }) => {
-                assert_eq!((&*family, role), ("trailing_edge", "trailing-edge"));
-            }
-            other => panic!("{other}"),
-        }
+    let new = SMALL.profiles("small_2");
+    let outcome = update(&mut mover, new.clone());
+    assert_eq!(outcome.differentiable(), Ok(()));
+    let n_points: usize = new.iter().map(|profile| profile.points.len()).sum();
+    let (bytes, n_vertices) = (outcome.bytes_for_products(), mover.mesh().vertices.len());
+    assert!(bytes <= 64 * n_vertices + 24 * n_points, "{bytes}");
+    let mut tried = |wing: &str, changes: &[Profile]| {
+        let direction = Design::of_wing(wing, changes.to_vec());
+        mover.forward(&outcome, &direction, Derivative::Exact).unwrap_err().to_string()
+    };
+    let [first, second] = [&new[0], &new[1]];
+    let other = Profile { number: 7, ..first.clone() };
+    let short = Profile { points: first.points[1..].to_vec(), ..first.clone() };
+    let mut broken = second.clone();
+    broken.points[5].x = f64::NAN;
+    for (wing, changes, expected) in [
+        ("wings", vec![first.clone()], "`wings`, which is none of the wings".to_owned()),
+        ("wing", vec![other], "profile 7 of `wing`, expected each of the design's numbers".to_owned()),
+        ("wing", vec![first.clone(), first.clone()], format!("profile {} of `wing`, expected each", first.number)),
+        ("wing", vec![short], format!("has {} points in the outcome's design", first.points.len())),
+        ("wing", vec![broken], format!("profile {} of `wing`: vector 5 is", second.number)),
+    ] {
+        let found = tried(wing, &changes);
+        assert!(found.contains(&expected), "{found}");
     }
-    assert_eq!(outcome.bytes_for_products(), 0);
 }
 
 #[test]

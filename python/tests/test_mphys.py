@@ -126,19 +126,23 @@ def test_a_profile_warper_with_a_prescribed_family(mover: idmesh.Mover, mode: st
     assert exact != 0 and abs(exact - difference(problem)) < 1e-6 * abs(exact)
 
 
-def test_profiles_are_inputs_by_number(example: idmesh.Mover) -> None:
+def test_profiles_are_inputs_by_number(case: Path) -> None:
+    mover = idmesh.Mover.from_case(case, backend="cpu", quality="off")
     problem = om.Problem(reports=False)
-    problem.model.add_subsystem("warper", ProfileWarper(mover=example, output="x"), promotes=["*"])
-    problem.setup()
+    problem.model.add_subsystem("warper", ProfileWarper(mover=mover, output="x"), promotes=["*"])
+    problem.setup(mode="rev")
     problem.run_model()
-    assert np.array_equal(problem.get_val("x"), example.update().vertices.ravel())
-    ((wing, profiles),) = example.old_profiles.items()
-    for number, profile in profiles.items():
-        if problem.get_val(f"{wing}_{number}").shape == profile.shape:
-            problem.set_val(f"{wing}_{number}", profile)
+    result = mover.update()
+    assert np.array_equal(problem.get_val("x"), result.vertices.ravel())
+    ((wing, profiles),) = mover.old_profiles.items()
+    names = [f"{wing}_{number}" for number in profiles]
+    seed = np.random.default_rng(5).standard_normal(result.vertices.size)
+    gradient = problem.compute_jacvec_product(of=["x"], wrt=names, mode="rev", seed=[seed])
+    for number, name in zip(profiles, names, strict=True):
+        assert np.array_equal(gradient[name], result.reverse(seed).profiles[wing][number])
+    problem.set_val(names[0], problem.get_val(names[0]) + [0.0, 0.0, 1e-3])
     problem.run_model()
-    with pytest.raises(idmesh.NotDifferentiable):
-        problem.compute_totals(of=["x"], wrt=[f"{wing}_{number}" for number in profiles])
+    assert not np.array_equal(problem.get_val("x"), result.vertices.ravel())
 
 
 def test_a_mesh_that_may_not_be_used_is_an_analysis_error(box: Box, box_path: Path, mover: idmesh.Mover) -> None:

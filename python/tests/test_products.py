@@ -49,11 +49,7 @@ def test_products_of_an_earlier_result_are_those_asked_for_at_once(springs: idme
     assert np.array_equal(springs.update(displacements=turn(0.5)).vertices, later)
 
 
-def test_a_result_without_derivative_says_why(example: idmesh.Mover, box_path: Path, turn: Turn) -> None:
-    result = example.update()
-    assert not result.differentiable and result.why_not
-    with pytest.raises(idmesh.NotDifferentiable, match="role"):
-        result.reverse(np.zeros(example.vertices.shape))
+def test_a_result_without_derivative_says_why(box_path: Path, turn: Turn) -> None:
     mover = idmesh.Mover(box_path, ROLES, backend="cpu", quality="improve", tolerance=1e-8)
     improved = mover.update(displacements=turn(0.3, 0.3))
     assert not improved.differentiable and "optimisation" in str(improved.why_not)
@@ -76,3 +72,28 @@ def test_directions_and_seeds_are_checked(springs: idmesh.Mover, turn: Turn) -> 
         result.forward(displacements={"body": turn(0.2)["body"][:-1]})
     with pytest.raises(idmesh.InputError, match="none of the wings"):
         result.forward(profiles={"body": {1: np.zeros((3, 3))}})
+
+
+def test_profiles_have_products(case: Path) -> None:
+    mover = idmesh.Mover.from_case(case, backend="cpu", quality="off", tolerance=1e-10)
+    new = mover.design.profiles
+    result = mover.update()
+    assert result.differentiable
+    bumps = {number: np.sin(3 * points[:, [1, 2, 0]]) * [1, 0, 1] for number, points in new["wing"].items()}
+    change = result.forward(profiles={"wing": bumps})
+    seed = np.random.default_rng(3).standard_normal(change.shape)
+    gradient = result.reverse(seed)
+    assert {number: by.shape for number, by in gradient.profiles["wing"].items()} == {
+        number: points.shape for number, points in new["wing"].items()
+    }
+    slope = sum(np.sum(gradient.profiles["wing"][number] * bump) for number, bump in bumps.items())
+    assert abs(np.sum(seed * change) - slope) < 1e-10 * np.linalg.norm(seed) * np.linalg.norm(change)
+    ends = [
+        mover.update({"wing": {number: points + step * bumps[number] for number, points in new["wing"].items()}}).vertices
+        for step in (1e-6, -1e-6)
+    ]
+    assert np.linalg.norm((ends[0] - ends[1]) / 2e-6 - change) < 1e-4 * np.linalg.norm(change)
+    only = result.forward(profiles={"wing": {number: bumps[number] for number in list(bumps)[:1]}})
+    assert 0 < np.linalg.norm(only) < np.linalg.norm(change)
+    with pytest.raises(idmesh.InputError, match="numbers"):
+        result.forward(profiles={"wing": {999: np.zeros((3, 3))}})
