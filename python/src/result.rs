@@ -201,11 +201,12 @@ impl MoveResult {
 
     /// The change (n, 3) of the vertices for a change of the design in this direction.
     ///
-    /// Families and profiles that are left out do not change. Of a vertex of several prescribed families the
-    /// last family's change counts.
+    /// Families and profiles that are left out do not change. Of a vertex of several prescribed
+    /// families the last family's change counts.
     ///
     /// - displacements: by prescribed family, (k, 3) in the order of `family_vertices`
-    /// - profiles: by wing and number, (k, 3): the change of each point of the result's new profiles
+    /// - profiles: by wing and number, (k, 3): the change of each point of the result's new
+    ///   profiles
     /// - frozen: take what steps and local optimisation added as constant; where they moved
     ///   vertices the derivative is off by an unknown amount
     ///

@@ -65,9 +65,9 @@ impl Mover {
     ///
     /// - `outcome`: of an earlier update of this mover
     /// - `direction`: changes of the displacements of prescribed families, and of the points of new
-    ///   profiles: [`Profile::points`](crate::profile::Profile::points) has the change of each point
-    ///   of the outcome's profile with this number. Families and profiles that are left out do not
-    ///   change. Of a vertex of several prescribed families the last family's counts
+    ///   profiles: [`Profile::points`](crate::profile::Profile::points) has the change of each
+    ///   point of the outcome's profile with this number. Families and profiles that are left out
+    ///   do not change. Of a vertex of several prescribed families the last family's counts
     ///
     /// # Errors
     /// See [`ProductError`].

@@ -1,5 +1,5 @@
-//! [`Limit`]: blended parabolas along the span leave the straight interpolation between two sections
-//! by no more than a share of the change.
+//! [`Limit`]: blended parabolas along the span leave the straight interpolation between two
+//! sections by no more than a share of the change.
 
 use glam::DVec3;
 

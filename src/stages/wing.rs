@@ -20,7 +20,7 @@
 //! With a mirror plane the profiles stand on one side of the plane. A vertex on the other side
 //! gets the mirrored displacement of its mirror image.
 //!
-//! [`products`] has the derivative by the points of the new profiles.
+//! `products` has the derivative by the points of the new profiles.
 
 mod products;
 
