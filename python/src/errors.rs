@@ -61,6 +61,7 @@ fn class_of(exit: Exit) -> &'static str {
         Exit::NotConverged => "NotConverged",
         Exit::Inverted => "InvalidMesh",
         Exit::NoGpu => "DeviceError",
+        Exit::NotDifferentiable => "NotDifferentiable",
         Exit::BadInput | Exit::Failed => "InputError",
     }
 }

@@ -32,6 +32,7 @@ mod new_positions;
 mod plausible;
 mod profile_files;
 mod rounding;
+mod seed;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -47,6 +48,7 @@ pub(crate) use parse::default_name;
 pub(crate) use paths::has_extension;
 pub(crate) use profile_files::profiles_of;
 pub use profile_files::read_profiles;
+pub use seed::{Seed, SeedError};
 
 use crate::families::Role;
 use crate::formats::read_named;

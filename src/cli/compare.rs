@@ -15,9 +15,10 @@ use crate::case::LoadedCase;
 use crate::families::Role;
 use crate::formats;
 use crate::mesh;
-use crate::mover::Outcome;
+use crate::mover::{Derivative, Design, Gradient, Mover, Outcome};
+use crate::profile::Profile;
 use crate::report::ComparisonPage;
-use crate::session::{Session, check_distinct, check_writable, write_texts};
+use crate::session::{Session, SessionError, check_distinct, check_writable, write_texts};
 use crate::text::figures::place;
 
 /// Arguments of `idmesh compare`.
@@ -31,7 +32,10 @@ optimisation is left out: it decides by thresholds, which would amplify the roun
 With two files, meshes: the relative difference is the largest distance between vertices of the same number divided by \
 the diagonal of the first mesh's bounding box.
 
-Ends with exit code 1 if the relative difference exceeds the tolerance. A coordinate that is not a number is out of \
+With --derivatives, a case has the products of CPU and GPU with fixed vectors compared too: the norm of the difference over \
+the norm on the CPU, for forward and reverse.
+
+Ends with exit code 1 if a relative difference exceeds the tolerance. A coordinate that is not a number is out of \
 tolerance.")]
 pub(super) struct Arguments {
     /// A case file, or two mesh files.
@@ -40,6 +44,9 @@ pub(super) struct Arguments {
     /// Largest relative difference accepted.
     #[arg(long, value_name = "X", default_value = "1e-5", value_parser = tolerance)]
     tolerance: f64,
+    /// Compare derivatives too: of the vertices by the design, forward and reverse.
+    #[arg(long)]
+    derivatives: bool,
     /// Write a page for browsers: distances by family, and where they are in the mesh.
     #[arg(long, value_name = "FILE.html", value_parser = page_target)]
     report: Option<PathBuf>,
@@ -71,7 +78,19 @@ struct Comparison {
     tolerance: f64,
     within_tolerance: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
+    derivatives: Option<Derivatives>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     seconds: Option<Timings>,
+}
+
+/// Differences of products on both backends, over the norm on the CPU.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Derivatives {
+    forward: f64,
+    reverse: f64,
+    /// By how much forward and reverse are no transposes on either backend, over the norms of the
+    /// seed and of the forward product.
+    transposed: f64,
 }
 
 /// Time of an update on each backend, in s, with all stages and without files.
@@ -102,6 +121,7 @@ impl Comparison {
             worst_position: a.get(worst_vertex).copied().unwrap_or(DVec3::NAN).to_array(),
             tolerance,
             within_tolerance: relative_difference <= tolerance,
+            derivatives: None,
             seconds: None,
         }
     }
@@ -114,6 +134,11 @@ impl Comparison {
             self.worst_vertex,
             place(DVec3::from_array(self.worst_position))
         );
+        if let Some(Derivatives { forward, reverse, transposed }) = self.derivatives {
+            text += &format!(
+                "forward              {forward:e}\nreverse              {reverse:e}\ntransposed           {transposed:e}\n"
+            );
+        }
         if let Some(Timings { cpu, gpu }) = self.seconds {
             text += &format!("update on the CPU    {cpu:.3} s\nupdate on the GPU    {gpu:.3} s\n");
         }
@@ -145,11 +170,14 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if comparison.within_tolerance {
         return Ok(());
     }
+    let of_derivatives = comparison.derivatives.map(|of| [("forward", of.forward), ("reverse", of.reverse)]);
+    let worst = [("positions", comparison.relative_difference)].into_iter().chain(of_derivatives.into_iter().flatten());
+    let (what, difference) = worst.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or_default();
     Err(Failure::new(
         Exit::Failed,
         format!(
-            "out of tolerance: the relative difference is {:e}, expected at most {:e}",
-            comparison.relative_difference, comparison.tolerance
+            "out of tolerance: the relative difference of {what} is {difference:e}, expected at most {:e}",
+            comparison.tolerance
         ),
     ))
 }
@@ -161,6 +189,9 @@ fn check(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
         _ => None,
     };
     check_outputs(&arguments.files, arguments, json)?;
+    if arguments.derivatives && arguments.files.len() > 1 {
+        return Err(Failure::bad_input("--derivatives compares those of a case, and two meshes have none"));
+    }
     check_json(arguments.json.as_ref(), console)?;
     Ok(arguments.report.as_deref().map_or(Ok(()), check_writable)?)
 }
@@ -237,11 +268,16 @@ fn backends(case: &Path, arguments: &Arguments, console: &Console) -> Result<(Co
         console.note("local optimisation is left out of the comparison");
     }
     // The GPU runs first, because without a GPU there is no reason to wait for the CPU.
-    let (on_gpu, gpu_seconds, gpu_info) = update(&case, BackendChoice::Gpu, console)?;
-    let (on_cpu, cpu_seconds, cpu_info) = update(&case, BackendChoice::Cpu, console)?;
+    let derivatives = arguments.derivatives;
+    let (on_gpu, gpu_seconds, gpu_info, gpu_products) = update(&case, BackendChoice::Gpu, derivatives, console)?;
+    let (on_cpu, cpu_seconds, cpu_info, cpu_products) = update(&case, BackendChoice::Cpu, derivatives, console)?;
     let (cpu, gpu) = (on_cpu.even_if_invalid(), on_gpu.even_if_invalid());
     let largest = cpu.displacement().iter().map(|displacement| displacement.length()).max_by(f64::total_cmp);
-    let comparison = Comparison::of(cpu.vertices(), gpu.vertices(), largest.unwrap_or(0.0), arguments.tolerance);
+    let mut comparison = Comparison::of(cpu.vertices(), gpu.vertices(), largest.unwrap_or(0.0), arguments.tolerance);
+    comparison.derivatives = cpu_products.zip(gpu_products).map(|(cpu, gpu)| Derivatives::of(&cpu, &gpu));
+    let differences = comparison.derivatives.map(|of| [of.forward, of.reverse]);
+    // NaN is out of tolerance.
+    comparison.within_tolerance &= differences.into_iter().flatten().all(|of| of <= arguments.tolerance);
     let roles = case.file.mesh.families.iter().zip(case.roles());
     let is_body =
         |role: &Role| matches!(role, Role::Wing | Role::TrailingEdge | Role::Wingtip { .. } | Role::Prescribed);
@@ -266,7 +302,70 @@ fn backends(case: &Path, arguments: &Arguments, console: &Console) -> Result<(Co
     Ok((Comparison { seconds: Some(Timings { cpu: cpu_seconds, gpu: gpu_seconds }), ..comparison }, page))
 }
 
-fn update(case: &LoadedCase, choice: BackendChoice, console: &Console) -> Result<(Outcome, f64, BackendInfo), Failure> {
+/// Products of an outcome with fixed vectors.
+struct ProductPair {
+    /// Change of each vertex `[n_vertices]`.
+    forward: Vec<DVec3>,
+    /// Derivative by each number of the design, in one list.
+    reverse: Vec<DVec3>,
+    /// By how much one is not the transpose of the other, over the norms of the seed and `forward`.
+    transposed: f64,
+}
+
+impl Derivatives {
+    fn of(cpu: &ProductPair, gpu: &ProductPair) -> Self {
+        let apart = |a: &[DVec3], b: &[DVec3]| {
+            let difference: Vec<DVec3> = a.iter().zip(b).map(|(a, b)| *a - *b).collect();
+            if difference.iter().all(|by| *by == DVec3::ZERO) { 0.0 } else { norm(&difference) / norm(a) }
+        };
+        Self {
+            forward: apart(&cpu.forward, &gpu.forward),
+            reverse: apart(&cpu.reverse, &gpu.reverse),
+            transposed: cpu.transposed.max(gpu.transposed),
+        }
+    }
+}
+
+fn norm(vectors: &[DVec3]) -> f64 {
+    vectors.iter().map(|vector| vector.length_squared()).sum::<f64>().sqrt()
+}
+
+/// Numbers between -1 and 1 without a pattern that a mesh has.
+fn fixed(n: usize) -> Vec<DVec3> {
+    let number = |k: usize| (12.9898 * (k + 1) as f64).sin();
+    (0..n).map(|row| DVec3::new(number(3 * row), number(3 * row + 1), number(3 * row + 2))).collect()
+}
+
+/// The products of an outcome with fixed vectors.
+fn products(mover: &mut Mover, design: &Design, outcome: &Outcome) -> Result<ProductPair, SessionError> {
+    let seed = fixed(outcome.even_if_invalid().vertices().len());
+    let Gradient { profiles, prescribed, .. } = mover.reverse(outcome, &seed, Derivative::Exact)?;
+    let mut direction = Design::default();
+    let mut reverse = Vec::new();
+    for (wing, of_wing) in profiles {
+        for (own, by_points) in design.profiles.get(&wing).into_iter().flatten().zip(of_wing) {
+            let along = Profile { number: own.number, points: fixed(by_points.len()) };
+            direction.profiles.entry(wing.clone()).or_default().push(along);
+            reverse.extend(by_points);
+        }
+    }
+    for (family, by_vertices) in prescribed {
+        direction.prescribed.insert(family, fixed(by_vertices.len()));
+        reverse.extend(by_vertices);
+    }
+    let along = direction.profiles.values().flatten().flat_map(|profile| &profile.points);
+    let along: Vec<DVec3> = along.chain(direction.prescribed.values().flatten()).copied().collect();
+    let forward = mover.forward(outcome, &direction, Derivative::Exact)?;
+    let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+    let difference = (dot(&seed, &forward) - dot(&along, &reverse)).abs();
+    let transposed = if difference == 0.0 { 0.0 } else { difference / (norm(&seed) * norm(&forward)) };
+    Ok(ProductPair { forward, reverse, transposed })
+}
+
+/// An outcome, the time of the update in s, the backend, and the products if they are wanted.
+type Updated = (Outcome, f64, BackendInfo, Option<ProductPair>);
+
+fn update(case: &LoadedCase, choice: BackendChoice, derivatives: bool, console: &Console) -> Result<Updated, Failure> {
     let backend: Arc<dyn Backend> = choose_backend(choice, console)?.into();
     let info = backend.info();
     let (kind, tell) = (info.kind.to_owned(), console.progress());
@@ -276,7 +375,8 @@ fn update(case: &LoadedCase, choice: BackendChoice, console: &Console) -> Result
     if !outcome.converged {
         console.warn(format_args!("the {} did not converge within max_sweeps", info.kind));
     }
-    Ok((outcome, seconds, info))
+    let products = derivatives.then(|| products(session.mover(), &case.design, &outcome)).transpose()?;
+    Ok((outcome, seconds, info, products))
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ mod cut;
 mod demo;
 mod estimate;
 mod failure;
+mod gradient;
 mod init;
 mod json;
 mod lines;
@@ -59,7 +60,9 @@ Exit codes:
      are held back, periodic planes no longer match, or the wing misses
      its new profiles. The mesh is written as NAME.invalid.EXT, the cells
      in question as NAME.inverted.vtu
-  6  no usable GPU, or the GPU failed";
+  6  no usable GPU, or the GPU failed
+  7  gradient: the result has no derivative, because it took several steps,
+     local optimisation moved vertices, or for another reason that is told";
 
 /// Moves an aircraft's CFD mesh of tets or mixed cells when its wing profiles change, without
 /// remeshing.
@@ -95,6 +98,8 @@ enum Command {
     Report(report::Arguments),
     /// Compare CPU and GPU on a case, or two meshes vertex by vertex.
     Compare(compare::Arguments),
+    /// Turn the derivative of a number by the vertices into that by the design.
+    Gradient(gradient::Arguments),
     /// Measure a mesh.
     Quality(quality::Arguments),
     /// Cut profiles from a wing's surface.
@@ -338,6 +343,7 @@ fn run_command(command: &Command, console: &Console) -> Result<(), Failure> {
         Command::Batch(arguments) => batch::run(arguments, console),
         Command::Report(arguments) => report::run(arguments, console),
         Command::Compare(arguments) => compare::run(arguments, console),
+        Command::Gradient(arguments) => gradient::run(arguments, console),
         Command::Quality(arguments) => quality::run(arguments, console),
         Command::Cut(arguments) => cut::run(arguments, console),
         Command::Convert(arguments) => convert::run(arguments, console),

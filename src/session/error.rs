@@ -7,10 +7,10 @@ use thiserror::Error;
 
 use super::ClaimError;
 use crate::backend::BackendError;
-use crate::case::{CaseError, LoadError, displacement::DisplacementError};
+use crate::case::{CaseError, LoadError, SeedError, displacement::DisplacementError};
 use crate::families::guess::NoWing;
 use crate::formats::{PlaceError, WriteError};
-use crate::mover::{MoveError, Refused, StageError, Why};
+use crate::mover::{MoveError, NotDifferentiable, ProductError, Refused, StageError, Why};
 use crate::profile::ProfileError;
 
 /// An error of a session.
@@ -82,6 +82,12 @@ pub enum SessionError {
     /// No mesh was written, because vertices have no finite position.
     #[error("{0}; no mesh was written")]
     Refused(Refused),
+    /// The seed of a gradient cannot be used.
+    #[error(transparent)]
+    Seed(#[from] SeedError),
+    /// A result has no derivative, or its product failed.
+    #[error(transparent)]
+    Product(#[from] ProductError),
     /// The folder or the list of designs cannot be read.
     #[error("cannot read the designs {}: {source}", path.display())]
     UnreadableDesigns {
@@ -238,6 +244,8 @@ pub enum Exit {
     Inverted = 5,
     /// No usable GPU.
     NoGpu = 6,
+    /// `gradient`: the result has no derivative.
+    NotDifferentiable = 7,
 }
 
 impl From<&Refused> for Exit {
@@ -277,6 +285,8 @@ impl SessionError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Refused(refused) => refused.into(),
+            Self::Product(ProductError::NotDifferentiable(_)) => Exit::NotDifferentiable,
+            Self::Product(ProductError::NotConverged { .. }) => Exit::NotConverged,
             error if error.backend().is_some() => Exit::NoGpu,
             _ => Exit::BadInput,
         }
@@ -290,7 +300,7 @@ impl SessionError {
     /// The backend's error, if the backend failed.
     pub fn backend(&self) -> Option<&BackendError> {
         match self {
-            Self::Backend(error) => Some(error),
+            Self::Backend(error) | Self::Product(ProductError::Backend(error)) => Some(error),
             Self::Load(error) => match error.of_mover()? {
                 MoveError::Backend(error) => Some(error),
                 _ => None,
@@ -336,6 +346,12 @@ impl SessionError {
                 "expected the file of `idmesh batch --json`, with the report of a design in each line"
             }
             Self::Refused(refused) => return refused.hint.clone(),
+            Self::Product(ProductError::NotDifferentiable(
+                NotDifferentiable::Steps { .. } | NotDifferentiable::Optimised { .. },
+            )) => {
+                "`target = \"off\"` under [quality] turns local optimisation off, and `max_steps = 1` under [volume] allows \
+                 one step; --frozen takes the frozen derivative"
+            }
             _ => match self.backend()? {
                 BackendError::NoAdapter(_) => "`idmesh adapters` lists the GPUs; --backend cpu needs none",
                 _ => "--backend cpu computes without a GPU",

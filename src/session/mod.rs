@@ -197,6 +197,11 @@ impl<'a> Session<'a> {
         Ok((outcome, start.elapsed().as_secs_f64()))
     }
 
+    /// The mover, for products with the derivative of an outcome.
+    pub fn mover(&mut self) -> &mut Mover {
+        &mut self.mover
+    }
+
     /// Checks a design without moving the volume; see [`Mover::check`].
     ///
     /// # Errors
@@ -227,8 +232,8 @@ impl<'a> Session<'a> {
         let write = Instant::now();
         self.mover.tell("writing");
         let mut files = if job.checksums.is_some() { FileSet::with_checksums() } else { FileSet::default() };
-        // The measures take time, and only a report, a page or limits need them. A file is written by
-        // one thread, so the others measure meanwhile.
+        // The measures take time, and only a report, a page or limits need them. A file is written
+        // by one thread, so the others measure meanwhile.
         let with_measures = job.checksums.is_some() || !outcome.limits().is_empty();
         rayon::in_place_scope(|others| {
             if with_measures {

@@ -84,3 +84,28 @@ fn cpu_and_gpu_agree() {
     let output = fixture.idmesh(&["adapters"]);
     assert!(stdout(&output).contains("arrays up to"), "{}", stdout(&output));
 }
+
+/// Products of both backends agree to 1e-6 of their norms where updates are solved to 1e-8, and on
+/// each backend one product is the transpose of the other. A tolerance below the difference
+/// refuses.
+#[test]
+fn products_of_cpu_and_gpu_agree() {
+    let fixture = Fixture::new();
+    fixture.case("tolerance = 1e-4", "tolerance = 1e-8");
+    fixture.refuses_command(&["compare", "box.msh", "box.msh", "--derivatives"], 3, &["two meshes have none"]);
+    if gpu_tests_are_off() {
+        return;
+    }
+    let arguments = ["compare", "case.toml", "--derivatives", "--json", "-", "--tolerance"];
+    let output = fixture.idmesh(&[&arguments[..], &["1e-6"]].concat());
+    assert_good(&output);
+    let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let figure = |name: &str| found["derivatives"][name].as_f64().unwrap();
+    let (forward, reverse) = (figure("forward"), figure("reverse"));
+    // A difference of zero would mean that one was compared with itself.
+    assert!(0.0 < forward && forward < 1e-6 && 0.0 < reverse && reverse < 1e-6, "{found}");
+    assert!(figure("transposed") < 1e-7, "{found}");
+    let below = format!("{:e}", 0.5 * forward.min(reverse));
+    let refused = fixture.idmesh(&[&arguments[..], &[below.as_str()]].concat());
+    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
+}

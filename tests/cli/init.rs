@@ -456,9 +456,9 @@ fn a_case_stands_beside_its_sections() {
     let written = ["case.schema.json", "case.toml", "new", "old", "wing-0.csv", "wing-1.csv", "wing-2.csv"];
     assert_eq!(files, written);
     // Editors find the schema by the first line.
-    let case = std::fs::read_to_string(fixture.path("my_wing-case/case.toml")).unwrap();
+    let case = fs::read_to_string(fixture.path("my_wing-case/case.toml")).unwrap();
     let named = case.lines().next().unwrap().strip_prefix("#:schema ./").unwrap();
-    let schema = std::fs::read_to_string(fixture.path("my_wing-case").join(named)).unwrap();
+    let schema = fs::read_to_string(fixture.path("my_wing-case").join(named)).unwrap();
     assert_eq!(schema, idmesh::case::SCHEMA);
     assert_good(&fixture.idmesh(&["check", "my_wing-case/case.toml"]));
     assert_eq!(roles(&fixture.path("my_wing-case/case.toml"))["tip 'of' # the wing"], "wingtip");

@@ -16,6 +16,7 @@ mod earlier;
 mod fixture;
 mod formats;
 mod gpu;
+mod gradient;
 mod help;
 mod init;
 #[cfg(unix)]

@@ -97,7 +97,7 @@ fn workplace() -> TempDir {
     for entry in fs::read_dir(root().join("examples/wing-body")).unwrap().map(Result::unwrap) {
         // Not what somebody's run of the example left there.
         let name = entry.file_name().into_string().unwrap();
-        if ["case.toml", "new.csv", "old.csv", "wing-body.msh.gz"].contains(&name.as_str()) {
+        if ["case.toml", "new.csv", "old.csv", "seed.csv", "wing-body.msh.gz"].contains(&name.as_str()) {
             fs::copy(entry.path(), example.join(&name)).unwrap();
             fs::copy(entry.path(), folder.path().join(&name)).unwrap();
         }
