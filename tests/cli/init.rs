@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use flate2::read::MultiGzDecoder;
+use glam::DVec3;
 use tempfile::TempDir;
 
 use crate::fixture::*;
@@ -21,58 +22,64 @@ fn roles(case: &Path) -> BTreeMap<String, String> {
     roles.map(|(name, table)| (name.clone(), table["role"].as_str().unwrap().to_owned())).collect()
 }
 
-/// The section in a file, 5 % thicker about the line from its leading to its trailing edge.
+/// The section in a file, 5 % thicker about the line from its leading to its trailing edge. Its
+/// plane may have any direction.
 fn thicken(path: &Path) {
     let text = fs::read_to_string(path).unwrap();
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|line| line.split(',').map(|word| word.parse().unwrap()).collect()).collect();
-    let points: Vec<[f64; 3]> = rows.iter().map(|row| [row[1], row[2], row[3]]).collect();
-    let extent = |k: usize| {
-        let values = || points.iter().map(|point| point[k]);
-        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
-    };
-    // The section lies in a plane y or z = const.
-    let up = if extent(1) < extent(2) { 2 } else { 1 };
-    let last = points.len() - 1;
-    let end = [0, up].map(|k| 0.5 * (points[0][k] + points[last][k]));
-    let far = |point: &[f64; 3]| (point[0] - end[0]).hypot(point[up] - end[1]);
-    let nose = points.iter().max_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
-    let [along, rise] = [end[0] - nose[0], end[1] - nose[up]];
+    let points: Vec<DVec3> = rows.iter().map(|row| DVec3::new(row[1], row[2], row[3])).collect();
+    let end = 0.5 * (points[0] + points[points.len() - 1]);
+    let far = |at: &&DVec3| at.distance(end);
+    let nose = *points.iter().max_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
+    let normal: DVec3 = points.windows(2).map(|pair| (pair[0] - end).cross(pair[1] - end)).sum();
+    let across = normal.cross(end - nose).normalize();
     let mut new = "profile,x,y,z\n".to_owned();
-    for (row, point) in rows.iter().zip(&points) {
-        let chord_line = nose[up] + rise / along * (point[0] - nose[0]);
-        let mut point = *point;
-        point[up] += 0.05 * (point[up] - chord_line);
-        new += &format!("{},{:?},{:?},{:?}\n", row[0] as i64, point[0], point[1], point[2]);
+    for (row, &at) in rows.iter().zip(&points) {
+        let at = at + across * (0.05 * (at - nose).dot(across));
+        new += &format!("{},{:?},{:?},{:?}\n", row[0] as i64, at.x, at.y, at.z);
     }
     fs::write(path, new).unwrap();
 }
 
-/// Makes a case of a mesh, runs it, makes one section thicker, and runs it again. Returns the
-/// folder of the case, whose parent is removed with the first value.
-fn starts_well(mesh: &Path) -> (TempDir, PathBuf) {
+/// Makes a case of a mesh and runs it. Returns the case, whose folder is removed with the first
+/// value.
+fn starts_still(mesh: &Path) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join(mesh.file_name().unwrap());
     fs::copy(mesh, &place).unwrap();
-    let good = |arguments: &[&str]| {
-        let output = command(folder.path(), arguments).output().unwrap();
-        assert_eq!(output.status.code(), Some(0), "{}: {arguments:?}: {}", mesh.display(), stderr(&output));
-        output
-    };
-    let made = good(&["init", place.file_name().unwrap().to_str().unwrap(), "-o", "new"]);
+    let made = runs(folder.path(), &["init", place.file_name().unwrap().to_str().unwrap(), "-o", "new"]);
     assert!(stdout(&made).contains("idmesh run new/case.toml"), "{}", stdout(&made));
     let case = folder.path().join("new/case.toml");
-    good(&["run", "new/case.toml", "--backend", "cpu"]);
-    let output = fs::read_to_string(&case).unwrap().parse::<toml::Table>().unwrap();
-    let moved = folder.path().join("new").join(output["output"]["mesh"].as_str().unwrap());
-    assert!(unpacked(&moved) == unpacked(&place), "{}: something moved", mesh.display());
+    runs(folder.path(), &["run", "new/case.toml", "--backend", "cpu"]);
+    assert!(unpacked(&moved_mesh(&case)) == unpacked(&place), "{}: something moved", mesh.display());
+    (folder, case)
+}
+
+fn runs(folder: &Path, arguments: &[&str]) -> std::process::Output {
+    let output = command(folder, arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
+    output
+}
+
+/// The moved mesh of a case.
+fn moved_mesh(case: &Path) -> PathBuf {
+    let output = fs::read_to_string(case).unwrap().parse::<toml::Table>().unwrap();
+    case.parent().unwrap().join(output["output"]["mesh"].as_str().unwrap())
+}
+
+/// [`starts_still`], then makes one section thicker, and the last one of a winglet, and runs the
+/// case again.
+fn starts_well(mesh: &Path) -> (TempDir, PathBuf) {
+    let (folder, case) = starts_still(mesh);
     // The section in the middle of the first wing.
     let mut sections: Vec<_> =
         fs::read_dir(folder.path().join("new/new")).unwrap().map(|entry| entry.unwrap().path()).collect();
     sections.sort();
     thicken(&sections[2]);
-    good(&["run", "new/case.toml", "--backend", "cpu"]);
-    assert!(unpacked(&moved) != unpacked(&place), "{}: nothing moved", mesh.display());
+    sections.get(7).into_iter().for_each(|section| thicken(section));
+    runs(folder.path(), &["run", "new/case.toml", "--backend", "cpu"]);
+    assert!(unpacked(&moved_mesh(&case)) != unpacked(mesh), "{}: nothing moved", mesh.display());
     (folder, case)
 }
 
@@ -126,6 +133,143 @@ fn cases_run_as_they_are_and_take_a_changed_section() {
     ] {
         let (_folder, case) = starts_well(&data(mesh));
         assert_eq!(roles(&case), expected(roles_of_mesh), "{mesh}");
+    }
+}
+
+/// A mesh of an aircraft with other names for some families, each as long as the old one.
+fn renamed(mesh: &str, names: &[(&str, &str)]) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("parts.msh");
+    let mut bytes = unpacked(&data(mesh));
+    for (old, new) in names {
+        let [old, new] = [old, new].map(|name| format!("\"{name}\""));
+        assert_eq!(old.len(), new.len());
+        let at = bytes.windows(old.len()).position(|window| window == old.as_bytes()).unwrap();
+        bytes[at..at + old.len()].copy_from_slice(new.as_bytes());
+    }
+    fs::write(&path, bytes).unwrap();
+    (folder, path)
+}
+
+/// What hangs from a wing goes with it. A winglet with sections of its own that goes on from the
+/// wing's end is one loft with the wing; a fence that stands on the wing is not. Shapes are enough.
+///
+/// Fails if a fence counts as a wingtip, if a winglet's sections are left out, or if what hangs
+/// from a pylon and is larger than the pylon is no body.
+#[test]
+fn parts_go_with_their_wing() {
+    let blended = [("winglet", "wing"), ("winglet_te", "trailing-edge")];
+    let fence = [("winglet", "attached"), ("winglet_te", "attached"), ("winglet_tip", "attached")];
+    let nacelle = [("pylon", "attached"), ("nacelle", "rigid")];
+    let fairings = [("fairing_1", "attached"), ("fairing_2", "attached")];
+    let cases: [(&str, &[(&str, &str)], usize); 4] =
+        [("blended", &blended, 8), ("fence", &fence, 5), ("nacelle", &nacelle, 5), ("fairings", &fairings, 5)];
+    for (mesh, parts, n_sections) in cases {
+        let mesh_file = data(&format!("aircraft/{mesh}.msh.gz"));
+        // A changed section takes some time on meshes of this size.
+        let (_folder, case) = if n_sections > 5 { starts_well(&mesh_file) } else { starts_still(&mesh_file) };
+        let all: Vec<_> = AIRCRAFT.iter().chain(parts).copied().collect();
+        assert_eq!(roles(&case), expected(&all), "{mesh}");
+        let text = fs::read_to_string(&case).unwrap();
+        assert_eq!(text.matches("leading edge [").count(), n_sections, "{text}");
+        assert_eq!(text.contains("families = [\"wing\", \"winglet\"]"), mesh == "blended", "{text}");
+        assert_eq!(text.matches("# across [0.0").count(), n_sections - 5, "{text}");
+    }
+    for (mesh, parts) in [
+        ("nacelle", [("pylon", "part1", "attached"), ("nacelle", "part_22", "rigid")]),
+        ("blended", [("winglet", "part_01", "wing"), ("winglet_te", "part_02_xx", "trailing-edge")]),
+        ("fence", [("winglet", "part_01", "attached"), ("winglet_te", "part_02_xx", "attached")]),
+    ] {
+        let (_mesh, path) = renamed(&format!("aircraft/{mesh}.msh.gz"), &parts.map(|(old, new, _)| (old, new)));
+        let fixture = Fixture::new();
+        let output = fixture.idmesh(&["init", path.to_str().unwrap(), "-o", "new"]);
+        assert_good(&output);
+        let found = roles(&fixture.path("new/case.toml"));
+        assert_eq!(parts.map(|(_, new, _)| found[new].as_str()), parts.map(|(_, _, role)| role), "{mesh}");
+    }
+}
+
+/// The whole aircraft of a half one in SU2's format, joined in the plane y = 0. Wing, trailing edge
+/// and tip of the other half are families of their own.
+fn whole(half: &str) -> String {
+    let rows = |key: &str| -> Vec<Vec<&str>> {
+        let mut lines = half.lines().skip_while(|line| !line.starts_with(key));
+        let count = lines.next().unwrap().split('=').nth(1).unwrap().split_whitespace().next().unwrap();
+        lines.take(count.parse().unwrap()).map(|row| row.split_whitespace().collect()).collect()
+    };
+    let (cells, points) = (rows("NELEM"), rows("NPOIN"));
+    let at: Vec<[f64; 3]> = points.iter().map(|row| [0, 1, 2].map(|k| row[k].parse().unwrap())).collect();
+    let mut twin: Vec<usize> = (0..at.len()).collect();
+    let mut all = at.clone();
+    for (vertex, &[x, y, z]) in at.iter().enumerate().filter(|(_, at)| at[1].abs() > 1e-9) {
+        twin[vertex] = all.len();
+        all.push([x, -y, z]);
+    }
+    let mut text = format!("NDIME= 3\nNELEM= {}\n", 2 * cells.len());
+    let other = |word: &str| twin[word.parse::<usize>().unwrap()];
+    for row in &cells {
+        text += &format!("{}\n", row[..5].join(" "));
+        text += &format!("10 {} {} {} {}\n", other(row[1]), other(row[3]), other(row[2]), other(row[4]));
+    }
+    text += &format!("NPOIN= {}\n", all.len());
+    all.iter().for_each(|[x, y, z]| text += &format!("{x:?} {y:?} {z:?}\n"));
+    let mut families: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (name, _) in AIRCRAFT.iter().filter(|(name, _)| *name != "symmetry") {
+        let tag = format!("MARKER_TAG= {name}\n");
+        let own = half.split(&tag).nth(1).unwrap();
+        let left = if ["carenage", "farfield"].contains(name) { (*name).to_owned() } else { format!("{name}_left") };
+        for row in own.lines().skip(1).take_while(|line| !line.starts_with("MARKER_TAG") && !line.is_empty()) {
+            let words: Vec<&str> = row.split_whitespace().collect();
+            families.entry((*name).to_owned()).or_default().push(words[..4].join(" "));
+            let image = format!("5 {} {} {}", other(words[1]), other(words[3]), other(words[2]));
+            families.entry(left.clone()).or_default().push(image);
+        }
+    }
+    text += &format!("NMARK= {}\n", families.len());
+    for (name, faces) in families {
+        text += &format!("MARKER_TAG= {name}\nMARKER_ELEMS= {}\n{}\n", faces.len(), faces.join("\n"));
+    }
+    text
+}
+
+/// Both halves of an aircraft have one table with the sections of one half. Where the halves are no
+/// mirror images, or the user names a wing, each has its own.
+///
+/// Fails if halves are compared by their chords alone.
+#[test]
+fn the_other_half_is_the_mirror_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("whole.su2");
+    let text = whole(&String::from_utf8(unpacked(&data("small.su2.gz"))).unwrap());
+    fs::write(&mesh, &text).unwrap();
+    let (_folder, case) = starts_well(&mesh);
+    let made = fs::read_to_string(&case).unwrap();
+    assert!(made.contains("families = [\"wing\", \"wing_left\"]") && made.contains("mirror = \"y\""), "{made}");
+    assert_eq!(roles(&case)["wingtip_left"], "wingtip");
+    let fixture = Fixture::new();
+    fs::copy(&mesh, fixture.path("whole.su2")).unwrap();
+    assert_good(&fixture.idmesh(&["init", "whole.su2", "-o", "asked", "--wing", "wing"]));
+    // The left half's points stand 1 % of the chord lower outside the symmetry plane.
+    let n = text.lines().position(|line| line.starts_with("NPOIN")).unwrap();
+    let lowered: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(|(at, line)| {
+            let words: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+            match words[..] {
+                [x, y, z] if at > n && y < -0.3 && x.abs() < 50.0 => {
+                    format!("{x:?} {y:?} {:?}", z + 0.01 * y.max(-2.0))
+                }
+                _ => line.to_owned(),
+            }
+        })
+        .collect();
+    fixture.write("bent.su2", &lowered.join("\n"));
+    assert_good(&fixture.idmesh(&["init", "bent.su2", "-o", "bent"]));
+    for case in ["asked/case.toml", "bent/case.toml"] {
+        let made = fixture.read(case);
+        assert!(!made.contains("mirror =") && made.contains("[profiles.wing_left]"), "{made}");
+        assert_good(&fixture.idmesh(&["run", case, "--backend", "cpu"]));
     }
 }
 

@@ -12,6 +12,10 @@ use crate::mesh::FamilyId;
 /// Share of the span at a wing's end in which a wingtip lies.
 const TIP: f64 = 0.15;
 
+/// A wingtip closes the end of the wing: it reaches at least this near to it, as a share of the
+/// span. A fence that stands on the wing inside its tip does not.
+const END: f64 = 1e-3;
+
 /// A wingtip is at most this many chords long, and a fuselage is longer.
 const LONG: f64 = 1.3;
 
@@ -81,8 +85,11 @@ impl Guesser<'_> {
     /// - `other`: a neighbour that moves
     fn guess_follower(&mut self, family: usize, other: usize) {
         let touches = format!("it touches {}", self.name(other));
-        let word = self.named[family].map(|(named, _)| named);
         let nearest = self.nearest_wing(family);
+        // Base and end of a winglet that is a wing have its name.
+        let is_of_winglet = self.wings[nearest].continues.is_some();
+        let word =
+            self.named[family].map(|(named, _)| named).filter(|&named| !is_of_winglet || named != Named::Carried);
         let sections = &self.wings[nearest].sections;
         let [low, high] = self.along(family, sections.chordwise);
         let length = (high - low) / sections.longest_chord;
@@ -91,7 +98,9 @@ impl Guesser<'_> {
         let reach = TIP * (to - from);
         // A wing that is whole has a tip at each end.
         let places: Vec<f64> = self.points(family).map(|at| at.dot(sections.normal)).collect();
-        let is_at_end = length <= LONG && places.iter().all(|&at| at >= to - reach || at <= from + reach);
+        let is_at_end = length <= LONG
+            && places.iter().all(|&at| at >= to - reach || at <= from + reach)
+            && places.iter().any(|&at| at >= to - END * (to - from) || at <= from + END * (to - from));
         let is_flat = fit_plane(self.mesh.mesh, self.surface, FamilyId(family as u16), None).is_ok();
         let says = |guesser: &Self| format!("its name says {}", guesser.word(family));
         let long = format!("it is {length:.1} chords long");
@@ -121,10 +130,15 @@ impl Guesser<'_> {
             _ if is_base => {
                 (Role::TrailingEdge, Certainty::Likely, format!("{touches}, and its faces look along the chord"))
             }
+            _ if self.hangs(other) && self.areas[family] > self.areas[other] => (
+                BODY_ROLE,
+                Certainty::Likely,
+                format!("{touches}, from which it hangs, and has the larger surface of the two"),
+            ),
             _ if self.hangs(other) => (HUNG_ROLE, Certainty::Likely, format!("{touches}, from which it hangs")),
             _ if is_at_end => (TIP_ROLE, Certainty::Likely, format!("{touches} and lies at an end of the span")),
             _ if length > LONG && !is_flat => (Role::Carenage, Certainty::Likely, format!("{touches}, and {long}")),
-            _ => (TIP_ROLE, Certainty::Doubtful, format!("{touches}, which carries it and keeps its shape")),
+            _ => (HUNG_ROLE, Certainty::Doubtful, format!("{touches}, which carries it and keeps its shape")),
         };
         // A part of the wing that could not be cut together with it.
         let wing: Vec<usize> = self.wings[nearest].families.iter().map(|family| family.index()).collect();

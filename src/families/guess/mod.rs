@@ -7,13 +7,14 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `surroundings`, `wings`, `followers` | the three parts of a guess, in this order |
+//! | `surroundings`, `wings`, `winglets`, `followers` | the parts of a guess, in this order |
 //! | `sections` | cuts families as a wing is cut |
 //! | `words` | what names say |
 
 mod followers;
 mod sections;
 mod surroundings;
+mod winglets;
 mod wings;
 mod words;
 
@@ -26,6 +27,7 @@ use super::Role;
 use super::misplaced::sides_of;
 use crate::geometry::{bounds, triangle_normal};
 use crate::mesh::{FamilyId, HybridMesh, half_edge::Surface};
+use crate::profile::Plane;
 use crate::text::nearest::quoted;
 
 pub use sections::Sections;
@@ -69,8 +71,22 @@ pub struct Guess {
 pub struct GuessedWing {
     /// The families, ascending.
     pub families: Vec<FamilyId>,
-    /// Its sections, by evenly spaced planes.
+    /// Its sections, by evenly spaced planes. Those of its winglets come last.
     pub sections: Sections,
+    /// The plane in which the other half is the mirror image of the sections, if the families hold
+    /// two halves.
+    pub mirror: Option<Plane>,
+    /// The wing that goes on in this winglet.
+    continues: Option<usize>,
+}
+
+impl GuessedWing {
+    /// Adds a winglet.
+    fn join(&mut self, winglet: Self) {
+        self.families.extend(winglet.families);
+        self.families.sort_unstable();
+        self.sections.join(winglet.sections);
+    }
 }
 
 /// What was guessed about a mesh.
@@ -120,6 +136,8 @@ pub struct Known<'a> {
     pub inside: &'a [bool],
     /// Families that the mesh file calls planes of symmetry or cyclic.
     pub planes_of_file: &'a [FamilyId],
+    /// Whether winglets and the other half of an aircraft may join a wing.
+    pub joins: bool,
 }
 
 /// The normals of a trailing edge's base are along the chord: least mean share.
@@ -133,7 +151,14 @@ pub fn guess(mesh: HybridMesh, surface: &Surface, known: &Known) -> Result<Guess
     let mut guesser = Guesser::new(mesh, surface, known);
     guesser.guess_surroundings();
     guesser.guess_wings()?;
+    if known.joins {
+        guesser.guess_winglets();
+    }
     guesser.guess_followers();
+    guesser.join_winglets();
+    if known.joins {
+        guesser.join_halves();
+    }
     let Guesser { guesses, wings, .. } = guesser;
     let families = guesses.into_iter().map(|guess| guess.unwrap_or_else(resting)).collect();
     Ok(Guesses { families, wings })
@@ -222,6 +247,47 @@ impl<'a> Guesser<'a> {
             parts.push(part);
         }
         parts
+    }
+
+    /// Makes each winglet a part of its wing.
+    fn join_winglets(&mut self) {
+        let (winglets, mut wings): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.wings).into_iter().partition(|wing| wing.continues.is_some());
+        // Winglets stand after all wings, whose places they therefore know.
+        for winglet in winglets {
+            if let Some(wing) = winglet.continues.and_then(|wing| wings.get_mut(wing)) {
+                wing.join(winglet);
+            }
+        }
+        self.wings = wings;
+    }
+
+    /// Makes two wings that are each other's mirror image one, whose sections are those of the
+    /// first.
+    fn join_halves(&mut self) {
+        let Some(normal) = self.wings.first().map(|wing| wing.sections.normal) else { return };
+        let is_asked = |wing: &GuessedWing| wing.families.iter().any(|family| self.known.wing.contains(family));
+        let mut open = std::mem::take(&mut self.wings);
+        open.reverse();
+        let mut wings = Vec::new();
+        while let Some(mut wing) = open.pop() {
+            let image = |other: &GuessedWing| match is_asked(&wing) || is_asked(other) {
+                true => None,
+                false => wing.sections.mirror(&other.sections, normal),
+            };
+            let found = open.iter().enumerate().rev().find_map(|(at, other)| Some((at, image(other)?)));
+            if let Some((at, place)) = found {
+                // Rounding of a plane through the origin.
+                let [from, to] = wing.sections.span;
+                let place = if place.abs() < 1e-6 * (to - from) { 0.0 } else { place };
+                let other = open.remove(at);
+                wing.families.extend(other.families);
+                wing.families.sort_unstable();
+                wing.mirror = Some(Plane { point: normal * place, normal });
+            }
+            wings.push(wing);
+        }
+        self.wings = wings;
     }
 
     /// Number of the sides of the mesh's box that families reach together.

@@ -17,6 +17,10 @@ const SPAN: f64 = 0.3;
 /// a fuselage.
 const JUMP: f64 = 2.0;
 
+/// Two halves of an aircraft are mirror images if places, chords and thickness of their sections
+/// differ by at most this share of the chord. Their meshes need not be mirror images.
+const SYMMETRIC: f64 = 2e-3;
+
 /// The sections of a wing, by planes across its span.
 #[derive(Clone, Debug)]
 pub struct Sections {
@@ -50,6 +54,32 @@ impl Sections {
     pub(super) fn of(vertices: &[DVec3], triangles: &[[u32; 3]], count: usize) -> Result<Self, String> {
         let planes = stations::evenly(vertices, triangles, count).map_err(|error| error.to_string())?;
         let normal = planes.first().map_or(DVec3::Y, |plane| plane.normal);
+        Self::by(vertices, triangles, planes, normal)
+    }
+
+    /// Cuts a winglet at planes that need not be parallel. Planes that give no section are left out
+    /// as in [`Self::of`].
+    ///
+    /// - `chordwise`: unit vector along the wing's chord
+    ///
+    /// # Errors
+    /// As for [`Self::of`].
+    pub(super) fn at(
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+        planes: Vec<Plane>,
+        chordwise: DVec3,
+    ) -> Result<Self, String> {
+        let [first, last] = [planes.first(), planes.last()].map(|plane| plane.copied());
+        let (Some(first), Some(last)) = (first, last) else { return Err("there are no planes".to_owned()) };
+        let along = (last.point - first.point).reject_from_normalized(chordwise);
+        let normal = along.try_normalize().unwrap_or(last.normal);
+        Self::by(vertices, triangles, planes, normal)
+    }
+
+    /// - `normal`: unit vector along the span
+    fn by(vertices: &[DVec3], triangles: &[[u32; 3]], planes: Vec<Plane>, normal: DVec3) -> Result<Self, String> {
+        let count = planes.len();
         let mut faults = Vec::new();
         let (mut found, mut places, mut cuts) = (Vec::new(), Vec::new(), Vec::new());
         for (place, plane) in planes.into_iter().enumerate() {
@@ -116,8 +146,57 @@ impl Sections {
             gap => format!("with {:.2} % of the chord between both sides at the trailing edge", 100.0 * gap),
         };
         let thickness = self.poses.iter().map(|pose| pose.thickness).fold(0.0, f64::max);
-        let axis = ["x", "y", "z"][self.normal.abs().max_position()];
-        format!("planes {axis} = const cut sections up to {:.1} % thick, {edge}", 100.0 * thickness)
+        let is_axis = |plane: &Plane| plane.normal.abs().max_element() == 1.0;
+        let planes = match self.planes.iter().all(is_axis) {
+            true => format!("planes {} = const", ["x", "y", "z"][self.normal.abs().max_position()]),
+            false => "planes across its span".to_owned(),
+        };
+        format!("{planes} cut sections up to {:.1} % thick, {edge}", 100.0 * thickness)
+    }
+
+    /// Puts the sections of a winglet after those of its wing.
+    pub(super) fn join(&mut self, winglet: Self) {
+        let numbered = winglet.profiles.into_iter().zip(self.profiles.len()..);
+        let numbered: Vec<_> = numbered.map(|(of, number)| Profile { number: number as i64, ..of }).collect();
+        self.profiles.extend(numbered);
+        self.planes.extend(winglet.planes);
+        self.poses.extend(winglet.poses);
+        self.in_doubt &= winglet.in_doubt;
+        self.longest_chord = self.longest_chord.max(winglet.longest_chord);
+    }
+
+    /// The place of the plane `normal` = const in which other sections are the mirror image of
+    /// these, in the mesh's unit. `None` if they are not.
+    pub(super) fn mirror(&self, other: &Self, normal: DVec3) -> Option<f64> {
+        if self.poses.len() != other.poses.len() {
+            return None;
+        }
+        let mean =
+            |of: &Self| of.poses.iter().map(|pose| pose.leading_edge.dot(normal)).sum::<f64>() / of.poses.len() as f64;
+        let place = 0.5 * (mean(self) + mean(other));
+        let image = |at: DVec3| at - normal * (2.0 * (at.dot(normal) - place));
+        let fits = |pose: &Pose| {
+            let at = image(pose.leading_edge);
+            let nearest = other
+                .poses
+                .iter()
+                .min_by(|a, b| a.leading_edge.distance_squared(at).total_cmp(&b.leading_edge.distance_squared(at)));
+            nearest.is_some_and(|other| {
+                let off = [
+                    other.leading_edge.distance(at) / pose.chord,
+                    other.chord / pose.chord - 1.0,
+                    other.thickness - pose.thickness,
+                ];
+                off.iter().all(|off| off.abs() <= SYMMETRIC)
+            })
+        };
+        // A wing that stands in the plane is no half.
+        let [low, high] = self
+            .poses
+            .iter()
+            .map(|pose| pose.leading_edge.dot(normal) - place)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
+        ((low > 0.0 || high < 0.0) && self.poses.iter().all(fits)).then_some(place)
     }
 }
 

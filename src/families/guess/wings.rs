@@ -159,7 +159,7 @@ impl Guesser<'_> {
             self.set(family, Role::Wing, certainty, format!("{why}; {text}"));
         }
         let families = families.into_iter().map(|family| FamilyId(family as u16)).collect();
-        self.wings.push(GuessedWing { families, sections });
+        self.wings.push(GuessedWing { families, sections, mirror: None, continues: None });
     }
 
     /// Whether some families touch a wing.

@@ -133,15 +133,23 @@ fn make(
         .filter_map(|name| by_name.get(name.as_str()).copied())
         .collect();
     let wing: Vec<FamilyId> = wing.into_iter().collect();
-    let known =
-        Known { wing: &wing, planes: wanted.planes, inside: &families_inside(hybrid), planes_of_file: &planes_of_file };
-    let guesses = guess(hybrid, &topology.surface, &known)
-        .map_err(|error| SessionError::NoWing { path: path.clone(), error: Box::new(error) })?;
+    let inside = families_inside(hybrid);
+    let mut known =
+        Known { wing: &wing, planes: wanted.planes, inside: &inside, planes_of_file: &planes_of_file, joins: true };
+    let (families, wings) = loop {
+        let guesses = guess(hybrid, &topology.surface, &known)
+            .map_err(|error| SessionError::NoWing { path: path.clone(), error: Box::new(error) })?;
+        let mut families = guesses.families;
+        join_cyclic(file, &by_name, &mut families);
+        let wings: Vec<(String, GuessedWing)> = name_wings(names, guesses.wings);
+        match check_set_up(file, &mut families, &wings, progress.clone()) {
+            // A winglet that cannot be set up as a wing is carried by one.
+            Err(_) if known.joins => known.joins = false,
+            Err(error) => return Err(in_file(*error).into()),
+            Ok(()) => break (families, wings),
+        }
+    };
     drop(topology);
-    let mut families = guesses.families;
-    join_cyclic(file, &by_name, &mut families);
-    let wings: Vec<(String, GuessedWing)> = name_wings(names, guesses.wings);
-    check_set_up(file, &mut families, &wings, progress).map_err(|error| in_file(*error))?;
 
     let case = case_path(wanted);
     let folder = case.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -333,7 +341,7 @@ fn check_set_up(
         let mut design = Design::default();
         for (name, wing) in wings {
             let of_wing: Vec<&str> = wing.families.iter().map(|family| names[family.index()].as_str()).collect();
-            builder = builder.wing(name, &of_wing, wing.sections.profiles.clone(), None);
+            builder = builder.wing(name, &of_wing, wing.sections.profiles.clone(), wing.mirror);
             design.profiles.insert(name.clone(), wing.sections.profiles.clone());
         }
         let backend = backend::select(Selection::Cpu).map_err(|error| boxed(error.into()))?;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::families::Role;
 use crate::families::guess::{Guess, GuessedWing};
+use crate::profile::Plane;
 use crate::text::figures::Shortest;
 use crate::text::{shell_word, shown};
 
@@ -61,6 +62,18 @@ fn quoted(text: &str) -> String {
 fn key(name: &str) -> String {
     let is_bare = |letter: char| letter.is_ascii_alphanumeric() || "-_".contains(letter);
     if !name.is_empty() && name.chars().all(is_bare) { name.to_owned() } else { quoted(name) }
+}
+
+/// The plane of a section in words.
+fn place_of(plane: &Plane) -> String {
+    let normal = plane.normal.to_array();
+    match normal.iter().position(|part| part.abs() == 1.0) {
+        Some(axis) => format!("{} = {}", ["x", "y", "z"][axis], length(plane.point.dot(plane.normal) * normal[axis])),
+        None => {
+            let [x, y, z] = normal.map(|part| Shortest(format!("{part:.4}").parse().unwrap_or(part)));
+            format!("across [{x}, {y}, {z}]")
+        }
+    }
 }
 
 /// A length with so many digits that a placement is right to 1e-8 of the mesh's size.
@@ -131,19 +144,30 @@ impl Case<'_> {
         }
         writeln!(out, "new = [")?;
         for ((file, plane), pose) in new.iter().zip(&sections.planes).zip(&sections.poses) {
-            let axis = ["x", "y", "z"][plane.normal.abs().max_position()];
-            let at = length(plane.point.dot(plane.normal));
+            let place = place_of(plane);
             let [x, y, z] = pose.leading_edge.to_array().map(length);
             let twist = pose.twist.map_or(String::new(), |(_, twist)| format!(", twist {twist:.4}"));
             writeln!(
                 out,
-                "    {},   # {axis} = {at}: chord {}, {:.2} % thick{twist}, leading edge [{x}, {y}, {z}]",
+                "    {},   # {place}: chord {}, {:.2} % thick{twist}, leading edge [{x}, {y}, {z}]",
                 quoted(file),
                 length(pose.chord),
                 100.0 * pose.thickness,
             )?;
         }
         writeln!(out, "]\nold = {}", quoted(old))?;
+        if let Some(mirror) = &wing.mirror {
+            let axis = ["x", "y", "z"][mirror.normal.abs().max_position()];
+            let plane = match mirror.point.dot(mirror.normal) {
+                0.0 => axis.to_owned(),
+                at => format!("{axis}={}", length(at)),
+            };
+            writeln!(
+                out,
+                "mirror = {}   # the other half moves as the mirror image of these sections",
+                quoted(&plane)
+            )?;
+        }
         let Some((pose, plane)) = sections.poses.first().zip(sections.planes.first()) else { return Ok(()) };
         let axis = ["x", "y", "z"][plane.normal.abs().max_position()];
         let [x, y, z] = pose.leading_edge.to_array().map(length);
