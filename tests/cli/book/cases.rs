@@ -44,9 +44,36 @@ fn parse_with(part: Table) -> Result<Case, String> {
     Case::parse(&toml::to_string(&case).unwrap(), Path::new("case.toml")).map_err(|error| error.to_string())
 }
 
+/// Checks that what a page shows of a report is in the report, each figure within 2 % or half a
+/// unit of 1e-5.
+fn is_part_of(part: &serde_json::Value, whole: &serde_json::Value, place: &str) {
+    use serde_json::Value;
+    match (part, whole) {
+        (Value::Object(part), Value::Object(whole)) => {
+            for (key, value) in part {
+                let found = whole.get(key).unwrap_or_else(|| panic!("{place}: the report has no `{key}`"));
+                is_part_of(value, found, &format!("{place}/{key}"));
+            }
+        }
+        (Value::Array(part), Value::Array(whole)) => {
+            assert_eq!(part.len(), whole.len(), "{place}");
+            part.iter().zip(whole).for_each(|(part, whole)| is_part_of(part, whole, place));
+        }
+        (Value::Number(_), Value::Number(_)) => {
+            let [shown, found] = [part, whole].map(|value| value.as_f64().unwrap());
+            assert!(
+                (shown - found).abs() <= 0.02 * found.abs() + 5e-6,
+                "{place}: {shown} shown, {found} in the report"
+            );
+        }
+        _ => assert_eq!(part, whole, "{place}"),
+    }
+}
+
+/// Fails if a page shows a figure or a key that its run does not have.
 #[test]
 fn every_case_is_taken() {
-    let mut n_parts = 0;
+    let (mut n_parts, mut n_reports) = (0, 0);
     for page in pages() {
         for block in page.blocks("toml") {
             let place = format!("{}:{}", page.name(), block.line);
@@ -59,9 +86,20 @@ fn every_case_is_taken() {
             }
             let folder = workplace();
             std::fs::write(folder.path().join("page.toml"), text).unwrap();
-            assert_good(&command(folder.path(), &["run", "page.toml", "--backend", "cpu"]).output().unwrap());
+            let arguments = ["run", "page.toml", "--backend", "cpu", "--json", "report.json"];
+            assert_good(&command(folder.path(), &arguments).output().unwrap());
+            // What the page shows of the report, before the next case.
+            let of_run = std::fs::read_to_string(folder.path().join("report.json")).unwrap();
+            let end = page.blocks("toml").iter().map(|next| next.line).filter(|&line| line > block.line).min();
+            let is_of_case = |line: usize| line > block.line && end.is_none_or(|end| line < end);
+            for shown in page.blocks("json").into_iter().filter(|shown| is_of_case(shown.line)) {
+                let part = serde_json::from_str(&shown.lines.join("\n")).unwrap();
+                is_part_of(&part, &serde_json::from_str(&of_run).unwrap(), &place);
+                n_reports += 1;
+            }
         }
     }
+    assert!(n_reports >= 6, "{n_reports} reports");
     assert!(n_parts >= 5, "{n_parts} parts of cases");
     assert!(pages().iter().flat_map(|page| page.blocks("toml")).any(|block| block.lines[0].starts_with("mesh")));
 }

@@ -102,6 +102,18 @@ fn workplace() -> TempDir {
             fs::copy(entry.path(), folder.path().join(&name)).unwrap();
         }
     }
+    // The aircraft of the pages on configurations.
+    let parts = root().join("tests/data/aircraft");
+    let entries =
+        |folder: &Path| -> Vec<PathBuf> { fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect() };
+    for path in entries(&parts) {
+        let files = if path.is_dir() { entries(&path) } else { vec![path] };
+        for file in files {
+            let place = folder.path().join("aircraft").join(file.strip_prefix(&parts).unwrap());
+            fs::create_dir_all(place.parent().unwrap()).unwrap();
+            fs::copy(&file, place).unwrap();
+        }
+    }
     fs::create_dir(folder.path().join("designs")).unwrap();
     fs::copy(example.join("new.csv"), folder.path().join("designs/a.csv")).unwrap();
     folder
