@@ -6,6 +6,8 @@ mod common;
 mod o_grid;
 #[path = "hybrid/optimisation.rs"]
 mod optimisation;
+#[path = "hybrid/parts.rs"]
+mod parts;
 #[path = "hybrid/polar.rs"]
 mod polar;
 #[path = "hybrid/symmetric.rs"]
