@@ -226,6 +226,37 @@ fn refused(name: &str, parts: &[(&str, Role)]) -> SetupError {
     }
 }
 
+/// A tail without profiles on the fuselage: it stays to the bit while the wing moves and the
+/// fuselage's vertices slide. Its end follows a given motion exactly, and the rest leads from the
+/// fuselage to it.
+///
+/// Fails if vertices of the fuselage at the tail slide, or if the assembly has no root.
+#[test]
+fn parts_on_a_fuselage_rest_on_it() {
+    let shift = DVec3::new(0.02, 0.0, 0.05);
+    let given = RigidMotion::Given { turn: DVec3::ZERO, about: DVec3::ZERO, shift };
+    for (motion, shift) in [(RigidMotion::Root, DVec3::ZERO), (RigidMotion::Translation, DVec3::ZERO), (given, shift)] {
+        let parts = [("tail", ATTACHED), ("tail_te", ATTACHED), ("tail_tip", rigid(motion.clone()))];
+        let mut mover = builder("tail", &parts).build(cpu()).unwrap();
+        let outcome = mover.update(&Design::of_wing("wing", profiles("tail", "big"))).unwrap();
+        let moved = outcome.valid().unwrap().vertices();
+        let mesh = mover.mesh();
+        let by = |vertex: usize| moved[vertex] - mesh.vertices[vertex];
+        let carenage = vertices_of(mesh, "carenage");
+        let tail: Vec<usize> = ["tail", "tail_te"].into_iter().flat_map(|family| vertices_of(mesh, family)).collect();
+        let root: Vec<usize> = tail.iter().copied().filter(|vertex| carenage.contains(vertex)).collect();
+        assert!(root.len() > 10 && carenage.iter().any(|&vertex| by(vertex).length() > 1e-3), "{motion:?}");
+        assert!(root.iter().all(|&vertex| by(vertex) == DVec3::ZERO), "{motion:?}");
+        for vertex in vertices_of(mesh, "tail_tip") {
+            let off = by(vertex).distance(shift);
+            assert!(if shift == DVec3::ZERO { off == 0.0 } else { off < 1e-14 }, "{motion:?}: {off:e}");
+        }
+        let largest = tail.iter().map(|&vertex| by(vertex).length()).fold(0.0, f64::max);
+        assert!(largest <= shift.length() * (1.0 + 1e-9), "{motion:?}: {largest}");
+        assert!(outcome.warnings.is_empty(), "{motion:?}: {:?}", outcome.warnings);
+    }
+}
+
 #[test]
 fn assemblies_without_a_known_motion_are_refused() {
     // The tail's end of the fuselage, and the far boundary, hang from nothing.

@@ -6,6 +6,12 @@
 //! and fixed families. For each design the best rigid motion of the root carries the assembly. The
 //! paper names such parts as future work.
 //!
+//! # On a fuselage
+//!
+//! An assembly on which no wing bears, but a carenage, such as an engine at the rear of a fuselage,
+//! rests there: a carenage keeps its shape, and only slides in it, so nothing carries the assembly
+//! away. The vertices that it shares with carenages are its root, and stay ([`resting`]).
+//!
 //! # Planes
 //!
 //! An assembly that touches a plane, such as a keel on the symmetry plane, must not leave it. The
@@ -350,6 +356,24 @@ fn joined(surface: &Surface, roles: &[Role]) -> Vec<Vec<FamilyId>> {
         sets.push(set);
     }
     sets.into_iter().map(|(set, _)| set).collect()
+}
+
+/// The vertices at which assemblies rest on carenages, with no root of another kind. Wingtips alone
+/// stay without a root.
+///
+/// - `placed_by` `[n_vertices]`: by the roles alone
+pub(super) fn resting(surface: &Surface, roles: &[Role], placed_by: &[PlacedBy]) -> Vec<u32> {
+    let of_carenages = (0..roles.len()).filter(|&index| roles[index] == Role::Carenage);
+    let of_carenages = of_carenages.flat_map(|index| surface.vertices_of(FamilyId(index as u16)));
+    let of_carenages: BTreeSet<u32> = of_carenages.copied().collect();
+    let rests = |members: Vec<FamilyId>| {
+        let is_tip = |family: &FamilyId| matches!(roles[family.index()], Role::Wingtip { .. });
+        let vertices: BTreeSet<u32> = members.iter().flat_map(|&family| surface.vertices_of(family)).copied().collect();
+        let hangs = vertices.iter().any(|&vertex| placed_by[vertex as usize] < PlacedBy::Rigid);
+        let on: Vec<u32> = vertices.intersection(&of_carenages).copied().collect();
+        if hangs || members.iter().all(is_tip) { Vec::new() } else { on }
+    };
+    joined(surface, roles).into_iter().flat_map(rests).collect()
 }
 
 /// For each vertex of the boundary of an assembly, half the length of the boundary edges at the

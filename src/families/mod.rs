@@ -200,7 +200,7 @@ pub enum SetupError {
     /// An assembly hangs from nothing that is placed before it.
     #[error(
         "family `{family}` has the role {role}, but neither it nor a family that it hangs together with touches a wing, a \
-         trailing edge, or a prescribed or fixed family: nothing says how it moves{}",
+         trailing edge, a carenage, or a prescribed or fixed family: nothing says how it moves{}",
         if *role == "rigid" { "; motion = \"none\" or a given motion needs no such family" } else { "" }
     )]
     NoRoot {
@@ -271,7 +271,8 @@ pub struct Families {
     pub roles: Vec<Role>,
     /// Shape of each carenage and plane family `[n_families]`.
     pub shapes: Vec<Option<FamilyShape>>,
-    /// The stage that places each vertex `[n_vertices]`.
+    /// The stage that places each vertex `[n_vertices]`. Vertices at which an assembly rests on a
+    /// carenage are fixed.
     pub placed_by: Vec<PlacedBy>,
     /// The carenage and plane families of each vertex: `n_vertices` rows.
     touches: Csr,
@@ -312,6 +313,9 @@ impl Families {
             if shapes[index].is_some() {
                 touching.extend(vertices.iter().map(|&vertex| (vertex, index as u32)));
             }
+        }
+        for vertex in assemblies::resting(surface, &roles, &placed_by) {
+            placed_by[vertex as usize] = PlacedBy::Fixed;
         }
         let touches = Csr::from_pairs(mesh.vertices.len(), touching.iter().copied());
         let partners = Partners::new(mesh, surface, &roles, &mut shapes, &placed_by)?;
