@@ -235,7 +235,7 @@ fn whole(half: &str) -> String {
 /// Both halves of an aircraft have one table with the sections of one half. Where the halves are no
 /// mirror images, or the user names a wing, each has its own.
 ///
-/// Fails if halves are compared by their chords alone.
+/// Fails if a wing that the user names is joined with its image.
 #[test]
 fn the_other_half_is_the_mirror_image() {
     let folder = tempfile::tempdir().unwrap();
