@@ -236,7 +236,7 @@ fn parts_on_a_fuselage_rest_on_it() {
     let shift = DVec3::new(0.02, 0.0, 0.05);
     let given = RigidMotion::Given { turn: DVec3::ZERO, about: DVec3::ZERO, shift };
     for (motion, shift) in [(RigidMotion::Root, DVec3::ZERO), (RigidMotion::Translation, DVec3::ZERO), (given, shift)] {
-        let parts = [("tail", ATTACHED), ("tail_te", ATTACHED), ("tail_tip", rigid(motion.clone()))];
+        let parts = [("tail", ATTACHED), ("tail_te", ATTACHED), ("tail_tip", rigid(motion))];
         let mut mover = builder("tail", &parts).build(cpu()).unwrap();
         let outcome = mover.update(&Design::of_wing("wing", profiles("tail", "big"))).unwrap();
         let moved = outcome.valid().unwrap().vertices();

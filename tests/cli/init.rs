@@ -162,9 +162,9 @@ fn parts_go_with_their_wing() {
     let fence = [("winglet", "attached"), ("winglet_te", "attached"), ("winglet_tip", "attached")];
     let nacelle = [("pylon", "attached"), ("nacelle", "rigid")];
     let fairings = [("fairing_1", "attached"), ("fairing_2", "attached")];
-    let cases: [(&str, &[(&str, &str)], usize); 4] =
-        [("blended", &blended, 8), ("fence", &fence, 5), ("nacelle", &nacelle, 5), ("fairings", &fairings, 5)];
-    for (mesh, parts, n_sections) in cases {
+    for (mesh, parts, n_sections) in
+        [("blended", &blended[..], 8), ("fence", &fence, 5), ("nacelle", &nacelle, 5), ("fairings", &fairings, 5)]
+    {
         let mesh_file = data(&format!("aircraft/{mesh}.msh.gz"));
         // A changed section takes some time on meshes of this size.
         let (_folder, case) = if n_sections > 5 { starts_well(&mesh_file) } else { starts_still(&mesh_file) };
