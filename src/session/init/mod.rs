@@ -1,5 +1,5 @@
 //! Makes a first case of a mesh: guesses the role of each family, cuts the sections of the wings,
-//! and writes a case file that runs as it is and moves nothing, with a file for each new section,
+//! and writes a case file that runs as it is and moves nothing, with a file for each new section
 //! and the schema of cases, by which editors check the case.
 //!
 //! [`propose`] guesses and checks, [`Proposal::write`] writes. The guess is checked as a run checks
