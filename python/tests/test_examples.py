@@ -96,3 +96,13 @@ def test_the_loop_on_an_openfoam_case_writes_points_alone(
         for name in files:
             one, other = (where / "constant" / "polyMesh" / name for where in (case, design))
             assert (one.read_bytes() == other.read_bytes()) == (name != "points"), name
+
+
+def test_an_optimiser_finds_hidden_sections(folder: Path, tmp_path: Path) -> None:
+    """J falls to a millionth, or the example ends with an error."""
+    if importlib.util.find_spec("scipy") is None:
+        pytest.skip("optional: pip install scipy")
+    lines = run([sys.executable, str(folder / "optimise.py")], tmp_path).splitlines()
+    errors = [float(line.split()[5]) for line in lines if line.startswith("  step")]
+    assert len(errors) == 3 and min(errors) < 1e-6, lines
+    assert float(lines[-2].split()[1]) < 1e-6, lines

@@ -198,6 +198,8 @@ impl FacePlace {
 /// The measures of some faces.
 struct OfFaces {
     non_orthogonality: Tally,
+    /// The cosine of the worst face.
+    least_cosine: f64,
     skewness: Tally,
     sum_of_cosines: f64,
     n_inner: usize,
@@ -208,6 +210,7 @@ impl OfFaces {
     fn new(limits: &Limits) -> Self {
         Self {
             non_orthogonality: limits.tally(Limited::NonOrthogonality),
+            least_cosine: f64::INFINITY,
             skewness: limits.tally(Limited::Skewness),
             sum_of_cosines: 0.0,
             n_inner: 0,
@@ -233,6 +236,9 @@ impl OfFaces {
         half_faces: Range<usize>,
     ) -> Self {
         let mut all = Self::new(limits);
+        // Angles a little below the least limit count as beyond it here.
+        let least_limit = all.non_orthogonality.limit().unwrap_or(SEVERE).min(SEVERE);
+        let calm = (least_limit - 1e-3).to_radians().cos();
         for half_face in half_faces.start as u32..half_faces.end as u32 {
             let opposite = connections.faces.opposite[half_face as usize];
             // Of two half-faces the lower one counts.
@@ -255,11 +261,15 @@ impl OfFaces {
                     let cosine = if lengths == 0.0 { 0.0 } else { between.dot(face.area) / lengths };
                     // `checkMesh` takes a face with such a cosine for an error.
                     let least = if cosine <= RIGHT { 90.0_f64.next_up() } else { 0.0 };
-                    let angle = degrees(cosine).max(least);
-                    all.non_orthogonality.add(angle, cell);
+                    // Most faces are neither the worst so far nor beyond a limit, and an angle takes time.
+                    if cosine.is_nan() || cosine < calm || cosine < all.least_cosine {
+                        let angle = degrees(cosine).max(least);
+                        all.non_orthogonality.add(angle, cell);
+                        all.severe += usize::from(angle > SEVERE);
+                        all.least_cosine = all.least_cosine.min(cosine);
+                    }
                     all.sum_of_cosines += cosine;
                     all.n_inner += 1;
-                    all.severe += usize::from(angle > SEVERE);
                     (between, 0.2)
                 }
             };

@@ -122,10 +122,40 @@ impl Su2 {
 /// Room for the parts of one dual volume.
 #[derive(Default)]
 struct Room {
-    /// The other end of each edge, and the area vector of its dual face.
-    edges: Vec<(u32, DVec3)>,
-    /// The area vector of the vertex's part in each family.
-    families: Vec<(FamilyId, DVec3)>,
+    /// By the other end of each edge, the area vector of its dual face.
+    edges: Sums<u32>,
+    /// By family, the area vector of the vertex's part in it.
+    families: Sums<FamilyId>,
+}
+
+/// Area vectors by a key. The few keys of a vertex stand close together, so a search is fast.
+struct Sums<K> {
+    keys: Vec<K>,
+    areas: Vec<DVec3>,
+}
+
+impl<K> Default for Sums<K> {
+    fn default() -> Self {
+        Self { keys: Vec::new(), areas: Vec::new() }
+    }
+}
+
+impl<K: Copy + PartialEq> Sums<K> {
+    fn clear(&mut self) {
+        self.keys.clear();
+        self.areas.clear();
+    }
+
+    /// Adds an area vector to the sum of its edge or family.
+    fn add(&mut self, key: K, area: DVec3) {
+        match self.keys.iter().position(|&other| other == key) {
+            Some(place) => self.areas[place] += area,
+            None => {
+                self.keys.push(key);
+                self.areas.push(area);
+            }
+        }
+    }
 }
 
 /// The measures of one dual volume.
@@ -157,7 +187,7 @@ impl Dual {
                 let [w, p, q] = turned_to(vertex, [a, b, c, d]);
                 let [ew, ep, eq] = [w, p, q].map(|other| at(other) - own);
                 for (other, along, [p, q]) in [(w, ew, [ep, eq]), (p, ep, [eq, ew]), (q, eq, [ew, ep])] {
-                    add(edges, other, (1.0 / 24.0) * (p + q - along).cross(q - p));
+                    edges.add(other, (1.0 / 24.0) * (p + q - along).cross(q - p));
                 }
                 let part = ew.cross(ep).dot(eq).abs() / 144.0;
                 volume += 6.0 * part;
@@ -175,7 +205,7 @@ impl Dual {
                 for (other, sign) in [(corners[(place + 1) % n], 0.5), (corners[(place + n - 1) % n], -0.5)] {
                     let of_edge = 0.5 * (own + at(other));
                     let area = sign * (centre - of_edge).cross(middle - of_edge);
-                    add(edges, other, area);
+                    edges.add(other, area);
                     let tet = (of_edge - own).cross(middle - own).dot(centre - own).abs() / 6.0;
                     volume += tet;
                     (least, most) = (least.min(tet), most.max(tet));
@@ -189,12 +219,12 @@ impl Dual {
             let place = corners.iter().position(|&corner| corner == vertex)?;
             let centre = corners.iter().map(|&corner| at(corner)).sum::<DVec3>() / n as f64 - own;
             let [next, last] = [place + 1, place + n - 1].map(|place| 0.5 * (at(corners[place % n]) - own));
-            add(families, family, 0.5 * (next.cross(centre) + centre.cross(last)));
+            families.add(family, 0.5 * (next.cross(centre) + centre.cross(last)));
         }
         let (mut sum, mut whole) = (0.0, 0.0);
         let mut areas = [f64::INFINITY, 0.0_f64];
         let mut count = |area: f64| areas = [areas[0].min(area), areas[1].max(area)];
-        for &(other, normal) in &*edges {
+        for (&other, normal) in edges.keys.iter().zip(&edges.areas) {
             let edge = at(other) - own;
             let area = normal.length();
             let cosine = normal.dot(edge) / (area * edge.length());
@@ -202,9 +232,9 @@ impl Dual {
             whole += area;
             count(area);
         }
-        families.iter().for_each(|(_, normal)| count(normal.length()));
+        families.areas.iter().for_each(|normal| count(normal.length()));
         let [smallest, largest] = areas;
-        (!edges.is_empty()).then(|| Self {
+        (!edges.keys.is_empty()).then(|| Self {
             orthogonality: sum / whole,
             aspect_ratio: largest / smallest,
             volume_ratio: most / least,
@@ -220,13 +250,5 @@ fn turned_to(vertex: u32, [a, b, c, d]: [u32; 4]) -> [u32; 3] {
         _ if vertex == b => [a, d, c],
         _ if vertex == c => [d, a, b],
         _ => [c, b, a],
-    }
-}
-
-/// Adds an area vector to the sum of its edge or family.
-fn add<K: PartialEq>(sums: &mut Vec<(K, DVec3)>, key: K, area: DVec3) {
-    match sums.iter_mut().find(|(other, _)| *other == key) {
-        Some((_, sum)) => *sum += area,
-        None => sums.push((key, area)),
     }
 }

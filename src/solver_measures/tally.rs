@@ -58,6 +58,11 @@ impl Tally {
         self.beyond += other.beyond;
     }
 
+    /// The limit, if there is one.
+    pub(super) fn limit(&self) -> Option<f64> {
+        self.limit
+    }
+
     /// Gives the place the name that it has in another order.
     pub(super) fn rename(&mut self, name: impl Fn(u32) -> u32) {
         self.place = self.place.map(name);
