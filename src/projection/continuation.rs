@@ -52,6 +52,9 @@ pub struct HoleFilling {
 /// power.
 const MOST_SAMPLES: usize = 400;
 
+/// Coordinates in the chart, which are about 1, are alike if they differ by less.
+const ALIKE: f64 = 1e-9;
+
 /// Closes a hole in a surface.
 ///
 /// - `points` `[n_points]`: in any unit
@@ -135,6 +138,10 @@ impl Chart {
 
 /// Heights of the rim's vertices and of vertices around it: the surface within one width of the
 /// hole, as far as it is a graph over the rim's plane.
+///
+/// Where they are too many, the order in which some are left out comes from their places in the
+/// chart. So it depends neither on the numbers of the vertices nor on the first vertex of the rim,
+/// and that of a mirror image is the mirror image.
 fn samples(
     points: &[DVec3],
     triangles: &[[u32; 3]],
@@ -157,18 +164,25 @@ fn samples(
     rim.iter().for_each(|vertex| {
         around.remove(vertex);
     });
-    let around: Vec<(DVec2, f64)> = around
+    let mut around: Vec<(DVec2, f64)> = around
         .into_iter()
         .map(|&vertex| (chart.flat(points[vertex as usize]), chart.height(points[vertex as usize])))
         .filter(|(flat, _)| distance_to_polygon(*flat, polygon) < reach && !inside(*flat, polygon))
         .collect();
+    // The chart of a mirror image has the other hand.
+    let hand = if polygon.iter().map(|p| p.y.powi(3)).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+    // Rounded, so that rounding does not order vertices of the same place along an axis.
+    let place = |flat: DVec2| [flat.x, hand * flat.y].map(|x| (x / ALIKE).round() as i64);
+    around.sort_by_key(|&(flat, _)| place(flat));
+    let n = rim.len();
+    let first = (0..n).max_by_key(|&at| place(polygon[at])).unwrap_or(0);
+    let on_rim = (0..n).map(|k| if hand > 0.0 { (first + k) % n } else { (first + n - k) % n });
     let thin = |count: usize, most: usize| count.div_ceil(most.max(1)).max(1);
     let rim_step = thin(rim.len(), MOST_SAMPLES / 2);
     let around_step = thin(around.len(), MOST_SAMPLES - rim.len().div_ceil(rim_step));
-    rim.iter()
-        .zip(polygon)
+    on_rim
         .step_by(rim_step)
-        .map(|(&vertex, &flat)| (flat, chart.height(points[vertex as usize])))
+        .map(|at| (polygon[at], chart.height(points[rim[at] as usize])))
         .chain(around.into_iter().step_by(around_step))
         .collect()
 }
@@ -295,4 +309,68 @@ fn distance_to_polygon(point: DVec2, polygon: &[DVec2]) -> f64 {
             point.distance(nearest_on_segment(point, a, b).0)
         })
         .fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An egg-shaped hole in a lattice, with more vertices on its rim and around it than are
+    /// sampled. The mirror image of the surface, with other numbers and another first vertex of the
+    /// rim, is closed by the mirror image.
+    ///
+    /// Fails if samples are left out in the order of the vertices' numbers, or along the rim from
+    /// its first vertex.
+    #[test]
+    fn a_mirror_image_is_closed_by_the_mirror_image() {
+        let (n, h) = (130i32, 0.034);
+        let height = |x: f64, y: f64| 0.1 * x * x - 0.2 * (0.7 * x).sin() * y + 0.3 * (y - 0.2 * x).cos();
+        let number = |i: i32, j: i32| (j * (n + 1) + i) as u32;
+        let is_inside = |i: i32, j: i32| {
+            let [x, y] = [i, j].map(|k| h * (f64::from(k) + 0.5 - 0.5 * f64::from(n)));
+            x * x * (1.0 + 0.2 * x) + y * y * (1.5 + 0.3 * y) < 1.7
+        };
+        let points: Vec<DVec3> = (0..=n)
+            .flat_map(|j| (0..=n).map(move |i| [i, j].map(|k| h * (f64::from(k) - 0.5 * f64::from(n)))))
+            .map(|[x, y]| DVec3::new(x, y, height(x, y)))
+            .collect();
+        let mut triangles = Vec::new();
+        let mut next_on_rim = std::collections::BTreeMap::new();
+        for (i, j) in (0..n).flat_map(|j| (0..n).map(move |i| (i, j))) {
+            let corners = [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)];
+            if !is_inside(i, j) {
+                triangles.extend([[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]);
+                continue;
+            }
+            for (side, (di, dj)) in [(0, -1), (1, 0), (0, 1), (-1, 0)].into_iter().enumerate() {
+                if !is_inside(i + di, j + dj) {
+                    next_on_rim.insert(corners[side], corners[(side + 1) % 4]);
+                }
+            }
+        }
+        let start = *next_on_rim.keys().next().unwrap();
+        let mut rim = vec![start];
+        while next_on_rim[rim.last().unwrap()] != start {
+            rim.push(next_on_rim[rim.last().unwrap()]);
+        }
+        let filling = close(&points, &triangles, &rim).unwrap();
+        assert!(rim.len() > MOST_SAMPLES / 2 && points.len() > 10 * MOST_SAMPLES);
+
+        let mirrored = |at: DVec3| DVec3::new(at.x, -at.y, at.z);
+        let all = points.len() as u32;
+        let renumbered = |vertex: u32| (vertex * 7 + 3) % all;
+        assert_ne!(all % 7, 0);
+        let mut other_points = vec![DVec3::ZERO; points.len()];
+        (0..all).for_each(|vertex| other_points[renumbered(vertex) as usize] = mirrored(points[vertex as usize]));
+        let other_triangles: Vec<[u32; 3]> =
+            triangles.iter().rev().map(|&[a, b, c]| [c, b, a].map(renumbered)).collect();
+        let mut other_rim: Vec<u32> = rim.iter().rev().map(|&vertex| renumbered(vertex)).collect();
+        other_rim.rotate_left(5);
+        let other = close(&other_points, &other_triangles, &other_rim).unwrap();
+        assert_eq!(other.points.len(), filling.points.len());
+        for &at in filling.points.iter().step_by(20) {
+            let off = other.points.iter().map(|&point| mirrored(point).distance(at)).fold(f64::INFINITY, f64::min);
+            assert!(off < 1e-9, "{at}: {off:e}");
+        }
+    }
 }

@@ -31,6 +31,13 @@ pub struct CurvedSurface {
     size: f64,
 }
 
+/// A point of a [`CurvedSurface`] that has triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    point: u32,
+    triangle: u32,
+}
+
 /// A point beside a [`CurvedSurface`].
 #[derive(Clone, Copy, Debug)]
 pub struct Beside {
@@ -76,15 +83,33 @@ impl CurvedSurface {
         self.size
     }
 
-    /// A triangle at a point.
-    pub fn triangle_at(&self, point: u32) -> Option<u32> {
-        self.around.row(point as usize).first().copied()
+    /// A point of the surface as a start for [`Self::beside`]. `None` if it has no triangle.
+    pub fn start_at(&self, point: u32) -> Option<Start> {
+        self.around.row(point as usize).first().map(|&triangle| Start { point, triangle })
     }
 
-    /// The place of `at` beside the part of triangle `start`.
-    pub fn beside(&self, start: u32, at: DVec3) -> Beside {
+    /// The place of `at` beside the smooth parts at `start`: beside the part whose foot is nearest.
+    /// So at a sharp edge the order of the triangles does not matter.
+    pub fn beside(&self, start: Start, at: DVec3) -> Beside {
+        let around = self.around.row(start.point as usize);
+        let part = |triangle: u32| self.part[triangle as usize];
+        let mut nearest = self.beside_part(start, at);
+        for (k, &triangle) in around.iter().enumerate().skip(1) {
+            if around[..k].iter().any(|&before| part(before) == part(triangle)) {
+                continue;
+            }
+            let other = self.beside_part(Start { triangle, ..start }, at);
+            if other.foot.distance_squared(at) < nearest.foot.distance_squared(at) {
+                nearest = other;
+            }
+        }
+        nearest
+    }
+
+    /// The place of `at` beside the part of a start's triangle.
+    fn beside_part(&self, start: Start, at: DVec3) -> Beside {
         let parts = self.parts();
-        let on = parts.closest(start, at);
+        let on = parts.closest(parts.nearest_around(start.point, start.triangle, at), at);
         let foot = parts.curved(&on);
         Beside { foot, height: (at - foot).dot(parts.normal(&on)), triangle: on.triangle }
     }
@@ -183,7 +208,7 @@ mod tests {
         let rim: Vec<u32> =
             [(5, 5), (5, 6), (5, 7), (6, 7), (7, 7), (7, 6), (7, 5), (6, 5)].map(|(i, j)| number(i, j)).to_vec();
         let surface = CurvedSurface::new(points, triangles, &[rim]).unwrap();
-        let start = surface.triangle_at(number(5, 5)).unwrap();
+        let start = surface.start_at(number(5, 5)).unwrap();
         for (x, y) in [(0.03, 0.04), (-0.22, 0.17), (0.18, -0.27), (0.0, 0.0), (-0.05, 0.02)] {
             let beside = surface.beside(start, DVec3::new(x, y, height(x, y) + 0.02));
             let off = (beside.foot.z - height(beside.foot.x, beside.foot.y)).abs();
@@ -191,5 +216,27 @@ mod tests {
             assert!((beside.height - 0.02).abs() < 1e-3, "{x} {y}: {beside:?}");
         }
         assert!(!surface.is_sharp(number(3, 3)) && surface.is_sharp(number(0, 3)));
+    }
+
+    /// At the edge of a cube the foot lies on the nearer side, whatever the order of the triangles.
+    ///
+    /// Fails if the side of the first triangle has the foot.
+    #[test]
+    fn feet_at_a_sharp_edge_lie_on_the_nearer_side() {
+        let points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, -1), (1, 0, -1)];
+        let points: Vec<DVec3> =
+            points.iter().map(|&(x, y, z)| DVec3::new(f64::from(x), f64::from(y), f64::from(z))).collect();
+        let mut triangles = vec![[0, 1, 2], [0, 2, 3], [0, 4, 5], [0, 5, 1]];
+        for _ in 0..4 {
+            triangles.rotate_left(1);
+            let surface = CurvedSurface::new(points.clone(), triangles.clone(), &[]).unwrap();
+            let start = surface.start_at(0).unwrap();
+            for (at, foot) in [
+                (DVec3::new(0.5, 0.3, 0.01), DVec3::new(0.5, 0.3, 0.0)),
+                (DVec3::new(0.5, -0.02, -0.4), DVec3::new(0.5, 0.0, -0.4)),
+            ] {
+                assert!(surface.beside(start, at).foot.distance(foot) < 1e-15, "{triangles:?}");
+            }
+        }
     }
 }

@@ -42,6 +42,12 @@ impl Parts<'_> {
         }
     }
 
+    /// The triangle nearest to `at` of those around a point that belong to the part of `triangle`.
+    pub fn nearest_around(&self, point: u32, triangle: u32, at: DVec3) -> u32 {
+        let around = self.of_part(point, triangle).map(|other| self.on(other, at));
+        around.min_by(|a, b| a.distance_squared.total_cmp(&b.distance_squared)).map_or(triangle, |on| on.triangle)
+    }
+
     /// Unit normal of a part at one of its points, continuous across edges.
     pub fn normal(&self, on: &Closest) -> DVec3 {
         let [a, b, c] = self.triangles[on.triangle as usize].map(|point| self.point_normal(point, on.triangle));

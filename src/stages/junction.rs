@@ -30,7 +30,7 @@ use crate::constraint::Constraint;
 use crate::families::{Junction, PlacedBy, Role, SetupError, TipStart};
 use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::{Displacement, FamilyId};
-use crate::projection::curved::{Beside, CurvedSurface};
+use crate::projection::curved::{Beside, CurvedSurface, Start};
 use crate::relaxation::Convergence;
 use crate::stage::{SetUp, StageError};
 use crate::text::figures::near;
@@ -245,7 +245,7 @@ impl Host {
             .map_err(|error| self.curves[0].missed(set_up, 0, &error.to_string()))?;
         let first = |vertex: u32| {
             let place = self.vertices.binary_search(&vertex).ok()?;
-            surface.triangle_at(place as u32)
+            surface.start_at(place as u32)
         };
         let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
         let mut placed: Vec<(u32, DVec3)> = Vec::new();
@@ -255,7 +255,7 @@ impl Host {
                 let (own, part) = &parts[curve.part];
                 let ruling =
                     Ruling { from: start(vertex), along: curve.directions[k], motion: &motions[curve.assembly] };
-                let of_part = own.binary_search(&vertex).ok().and_then(|place| part.triangle_at(place as u32));
+                let of_part = own.binary_search(&vertex).ok().and_then(|place| part.start_at(place as u32));
                 let ends = of_part.zip(first(vertex));
                 ends.and_then(|(of_part, first)| ruling.meets((part, of_part), (&surface, first), MOST * gap))
             });
@@ -294,8 +294,8 @@ struct Ruling<'a> {
 impl Ruling<'_> {
     /// The point at which the ruling meets a surface, if it rises by at most `most` up to there.
     ///
-    /// - `part`, `surface`: with a triangle at the ruling's start
-    fn meets(&self, part: (&CurvedSurface, u32), surface: (&CurvedSurface, u32), most: f64) -> Option<DVec3> {
+    /// - `part`, `surface`: with the ruling's start on them
+    fn meets(&self, part: (&CurvedSurface, Start), surface: (&CurvedSurface, Start), most: f64) -> Option<DVec3> {
         let at = |reach: f64| {
             let at = self.from + reach * self.along;
             let at = if reach < 0.0 { part.0.beside(part.1, at).foot } else { at };
