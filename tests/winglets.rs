@@ -100,8 +100,8 @@ fn off_surface(mesh: &TetMesh, moved: &[DVec3], profiles: &[Profile]) -> f64 {
     profiles.iter().flat_map(|profile| &profile.points).map(off).fold(0.0, f64::max)
 }
 
-/// The least and greatest ratio of edges may be 1.35 only where the fence stands on the wing: there
-/// the set `big` makes the wing thicker and not the fence.
+/// Fails if the wing behind a fence has the parameters of the fence's other side: edges are
+/// stretched 1.33 times in the set `big`, which makes the wing thicker and not the fence.
 #[test]
 fn one_set_of_profiles_moves_wing_and_winglet() {
     for name in MESHES {
@@ -114,8 +114,7 @@ fn one_set_of_profiles_moves_wing_and_winglet() {
             assert!(last.beta_min >= 0.0070, "{name} {set}: {last:?}");
             assert!(outcome.folded.is_empty() && outcome.warnings.is_empty(), "{name} {set}: {:?}", outcome.warnings);
             let [low, high] = stretch(mover.mesh(), outcome.vertices(), "wing");
-            let most = if (name, set) == ("fence", "big") { 1.35 } else { 1.2 };
-            assert!(low >= 0.8 && high <= most, "{name} {set}: {low} {high}");
+            assert!(low >= 0.8 && high <= 1.2, "{name} {set}: {low} {high}");
             let off = off_surface(mover.mesh(), outcome.vertices(), &new);
             assert!(off < 0.0025, "{name} {set}: {off}");
             // The loft and each of its families have the distance from all profiles.

@@ -3,6 +3,7 @@
 //! At the vertex's span coordinate the old profiles are interpolated to a virtual section. The
 //! vertex takes the parameter of the nearest point with an outward normal on the vertex's side.
 //! Without this condition a vertex of a thin trailing edge could take a point of the other side.
+//! A wing behind a fence that stands on it takes the nearest point of the fence's own section.
 
 use glam::DVec3;
 
@@ -13,6 +14,8 @@ use crate::geometry::nearest_on_segment;
 /// Steps of the virtual section on each side. A step is 0.4 % of a side. Only the parameter depends
 /// on it, not the shape of the moved wing.
 const STEPS: usize = 256;
+/// Squared distances that differ by less than this share are alike.
+const ALIKE: f64 = 1e-9;
 /// Steps of the base of a blunt trailing edge.
 const BASE_STEPS: usize = 16;
 
@@ -71,6 +74,31 @@ impl<'a> SectionGrid<'a> {
             start = end;
         }
         if best[0].0.is_finite() { best[0].1 } else { best[1].1 }
+    }
+
+    /// Parameter of a vertex of a surface on which a section stands, as a fence stands on a wing,
+    /// if the vertex lies behind the section. Its normal tells the section's other side, which the
+    /// wing continues. `None` if the vertex lies before the section, or beside its ends.
+    ///
+    /// - `section`: the number of the section among all
+    /// - `outward`, `across`: as in [`Self::parameter`]
+    pub fn behind(&self, position: DVec3, outward: DVec3, across: DVec3, section: usize) -> Option<f64> {
+        let points = &self.points[section - self.first];
+        // The squared distance and the parameter of the nearest point of both sides.
+        let mut best = [(f64::INFINITY, 0.0); 2];
+        for j in 1..=2 * STEPS {
+            let [start, end] = [points[j - 1], points[j]];
+            let (nearest, t) = nearest_on_segment(position, start, end);
+            let distance = nearest.distance_squared(position);
+            let looks_out = (end - start).cross(across).dot(outward) > 0.0;
+            let best = &mut best[usize::from(looks_out)];
+            if distance < best.0 {
+                *best = (distance, self.tau[j - 1] + (self.tau[j] - self.tau[j - 1]) * t);
+            }
+        }
+        // The leading edge is of both sides.
+        let [(distance, tau), (before, _)] = best;
+        (distance < (1.0 - ALIKE) * before && tau > 0.0 && tau < 2.0).then_some(tau)
     }
 }
 

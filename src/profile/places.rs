@@ -103,7 +103,9 @@ pub(super) fn places(
             let [at, change] = weights(vertex);
             let (position, outward) = (surface.positions[vertex], surface.normals[vertex]);
             let (eta, interval) = coordinates[vertex];
-            let (place, off) = block.place(arcs, position, [outward, span.across(eta, interval)], &at, &change);
+            let directions = [outward, span.across(eta, interval)];
+            let floor = span.stands_on(outward, directions[1], interval);
+            let (place, off) = block.place(arcs, position, directions, floor, &at, &change);
             (vertex, Place { eta, ..place }, off)
         };
         for (vertex, place, distance) in vertices.par_iter().map(place).collect::<Vec<_>>() {
@@ -132,17 +134,20 @@ impl<'a> Block<'a> {
     /// section.
     ///
     /// - `directions`: the outward normal there, and the direction across the sections
+    /// - `floor`: the section that stands on the surface there
     /// - `at`, `change`: weights of the position and of a change
     fn place(
         &self,
         arcs: &[SectionArcs],
         position: DVec3,
         [outward, across]: [DVec3; 2],
+        floor: Option<usize>,
         at: &SpanWeights,
         change: &SpanWeights,
     ) -> (Place, f64) {
         let section = |k: usize| &self.sections[k - self.first];
-        let tau = self.grid.parameter(position, outward, across, at);
+        let behind = floor.and_then(|section| self.grid.behind(position, outward, across, section));
+        let tau = behind.unwrap_or_else(|| self.grid.parameter(position, outward, across, at));
         let shares = (0..change.count).map(|i| {
             let k = change.first + i;
             let (knot, knots) = cubic_at(&arcs[k], ArcPlace::of(section(k), tau));

@@ -48,6 +48,10 @@ const LEAST_ALONG: f64 = 1e-3;
 /// degrees. At a larger angle the sections have no order.
 const LEAST_CROSSED: f64 = 0.7;
 
+/// Least cosine of the angle, 18 degrees, between the normals of a surface and of the plane of a
+/// section that stands on it.
+const FLOOR: f64 = 0.95;
+
 /// The formula for planes that are not parallel needs the middle of each section at least this
 /// share of their distance beyond the other plane. Otherwise the planes intersect in the wing.
 const APART: f64 = 0.1;
@@ -153,6 +157,19 @@ impl Span {
     /// section does where the wing hangs down towards its tip.
     pub fn intervals(&self, points: &[DVec3]) -> Option<Vec<usize>> {
         (!self.turns.is_empty()).then(|| points.iter().map(|&point| self.coordinate(point).1).collect())
+    }
+
+    /// The section that stands on a surface in interval `k`, as a fence stands on a wing. `None`
+    /// far from it.
+    ///
+    /// - `outward`: the surface's unit normal
+    /// - `across`: of [`Self::across`]
+    pub fn stands_on(&self, outward: DVec3, across: DVec3, k: usize) -> Option<usize> {
+        if self.turns.get(k) != Some(&true) || across.dot(outward).abs() < FLOOR {
+            return None;
+        }
+        let ways = [(k, -self.planes[k].normal), (k + 1, self.planes[k + 1].normal)];
+        ways.into_iter().find(|(_, way)| way.dot(outward) > FLOOR).map(|(section, _)| section)
     }
 
     /// The direction about which sections run counter-clockwise at a span coordinate of interval
