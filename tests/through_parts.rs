@@ -354,3 +354,43 @@ fn a_trailing_edge_between_fairings_becomes_thinner() {
         assert!((share(from, 1.0) - share(to, factor)).abs() < 0.03, "{factor}: {from} {to}");
     }
 }
+
+/// What an old profile has in a gap is a guess, as the bridge is: 2 % of the length off the bridge
+/// is as good. 5 % off is another wing.
+///
+/// Fails if `IN_GAP` is 0.003 or 0.3.
+#[test]
+fn a_profile_may_guess_otherwise_in_a_gap() {
+    let mesh = mesh("nacelle");
+    let old = with_parts("nacelle", &mesh);
+    let on_pylon = vertices_of(&mesh, "pylon");
+    let rim: Vec<f64> = vertices_of(&mesh, "wing")
+        .into_iter()
+        .filter(|vertex| on_pylon.binary_search(vertex).is_ok())
+        .map(|vertex| mesh.vertices[vertex].x)
+        .collect();
+    let [from, to] = [rim.iter().copied().fold(f64::INFINITY, f64::min), rim.iter().copied().fold(0.0, f64::max)];
+    let with = |share: f64| {
+        let mut old = old.clone();
+        let through = old.iter_mut().find(|profile| (profile.points[0].y - 1.6).abs() < 1e-9).unwrap();
+        let mut moved = 0;
+        for at in &mut through.points {
+            let along = (at.x - from) / (to - from);
+            let x = (at.x - on_wing(1.6, 1.0, 0.0).x) / chord(1.6);
+            let is_lower = at.distance(on_wing(1.6, -1.0, x.clamp(0.0, 1.0))) < 0.03;
+            if is_lower && (0.0..1.0).contains(&along) {
+                at.z -= share * chord(1.6) * (std::f64::consts::PI * along).sin().powi(2);
+                moved += 1;
+            }
+        }
+        assert!(moved > 10, "{moved}");
+        builder(mesh.clone(), old, &PYLON).build(cpu()).err()
+    };
+    assert!(with(0.02).is_none(), "{:?}", with(0.02));
+    match with(0.05) {
+        Some(MoveError::Setup(SetupError::Profiles { error: ProfileError::OffWing { share, .. }, .. })) => {
+            assert!((0.01..0.06).contains(&share), "{share}");
+        }
+        other => panic!("{other:?}"),
+    }
+}

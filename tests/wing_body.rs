@@ -6,7 +6,9 @@ mod common;
 use common::aircraft::*;
 use common::faults::*;
 use glam::DVec3;
-use idmesh::mover::{Mover, Outcome};
+use idmesh::families::{Junction, Role, TipStart};
+use idmesh::mesh::FamilyId;
+use idmesh::mover::{FaultKind, Mover, Outcome};
 use idmesh::profile::Profile;
 use idmesh::smoothing::QualityTarget;
 
@@ -190,4 +192,51 @@ fn local_optimisation_repairs_what_springs_leave() {
             assert_eq!(repaired.vertices()[vertex], springs.vertices()[vertex], "{family}");
         }
     }
+}
+
+/// A collar of a family of its own parts a wing and its fuselage but for one vertex. A junction of
+/// a single vertex has no chord, so what it misses is compared with the wing: rounding is no fault,
+/// and a line along the span that misses the fuselage is one.
+///
+/// Fails if such a junction has a chord of zero length.
+#[test]
+fn a_junction_may_be_a_single_vertex() {
+    let mut mesh = SMALL.mesh();
+    let wing = vertices_of(&mesh, "wing");
+    let fuselage = vertices_of(&mesh, "carenage");
+    let junction: Vec<usize> = wing.into_iter().filter(|vertex| fuselage.binary_search(vertex).is_ok()).collect();
+    let of_fuselage = triangles_of(&mesh, "carenage");
+    let on_junction = |triangle: &[usize; 3]| triangle.iter().filter(|vertex| junction.contains(vertex)).count();
+    // A vertex of the upper or lower side with a triangle of its own on the fuselage.
+    let single = |vertex: &&usize| {
+        let mut own = of_fuselage.iter().filter(|triangle| triangle.contains(vertex));
+        let edge = vertices_of(&mesh, "trailing_edge");
+        edge.binary_search(vertex).is_err() && own.any(|triangle| on_junction(triangle) == 1)
+    };
+    let single = *junction.iter().find(single).unwrap();
+    let (carenage, collar) = (mesh.family("carenage").unwrap(), FamilyId(mesh.families.len() as u16));
+    mesh.families.push("collar".to_owned());
+    for (triangle, family) in mesh.triangles.iter().zip(&mut mesh.triangle_family) {
+        let touches = |vertex: &u32| *vertex as usize != single && junction.contains(&(*vertex as usize));
+        if *family == carenage && triangle.iter().any(touches) {
+            *family = collar;
+        }
+    }
+    let collar = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
+    let mut mover = builder(mesh, SMALL.profiles("old_2")).role("collar", collar).build(cpu()).unwrap();
+    let rise = |by: f64| {
+        let mut new = SMALL.profiles("old_2");
+        new.iter_mut().for_each(|profile| profile.points.iter_mut().for_each(|at| at.z += by));
+        new
+    };
+    for by in [1e-3, -2e-3, 5e-3] {
+        let outcome = update(&mut mover, rise(by));
+        assert!(outcome.displacement()[single].length() > 0.5 * by.abs());
+        assert!(outcome.missed_surfaces.is_empty(), "{by}: {:?}", outcome.missed_surfaces);
+    }
+    let outcome = update(&mut mover, rise(2.0));
+    let missed = outcome.missed_surfaces["wing"];
+    assert_eq!((missed.vertex as usize, missed.vertices), (single, 1));
+    assert!(missed.of_chord > 0.05 && missed.of_chord < 1.0, "{missed:?}");
+    assert!(outcome.check().unwrap_err().faults.iter().any(|fault| fault.kind == FaultKind::MissedSurface));
 }

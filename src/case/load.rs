@@ -385,3 +385,27 @@ fn cut_like(
     let cut = cut_at_planes_through_parts(mesh.vertices(), &faces, &planes, &junctions)?;
     Ok(cut.into_iter().map(|(profile, _)| profile).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use super::*;
+
+    /// Planes at 19 degrees are those of a wing that a design bends, planes at 21 degrees those of
+    /// a winglet.
+    ///
+    /// Fails if `TURN` is 0.094 or 9.4.
+    #[test]
+    fn planes_of_a_winglet_turn() {
+        let profile = |number: i64, degrees: f64| {
+            let up = DQuat::from_rotation_x(degrees.to_radians()) * DVec3::Z;
+            let corners = [(0.0, 0.1), (0.0, -0.1), (1.0, 0.0)];
+            let points = corners.map(|(x, z)| DVec3::X * x + up * z + DVec3::Y * number as f64).to_vec();
+            Profile { number, points }
+        };
+        for (degrees, expected) in [(0.0, false), (19.0, false), (21.0, true), (90.0, true)] {
+            assert_eq!(turns(&[profile(0, 0.0), profile(1, degrees)]).unwrap(), expected, "{degrees}");
+        }
+    }
+}

@@ -386,4 +386,31 @@ mod tests {
             }
         }
     }
+
+    /// Both ends of an oval are round and alike, so the side of its thicker half tells the leading
+    /// edge: not if the centre of its area is 1 % off the middle, but if it is 4 % off.
+    ///
+    /// Fails if `OFF_MIDDLE` is 0.002 or 0.2.
+    #[test]
+    fn an_oval_has_its_leading_edge_at_the_thicker_half() {
+        for (share, is_told) in [(0.01, false), (0.04, true)] {
+            for towards in [-1.0, 1.0] {
+                let at = |degrees: f64| {
+                    let (sin, cos) = degrees.to_radians().sin_cos();
+                    let x = 0.5 - 0.5 * cos;
+                    // The centre of the area is 0.1545 times this share off the middle.
+                    let thicker = 1.0 + share / 0.1545 * towards * (std::f64::consts::TAU * x).sin();
+                    (x, 0.1 * sin * thicker)
+                };
+                let oval = points(&(0..72).map(|k| at(5.0 * f64::from(k) + 1.0)).collect::<Vec<_>>());
+                let off = 0.5 - centre(&oval).x;
+                assert!((off / (towards * share) - 1.0).abs() < 0.02, "{off}");
+                let found = trailing_edge(&oval);
+                assert_eq!(found.is_sure, is_told, "{share}");
+                if is_told {
+                    assert_eq!(oval[found.start].x > 0.5, towards > 0.0);
+                }
+            }
+        }
+    }
 }

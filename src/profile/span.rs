@@ -455,4 +455,40 @@ mod tests {
         assert!(span.turns.is_empty() && span.eta == [0.3, 1.7, 2.9]);
         assert_eq!(span.coordinate(DVec3::new(5.0, 1.7, -3.0)), (1.7, 1));
     }
+
+    /// Upright planes whose cosine with the mean normal is 3e-4 have no order along it, those with
+    /// 3e-3 have one.
+    ///
+    /// Fails if `LEAST_ALONG` is 1e-4 or 1e-2.
+    #[test]
+    fn planes_across_the_mean_normal_are_refused() {
+        for (along, is_refused) in [(3e-4, true), (3e-3, false)] {
+            // The mean normal is that of twelve planes and of the tip's.
+            let cos: f64 = along - 1.0 / 12.0;
+            let tip = DVec3::new(0.0, cos, (1.0 - cos * cos).sqrt());
+            let mean = (12.0 * DVec3::Y + tip).normalize();
+            assert!((tip.dot(mean) / along - 1.0).abs() < 0.05, "{}", tip.dot(mean));
+            let wing = (0..12).map(|k| square(k, DVec3::new(0.0, f64::from(k as i32), 0.0), DVec3::Y));
+            let all: Vec<Profile> = wing.chain([square(12, DVec3::new(0.0, 11.5, 1.0), tip)]).collect();
+            let found = Span::new(&all, 1.0).map(|_| ());
+            let is_found = matches!(found, Err(ProfileError::LeansBack { profile: 12 }));
+            assert_eq!(is_found, is_refused, "{along}: {found:?}");
+            assert!(is_refused || found.is_ok(), "{found:?}");
+        }
+    }
+
+    /// Planes that enclose an angle of 3e-7, as rounded files do, have the distance along their
+    /// normal. Those that enclose 3e-6 turn.
+    ///
+    /// Fails if `PARALLEL` is 1e-7 or 1e-5.
+    #[test]
+    fn planes_that_are_parallel_but_for_rounding_do_not_turn() {
+        for (angle, turns) in [(3e-7f64, false), (3e-6, true)] {
+            let tip = square(1, DVec3::new(0.0, 2.0, 0.1), DVec3::new(0.0, angle.cos(), angle.sin()));
+            let given = [square(0, DVec3::ZERO, DVec3::Y), tip];
+            let (span, _) = Span::new(&given, 1.0).unwrap();
+            assert_eq!(span.turns == [true], turns, "{angle}");
+            assert!((span.eta[1] - span.eta[0] - 2.0).abs() < 1e-6, "{:?}", span.eta);
+        }
+    }
 }

@@ -568,3 +568,45 @@ impl<F: AsRef<[u32]>> Section<'_, F> {
         self.refused(from, to, why)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bridge over a gap of 0.4 in a section of length 1 whose sides run straight to the gap: its
+    /// height in the middle. The curve that is like the section has an arch of height `arch` over
+    /// the gap, and is `off` above the section.
+    fn middle(off: f64, arch: f64) -> f64 {
+        let at = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        let ends = [at(0.3, 0.0), at(0.7, 0.0)];
+        let bridge = Bridge { family: "part".to_owned(), gap: 0.4, share: 0.4, ends, spacing: 0.01, corner: None };
+        let before: Vec<DVec3> = (0..=30).map(|k| at(0.3 - 0.01 * f64::from(k), 0.0)).collect();
+        let after: Vec<DVec3> = (0..=30).map(|k| at(0.7 + 0.01 * f64::from(k), 0.0)).collect();
+        let like: Vec<DVec3> = (0..=200)
+            .map(|k| 0.005 * f64::from(k))
+            .map(|x| at(x, off + arch * (std::f64::consts::PI * ((x - 0.3) / 0.4).clamp(0.0, 1.0)).sin()))
+            .collect();
+        let plane = Plane { point: DVec3::ZERO, normal: DVec3::Z };
+        let points = bridge.points(&before, &after, &plane, Some(&like));
+        points[points.len() / 2].y
+    }
+
+    /// A curve 2 % of the length off the section gives the bridge its arch, one 4.5 % off is
+    /// another curve: then the bridge is straight, as its sides are.
+    ///
+    /// Fails if `ALIKE` is 0.003 or 0.3.
+    #[test]
+    fn a_bridge_follows_a_curve_near_its_ends() {
+        assert!((middle(0.02, 0.05) - 0.05).abs() < 1e-3, "{}", middle(0.02, 0.05));
+        assert!(middle(0.045, 0.05).abs() < 1e-12, "{}", middle(0.045, 0.05));
+    }
+
+    /// An arch that makes the way 4 % longer is followed, one that makes it 50 % longer is not.
+    ///
+    /// Fails if `LONGEST` is 0.12 or 12.
+    #[test]
+    fn a_bridge_follows_no_long_way_round() {
+        assert!((middle(0.0, 0.05) - 0.05).abs() < 1e-3, "{}", middle(0.0, 0.05));
+        assert!(middle(0.0, 0.2).abs() < 1e-12, "{}", middle(0.0, 0.2));
+    }
+}

@@ -67,10 +67,6 @@ const ALIKE: f64 = 1.5;
 /// the section. The vertices next to the plane are kept first.
 const CROWDED: f64 = 0.15;
 
-/// The middle of a bridge moves by less than this share of the section's arc length in an
-/// iteration.
-const AROUND: f64 = 0.05;
-
 /// The section defined by the vertices beside a plane, in the order of the flat cut.
 ///
 /// It equals the flat cut if no complete section in the distance of a guide gives the direction on
@@ -375,7 +371,7 @@ impl Strip {
         debug_assert!(!self.closed || self.points.first() == self.points.last());
         self.line = Line::new(&self.points, base);
         for ((middle, _), point) in self.bridges.iter_mut().zip(inside.into_iter().rev()) {
-            *middle = self.line.nearest(point, [*middle - AROUND, *middle + AROUND], DVec3::ZERO).1;
+            *middle = self.line.nearest(point, [0.0, 1.0], DVec3::ZERO).1;
         }
     }
 }
