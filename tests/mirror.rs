@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::aircraft::{Aircraft, Anyway, SMALL, WING_BODY, builder, cpu, role, triangles_of};
+use common::aircraft::{Aircraft, Anyway, SMALL, WING_BODY, builder, cpu, role, triangles_of, vertices_of};
 use common::parts::{mesh, profiles, rigid};
 use glam::DVec3;
 use idmesh::families::{Junction, RigidMotion, Role, TipStart};
@@ -147,20 +147,24 @@ impl Sides {
     }
 }
 
-/// Pylons and nacelles on both sides: valid with the usual settings, and with a tight tolerance the
-/// mirror image to 1e-9 of an aircraft of span 8.
+/// Pylons and nacelles on both sides, in families of their own for each side or for both: valid
+/// with the usual settings, and with a tight tolerance the mirror image to 1e-9 of an aircraft of
+/// span 8.
 ///
-/// Fails if a foot at a sharp edge of the pylon lies on the part of its first triangle: 3e-6.
+/// Fails if a foot at a sharp edge of the pylon lies on the part of its first triangle (3e-6), or
+/// if both nacelles of a family have one motion.
 #[test]
 fn pylons_and_nacelles_on_both_sides_move_alike() {
     let half = mesh("nacelle");
     let sided = ["wing", "trailing_edge", "wingtip", "pylon", "nacelle"];
-    let (whole, twin) = whole(&half, &sided);
-    for (by_mirror, junction, set, tight) in [
-        (true, Junction::Glued, "small", false),
-        (false, Junction::Slide, "planform", false),
-        (true, Junction::Slide, "planform", true),
-        (false, Junction::Glued, "small", true),
+    let (of_sides, twin) = whole(&half, &sided);
+    let (of_both, _) = whole(&half, &sided[..1]);
+    let mut as_sides = Vec::new();
+    for (is_sided, by_mirror, junction, set, tight) in [
+        (true, true, Junction::Glued, "small", false),
+        (true, false, Junction::Glued, "small", true),
+        (true, true, Junction::Slide, "planform", true),
+        (false, false, Junction::Slide, "planform", true),
     ] {
         let sides = Sides { name: "nacelle", wings: &[("wing", 0..5)], by_mirror };
         let role = |family: &str| match family {
@@ -168,17 +172,30 @@ fn pylons_and_nacelles_on_both_sides_move_alike() {
             "nacelle" => Some(rigid(RigidMotion::Root)),
             _ => None,
         };
-        let builder = sides.builder(whole.clone(), role);
+        let builder = sides.builder(if is_sided { of_sides.clone() } else { of_both.clone() }, role);
         let stopping = Stopping { tolerance: if tight { 1e-10 } else { 1e-4 }, ..Stopping::default() };
         let outcome = builder.stopping(stopping).build(cpu()).unwrap().update(&sides.design(set)).unwrap();
-        outcome.check().unwrap_or_else(|refused| panic!("{by_mirror} {set}: {refused}"));
-        assert!(outcome.folded.is_empty() && outcome.warnings.is_empty(), "{by_mirror} {set}: {:?}", outcome.warnings);
+        let what = format!("{is_sided} {by_mirror} {set}");
+        outcome.check().unwrap_or_else(|refused| panic!("{what}: {refused}"));
+        assert!(outcome.folded.is_empty() && outcome.warnings.is_empty(), "{what}: {:?}", outcome.warnings);
         assert!(outcome.stages.last().unwrap().beta_min >= 0.0029, "{:?}", outcome.stages.last());
         let apart = apart(&outcome, &twin);
-        assert!(apart < if tight { 1e-9 } else { 1e-5 }, "{by_mirror} {set}: {apart:e}");
-        // Each nacelle turns the other way about the x axis, and as far.
-        let [one, other] = ["nacelle", "nacelle_left"].map(|family| outcome.families[family].turn_degrees.unwrap());
-        assert!((one - other).abs() < 1e-9 && one > 0.5, "{one} {other}");
+        assert!(apart < if tight { 1e-9 } else { 1e-5 }, "{what}: {apart:e}");
+        // Each nacelle turns as far as its twin, also in one family with it.
+        let turn = |family: &str| outcome.families[family].turn_degrees.unwrap();
+        let other = if is_sided { turn("nacelle_left") } else { turn("nacelle") };
+        assert!((turn("nacelle") - other).abs() < 1e-9 && other > 0.5, "{} {other}", turn("nacelle"));
+        match (is_sided, set) {
+            (true, "planform") => as_sides = outcome.vertices().to_vec(),
+            (false, _) => {
+                let off = |vertex: usize| outcome.vertices()[vertex].distance(as_sides[vertex]);
+                for family in ["trailing_edge", "wingtip", "pylon", "nacelle"] {
+                    let off = vertices_of(&of_both, family).into_iter().map(off).fold(0.0, f64::max);
+                    assert!(off < 1e-9, "{family}: {off:e}");
+                }
+            }
+            _ => {}
+        }
     }
 }
 

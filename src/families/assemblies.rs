@@ -12,6 +12,12 @@
 //! rests there: a carenage keeps its shape, and only slides in it, so nothing carries the assembly
 //! away. The vertices that it shares with carenages are its root, and stay ([`resting`]).
 //!
+//! # Several pieces
+//!
+//! A family may be several pieces that share no vertex, such as the nacelles of both sides. Each
+//! piece with a root is an assembly of its own. A piece without a root, such as a spinner, goes
+//! with the nearest piece that has one.
+//!
 //! # Planes
 //!
 //! An assembly that touches a plane, such as a keel on the symmetry plane, must not leave it. The
@@ -44,8 +50,10 @@ const OFF_PLANE: f64 = 1e-9;
 /// Families that hang together. Made once per mesh.
 #[derive(Clone, Debug)]
 pub struct Assembly {
-    /// The families, ascending.
+    /// The families, ascending. A family may belong to several assemblies.
     pub families: Vec<FamilyId>,
+    /// All vertices, ascending.
+    pub vertices: Vec<u32>,
     /// The vertices that earlier stages place, ascending. The weight of each in the best motion is
     /// half the length of the assembly's boundary edges at the vertex, so that a finer part of the
     /// boundary does not count more.
@@ -62,16 +70,23 @@ impl Assembly {
     /// # Errors
     /// See [`Assembly::check`].
     pub(super) fn all(mesh: &TetMesh, surface: &Surface, families: &Families) -> Result<Vec<Self>, SetupError> {
-        let assemblies = joined(surface, &families.roles).into_iter().map(|members| {
-            let assembly = Self::new(mesh, surface, families, members);
-            assembly.check(mesh, surface, &families.roles)?;
-            Ok(assembly)
-        });
-        assemblies.collect()
+        let mut assemblies = Vec::new();
+        for members in joined(surface, &families.roles) {
+            let is_root = |vertex: u32| families.placed_by[vertex as usize] < PlacedBy::Rigid;
+            let at = |vertex: u32| mesh.vertices[vertex as usize];
+            for vertices in with_roots(pieces(surface, &members), is_root, at) {
+                let is_there = |vertex: &u32| vertices.binary_search(vertex).is_ok();
+                let own = |family: &FamilyId| surface.vertices_of(*family).iter().any(is_there);
+                let own: Vec<FamilyId> = members.iter().copied().filter(own).collect();
+                let assembly = Self::new(mesh, surface, families, own, vertices);
+                assembly.check(mesh, surface, &families.roles)?;
+                assemblies.push(assembly);
+            }
+        }
+        Ok(assemblies)
     }
 
-    fn new(mesh: &TetMesh, surface: &Surface, families: &Families, members: Vec<FamilyId>) -> Self {
-        let vertices: BTreeSet<u32> = members.iter().flat_map(|&family| surface.vertices_of(family)).copied().collect();
+    fn new(mesh: &TetMesh, surface: &Surface, families: &Families, members: Vec<FamilyId>, vertices: Vec<u32>) -> Self {
         let is_root = |vertex: &&u32| families.placed_by[**vertex as usize] < PlacedBy::Rigid;
         let lengths = boundary_lengths(mesh, surface, &members);
         let root: Vec<u32> = vertices.iter().filter(is_root).copied().collect();
@@ -82,7 +97,7 @@ impl Assembly {
         let touched = families.shapes.iter().enumerate().filter_map(|(index, shape)| match shape {
             Some(FamilyShape::Plane(point, normal)) => {
                 let own = surface.vertices_of(FamilyId(index as u16));
-                own.iter().any(|vertex| vertices.contains(vertex)).then_some((*point, *normal))
+                own.iter().any(|vertex| vertices.binary_search(vertex).is_ok()).then_some((*point, *normal))
             }
             _ => None,
         });
@@ -92,7 +107,18 @@ impl Assembly {
             planes,
             root: root.iter().map(|&vertex| (vertex, weight(vertex))).collect(),
             families: members,
+            vertices,
         }
+    }
+
+    /// Whether a vertex belongs to the assembly.
+    pub fn has(&self, vertex: u32) -> bool {
+        self.vertices.binary_search(&vertex).is_ok()
+    }
+
+    /// The assembly's vertices of a family, ascending.
+    pub fn vertices_of<'a>(&'a self, surface: &'a Surface, family: FamilyId) -> impl Iterator<Item = u32> + 'a {
+        surface.vertices_of(family).iter().copied().filter(|&vertex| self.has(vertex))
     }
 
     /// Refuses an assembly whose motion is not known.
@@ -127,12 +153,12 @@ impl Assembly {
             let Role::Rigid { motion: motion @ RigidMotion::Given { .. } } = role(family) else { continue };
             let given = given(motion);
             for &(point, normal) in &self.planes {
-                let off = |&vertex: &u32| {
+                let off = |vertex: u32| {
                     let at = mesh.vertices[vertex as usize];
                     let moved = given.displacement(at);
                     normal.dot(moved).abs() > OFF_PLANE * (at.distance(point) + moved.length())
                 };
-                if surface.vertices_of(family).iter().any(off) {
+                if self.vertices_of(surface, family).any(off) {
                     return Err(SetupError::LeavesPlane { family: name(family), normal });
                 }
             }
@@ -376,6 +402,54 @@ pub(super) fn resting(surface: &Surface, roles: &[Role], placed_by: &[PlacedBy])
     joined(surface, roles).into_iter().flat_map(rests).collect()
 }
 
+/// The pieces of some families that share no vertex: the vertices of each, ascending.
+fn pieces(surface: &Surface, members: &[FamilyId]) -> Vec<Vec<u32>> {
+    let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for corners in members.iter().flat_map(|&family| surface.corners_of(family)) {
+        for k in 0..3 {
+            around.entry(corners[k]).or_default().push(corners[(k + 1) % 3]);
+        }
+    }
+    let mut pieces = Vec::new();
+    while let Some((&start, _)) = around.first_key_value() {
+        let (mut piece, mut open) = (Vec::new(), vec![start]);
+        while let Some(vertex) = open.pop() {
+            if let Some(next) = around.remove(&vertex) {
+                piece.push(vertex);
+                open.extend(next);
+            }
+        }
+        piece.sort_unstable();
+        pieces.push(piece);
+    }
+    pieces
+}
+
+/// Joins each piece without a root with the nearest piece that has one. All pieces are one if none
+/// has a root.
+///
+/// - `at`: the position of a vertex
+fn with_roots(pieces: Vec<Vec<u32>>, is_root: impl Fn(u32) -> bool, at: impl Fn(u32) -> DVec3) -> Vec<Vec<u32>> {
+    let has_root = |piece: &Vec<u32>| piece.iter().any(|&vertex| is_root(vertex));
+    let (mut rooted, loose): (Vec<_>, Vec<_>) = pieces.into_iter().partition(has_root);
+    let nearest = |piece: &Vec<u32>| {
+        let centre = piece.iter().map(|&vertex| at(vertex)).sum::<DVec3>() / piece.len() as f64;
+        let distances = rooted
+            .iter()
+            .map(|other| other.iter().map(|&vertex| at(vertex).distance_squared(centre)).fold(f64::INFINITY, f64::min));
+        distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(index, _)| index)
+    };
+    let to: Vec<usize> = loose.iter().map(nearest).collect();
+    if rooted.is_empty() && !loose.is_empty() {
+        rooted.push(Vec::new());
+    }
+    for (piece, to) in loose.into_iter().zip(to) {
+        rooted[to].extend(piece);
+        rooted[to].sort_unstable();
+    }
+    rooted
+}
+
 /// For each vertex of the boundary of an assembly, half the length of the boundary edges at the
 /// vertex, in the mesh's unit.
 fn boundary_lengths(mesh: &TetMesh, surface: &Surface, members: &[FamilyId]) -> BTreeMap<u32, f64> {
@@ -392,6 +466,17 @@ fn boundary_lengths(mesh: &TetMesh, surface: &Surface, members: &[FamilyId]) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A piece without a root goes with the nearest that has one. Without any root all are one.
+    #[test]
+    fn pieces_without_a_root_join_the_nearest() {
+        let at = |vertex: u32| DVec3::X * [0.0, 1.0, 8.0, 9.0, 6.5, 7.0, 2.0][vertex as usize];
+        let pieces = || vec![vec![0, 1], vec![2, 3], vec![4, 5], vec![6]];
+        let is_root = |vertex: u32| vertex == 1 || vertex == 3;
+        assert_eq!(with_roots(pieces(), is_root, at), [vec![0, 1, 6], vec![2, 3, 4, 5]]);
+        assert_eq!(with_roots(pieces(), |_| false, at), [vec![0, 1, 2, 3, 4, 5, 6]]);
+        assert_eq!(with_roots(pieces(), |_| true, at), pieces());
+    }
 
     /// Fails if each plane is a mirror.
     #[test]

@@ -157,44 +157,43 @@ impl Mover {
         reports
     }
 
-    /// Motions and deviations of attached and rigid families, by name.
+    /// Motions and deviations of attached and rigid families, by name. Of several bodies of a
+    /// family the motion is that of the one that turns the most.
     ///
     /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
-    fn assembly_reports(&self, vertices: &[DVec3]) -> Vec<(String, FamilyReport)> {
+    fn assembly_reports(&self, vertices: &[DVec3]) -> BTreeMap<String, FamilyReport> {
         let (families, original) = (&self.families, &self.ordered.vertices);
-        let name = |family: FamilyId| self.mesh.families[family.index()].clone();
-        let mut reports = Vec::new();
+        let role = |family: FamilyId| Some(families.roles[family.index()].name());
+        let larger = |a: Option<f64>, b: f64| Some(a.map_or(b, |a| a.max(b)));
+        let mut reports: BTreeMap<FamilyId, FamilyReport> = BTreeMap::new();
         for (assembly, carried) in families.assemblies.iter().zip(self.stages.rigids.carried()) {
             let is_attached = |family: &FamilyId| matches!(families.roles[family.index()], Role::Attached { .. });
             for family in assembly.families.iter().copied().filter(is_attached) {
                 let still = TargetSurface::new(original, self.surface.corners_of(family).collect());
-                let own = self.surface.vertices_of(family).par_iter();
-                let distance = own.map(|&vertex| {
+                let own: Vec<u32> = assembly.vertices_of(&self.surface, family).collect();
+                let distance = own.par_iter().map(|&vertex| {
                     still.closest(carried.motion.back(vertices[vertex as usize])).distance_squared.sqrt()
                 });
-                let report = FamilyReport {
-                    role: Some(families.roles[family.index()].name()),
-                    residual: Some(carried.residual),
-                    max_slide: self.stages.attached.slides().get(&family).copied(),
-                    max_distance_to_carried_surface: Some(distance.reduce(|| 0.0, f64::max)),
-                    ..FamilyReport::default()
-                };
-                reports.push((name(family), report));
+                let distance = distance.reduce(|| 0.0, f64::max);
+                let report = reports.entry(family).or_default();
+                report.role = role(family);
+                report.residual = larger(report.residual, carried.residual);
+                report.max_slide = self.stages.attached.slides().get(&family).copied();
+                report.max_distance_to_carried_surface = larger(report.max_distance_to_carried_surface, distance);
             }
         }
         for body in self.stages.rigids.bodies() {
-            let own = self.surface.vertices_of(body.family);
-            let shifts = own.iter().map(|&vertex| body.motion.displacement(original[vertex as usize]));
-            let shift = shifts.sum::<DVec3>() / own.len().max(1) as f64;
-            let report = FamilyReport {
-                role: Some(families.roles[body.family.index()].name()),
-                turn_degrees: Some(body.motion.angle().to_degrees()),
-                shift: Some(shift.to_array()),
-                ..FamilyReport::default()
-            };
-            reports.push((name(body.family), report));
+            let report = reports.entry(body.family).or_default();
+            let turn = body.motion.angle().to_degrees();
+            if report.turn_degrees.is_some_and(|largest| largest >= turn) {
+                continue;
+            }
+            let shifts = body.vertices.iter().map(|&vertex| body.motion.displacement(original[vertex as usize]));
+            let shift = shifts.sum::<DVec3>() / body.vertices.len().max(1) as f64;
+            report.role = role(body.family);
+            (report.turn_degrees, report.shift) = (Some(turn), Some(shift.to_array()));
         }
-        reports
+        reports.into_iter().map(|(family, report)| (self.mesh.families[family.index()].clone(), report)).collect()
     }
 
     /// Wings whose junctions miss their surfaces, with vertices in the order of the mesh that was

@@ -172,7 +172,7 @@ impl Attached {
                 0.0
             };
             let family = *family;
-            for &vertex in surface.vertices_of(family) {
+            for vertex in families.assemblies[assembly].vertices_of(surface, family) {
                 reach.entry(vertex).and_modify(|reach| *reach = reach.min(width)).or_insert(width);
             }
         }
@@ -182,7 +182,8 @@ impl Attached {
             let free = is_inside(vertex) && reach[&vertex] > 0.0;
             if free { families.plane_constraint(vertex) } else { Constraint::Held }
         };
-        let edges = surface.edges_of(own.iter().flat_map(|&family| surface.triangles_of(family)));
+        let mut edges = surface.edges_of(own.iter().flat_map(|&family| surface.triangles_of(family)));
+        edges.retain(|&[end, _]| families.assemblies[assembly].has(end));
         let network =
             SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
         Ok(Self { assembly, families: own, start, placed, inside, network })

@@ -101,7 +101,9 @@ impl Junctions {
         let (mut curves, mut parts) = (Vec::new(), Vec::new());
         for (assembly, of) in families.assemblies.iter().enumerate() {
             let Some(part) = sliding(set_up, &of.families)? else { continue };
+            let is_own = |corners: &[u32; 3]| of.has(corners[0]);
             let own = part.iter().flat_map(|&family| surface.triangles_of(family));
+            let own = own.filter(|&&triangle| is_own(&surface.triangles[triangle as usize]));
             let mut on_wing = Vec::new();
             for half_edge in own.flat_map(|&triangle| 3 * triangle..3 * triangle + 3) {
                 if !part.contains(&surface.family_behind(half_edge)) && is_on_wing(set_up, half_edge)? {
@@ -124,7 +126,7 @@ impl Junctions {
                 curve.check(set_up, &part)?;
                 curves.push(curve);
             }
-            let triangles = part.iter().flat_map(|&family| surface.corners_of(family)).collect();
+            let triangles = part.iter().flat_map(|&family| surface.corners_of(family)).filter(is_own).collect();
             let (vertices, triangles) = numbered(triangles);
             let points = vertices.iter().map(|&vertex| mesh.vertices[vertex as usize]).collect();
             let own = CurvedSurface::new(points, triangles, &[])

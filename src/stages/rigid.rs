@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::families::{Families, PlacedBy, Role, RootChange, TipStart};
+use crate::families::{Assembly, Families, PlacedBy, Role, RootChange, TipStart};
 use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::half_edge::Surface;
 use crate::mesh::{Displacement, FamilyId};
@@ -35,14 +35,16 @@ pub struct Carried {
     pub residual: f64,
 }
 
-/// A rigid family and its motion.
+/// The vertices of an assembly that belong to a rigid family, and their motion.
 pub struct Body {
     /// The family.
     pub family: FamilyId,
+    /// The vertices, ascending, in the mover's order.
+    pub vertices: Vec<u32>,
     /// The motion.
     pub motion: FittedMotion,
-    /// The root vertex of the family that is farthest from where the motion has it, by its
-    /// shortest edge. `None` if the family has no vertex of the root.
+    /// The root vertex of the body that is farthest from where the motion has it, by its
+    /// shortest edge. `None` if the body has no vertex of the root.
     pub strain: Option<Strain>,
 }
 
@@ -64,7 +66,7 @@ impl Rigids {
         &self.carried
     }
 
-    /// The rigid families, in the order of their assemblies.
+    /// The bodies, in the order of their assemblies.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -91,8 +93,8 @@ impl Stage for Rigids {
             for &family in &assembly.families {
                 let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
                 let motion = assembly.rigid_motion(mesh, displacement, motion);
-                let own = surface.vertices_of(family);
-                for vertex in placed(families, surface, family) {
+                let own: Vec<u32> = assembly.vertices_of(surface, family).collect();
+                for vertex in placed(families, surface, assembly, family) {
                     displacement[vertex as usize] = motion.displacement(mesh.vertices[vertex as usize]);
                 }
                 let root = own.iter().filter(|&&vertex| families.placed_by[vertex as usize] < PlacedBy::Rigid);
@@ -105,30 +107,35 @@ impl Stage for Rigids {
                 };
                 let ratio = |strain: &Strain| strain.distance / strain.edge;
                 let strain = root.into_iter().map(strain).max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
-                self.bodies.push(Body { family, motion, strain });
+                self.bodies.push(Body { family, vertices: own, motion, strain });
             }
         }
         Ok(Convergence::nothing_to_do())
     }
 }
 
-/// The derivative of the motion of each rigid family, in the order of their assemblies.
-fn changes<'a>(set_up: &SetUp<'a>, kept: &Kept) -> Result<Vec<(FamilyId, RootChange<'a>)>, NoProduct> {
+/// The derivative of the motion of each body with its assembly, in the order of the assemblies.
+fn changes<'a>(set_up: &SetUp<'a>, kept: &Kept) -> Result<Vec<(&'a Assembly, FamilyId, RootChange<'a>)>, NoProduct> {
     let SetUp { mesh, families, .. } = *set_up;
     let mut changes = Vec::new();
     for assembly in &families.assemblies {
         for &family in &assembly.families {
             let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
             let change = assembly.rigid_change(mesh, &kept.surfaces, motion);
-            changes.push((family, change.map_err(|vertex| NoProduct::Rotation { vertex })?));
+            changes.push((assembly, family, change.map_err(|vertex| NoProduct::Rotation { vertex })?));
         }
     }
     Ok(changes)
 }
 
-/// The vertices of a family that the stage places.
-fn placed<'a>(families: &'a Families, surface: &'a Surface, family: FamilyId) -> impl Iterator<Item = u32> + 'a {
-    let own = surface.vertices_of(family).iter().copied();
+/// The vertices of a family in an assembly that the stage places.
+fn placed<'a>(
+    families: &'a Families,
+    surface: &'a Surface,
+    assembly: &'a Assembly,
+    family: FamilyId,
+) -> impl Iterator<Item = u32> + 'a {
+    let own = assembly.vertices_of(surface, family);
     own.filter(|&vertex| families.placed_by[vertex as usize] == PlacedBy::Rigid)
 }
 
@@ -141,9 +148,9 @@ impl Products for Rigids {
         _: &Stopping,
     ) -> Result<Convergence, NoProduct> {
         let SetUp { mesh, surface, families, .. } = *set_up;
-        for (family, of_motion) in changes(set_up, kept)? {
+        for (assembly, family, of_motion) in changes(set_up, kept)? {
             let motion = of_motion.forward(change);
-            for vertex in placed(families, surface, family) {
+            for vertex in placed(families, surface, assembly, family) {
                 change[vertex as usize] =
                     motion.map_or(DVec3::ZERO, |motion| motion.of(mesh.vertices[vertex as usize]));
             }
@@ -160,9 +167,9 @@ impl Products for Rigids {
     ) -> Result<Convergence, NoProduct> {
         let SetUp { mesh, surface, families, .. } = *set_up;
         // Of two families the last one places a common vertex.
-        for (family, of_motion) in changes(set_up, kept)?.into_iter().rev() {
+        for (assembly, family, of_motion) in changes(set_up, kept)?.into_iter().rev() {
             let mut by_motion = of_motion.none();
-            for vertex in placed(families, surface, family) {
+            for vertex in placed(families, surface, assembly, family) {
                 let by_vertex = std::mem::take(&mut gradient[vertex as usize]);
                 if let Some(by_motion) = &mut by_motion {
                     by_motion.add(mesh.vertices[vertex as usize], by_vertex);

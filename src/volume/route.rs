@@ -65,7 +65,7 @@ impl Bodies {
         }
         for assembly in families.hung() {
             let placed = |family: FamilyId, by: PlacedBy| {
-                let own = surface.vertices_of(family).iter().copied();
+                let own = assembly.vertices_of(surface, family);
                 own.filter(move |&vertex| families.placed_by[vertex as usize] == by)
             };
             let rigid = assembly.families.iter().map(|&family| placed(family, PlacedBy::Rigid).collect());
