@@ -50,8 +50,7 @@ class USMesh:
         self._grid: Floats | None = None
         self._stale: str | None = None
         self._dxs: Floats | None = None
-        # Of how many motions this is the grid. Components look whether it is still theirs.
-        self.motions = 0
+        self._motions = 0
         # Of the first process: each process's numbers, and the last results by the surface they are for.
         self._counts: list[int] = []
         self._points: list[int] = []
@@ -118,7 +117,7 @@ class USMesh:
         # What failed leaves the surface that was there.
         self._surface = points
         self._stale = self._dxs = None
-        self.motions += 1
+        self._motions += 1
         if self._indices is not None:
             self._grid = self._all.scatter(self._split(self._vertices))
 
@@ -202,7 +201,7 @@ class USMesh:
         succeeds.
         """
         surface = self._gathered_surface()
-        self.motions += 1
+        self._motions += 1
         self._stale = "the last `warpMesh` failed, so there is no moved grid"
 
         def warp() -> Result:
@@ -214,6 +213,13 @@ class USMesh:
         if self._indices is not None:
             self._grid = self._all.scatter(self._split(self._vertices))
         self._stale = None
+
+    def getMotionCount(self) -> int:
+        """Number of motions so far. Components look whether the grid is still theirs.
+
+        A method, as all of IDWarp's class, so that programs can put an object with the same methods in its place.
+        """
+        return self._motions
 
     def getSolverGrid(self) -> Floats:
         """The coordinates that this process has, flat, one for each number of `setExternalMeshIndices`."""

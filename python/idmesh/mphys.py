@@ -59,7 +59,7 @@ class SurfaceWarper(_Warper):
         points = np.array(inputs["x_aero"]).reshape(-1, 3)
         # Another user of the mesh may have moved it meanwhile.
         known = self._at is not None and np.array_equal(points, self._at)
-        known = known and self._motions == mesh.motions and np.array_equal(points, mesh.getSurfaceCoordinates())
+        known = known and self._motions == mesh.getMotionCount() and np.array_equal(points, mesh.getSurfaceCoordinates())
         if self.comm.size > 1:
             known = all(self.comm.allgather(known))
         if known:
@@ -70,7 +70,7 @@ class SurfaceWarper(_Warper):
             mesh.warpMesh()
         except (InvalidMesh, NotConverged) as error:
             raise om.AnalysisError(f"{self.msginfo}: {error}") from error
-        self._at, self._motions = points, mesh.motions
+        self._at, self._motions = points, mesh.getMotionCount()
 
     def compute(self, inputs: Any, outputs: Any, discrete_inputs: Any = None, discrete_outputs: Any = None) -> None:
         self._warp(inputs)
