@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{FamilyReport, MovedSection, ProfileReport, Solver, StageName, StageQuality, StageRelaxation};
+use idmesh::profile::ProfileMatch;
 use idmesh::quality::Statistics;
 use idmesh::relaxation::Relaxation;
 use idmesh::report::{
@@ -136,6 +137,7 @@ fn report() -> RunReport {
                 max_distance_to_new_profiles: Some(2e-3),
                 max_miss_of_vertices: None,
                 compared_with_flat_cuts: false,
+                matches: BTreeMap::from([(7, ProfileMatch::Measure)]),
                 not_measured: Some("why".into()),
                 shared_curves: Vec::new(),
             },
@@ -197,7 +199,8 @@ fn json_has_the_promised_names() {
         "cells_original": { "prisms": { "count": 7, "inverted": 0, "jacobian_min": 0.5, "jacobian_mean": 0.875 } },
         "families": { "carenage": { "max_distance_to_original_surface": 1e-9 }, "symmetry": { "max_distance_to_plane": 0.0 },
                       "wing": { "folded_triangles": 2, "pierced_triangles": 1 } },
-        "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why" } },
+        "profiles": { "wing": { "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null, "not_measured": "why",
+                                  "match": { "7": "measure" } } },
         "solver_quality": { "limits": { "skewness": 4.0 }, "original": solvers, "moved": solvers },
         "worst_cells": [
             { "kind": "prism", "index": 3, "at": [1.0, 2.0, 0.5], "family": "wing", "touches": true,

@@ -58,6 +58,7 @@ class Mover:
         quality: _Quality = "original",
         max_steps: int = 64,
         limits: Literal["openfoam"] | Mapping[str, float] | None = None,
+        match: Mapping[str, Literal["points", "measure"]] | None = None,
     ) -> Mover: ...
     @staticmethod
     def from_case(

@@ -13,7 +13,7 @@ use idmesh::DVec3;
 use idmesh::backend::{self, Backend, Selection};
 use idmesh::case::{Case, GivenWing, LoadedCase};
 use idmesh::mover::{Design, Limits, Mover as Engine, Outcome, Settings, Start};
-use idmesh::profile::Profile;
+use idmesh::profile::{Profile, ProfileMatch};
 use idmesh::report;
 use idmesh::session::SessionError;
 use numpy::{PyArray1, PyArray2};
@@ -137,31 +137,29 @@ pub fn profiles_in(py: Python<'_>, given: &Bound<'_, PyMapping>) -> PyResult<BTr
 /// The wings of a mapping of old profiles, in its order.
 ///
 /// - `families`: of each wing that is not one family with the wing's name
+/// - `matches`: how the profiles of a wing are matched, where each design does not decide
 ///
 /// # Errors
-/// The profiles of a wing are no arrays, or a wing has families and no old profiles.
+/// The profiles of a wing are no arrays, or a wing has families or a match and no old profiles.
 fn given_wings(
     py: Python<'_>,
     old_profiles: Option<&Bound<'_, PyMapping>>,
     mut families: BTreeMap<String, Vec<String>>,
+    mut matches: BTreeMap<String, ProfileMatch>,
 ) -> PyResult<Vec<GivenWing>> {
-    let Some(given) = old_profiles else {
-        return match families.keys().next() {
-            None => Ok(Vec::new()),
-            Some(name) => Err(input(py, &format!("`wings` has `{name}`, expected its profiles in `old_profiles`"))),
-        };
-    };
-    let mut profiles = profiles_in(py, given)?;
     let mut wings = Vec::new();
-    for name in given.keys()?.iter() {
+    let mut profiles = old_profiles.map(|given| profiles_in(py, given)).transpose()?.unwrap_or_default();
+    for name in old_profiles.map(|given| given.keys()).transpose()?.iter().flat_map(|names| names.iter()) {
         let name: String = name.extract()?;
         let families = families.remove(&name).unwrap_or_else(|| vec![name.clone()]);
         let old = profiles.remove(&name).unwrap_or_default();
-        wings.push(GivenWing { name, families, old });
+        let matched = matches.remove(&name);
+        wings.push(GivenWing { name, families, old, matched });
     }
-    match families.keys().next() {
+    let without = families.keys().map(|name| ("wings", name)).chain(matches.keys().map(|name| ("match", name))).next();
+    match without {
         None => Ok(wings),
-        Some(name) => Err(input(py, &format!("`wings` has `{name}`, expected its profiles in `old_profiles`"))),
+        Some((of, name)) => Err(input(py, &format!("`{of}` has `{name}`, expected its profiles in `old_profiles`"))),
     }
 }
 
@@ -307,13 +305,15 @@ impl Mover {
     /// - springs, method, tolerance, max_sweeps, quality, max_steps: as in the case file
     /// - limits: "openfoam", or a mapping from names of limits to values, as in the case file; a
     ///   mesh beyond them is not valid
+    /// - match: "points" or "measure" by the name of a wing, as in the case file; of other wings
+    ///   each design decides
     ///
     /// Raises InputError, or DeviceError if there is no usable GPU.
     #[new]
     #[pyo3(signature = (
         mesh, roles, *, old_profiles = None, wings = None, backend = "auto", springs = "rotation-aware-wall", method = "auto",
         tolerance = 1e-4, max_sweeps = 200_000, quality = "original", max_steps = 64,
-        limits = None
+        limits = None, r#match = None
     ))]
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
@@ -330,6 +330,7 @@ impl Mover {
         quality: &str,
         max_steps: i64,
         limits: Option<&Bound<'_, PyAny>>,
+        r#match: Option<BTreeMap<String, String>>,
     ) -> PyResult<Self> {
         let selection = options::backend(py, backend)?;
         let mesh = absolute(py, &mesh)?;
@@ -353,9 +354,11 @@ impl Mover {
         keywords.set_item("quality", quality)?;
         keywords.set_item("max_steps", max_steps)?;
         keywords.set_item("limits", limits)?;
+        keywords.set_item("match", &r#match)?;
         let origin = origin(py, "mesh", &mesh, keywords)?;
         let roles = roles::parse(roles)?;
-        let wings = given_wings(py, old_profiles, wings.unwrap_or_default())?;
+        let matches = options::matches(py, r#match.unwrap_or_default())?;
+        let wings = given_wings(py, old_profiles, wings.unwrap_or_default(), matches)?;
         set_up(py, selection, origin, || Ok(LoadedCase::of_mesh(mesh, roles, wings, settings)?))
     }
 

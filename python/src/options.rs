@@ -1,7 +1,10 @@
 //! Keywords whose values are names.
 
+use std::collections::BTreeMap;
+
 use idmesh::backend::Selection;
 use idmesh::mover::{Limits, Method, QualityTarget, SPRINGS, Springs};
+use idmesh::profile::{PROFILE_MATCHES, ProfileMatch};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
@@ -67,4 +70,10 @@ pub fn limits(given: &Bound<'_, PyAny>) -> PyResult<Limits> {
 pub fn count(py: Python<'_>, keyword: &str, number: i64) -> PyResult<usize> {
     let count = usize::try_from(number).ok().filter(|&count| count > 0);
     count.ok_or_else(|| input(py, &format!("`{keyword}` is {number}, expected a whole number from 1 on")))
+}
+
+/// How the profiles of wings are matched, by the wing's name.
+pub fn matches(py: Python<'_>, given: BTreeMap<String, String>) -> PyResult<BTreeMap<String, ProfileMatch>> {
+    let of_wing = |(wing, name): (String, String)| Ok((wing, named(py, "match", &name, &PROFILE_MATCHES)?));
+    given.into_iter().map(of_wing).collect()
 }

@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -82,6 +82,19 @@ def test_a_mover_without_a_case_does_the_same(case: Path, example: idmesh.Mover)
     old, new = (profiles["wing"] for profiles in (example.old_profiles, example.design.profiles))
     named = idmesh.Mover(mesh, roles, old_profiles={"any": old}, wings={"any": ["wing"]}, backend="cpu")
     assert np.array_equal(named.update(profiles={"any": new}).vertices, moved.vertices)
+    # Old profiles that rise are their own points, which may be matched in either way.
+    risen = {number: points + [0.0, 0.0, 0.01] for number, points in old.items()}
+    matches: list[Literal["points", "measure"]] = ["points", "measure"]
+    for match in matches:
+        chosen = pickle.loads(
+            pickle.dumps(idmesh.Mover(mesh, roles, old_profiles={"wing": old}, match={"wing": match}, backend="cpu"))
+        )
+        report = chosen.update(profiles={"wing": risen}).report
+        assert report["profiles"]["wing"]["match"] == {str(number): match for number in old}
+        fewer = {number: points[::2] for number, points in risen.items()}
+        if match == "points":
+            with pytest.raises(idmesh.InputError, match="expected as many, in the same order"):
+                chosen.update(profiles={"wing": fewer})
 
 
 def test_the_files_are_the_command_lines(example: idmesh.Mover, case: Path, program: str, tmp_path: Path) -> None:
@@ -203,6 +216,8 @@ def test_a_gpu_that_is_not_there_is_a_device_error(box_path: Path) -> None:
         (lambda path: idmesh.Mover(path, {**ROLES, "body": "wing"}), "body"),
         (lambda path: idmesh.Mover(path, ROLES, wings={"outer": ["body"]}), "`wings` has `outer`"),
         (lambda path: idmesh.Mover(path, ROLES, old_profiles={"outer": {}}, wings={"outer": ["bodi"]}), "`body`"),
+        (lambda path: idmesh.Mover(path, ROLES, match={"outer": "points"}), "`match` has `outer`"),
+        (lambda path: idmesh.Mover(path, ROLES, match={"body": "point"}), "`match`"),  # type: ignore[dict-item]
         (lambda path: idmesh.Mover(path, ROLES, backend="gpus"), "`backend`"),  # type: ignore[arg-type]
         (lambda path: idmesh.Mover(path, ROLES, springs="torsion"), "`springs`"),
         (lambda path: idmesh.Mover(path, ROLES, method="cg"), "`method`"),  # type: ignore[arg-type]

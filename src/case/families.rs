@@ -144,7 +144,10 @@ impl Case {
             }
             let same = |&&index: &&usize| {
                 let other = &wings[index].1;
-                other.old == source.old && other.placements == source.placements && other.mirror == source.mirror
+                other.old == source.old
+                    && other.placements == source.placements
+                    && other.mirror == source.mirror
+                    && other.matched == source.matched
             };
             let candidates = with_files.entry(&source.new).or_default();
             match candidates.iter().find(same).copied() {

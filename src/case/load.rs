@@ -17,7 +17,7 @@ use crate::formats::{self, MeshFile, mesh_path};
 use crate::mesh::{self, FamilyId, HybridMesh, OtherCells, TetMesh};
 use crate::mover::{Design, MoveError, Mover, MoverBuilder, Settings};
 use crate::profile::cut::{Junctions, cut_at_planes_through_parts};
-use crate::profile::{self, Plane, Profile, ProfileError};
+use crate::profile::{self, Plane, Profile, ProfileError, ProfileMatch};
 
 /// A row of prescribed displacements belongs to a vertex within this fraction of the family's
 /// shortest edge. Text files with seven digits match, and a row never matches a neighbour of its
@@ -58,6 +58,8 @@ pub struct GivenWing {
     pub families: Vec<String>,
     /// Its old profiles, in the mesh's unit.
     pub old: Vec<Profile>,
+    /// How new profiles are matched with the old ones. With `None` each design decides.
+    pub matched: Option<ProfileMatch>,
 }
 
 impl Case {
@@ -190,10 +192,11 @@ impl LoadedCase {
             families.iter().map(|name| roles.remove(name).unwrap_or(Role::Interior)).collect();
         join_cyclic(&file, &mut in_order)?;
         let (mut sources, mut old) = (BTreeMap::new(), BTreeMap::new());
-        for (index, GivenWing { name, families, old: of_wing }) in wings.into_iter().enumerate() {
+        for (index, GivenWing { name, families, old: of_wing, matched }) in wings.into_iter().enumerate() {
             let source = ProfileSource {
                 families,
                 mirror: None,
+                matched,
                 position: Position { line: index + 1, column: 1 },
                 new: Vec::new(),
                 old: None,
@@ -246,7 +249,7 @@ impl LoadedCase {
         wings.sort_by_key(|((_, source), _)| (source.position.line, source.position.column));
         for ((name, source), old) in wings {
             let families: Vec<&str> = source.families.iter().map(String::as_str).collect();
-            builder = builder.wing(name, &families, old.clone(), source.mirror);
+            builder = builder.wing(name, &families, old.clone(), source.mirror).matched_by(source.matched);
         }
         builder
     }

@@ -54,7 +54,7 @@ use crate::families::Role;
 use crate::formats::read_named;
 use crate::memory::check_memory;
 use crate::mover::Settings;
-use crate::profile::{Plane, files::Placement};
+use crate::profile::{Plane, ProfileMatch, files::Placement};
 use crate::text::shown;
 
 /// The JSON Schema (draft 7) of a case file, for editors. It knows keys, types and words. The
@@ -104,6 +104,8 @@ pub struct ProfileSource {
     pub families: Vec<String>,
     /// A plane with the profiles on one side. The wing is symmetric about it.
     pub mirror: Option<Plane>,
+    /// How new profiles are matched with the old ones. With `None` each design decides.
+    pub matched: Option<ProfileMatch>,
     /// Where its table begins.
     pub position: Position,
     /// Files of the new profiles, at least one. The files of a pattern are sorted by name.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::families::{Junction, MOST_FLAT, ROLES, RigidMotion, Role, RoleOptions, RoleRow, TipStart};
 use crate::mover::Settings;
 use crate::profile::files::{Placement, SpanAxis};
-use crate::profile::{Plane, stations};
+use crate::profile::{PROFILE_MATCHES, Plane, ProfileMatch, stations};
 use crate::relaxation::{Method, Stopping};
 use crate::smoothing::QualityTarget;
 use crate::solver_measures::{LimitError, Limits};
@@ -223,7 +223,7 @@ fn profiles(
     let mut profiles = BTreeMap::new();
     let patterns: Vec<&String> = families.keys().filter(|table| is_pattern(table)).collect();
     let sections = match top.get("profiles") {
-        Some(table) => table.sections(&["families", "new", "old", "placement", "mirror"])?,
+        Some(table) => table.sections(&["families", "new", "old", "placement", "mirror", "match"])?,
         None => Vec::new(),
     };
     for (name, section) in sections {
@@ -247,6 +247,9 @@ fn profiles(
             }
         }
         let mirror = section.get("mirror").map(|value| mirror(&value)).transpose()?;
+        let matched =
+            section.get("match").map(|value| value.one_of(&PROFILE_MATCHES.map(|(name, _)| name))).transpose()?;
+        let matched = matched.and_then(ProfileMatch::named);
         let new = section.require("new", "a profile file, a list of them, or a pattern such as \"new/*.dat\"")?;
         let new = paths::files(&new, folder)?;
         let old = section.get("old").map(|value| paths::files(&value, folder)).transpose()?;
@@ -264,7 +267,10 @@ fn profiles(
             }
         }
         let position = section.position();
-        profiles.insert(name.to_owned(), ProfileSource { families: members, mirror, position, new, old, placements });
+        profiles.insert(
+            name.to_owned(),
+            ProfileSource { families: members, mirror, matched, position, new, old, placements },
+        );
     }
     let members = || profiles.values().flat_map(|source: &ProfileSource| &source.families);
     let names: HashSet<&String> = members().collect();

@@ -14,7 +14,7 @@ use crate::{
     backend::Backend,
     families::{MOST_FLAT, RigidMotion, Role, SetupError},
     mesh::{FamilyId, HybridMesh, OtherCells, TetMesh, families_inside},
-    profile::{Plane, Profile},
+    profile::{Plane, Profile, ProfileMatch},
     relaxation::{Method, Stopping},
     smoothing::QualityTarget,
     solver_measures::Limits,
@@ -46,6 +46,7 @@ struct NamedWing {
     families: Vec<String>,
     old: Vec<Profile>,
     mirror: Option<Plane>,
+    matched: Option<ProfileMatch>,
 }
 
 impl MoverBuilder {
@@ -87,7 +88,18 @@ impl MoverBuilder {
     ///   their mirror image
     pub fn wing(mut self, name: &str, families: &[&str], old: Vec<Profile>, mirror: Option<Plane>) -> Self {
         let families = families.iter().map(|&family| family.to_owned()).collect();
-        self.wings.push(NamedWing { name: name.to_owned(), families, old, mirror });
+        self.wings.push(NamedWing { name: name.to_owned(), families, old, mirror, matched: None });
+        self
+    }
+
+    /// Sets how the new profiles of the wing that was added last are matched with its old ones.
+    /// Without a wing it does nothing.
+    ///
+    /// - `by`: `None` if each design decides. A loop decides once, or its function may jump
+    pub fn matched_by(mut self, by: impl Into<Option<ProfileMatch>>) -> Self {
+        if let Some(wing) = self.wings.last_mut() {
+            wing.matched = by.into();
+        }
         self
     }
 
@@ -169,12 +181,12 @@ impl MoverBuilder {
         let find = |name: &String| by_name.get(name.as_str()).copied().ok_or_else(|| unknown(name));
         check_names(&wings)?;
         let mut found = Vec::new();
-        for NamedWing { name, families, old, mirror } in wings {
+        for NamedWing { name, families, old, mirror, matched } in wings {
             let families = families.iter().map(find).collect::<Result<Vec<FamilyId>, _>>()?;
             if families.is_empty() {
                 return Err(SetupError::NoFamilies { wing: name }.into());
             }
-            found.push(WingProfiles { name, families, old, mirror });
+            found.push(WingProfiles { name, families, old, mirror, matched });
         }
         // A name that is none of the mesh's is told before the family that has no role for it.
         if let Some(name) = roles.keys().find(|name| !by_name.contains_key(name.as_str())) {

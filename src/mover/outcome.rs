@@ -16,7 +16,7 @@ use serde::Serialize;
 use super::{HeldBack, Warning, differentiable::Differentiable, meter::Meter};
 use crate::{
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
-    profile::{Closeness, Missed, Profile},
+    profile::{Closeness, Missed, Profile, ProfileMatch},
     quality::Statistics,
     relaxation::{Convergence, Method, Relaxation},
     smoothing::Smoothed,
@@ -388,6 +388,9 @@ pub struct ProfileReport {
     /// sections that the vertices define, or with other old profiles.
     #[serde(skip_serializing_if = "is_false")]
     pub compared_with_flat_cuts: bool,
+    /// How each new profile was matched with the old one, by the number of the profile.
+    #[serde(rename = "match")]
+    pub matches: BTreeMap<i64, ProfileMatch>,
     /// The reason why a deviation could not be measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_measured: Option<String>,

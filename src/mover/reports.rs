@@ -266,6 +266,7 @@ impl Mover {
                 max_distance_to_new_profiles: furthest.as_ref().ok().copied(),
                 max_miss_of_vertices: share,
                 compared_with_flat_cuts: flat_cuts.contains(wing),
+                matches: self.stages.wings.matches(wing),
                 not_measured: match (&furthest, share) {
                     (Err(error), _) => Some(error.to_string()),
                     (_, None) => Some("no edge of the wing crosses the planes of its profiles".to_owned()),

@@ -1,9 +1,11 @@
 //! The displacement of a wing by new profiles.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::checks::Closeness;
-use super::{Plane, Profile, Remark};
+use super::{Plane, Profile, ProfileMatch, Remark};
 
 /// The displacement of the wing by new profiles.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +24,8 @@ pub struct ProfileDisplacement {
     pub(super) carried: Vec<Vec<DVec3>>,
     /// A new profile whose match has no derivative, by its number, and why.
     pub(crate) why_not: Option<(i64, &'static str)>,
+    /// How each new profile was matched, by its number.
+    pub matches: BTreeMap<i64, ProfileMatch>,
     /// The planes of the new profiles.
     pub(super) planes: Vec<Plane>,
     /// The check that comes nearest to refusing the profiles.

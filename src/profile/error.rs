@@ -140,6 +140,35 @@ pub enum ProfileError {
         /// Largest distance, in the mesh's unit.
         distance: f64,
     },
+    /// A new profile that is matched point by point has another number of points than the old one,
+    /// or only one of the two is closed.
+    #[error(
+        "profile {profile} has {}, and the old one {}: expected as many, in the same order, because the match is by \
+         points; `idmesh cut` prints the old profile's points, and match = \"measure\" takes any number",
+        points_of(*new, closed[0]),
+        points_of(*old, closed[1])
+    )]
+    PointCounts {
+        /// Number of the profile.
+        profile: i64,
+        /// Points of the new profile. The first point of a closed one counts at the end again.
+        new: usize,
+        /// Points of the old profile.
+        old: usize,
+        /// Whether the new and the old profile are closed.
+        closed: [bool; 2],
+    },
+    /// A new profile that is matched point by point has its points in another order.
+    #[error(
+        "profile {profile}: {what}, expected the order of the old profile, because the match is by points; \
+         match = \"measure\" takes any order"
+    )]
+    PointOrder {
+        /// Number of the profile.
+        profile: i64,
+        /// What is different, in words.
+        what: &'static str,
+    },
     /// The planes of a new and an old profile are nearly perpendicular.
     #[error(
         "profile {profile}: the new profile's plane stands across the old one's, expected about the same: other axes?"
@@ -431,6 +460,8 @@ impl ProfileError {
             | Self::Sharp { profile, .. }
             | Self::Swapped { profile }
             | Self::LacksPoints { profile, .. }
+            | Self::PointCounts { profile, .. }
+            | Self::PointOrder { profile, .. }
             | Self::CrossesItself { profile, .. } => Some(profile),
             _ => None,
         }
@@ -441,6 +472,11 @@ impl ProfileError {
 fn between(families: &[String]) -> String {
     let names: Vec<String> = families.iter().map(|family| format!("`{}`", shown(family))).collect();
     if names.is_empty() { String::new() } else { format!("; its ends are on {}", names.join(" and ")) }
+}
+
+/// A number of points, in words.
+fn points_of(n: usize, closed: bool) -> String {
+    format!("{n} points{}", if closed { " with the first one again at the end" } else { "" })
 }
 
 /// Compares a profile of `times` the length of another curve with it, in words.

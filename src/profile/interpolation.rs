@@ -45,7 +45,7 @@ use super::cut::Gap;
 use super::displacement::ProfileDisplacement;
 use super::kept::KeptSection;
 use super::locate::grid_parameters;
-use super::matching::OldSection;
+use super::matching::{OldSection, ProfileMatch};
 use super::overshoot::Limit;
 pub use super::overshoot::OVERSHOOT;
 use super::places::{Place, places};
@@ -123,6 +123,15 @@ impl ProfileInterpolation {
         Ok(Self { closeness, gaps, ..Self::of_sections(Forms::new(sections, forms), &compared, span, surface)? })
     }
 
+    /// The interpolation with a choice of how new profiles are matched.
+    ///
+    /// - `by`: `None` if each design decides
+    #[must_use]
+    pub fn matched_by(mut self, by: Option<ProfileMatch>) -> Self {
+        self.forms.match_by(by);
+        self
+    }
+
     fn of_sections(forms: Forms, compared: &[bool], span: Span, surface: &WingSurface) -> Result<Self, ProfileError> {
         let sections = &forms.smooth;
         let numbers = sections.iter().map(|section| section.profile().number).collect();
@@ -189,6 +198,8 @@ impl ProfileInterpolation {
     ///   [`ProfileError::Turned`], [`ProfileError::FarAway`], [`ProfileError::Sharp`],
     ///   [`ProfileError::Swapped`], [`ProfileError::LacksPoints`], [`ProfileError::OnePlane`]: new
     ///   profiles that are no changed old ones
+    /// - [`ProfileError::PointCounts`], [`ProfileError::PointOrder`]: the match is by points, and
+    ///   they do not pair
     /// - the errors of profiles that are no plane curves
     pub fn displacements(&self, new: &[Profile]) -> Result<ProfileDisplacement, ProfileError> {
         let new = self.paired(new)?;
@@ -203,6 +214,7 @@ impl ProfileInterpolation {
         let changes = self.forms.changes(&new, &self.trend, self.flat_trend.as_ref())?;
         let (of_section, flat) = (&changes.of_section, changes.flat);
         let numbered = self.numbers.iter().zip(of_section);
+        let matches = numbered.clone().map(|(&number, change)| (number, change.by)).collect();
         let why_not = numbered.filter_map(|(&number, change)| Some((number, change.why_not?))).next();
         if let (Some(reach), [only]) = (self.alone, &of_section[..])
             && !spanwise::is_shift(&only.knots, self.forms.smooth[0].length())
@@ -231,6 +243,7 @@ impl ProfileInterpolation {
             displaced: flat.then_some(displaced),
             carried: carried.collect(),
             why_not,
+            matches,
             planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
             closeness,
             remarks,

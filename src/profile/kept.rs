@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::chord::Chord;
-use super::matching::{OldSection, identical};
+use super::matching::{OldSection, ProfileMatch, identical};
 use super::{Plane, Profile, ProfileError};
 
 /// An old section without its smooth curves.
@@ -16,6 +16,7 @@ pub(super) struct KeptSection {
     profile: Profile,
     plane: Plane,
     towards: Option<DVec3>,
+    by: Option<ProfileMatch>,
     length: f64,
     middle: DVec3,
     gap: f64,
@@ -43,12 +44,19 @@ impl KeptSection {
         let chord = Chord::new(section.outline(), section.plane().normal);
         let (mut profile, plane, towards) = section.into_profile();
         profile.points.shrink_to_fit();
-        Self { profile, plane, towards, length, middle, gap, has_base, is_edge_clear, chord }
+        let by = None;
+        Self { profile, plane, towards, by, length, middle, gap, has_base, is_edge_clear, chord }
+    }
+
+    /// Sets how new profiles are matched; see [`OldSection::matched_by`].
+    pub fn match_by(&mut self, by: Option<ProfileMatch>) {
+        self.by = by;
     }
 
     /// The section with its curves. The same points give the same bits each time.
     pub fn section(&self) -> OldSection {
-        OldSection::towards(&self.profile, &self.plane, self.towards).expect("the profile was made a section before")
+        let section = OldSection::towards(&self.profile, &self.plane, self.towards);
+        section.expect("the profile was made a section before").matched_by(self.by)
     }
 
     /// Whether a profile has the section's points, in the same or the opposite order.

@@ -9,8 +9,11 @@
 //! New profiles with the old number of points may be meant point by point. The match point by point
 //! is taken if it is nearer to an affine map than the measured one.
 //!
+//! [`ProfileMatch`] makes the choice for all designs of a loop.
+//!
 //! The paper (3.1, step 1) resamples the old profile to the points of the new one.
 
+mod by_points;
 mod carried_edge;
 mod match_change;
 mod measured_change;
@@ -22,6 +25,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use by_points::{PROFILE_MATCHES, ProfileMatch};
 use carried_edge::CarriedEdge;
 pub(super) use match_change::MatchChange;
 pub(super) use plane_affine::PlaneAffine;
@@ -67,6 +71,8 @@ pub(super) struct OldSection {
     plane: Plane,
     /// The given direction to the trailing edge.
     towards: Option<DVec3>,
+    /// How new profiles are matched; `None` if each design decides.
+    by: Option<ProfileMatch>,
     /// Extent of the profile, which loops over points ask for.
     length: f64,
     outline: Outline,
@@ -98,7 +104,13 @@ impl OldSection {
         let affine = PlaneAffine::new(plane, &knots, &arcs);
         let length = extent(&profile.points);
         let (profile, plane) = (profile.clone(), *plane);
-        Ok(Self { profile, plane, towards, length, outline, sides, base, measured, measured_base, affine })
+        let by = None;
+        Ok(Self { profile, plane, towards, by, length, outline, sides, base, measured, measured_base, affine })
+    }
+
+    /// The section with the choice of how new profiles are matched.
+    pub fn matched_by(self, by: Option<ProfileMatch>) -> Self {
+        Self { by, ..self }
     }
 
     /// Positions of the knots: first of the sides, then of the base.
@@ -131,18 +143,20 @@ impl OldSection {
         identical(&self.profile.points, &new.points)
     }
 
-    /// Displacement of each knot, in the order of [`Self::knots`], from the section to the new
-    /// profile. Exactly zero if both are the same. And why they have no derivative by the points of
-    /// the new profile, if they have none.
+    /// The displacement from the section to the new profile. Exactly zero if both are the same.
     ///
     /// # Errors
-    /// The new profile is no plane curve.
-    pub fn displacements(&self, new: &Profile) -> Result<(Vec<DVec3>, Option<&'static str>), ProfileError> {
+    /// The new profile is no plane curve, or cannot be matched point by point as it must be.
+    pub fn displacements(&self, new: &Profile) -> Result<KnotDisplacements, ProfileError> {
         let old = self.knots();
         if self.is_same(new) {
-            return Ok((vec![DVec3::ZERO; old.len()], None));
+            // The match that was asked for may not be possible, or have no derivative.
+            let asked = self.by.map(|by| self.matched(new).map(|matched| (by, self.why_not(&matched)))).transpose()?;
+            let (by, why_not) = asked.unwrap_or((ProfileMatch::Points, None));
+            return Ok(KnotDisplacements { knots: vec![DVec3::ZERO; old.len()], by, why_not });
         }
         let matched = self.matched(new)?;
+        let by = if matched.by_index { ProfileMatch::Points } else { ProfileMatch::Measure };
         let why_not = self.why_not(&matched);
         let steps = self.sides.knot_step.iter().map(|&step| matched.tau[step]);
         let mut targets: Vec<DVec3> = match matched.by_index() {
@@ -161,7 +175,8 @@ impl OldSection {
                 None => targets.extend(base.knot_step.iter().map(|&i| matched.new_base.point(measured.tau[i]))),
             }
         }
-        Ok((targets.into_iter().zip(old).map(|(new, old)| new - old).collect(), why_not))
+        let knots = targets.into_iter().zip(old).map(|(new, old)| new - old).collect();
+        Ok(KnotDisplacements { knots, by, why_not })
     }
 
     /// The fit of affine maps of the section's plane to displacements of the knots of its sides.
@@ -284,6 +299,9 @@ impl OldSection {
         if plane.normal.dot(self.plane.normal) < 0.0 {
             plane.normal = -plane.normal;
         }
+        if self.by == Some(ProfileMatch::Points) {
+            return Ok(Match { by_index: true, ..self.matched_to(self.outline_by_points(new, &plane)?, &plane) });
+        }
         let own = self.matched_to(Outline::like(new, &plane, self.back())?, &plane);
         let carried = CarriedEdge { old: self, new, plane: &plane, own: &own };
         match carried.outline()? {
@@ -338,6 +356,9 @@ impl OldSection {
     /// - `outline`: the new points, as many as the old ones
     /// - `residual`: of the measured match
     fn is_by_index(&self, outline: &Outline, residual: f64) -> bool {
+        if self.by == Some(ProfileMatch::Measure) {
+            return false;
+        }
         let moved: Vec<DVec3> = self.sides.knots.iter().map(|&i| outline.sides[i] - self.outline.sides[i]).collect();
         self.affine.fit(&moved).1 <= f64::max(POINT_BY_POINT * residual, IDENTICAL * self.length())
     }
@@ -403,6 +424,18 @@ impl OldSection {
         }
         (residual, all)
     }
+}
+
+/// How the knots of a section move to a new profile.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct KnotDisplacements {
+    /// Displacement of each knot, in the order of [`OldSection::knots`], in the mesh's unit.
+    pub knots: Vec<DVec3>,
+    /// The match that was made.
+    pub by: ProfileMatch,
+    /// Why the displacements have no derivative by the points of the new profile, if they have
+    /// none.
+    pub why_not: Option<&'static str>,
 }
 
 /// The match of an old section with a new one.

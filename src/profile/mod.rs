@@ -76,6 +76,7 @@ pub use error::{ProfileError, ShortEnd, UnbridgedGap};
 pub use files::Placement;
 pub use interpolation::ProfileInterpolation;
 pub(crate) use loft_change::{LoftChange, WhyNot};
+pub use matching::{PROFILE_MATCHES, ProfileMatch};
 pub(crate) use places::SECTIONS_AT_ONCE;
 pub use plane::Plane;
 pub use pose::Pose;

@@ -13,7 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::kept::KeptSection;
-use super::matching::OldSection;
+use super::matching::{KnotDisplacements, OldSection, ProfileMatch};
 use super::near::Near;
 use super::trend::Trend;
 use super::{Plane, Profile, ProfileError};
@@ -35,6 +35,8 @@ pub(super) struct Forms {
     pub flat: Option<Vec<KeptSection>>,
     /// Whether the flat form was given.
     given_flat: bool,
+    /// Whether new profiles are matched point by point with the sections as given.
+    by_points: bool,
 }
 
 /// A section cut from the wing in both forms.
@@ -71,6 +73,8 @@ pub(super) struct Change {
     pub knots: Vec<DVec3>,
     /// Displacement by the affine map fitted to the knots, at the probes of the form's trend.
     pub at_probes: [DVec3; 4],
+    /// The match that was made.
+    pub by: ProfileMatch,
     /// Why the match has no derivative, if it has none.
     pub why_not: Option<&'static str>,
     /// [`OldSection::roughness`], where two forms are compared.
@@ -133,16 +137,16 @@ impl Forms {
     pub fn new(given: Vec<KeptSection>, own: Vec<Option<OwnForms>>) -> Self {
         let own: Option<Vec<OwnForms>> = own.into_iter().collect();
         let Some(own) = own.filter(|own| own.iter().any(|own| own.differ)) else {
-            return Self { smooth: given, flat: None, given_flat: false };
+            return Self { smooth: given, flat: None, given_flat: false, by_points: false };
         };
         if own.iter().all(|own| own.flat.is_some()) {
             let flat = own.into_iter().filter_map(|own| own.flat).collect();
-            Self { smooth: given, flat: Some(flat), given_flat: false }
+            Self { smooth: given, flat: Some(flat), given_flat: false, by_points: false }
         } else if own.iter().all(|own| own.carried.is_some()) {
             let smooth = own.into_iter().filter_map(|own| own.carried).collect();
-            Self { smooth, flat: Some(given), given_flat: true }
+            Self { smooth, flat: Some(given), given_flat: true, by_points: false }
         } else {
-            Self { smooth: given, flat: None, given_flat: false }
+            Self { smooth: given, flat: None, given_flat: false, by_points: false }
         }
     }
 
@@ -152,6 +156,13 @@ impl Forms {
             Some(flat) if self.given_flat => flat,
             _ => &self.smooth,
         }
+    }
+
+    /// Sets how new profiles are matched. Point by point they are compared with the sections as
+    /// given, in no other form.
+    pub fn match_by(&mut self, by: Option<ProfileMatch>) {
+        self.smooth.iter_mut().chain(self.flat.iter_mut().flatten()).for_each(|section| section.match_by(by));
+        self.by_points = by == Some(ProfileMatch::Points);
     }
 
     /// The changes by new profiles, in the form that they continue.
@@ -172,6 +183,9 @@ impl Forms {
         };
         if self.given_flat {
             return Changes::new(flat, new, flat_trend, true, false);
+        }
+        if self.by_points {
+            return Changes::new(&self.smooth, new, trend, false, false);
         }
         let unchanged = |form: &[KeptSection]| form.iter().zip(new).all(|(old, new)| old.is_same(new));
         let smooth = Changes::new(&self.smooth, new, trend, false, true)?;
@@ -195,10 +209,10 @@ impl<'a> Changes<'a> {
     ) -> Result<Self, ProfileError> {
         let change = |(place, (old, new)): (usize, (&KeptSection, &&Profile))| {
             let section = old.section();
-            let (knots, why_not) = section.displacements(new)?;
+            let KnotDisplacements { knots, by, why_not } = section.displacements(new)?;
             let at_probes = trend.probes(place).map(section.affine_change(&knots));
             let roughness = if compared { section.roughness(&knots) } else { 0.0 };
-            Ok(Change { knots, at_probes, why_not, roughness })
+            Ok(Change { knots, at_probes, by, why_not, roughness })
         };
         let of_section = form.par_iter().zip(new).enumerate().map(change).collect::<Result<_, _>>()?;
         Ok(Self { form, of_section, flat })

@@ -47,8 +47,8 @@ use crate::{
         half_edge::{Surface, next},
     },
     profile::{
-        Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, Remark,
-        WingSurface,
+        Closeness, Missed, Plane, Profile, ProfileDisplacement, ProfileError, ProfileInterpolation, ProfileMatch,
+        Remark, WingSurface,
         cut::{Gap, Junctions},
     },
     relaxation::Convergence,
@@ -77,12 +77,14 @@ pub struct WingProfiles {
     /// A plane with the old profiles on one side. The wing on the other side moves as their mirror
     /// image.
     pub mirror: Option<Plane>,
+    /// How new profiles are matched with the old ones. With `None` each design decides.
+    pub matched: Option<ProfileMatch>,
 }
 
 impl WingProfiles {
     /// A wing that is one family, without a mirror plane.
     pub fn new(name: &str, family: FamilyId, old: Vec<Profile>) -> Self {
-        Self { name: name.to_owned(), families: vec![family], old, mirror: None }
+        Self { name: name.to_owned(), families: vec![family], old, mirror: None, matched: None }
     }
 }
 
@@ -326,6 +328,12 @@ impl Wings {
         all.flat_map(|(wing, moved)| moved.remarks.iter().map(|remark| (wing.name.as_str(), remark)))
     }
 
+    /// How each profile of a wing was matched in the last design, by its number.
+    pub fn matches(&self, wing: &str) -> BTreeMap<i64, ProfileMatch> {
+        let mut all = self.wings.iter().zip(&self.moved);
+        all.find(|(of, _)| of.name == wing).map(|(_, moved)| moved.matches.clone()).unwrap_or_default()
+    }
+
     /// The wings with new profiles that were compared with flat cuts in the last design.
     pub fn flat_cuts(&self) -> Vec<String> {
         let flat = self.wings.iter().zip(&self.moved).filter(|(_, displacement)| displacement.flat_cuts);
@@ -474,7 +482,7 @@ impl Wing {
             mirrored: &mirrored,
             junctions: Some(&junctions),
         };
-        let interpolation = ProfileInterpolation::new(&wing.old, &of_wing).map_err(about)?;
+        let interpolation = ProfileInterpolation::new(&wing.old, &of_wing).map_err(about)?.matched_by(wing.matched);
         if let Some(reach) = interpolation.reach().filter(|reach| reach.iter().any(|reach| *reach > REACH + SLACK)) {
             return Err(SetupError::Reach { wing: wing.name.clone(), reach, mirrored: mirror.is_some() });
         }

@@ -32,6 +32,7 @@ mod odd;
 #[cfg(unix)]
 mod openfoam;
 mod page;
+mod profile_matches;
 mod refine;
 mod refusals;
 mod results;

@@ -110,6 +110,7 @@ fn the_parser_and_the_schema_know_the_same() {
         ("[quality]\ntarget = ", words(&top["quality"]["properties"]["target"])),
         ("[quality]\nlimits = ", words(&top["quality"]["properties"]["limits"]["anyOf"][0])),
         ("[solver]\nmethod = ", words(&top["solver"]["properties"]["method"])),
+        ("match = ", words(&of("profiles")["properties"]["match"])),
         (
             "[profiles.wing.placement.\"a.dat\"]\nchord = 1\nposition = [0, 0, 0]\nplane = ",
             words(&of("placement")["properties"]["plane"]),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::measured_change::{MOST_STEPS, MeasuredChange};
-use super::{Match, OldSection, TURNS};
+use super::{Match, OldSection, ProfileMatch, TURNS};
 use crate::profile::curve::Outline;
 use crate::profile::{Plane, Profile};
 
@@ -23,6 +23,8 @@ pub(in crate::profile) enum MatchChange {
     ByMeasure {
         /// The old profile, its plane, and its given direction to the trailing edge.
         old: Box<(Profile, Plane, Option<DVec3>)>,
+        /// How the section matches new profiles.
+        by: Option<ProfileMatch>,
         /// The new profile.
         new: Profile,
     },
@@ -52,7 +54,7 @@ impl OldSection {
         let [sides, base] = places_in(new, &matched.outline)?;
         if !matched.by_index {
             let old = (self.profile.clone(), self.plane, self.towards);
-            return Ok(MatchChange::ByMeasure { old: Box::new(old), new: new.clone() });
+            return Ok(MatchChange::ByMeasure { old: Box::new(old), by: self.by, new: new.clone() });
         }
         let of_sides = self.sides.knots.iter().map(|&i| sides[i]);
         let of_base = self.base.iter().flat_map(|base| &base.knots).map(|&i| base[i]);
@@ -79,9 +81,10 @@ fn places_in(profile: &Profile, outline: &Outline) -> Result<[Vec<u32>; 2], &'st
 }
 
 /// The derivative of a match by measure.
-fn measured_change(old: &(Profile, Plane, Option<DVec3>), new: &Profile) -> MeasuredChange {
+fn measured_change(old: &(Profile, Plane, Option<DVec3>), by: Option<ProfileMatch>, new: &Profile) -> MeasuredChange {
     let (profile, plane, towards) = old;
     let section = OldSection::towards(profile, plane, *towards).expect("the profile was made a section before");
+    let section = section.matched_by(by);
     let matched = section.matched(new).expect("the profile was matched before");
     let places = places_in(new, &matched.outline).expect("the places were found before");
     MeasuredChange::new(&section, new, &matched, &places)
@@ -94,7 +97,7 @@ impl MatchChange {
     pub fn forward(&self, change: &[DVec3]) -> Vec<DVec3> {
         match self {
             Self::ByPoints(places) => places.iter().map(|&place| change[place as usize]).collect(),
-            Self::ByMeasure { old, new } => measured_change(old, new).forward(change),
+            Self::ByMeasure { old, by, new } => measured_change(old, *by, new).forward(change),
         }
     }
 
@@ -108,7 +111,7 @@ impl MatchChange {
             Self::ByPoints(places) => {
                 places.iter().zip(by_knots).for_each(|(&place, by)| by_points[place as usize] += *by);
             }
-            Self::ByMeasure { old, new } => by_points = measured_change(old, new).reverse(by_knots),
+            Self::ByMeasure { old, by, new } => by_points = measured_change(old, *by, new).reverse(by_knots),
         }
         by_points
     }
@@ -202,7 +205,7 @@ mod tests {
                 let off = [1e-6, 1e-7, 1e-8].map(|h| {
                     let [plus, minus] = [h, -h].map(|h| {
                         let points = new.points.iter().zip(&direction).map(|(at, by)| *at + *by * h).collect();
-                        section.displacements(&Profile { points, ..new.clone() }).unwrap().0
+                        section.displacements(&Profile { points, ..new.clone() }).unwrap().knots
                     });
                     let difference = plus.iter().zip(&minus).map(|(plus, minus)| (*plus - *minus) / (2.0 * h));
                     norm(&difference.zip(&forward).map(|(by, exact)| by - *exact).collect::<Vec<_>>())
