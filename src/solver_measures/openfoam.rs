@@ -261,7 +261,8 @@ impl OfFaces {
                     let cosine = if lengths == 0.0 { 0.0 } else { between.dot(face.area) / lengths };
                     // `checkMesh` takes a face with such a cosine for an error.
                     let least = if cosine <= RIGHT { 90.0_f64.next_up() } else { 0.0 };
-                    // Most faces are neither the worst so far nor beyond a limit, and an angle takes time.
+                    // Most faces are neither the worst so far nor beyond a limit, and an angle
+                    // takes time.
                     if cosine.is_nan() || cosine < calm || cosine < all.least_cosine {
                         let angle = degrees(cosine).max(least);
                         all.non_orthogonality.add(angle, cell);
