@@ -13,7 +13,7 @@ use glam::{DQuat, DVec3};
 use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::fitted_motion::FittedMotion;
 use idmesh::mesh::{FamilyId, TetMesh};
-use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome};
+use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, Outcome, Warning};
 use idmesh::profile::Profile;
 
 const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
@@ -37,6 +37,17 @@ fn off_rigid(mesh: &TetMesh, moved: &[DVec3], family: &str) -> f64 {
         vertices_of(mesh, family).into_iter().map(|vertex| (mesh.vertices[vertex], moved[vertex], 1.0)).collect();
     let motion = FittedMotion::rigid(&pairs);
     pairs.iter().map(|&(from, to, _)| (from + motion.displacement(from)).distance(to)).fold(0.0, f64::max)
+}
+
+/// Number of a family's triangles whose normals point to the other side than the family's best
+/// rigid motion has them.
+fn turned_over(mesh: &TetMesh, moved: &[DVec3], family: &str) -> usize {
+    let pairs: Vec<_> =
+        vertices_of(mesh, family).into_iter().map(|vertex| (mesh.vertices[vertex], moved[vertex], 1.0)).collect();
+    let rotation = FittedMotion::rigid(&pairs).rotation();
+    let normal = |at: &[DVec3], [a, b, c]: [usize; 3]| (at[b] - at[a]).cross(at[c] - at[a]);
+    let all = triangles_of(mesh, family);
+    all.into_iter().filter(|&t| normal(moved, t).dot(rotation * normal(&mesh.vertices, t)) < 0.0).count()
 }
 
 /// The largest change of the angle between two triangles that share an edge, in degrees.
@@ -166,6 +177,29 @@ fn fairings_keep_their_shape() {
             assert!(own <= 1.5 * off, "{set}: {fairing} {own}");
         }
     }
+}
+
+/// A chord half as long again as before creases a fairing at its ends, and no crease cuts the
+/// fairing into parts. The triangles that it turns over are told all the same.
+#[test]
+fn a_part_that_is_creased_is_warned_of() {
+    let mut mover = mover("fairings", &[("fairing_1", ATTACHED), ("fairing_2", ATTACHED)]);
+    let longer = |profile: Profile| {
+        let leading = profile.points.iter().copied().min_by(|a, b| a.x.total_cmp(&b.x)).unwrap();
+        let factor = if profile.number == 0 { 1.0 } else { 1.5 };
+        let points = profile.points.iter().map(|&at| leading + factor * (at - leading)).collect();
+        Profile { points, ..profile }
+    };
+    let outcome = update(&mut mover, profiles("fairings", "old").into_iter().map(longer).collect());
+    let turned = turned_over(mover.mesh(), outcome.vertices(), "fairing_1");
+    assert!(turned > 0);
+    let told = outcome.families["fairing_1"].folded_triangles;
+    assert!(told.abs_diff(turned) <= turned / 2 && told > 0, "{told}, {turned}");
+    let warned =
+        |warning: &Warning| matches!(warning, Warning::Folded { families } if families.contains_key("fairing_1"));
+    assert!(outcome.warnings.iter().any(warned), "{:?}", outcome.warnings);
+    let unchanged = update(&mut mover, profiles("fairings", "small"));
+    assert!(unchanged.folded.is_empty() && unchanged.warnings.is_empty(), "{:?}", unchanged.warnings);
 }
 
 /// A strip of the pylon, a quarter of its chord wide, as a family of its own.

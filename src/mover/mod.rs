@@ -417,6 +417,11 @@ impl Mover {
                 Ok(kept)
             }
         };
+        let mut folded = folded;
+        for (family, count) in self.turned_over(&vertices) {
+            let own = folded.entry(family).or_default();
+            *own = count.max(*own);
+        }
         let folded =
             folded.into_iter().map(|(family, count)| (self.mesh.families[family.index()].clone(), count)).collect();
         let self_intersecting = self.stages.volume.newly_self_intersecting(&self.ordered, &vertices);

@@ -413,6 +413,11 @@ fn remedy(outcome: &Outcome) -> String {
                 its vertices displacements that lead along the surface"
             .to_owned();
     }
+    if outcome.families.values().any(|family| family.max_slide.is_some_and(|slide| slide > 0.0)) {
+        return "junction = \"glued\" in the tables of the parts whose junctions slide asks less of the surface beside them; or a \
+                smaller change of the chord"
+            .to_owned();
+    }
     if outcome.inverted == 0 && !outcome.missed.is_empty() {
         return "a family that holds the wing back, or a change too uneven along the span for these profiles: give more of \
                 them there"

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     families::{PlacedBy, Role, shape::FamilyShape},
+    geometry::triangle_normal,
     mesh::{FamilyId, corners::Face},
     profile::{Missed, Plane, Profile, ProfileError, cut, distance},
     projection::TargetSurface,
@@ -155,6 +156,34 @@ impl Mover {
             reports.entry(family.clone()).or_default().pierced_triangles += 1;
         }
         reports
+    }
+
+    /// Number of triangles of attached families that are turned over against their assembly's
+    /// motion, by family. A crease that ends inside a family turns some without a
+    /// [fold](crate::quality::faults::folded).
+    ///
+    /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
+    pub(super) fn turned_over(&self, vertices: &[DVec3]) -> BTreeMap<FamilyId, usize> {
+        let (families, original) = (&self.families, &self.ordered.vertices);
+        let mut turned: BTreeMap<FamilyId, Vec<u32>> = BTreeMap::new();
+        for (assembly, carried) in families.assemblies.iter().zip(self.stages.rigids.carried()) {
+            let rotation = carried.motion.rotation();
+            let placed_by = |family: &FamilyId| families.roles[family.index()].placed_by();
+            for family in assembly.families.iter().copied().filter(|family| placed_by(family) == PlacedBy::Attached) {
+                let is_turned = |&&triangle: &&u32| {
+                    let corners = self.surface.triangles[triangle as usize];
+                    let normal =
+                        |positions: &[DVec3]| triangle_normal(corners.map(|vertex| positions[vertex as usize]));
+                    let is_own = corners.iter().any(|&vertex| assembly.has(vertex));
+                    is_own && normal(vertices).dot(rotation * normal(original)) < 0.0
+                };
+                let of_family = self.surface.triangles_of(family).iter().filter(is_turned);
+                turned.entry(family).or_default().extend(of_family);
+            }
+        }
+        // A quadrilateral is turned if one of its triangles is.
+        let count = |(family, triangles)| (family, self.surface.one_of_each_face(triangles).len());
+        turned.into_iter().map(count).filter(|(_, count)| *count > 0).collect()
     }
 
     /// Motions and deviations of attached and rigid families, by name. Of several bodies of a
