@@ -13,7 +13,8 @@ pub enum Derivative {
     #[default]
     Exact,
     /// The springs' jump from the undeformed mesh. What steps and local optimisation added counts
-    /// as constant. Where they moved vertices the derivative is off by an unknown amount.
+    /// as constant. Where they moved vertices the derivative is off by an unknown amount. At a kink
+    /// of the profiles it is the derivative of one side.
     Frozen,
 }
 
@@ -29,9 +30,15 @@ impl Differentiable {
     /// - `kept`: of the volume stage, or why there is no derivative
     /// - `steps`: of the path
     /// - `optimised`: number of vertices that local optimisation moved
-    pub(super) fn new(kept: Result<Kept, NotDifferentiable>, steps: usize, optimised: usize) -> Self {
+    /// - `kink`: why the derivative is that of one side alone, if it is
+    pub(super) fn new(
+        kept: Result<Kept, NotDifferentiable>,
+        steps: usize,
+        optimised: usize,
+        kink: Option<NotDifferentiable>,
+    ) -> Self {
         let frozen = match (steps, optimised) {
-            (0 | 1, 0) => None,
+            (0 | 1, 0) => kink,
             (0 | 1, vertices) => Some(NotDifferentiable::Optimised { vertices }),
             (steps, _) => Some(NotDifferentiable::Steps { steps }),
         };

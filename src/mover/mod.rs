@@ -434,7 +434,12 @@ impl Mover {
             .map_err(|(family, error)| MoveError::Profiles { family, error })?;
         let (profiles, sections) = self.profile_reports(&vertices, design, &missed, &self.stages.wings.flat_cuts());
         Ok(Outcome {
-            differentiable: Differentiable::new(kept, path.steps, smoothed.map_or(0, |smoothed| smoothed.moved)),
+            differentiable: Differentiable::new(
+                kept,
+                path.steps,
+                smoothed.map_or(0, |smoothed| smoothed.moved),
+                products::kinked(&self.stages.wings),
+            ),
             off_surface: self.off_surface(&distances_off),
             parted: self.parted(&vertices),
             strained: self.strained(),

@@ -91,6 +91,19 @@ pub enum NotDifferentiable {
         /// The cause.
         why: &'static str,
     },
+    /// A new profile is where the derivative jumps. There is the frozen derivative, which is that
+    /// of one side.
+    #[error(
+        "profile {profile} of wing `{wing}` {why}; move it a little, or take the frozen derivative, which is that of one side"
+    )]
+    Kink {
+        /// The wing.
+        wing: String,
+        /// The number of the profile.
+        profile: i64,
+        /// The cause.
+        why: &'static str,
+    },
     /// The match of a new profile with its old one has no derivative.
     #[error("profile {profile} of wing `{wing}` {why}; the old profile's own points, moved, always have a derivative")]
     Match {

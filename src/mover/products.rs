@@ -261,6 +261,12 @@ pub(super) fn not_matched(wings: &Wings) -> Option<NotDifferentiable> {
     Some(NotDifferentiable::Match { wing: wing.to_owned(), profile, why })
 }
 
+/// Why a profile of the last design has the derivative of one side alone, if one has.
+pub(super) fn kinked(wings: &Wings) -> Option<NotDifferentiable> {
+    let (wing, (profile, why)) = wings.kink()?;
+    Some(NotDifferentiable::Kink { wing: wing.to_owned(), profile, why })
+}
+
 /// The first family that moves in a way that has no products yet.
 pub(super) fn without_products(mesh: &TetMesh, families: &Families) -> Option<NotDifferentiable> {
     let name = |family: FamilyId| mesh.families[family.index()].clone();

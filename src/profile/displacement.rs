@@ -24,6 +24,8 @@ pub struct ProfileDisplacement {
     pub(super) carried: Vec<Vec<DVec3>>,
     /// A new profile whose match has no derivative, by its number, and why.
     pub(crate) why_not: Option<(i64, &'static str)>,
+    /// A new profile at which the derivative is that of one side alone, by its number, and why.
+    pub(crate) kink: Option<(i64, &'static str)>,
     /// How each new profile was matched, by its number.
     pub matches: BTreeMap<i64, ProfileMatch>,
     /// The planes of the new profiles.

@@ -56,6 +56,29 @@ use super::trend::{Trend, TrendMap};
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, Remark, extent};
 
+/// Why the limit of overshoots has a kink at a section.
+const ALIKE: &str =
+    "rests or moves as another one does, where the limit of overshoots between three or more profiles has a kink";
+
+/// Two of three or more sections that move alike to this share of the largest displacement move as
+/// one.
+const AS_ONE: f64 = 1e-9;
+
+/// A section among three or more at which the limit of overshoots has a kink: it takes the largest
+/// displacement of a section and the largest difference of two. A section at rest, and two that
+/// move alike, make two of these equal.
+fn alike(of_section: &[Change]) -> Option<usize> {
+    let largest = of_section.iter().flat_map(|change| change.at_probes).map(|by| by.length()).fold(0.0, f64::max);
+    let near = |one: &Change, other: [DVec3; 4]| {
+        one.at_probes.iter().zip(other).all(|(one, other)| one.distance(other) <= AS_ONE * largest)
+    };
+    let is_alike = |&place: &usize| {
+        let own = &of_section[place];
+        near(own, [DVec3::ZERO; 4]) || of_section[..place].iter().any(|other| near(own, other.at_probes))
+    };
+    if of_section.len() > 2 { (0..of_section.len()).find(is_alike) } else { None }
+}
+
 /// The interpolation of a wing with its old profiles. Made once per mesh, used for any number of
 /// new profiles.
 #[derive(Debug)]
@@ -215,7 +238,9 @@ impl ProfileInterpolation {
         let (of_section, flat) = (&changes.of_section, changes.flat);
         let numbered = self.numbers.iter().zip(of_section);
         let matches = numbered.clone().map(|(&number, change)| (number, change.by)).collect();
-        let why_not = numbered.filter_map(|(&number, change)| Some((number, change.why_not?))).next();
+        let why_not = numbered.clone().filter_map(|(&number, change)| Some((number, change.why_not?))).next();
+        let of_limit = alike(of_section).map(|place| (self.numbers[place], ALIKE));
+        let kink = numbered.filter_map(|(&number, change)| Some((number, change.kink?))).next().or(of_limit);
         if let (Some(reach), [only]) = (self.alone, &of_section[..])
             && !spanwise::is_shift(&only.knots, self.forms.smooth[0].length())
         {
@@ -243,6 +268,7 @@ impl ProfileInterpolation {
             displaced: flat.then_some(displaced),
             carried: carried.collect(),
             why_not,
+            kink,
             matches,
             planes: new.iter().map(|new| Plane::of_profile(new)).collect::<Result<_, _>>()?,
             closeness,

@@ -64,6 +64,14 @@ const CROWDED: f64 = 0.5;
 /// digits.
 const IDENTICAL: f64 = 1e-11;
 
+/// A new profile lies on an affine image of the old one if an affine map leaves no more than this
+/// share of the section's length of a match by measure. Nearer than this the choices of the match
+/// change from design to design.
+const AFFINE: f64 = 1e-6;
+
+/// Why a match by measure with such a profile has a kink.
+const ON_AFFINE_IMAGE: &str = "lies on an affine image of the old one, where a match by measure has a kink";
+
 /// One old profile, prepared for matches with any number of new ones.
 #[derive(Clone, Debug)]
 pub(super) struct OldSection {
@@ -153,11 +161,13 @@ impl OldSection {
             // The match that was asked for may not be possible, or have no derivative.
             let asked = self.by.map(|by| self.matched(new).map(|matched| (by, self.why_not(&matched)))).transpose()?;
             let (by, why_not) = asked.unwrap_or((ProfileMatch::Points, None));
-            return Ok(KnotDisplacements { knots: vec![DVec3::ZERO; old.len()], by, why_not });
+            return Ok(KnotDisplacements { knots: vec![DVec3::ZERO; old.len()], by, why_not, kink: None });
         }
         let matched = self.matched(new)?;
         let by = if matched.by_index { ProfileMatch::Points } else { ProfileMatch::Measure };
         let why_not = self.why_not(&matched);
+        let is_affine = matched.residual <= AFFINE * self.length();
+        let kink = (!matched.by_index && is_affine).then_some(ON_AFFINE_IMAGE);
         let steps = self.sides.knot_step.iter().map(|&step| matched.tau[step]);
         let mut targets: Vec<DVec3> = match matched.by_index() {
             Some(outline) => self.sides.knots.iter().map(|&i| outline.sides[i]).collect(),
@@ -176,7 +186,7 @@ impl OldSection {
             }
         }
         let knots = targets.into_iter().zip(old).map(|(new, old)| new - old).collect();
-        Ok(KnotDisplacements { knots, by, why_not })
+        Ok(KnotDisplacements { knots, by, why_not, kink })
     }
 
     /// The fit of affine maps of the section's plane to displacements of the knots of its sides.
@@ -436,6 +446,8 @@ pub(super) struct KnotDisplacements {
     /// Why the displacements have no derivative by the points of the new profile, if they have
     /// none.
     pub why_not: Option<&'static str>,
+    /// Why the derivative is that of one side alone, if it is.
+    pub kink: Option<&'static str>,
 }
 
 /// The match of an old section with a new one.

@@ -77,6 +77,8 @@ pub(super) struct Change {
     pub by: ProfileMatch,
     /// Why the match has no derivative, if it has none.
     pub why_not: Option<&'static str>,
+    /// Why its derivative is that of one side alone, if it is.
+    pub kink: Option<&'static str>,
     /// [`OldSection::roughness`], where two forms are compared.
     roughness: f64,
 }
@@ -209,10 +211,10 @@ impl<'a> Changes<'a> {
     ) -> Result<Self, ProfileError> {
         let change = |(place, (old, new)): (usize, (&KeptSection, &&Profile))| {
             let section = old.section();
-            let KnotDisplacements { knots, by, why_not } = section.displacements(new)?;
+            let KnotDisplacements { knots, by, why_not, kink } = section.displacements(new)?;
             let at_probes = trend.probes(place).map(section.affine_change(&knots));
             let roughness = if compared { section.roughness(&knots) } else { 0.0 };
-            Ok(Change { knots, at_probes, by, why_not, roughness })
+            Ok(Change { knots, at_probes, by, why_not, kink, roughness })
         };
         let of_section = form.par_iter().zip(new).enumerate().map(change).collect::<Result<_, _>>()?;
         Ok(Self { form, of_section, flat })

@@ -345,6 +345,9 @@ impl SessionError {
             Self::NoReport { .. } => {
                 "expected the file of `idmesh batch --json`, with the report of a design in each line"
             }
+            Self::Product(ProductError::NotDifferentiable(NotDifferentiable::Kink { .. })) => {
+                "--frozen takes the derivative of one side; `match = \"points\"` under [profiles.NAME] has no kink of a match"
+            }
             Self::Refused(refused) => return refused.hint.clone(),
             Self::Product(ProductError::NotDifferentiable(
                 NotDifferentiable::Steps { .. } | NotDifferentiable::Optimised { .. },

@@ -72,6 +72,12 @@ impl Wings {
         self.wings.iter().zip(&self.moved).find_map(|(wing, moved)| Some((wing.name.as_str(), moved.why_not?)))
     }
 
+    /// A profile of the last design at which the derivative is that of one side alone: its wing,
+    /// its number, and why.
+    pub fn kink(&self) -> Option<(&str, WhyNot)> {
+        self.wings.iter().zip(&self.moved).find_map(|(wing, moved)| Some((wing.name.as_str(), moved.kink?)))
+    }
+
     /// Change of what [`Wings::interpolate`] makes. [`Products::forward`] goes on with the
     /// junctions.
     ///
