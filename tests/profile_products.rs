@@ -9,7 +9,7 @@ use common::brick::noise_vector;
 use glam::{DQuat, DVec3};
 use idmesh::families::Role;
 use idmesh::mesh::FamilyId;
-use idmesh::mover::{Derivative, Design, Gradient, Mover, MoverBuilder, Outcome};
+use idmesh::mover::{Derivative, Design, Gradient, Mover, MoverBuilder, NotDifferentiable, Outcome};
 use idmesh::profile::{Plane, Profile, cut};
 use idmesh::relaxation::{Method, Stopping};
 
@@ -263,6 +263,53 @@ fn a_match_by_measure_is_differentiated_as_it_ran() {
             let off = lofted.off_differences(&design, &smooth, step);
             assert!(off <= 1e-6, "{set} by {step:e}: {off:e}");
         }
+    }
+}
+
+/// Where the derivative jumps an outcome has a frozen one alone, and says which profile it is of.
+///
+/// Fails if a section at rest, two that move alike, or an affine image by measure has an exact
+/// derivative.
+#[test]
+fn kinks_have_a_frozen_derivative_alone() {
+    let mut four = on_plane(&[0.55, 0.9, 1.3, 1.7], 1e-8);
+    let turn = four.turn;
+    let shifted = |by: [f64; 4]| {
+        move |design: &Design| self::by(design, |_, number, at| at + turn * DVec3::Z * by[number as usize])
+    };
+    let still = four.still();
+    let first = four.old[0].1[0].number;
+    assert_eq!(first, 0, "profiles count from 0");
+    let mut two = on_plane(&[0.55, 1.7], 1e-8);
+    // A point more on the old curve: the match is by measure, and exact.
+    let more = |design: &Design| {
+        let mut design = design.clone();
+        for profile in design.profiles.values_mut().flatten() {
+            let middle = profile.points[0].midpoint(profile.points[1]);
+            profile.points.insert(1, middle);
+        }
+        design
+    };
+    let of_two = more(&two.still());
+    for (is_four, design, kink) in [
+        (true, still.clone(), Some(0)),
+        (true, shifted([0.01, 0.0, 0.02, 0.03])(&still), Some(1)),
+        (true, shifted([0.01, 0.02, 0.03, 0.02])(&still), Some(3)),
+        (true, shifted([0.01, 0.02, 0.03, 0.04])(&still), None),
+        (false, of_two, Some(0)),
+    ] {
+        let lofted = if is_four { &mut four } else { &mut two };
+        let outcome = lofted.mover.update(&design).unwrap();
+        match (outcome.differentiable(), kink) {
+            (Err(NotDifferentiable::Kink { wing, profile, .. }), Some(kink)) => {
+                assert_eq!((wing.as_str(), profile), ("wing", kink));
+            }
+            (Ok(()), None) => {}
+            other => panic!("{other:?}"),
+        }
+        let seed = vec![DVec3::ONE; outcome.vertices().len()];
+        assert_eq!(lofted.mover.reverse(&outcome, &seed, Derivative::Exact).is_err(), kink.is_some());
+        lofted.mover.reverse(&outcome, &seed, Derivative::Frozen).unwrap();
     }
 }
 
