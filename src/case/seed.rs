@@ -4,7 +4,7 @@
 //! |---|---|
 //! | table | a header, the vertex from 0, and the derivative as `jx`, `jy`, `jz` |
 //! | SU2's adjoint solution in ASCII | the same, as `PointID`, `Sensitivity_x`, `Sensitivity_y`, `Sensitivity_z` |
-//! | VTU or VTP | an array of three components at the points, which are the vertices in order |
+//! | VTU or VTP | an array of three components named `seed` or `sensitivity` at the points, which are the vertices in order |
 //!
 //! A table may have other columns. Rows stand in any order, and the derivative by a vertex without
 //! a row is zero. Where a file has positions, they must be those of the moved mesh: a solution on
@@ -17,7 +17,7 @@ use thiserror::Error;
 
 use crate::formats::{PointField, ReadError, Surface, is_surface, read_named, read_surface};
 use crate::text::figures::place;
-use crate::text::header::{self, DISPLACEMENT, Header, ORIGINAL, POSITION, Vector};
+use crate::text::header::{self, Header, POSITION, Vector};
 use crate::text::{Mark, comma_advice, decode, fields, parse_number, rows, shorten, shown};
 
 /// The columns of a derivative.
@@ -174,22 +174,19 @@ impl Seed {
             return Err(bad(format!("{found} points, expected the {n_vertices} vertices of the moved mesh")));
         }
         let name_of = |field: &PointField| field.name.to_lowercase().replace(['_', '-'], " ");
-        let is_seed = |field: &&PointField| SEED.names.contains(&name_of(field).as_str());
-        // Another vector is no seed: a moved mesh of idmesh has its displacement.
-        let is_other = |field: &PointField| {
-            let name = name_of(field);
-            [&DISPLACEMENT, &ORIGINAL].iter().any(|of| of.names.contains(&name.as_str())) || name.contains("normal")
-        };
-        let vectors: Vec<&PointField> =
-            points.fields.iter().filter(|field| field.n_components == 3 && !is_other(field)).collect();
-        let named: Vec<&PointField> = vectors.iter().copied().filter(is_seed).collect();
-        let names = || shorten(&vectors.iter().map(|field| format!("`{}`", field.name)).collect::<Vec<_>>().join(", "));
-        let field = match (&named[..], &vectors[..]) {
-            ([field], _) | ([], [field]) => field,
-            ([], []) => {
-                return Err(bad("no array of three components at the points, expected one named `seed`".to_owned()));
+        let is_seed = |field: &PointField| SEED.names.contains(&name_of(field).as_str());
+        let vectors: Vec<&PointField> = points.fields.iter().filter(|field| field.n_components == 3).collect();
+        let field = match vectors.iter().filter(|field| is_seed(field)).collect::<Vec<_>>()[..] {
+            [field] => *field,
+            // Another vector is no seed: a solution has velocities, and a moved mesh displacements.
+            ref found => {
+                let names: Vec<_> = vectors.iter().map(|field| format!("`{}`", field.name)).collect();
+                let there = if names.is_empty() { "none".to_owned() } else { shorten(&names.join(", ")) };
+                return Err(bad(format!(
+                    "{} arrays of three components at the points are named `seed` or `sensitivity`, expected one; there is {there}",
+                    found.len()
+                )));
             }
-            _ => return Err(bad(format!("the arrays {} may all be the seed, expected one named `seed`", names()))),
         };
         let by_vertices: Vec<DVec3> =
             field.values.as_chunks::<3>().0.iter().map(|&value| DVec3::from_array(value)).collect();

@@ -22,8 +22,8 @@ use crate::text::figures::Shortest;
 #[command(after_help = "\
 SEED is a table with the columns vertex (from 0), jx, jy and jz; SU2's adjoint
 solution in ASCII, with PointID and Sensitivity_x, _y and _z; or a VTU file with
-an array of three components at the points. A vertex without a row counts as
-zero. Where SEED has positions, they must be those of the moved mesh.
+an array `seed` of three components at the points. A vertex without a row counts
+as zero. Where SEED has positions, they must be those of the moved mesh.
 
 FILE.csv has the columns profile,x,y,z,gx,gy,gz with the points of the new
 profiles as they came in, or x,y,z,gx,gy,gz with the vertices of the prescribed

@@ -126,7 +126,7 @@ fn seeds_have_several_formats() {
     let fields = Fields { displacement: Some(&weights), ..Fields::default() };
     formats::write_vtu(&fixture.path("seed.vtu"), &vertices, &cells, &fields).unwrap();
     let refused = fixture.idmesh(&[&GRADIENT[..5], &["seed.vtu", "--out", "g.csv"]].concat());
-    assert!(stderr(&refused).contains("no array of three components"), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("0 arrays of three components"), "{}", stderr(&refused));
     let bytes = std::fs::read(fixture.path("seed.vtu")).unwrap();
     let name = b"\"displacement\"";
     let at = bytes.windows(name.len()).position(|window| window == name).unwrap();
@@ -196,6 +196,9 @@ fn a_result_without_a_derivative_has_its_exit_code() {
         fixture.write("case.toml", &case.replace("\"off\"", &format!("\"{target}\"")));
         fixture.write("new.csv", &profiles(&[(0, 0.3, 0.02), (1, 1.2, height)]));
         fixture.refuses_command(&GRADIENT, 7, &[words]);
+        fixture.write("g.csv", "profile,x,y,z,gx,gy,gz\n0,0,0,0,0,0,0\n");
+        assert_eq!(fixture.idmesh(&GRADIENT).status.code(), Some(7));
+        assert!(!fixture.path("g.csv").exists(), "an earlier gradient stayed");
         assert_good(&fixture.idmesh(&[&GRADIENT[..], &["--frozen"]].concat()));
         std::fs::remove_file(fixture.path("g.csv")).unwrap();
     }
