@@ -220,6 +220,37 @@ mod tests {
         }
     }
 
+    /// A curve of straight pieces has corners. A knot may be nearest to one of them over 1e-5 of
+    /// the chord, and stays there.
+    ///
+    /// Fails if such a knot goes on along the steps beside the corner.
+    #[test]
+    fn knots_at_corners_have_their_derivative() {
+        let old = airfoil(40, 0.01, true);
+        let section = OldSection::new(&old, &Plane::of_profile(&old).unwrap()).unwrap();
+        for k in 0..20 {
+            let phase = f64::from(k);
+            let moved = |at: DVec3| at + DVec3::new(0.004 * (2.0 * at.x).sin(), 0.0, 0.01 * (4.0 * at.x + phase).sin());
+            let points: Vec<DVec3> = old.points.iter().map(|&at| moved(at)).collect();
+            let between = |pair: &[DVec3]| [0.0, 0.4, 0.8].map(|share| pair[0].lerp(pair[1], share));
+            let mut finer: Vec<DVec3> = points.windows(2).flat_map(between).collect();
+            finer.push(points[0]);
+            let new = Profile { points: finer, ..old.clone() };
+            let direction: Vec<DVec3> = new.points.iter().map(|at| DVec3::Z * (3.0 * at.x).cos()).collect();
+            let forward = section.match_change(&new).unwrap().forward(&direction);
+            let off = [1e-6, 1e-7].map(|h| {
+                let [plus, minus] = [h, -h].map(|h| {
+                    let points = new.points.iter().zip(&direction).map(|(at, by)| *at + *by * h).collect();
+                    section.displacements(&Profile { points, ..new.clone() }).unwrap().knots
+                });
+                let differences = plus.iter().zip(&minus).map(|(plus, minus)| (*plus - *minus) / (2.0 * h));
+                differences.zip(&forward).map(|(by, exact)| by.distance(*exact)).fold(0.0, f64::max)
+            });
+            let off = off.into_iter().fold(f64::INFINITY, f64::min);
+            assert!(off < 1e-5, "{k}: {off:e}");
+        }
+    }
+
     /// Own points that move smoothly come near corners between steps of the new curve. The
     /// derivative is that of designs 1e-12 away all the same.
     ///

@@ -17,10 +17,6 @@ use crate::profile::tilt::Tilt;
 /// Most steps of the curves of one match. Each takes about 300 bytes on the tape.
 pub(super) const MOST_STEPS: usize = 200_000;
 
-/// A nearest point is at a corner between two steps, and not at an end of where it may be, if the
-/// line of the step leads it no farther beyond the corner than this share of the step.
-const AT_CORNER: f64 = 0.05;
-
 /// A match by measure on a tape.
 pub(super) struct MeasuredChange {
     tape: Tape,
@@ -474,20 +470,20 @@ impl MeasuredCurve {
     fn nearest(&mut self, tape: &mut Tape, boxes: &PathBoxes, at: Vector, between: [f64; 2]) -> Number {
         let (step, t) = self.measured.nearest_step(boxes, value(at), between);
         let [from, to] = [step, step + 1].map(|step| self.tau(tape, step));
+        if t <= 0.0 {
+            return from;
+        }
+        let whole = from.value + (to.value - from.value) * t;
+        if t >= 1.0 {
+            return tape.number(whole, [(to, 1.0)]);
+        }
         let way = tape.sum_of(&[(self.path[step + 1], 1.0), (self.path[step], -1.0)]);
         let off = tape.sum_of(&[(at, 1.0), (self.path[step], -1.0)]);
         let (along, square) = (tape.dot(off, way), tape.dot(way, way));
-        let on_line = tape.div(along, square);
-        // A point that is nearest to a corner between two steps stays there for 1e-7 of the chord
-        // and then goes on, so over any motion it goes as along the steps. At an end it stays.
-        let beyond = (on_line.value - t).abs();
-        if beyond > AT_CORNER {
-            return if t <= 0.0 { from } else { to };
-        }
-        let (t, of_step) = (tape.number(t, [(on_line, 1.0)]), tape.sub(to, from));
-        let part = tape.mul(t, of_step);
+        let (share, of_step) = (tape.div(along, square), tape.sub(to, from));
+        let part = tape.mul(share, of_step);
         let tau = tape.add(from, part);
-        tape.number(from.value + (to.value - from.value) * t.value, [(tau, 1.0)])
+        tape.number(whole, [(tau, 1.0)])
     }
 }
 
