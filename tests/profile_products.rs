@@ -291,12 +291,18 @@ fn kinks_have_a_frozen_derivative_alone() {
         design
     };
     let of_two = more(&two.still());
+    let affine = |at: DVec3| turn * (turn.inverse() * at * DVec3::new(1.03, 1.0, 1.1) + DVec3::Z * 0.01);
+    let bent = |at: DVec3| affine(at) + turn * DVec3::Z * 5e-4 * (3.0 * (turn.inverse() * at).x).sin();
+    let affine = self::by(&of_two, |_, _, at| affine(at));
+    let bent = self::by(&of_two, |_, _, at| bent(at));
     for (is_four, design, kink) in [
         (true, still.clone(), Some(0)),
         (true, shifted([0.01, 0.0, 0.02, 0.03])(&still), Some(1)),
         (true, shifted([0.01, 0.02, 0.03, 0.02])(&still), Some(3)),
         (true, shifted([0.01, 0.02, 0.03, 0.04])(&still), None),
         (false, of_two, Some(0)),
+        (false, affine, Some(0)),
+        (false, bent, None),
     ] {
         let lofted = if is_four { &mut four } else { &mut two };
         let outcome = lofted.mover.update(&design).unwrap();
