@@ -293,8 +293,8 @@ fn kinks_have_a_frozen_derivative_alone() {
     let of_two = more(&two.still());
     let affine = |at: DVec3| turn * (turn.inverse() * at * DVec3::new(1.03, 1.0, 1.1) + DVec3::Z * 0.01);
     let bent = |at: DVec3| affine(at) + turn * DVec3::Z * 5e-4 * (3.0 * (turn.inverse() * at).x).sin();
-    let affine = self::by(&of_two, |_, _, at| affine(at));
-    let bent = self::by(&of_two, |_, _, at| bent(at));
+    let affine = by(&of_two, |_, _, at| affine(at));
+    let bent = by(&of_two, |_, _, at| bent(at));
     for (is_four, design, kink) in [
         (true, still.clone(), Some(0)),
         (true, shifted([0.01, 0.0, 0.02, 0.03])(&still), Some(1)),
