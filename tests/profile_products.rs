@@ -211,29 +211,9 @@ fn along(gradient: &Gradient, direction: &Design) -> f64 {
     direction.profiles.iter().map(of_wing).sum()
 }
 
-#[test]
-fn reverse_is_the_transpose_of_forward() {
-    for (name, mut lofted, share) in [
-        ("two sections", on_plane(&[0.55, 1.7], 1e-12), 1.0),
-        ("two sections, unmoved", on_plane(&[0.55, 1.7], 1e-12), 0.0),
-        ("four sections", on_plane(&[0.55, 0.9, 1.3, 1.7], 1e-12), 1.0),
-        ("one section", on_plane(&[0.6], 1e-12), 1.0),
-        ("partners", between_partners(1e-12), 0.3),
-        ("mirrored", mirrored(1e-12), 0.3),
-        ("sharing", sharing(1e-12), 0.3),
-        ("half aircraft", half_aircraft(false, 1e-12), 0.1),
-        ("all move", half_aircraft(true, 1e-12), 0.1),
-    ] {
-        let design = lofted.design(share);
-        lofted.check_transpose(name, &design);
-    }
-}
-
-/// Fails if the slide of a junction does not follow the span direction, or if a wing does not give
-/// way at a shared curve.
-#[test]
-fn forward_is_the_limit_of_updates() {
-    for (name, mut lofted, share) in [
+/// Wings of every kind, each with its name and the share of the design.
+fn wings() -> [(&'static str, Lofted, f64); 9] {
+    [
         ("two sections", on_plane(&[0.55, 1.7], 1e-12), 1.0),
         ("two sections, unmoved", on_plane(&[0.55, 1.7], 1e-14), 0.0),
         ("four sections", on_plane(&[0.55, 0.9, 1.3, 1.7], 1e-12), 1.0),
@@ -243,7 +223,22 @@ fn forward_is_the_limit_of_updates() {
         ("sharing", sharing(1e-12), 0.3),
         ("half aircraft", half_aircraft(false, 1e-12), 0.1),
         ("all move", half_aircraft(true, 1e-12), 0.1),
-    ] {
+    ]
+}
+
+#[test]
+fn reverse_is_the_transpose_of_forward() {
+    for (name, mut lofted, share) in wings() {
+        let design = lofted.design(share);
+        lofted.check_transpose(name, &design);
+    }
+}
+
+/// Fails if the slide of a junction does not follow the span direction, or if a wing does not give
+/// way at a shared curve.
+#[test]
+fn forward_is_the_limit_of_updates() {
+    for (name, mut lofted, share) in wings() {
         let (design, smooth) = (lofted.design(share), lofted.smooth(&lofted.design(share)));
         let step = if name == "all move" { 1e-6 } else { 1e-5 };
         let off = lofted.off_differences(&design, &smooth, step);
