@@ -7,6 +7,7 @@ use common::{compare, compare_by};
 use glam::DVec3;
 use idmesh::mover::Mover;
 use idmesh::profile::Profile;
+use idmesh::relaxation::Stopping;
 use idmesh::volume::Start;
 
 /// Profiles raised by so much of their distance from the symmetry plane.
@@ -60,6 +61,26 @@ fn the_last_design_is_a_shorter_way_to_the_same_place() {
                 _ => assert!(same.is_err()),
             }
         }
+    }
+}
+
+/// At a small tolerance nothing of the start is left: rotations and planes start from the last
+/// design too, and end where they do from the undeformed mesh.
+///
+/// Fails if the rotations of surfaces see the last displacement of the planes beside them.
+#[test]
+fn the_start_does_not_show_at_a_small_tolerance() {
+    let old = SMALL.profiles("old_2");
+    let build = || {
+        let stopping = Stopping { tolerance: 1e-10, ..Stopping::default() };
+        SMALL.builder(old.clone()).stopping(stopping).build(cpu()).unwrap()
+    };
+    let mut looped = build();
+    looped.start_from(Start::LastDesign);
+    for share in [0.05, -0.03, 0.02] {
+        let from_last = update(&mut looped, raised(&old, share));
+        let from_undeformed = update(&mut build(), raised(&old, share));
+        compare(from_undeformed.vertices(), from_last.vertices(), 1e-8).unwrap();
     }
 }
 

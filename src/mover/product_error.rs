@@ -91,10 +91,11 @@ pub enum NotDifferentiable {
         /// The cause.
         why: &'static str,
     },
-    /// A new profile is where the derivative jumps. There is the frozen derivative, which is that
-    /// of one side.
+    /// The match by measure of a new profile has another derivative beside the design. There is the
+    /// frozen derivative, which goes by the affine image of the old profile.
     #[error(
-        "profile {profile} of wing `{wing}` {why}; move it a little, or take the frozen derivative, which is that of one side"
+        "profile {profile} of wing `{wing}` {why}; match it by points, or take the frozen derivative, which goes by the \
+         affine image"
     )]
     Kink {
         /// The wing.

@@ -24,7 +24,7 @@ pub struct ProfileDisplacement {
     pub(super) carried: Vec<Vec<DVec3>>,
     /// A new profile whose match has no derivative, by its number, and why.
     pub(crate) why_not: Option<(i64, &'static str)>,
-    /// A new profile at which the derivative is that of one side alone, by its number, and why.
+    /// A new profile whose match has another derivative beside the design, by its number, and why.
     pub(crate) kink: Option<(i64, &'static str)>,
     /// How each new profile was matched, by its number.
     pub matches: BTreeMap<i64, ProfileMatch>,

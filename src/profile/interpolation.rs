@@ -18,7 +18,7 @@
 //!
 //! Blended parabolas overshoot beside a section that changes alone, and without bound where the
 //! planes have uneven distances. So the displacement may leave the straight interpolation between
-//! the two neighbouring sections by at most [`OVERSHOOT`] of the change.
+//! the two neighbouring sections by at most [`OVERSHOOT`] of the change, see [`Limit`].
 //!
 //! **Difference from the paper.** Step 3 of the paper is one least-squares polynomial of degree up
 //! to two in x, y, z. The polynomial smooths: the wing would miss its new profiles wherever the
@@ -46,8 +46,8 @@ use super::displacement::ProfileDisplacement;
 use super::kept::KeptSection;
 use super::locate::grid_parameters;
 use super::matching::{OldSection, ProfileMatch};
-use super::overshoot::Limit;
 pub use super::overshoot::OVERSHOOT;
+use super::overshoot::{Bounds, Limit, SMALL};
 use super::places::{Place, places};
 use super::section::{Change, Changes, Forms};
 use super::span::Span;
@@ -55,29 +55,6 @@ use super::spanwise;
 use super::trend::{Trend, TrendMap};
 use super::wing_surface::WingSurface;
 use super::{Plane, Profile, ProfileError, Remark, extent};
-
-/// Why the limit of overshoots has a kink at a section.
-const ALIKE: &str =
-    "rests or moves as another one does, where the limit of overshoots between three or more profiles has a kink";
-
-/// Two of three or more sections that move alike to this share of the largest displacement move as
-/// one.
-const AS_ONE: f64 = 1e-9;
-
-/// A section among three or more at which the limit of overshoots has a kink: it takes the largest
-/// displacement of a section and the largest difference of two. A section at rest, and two that
-/// move alike, make two of these equal.
-fn alike(of_section: &[Change]) -> Option<usize> {
-    let largest = of_section.iter().flat_map(|change| change.at_probes).map(|by| by.length()).fold(0.0, f64::max);
-    let near = |one: &Change, other: [DVec3; 4]| {
-        one.at_probes.iter().zip(other).all(|(one, other)| one.distance(other) <= AS_ONE * largest)
-    };
-    let is_alike = |&place: &usize| {
-        let own = &of_section[place];
-        near(own, [DVec3::ZERO; 4]) || of_section[..place].iter().any(|other| near(own, other.at_probes))
-    };
-    if of_section.len() > 2 { (0..of_section.len()).find(is_alike) } else { None }
-}
 
 /// The interpolation of a wing with its old profiles. Made once per mesh, used for any number of
 /// new profiles.
@@ -98,6 +75,8 @@ pub struct ProfileInterpolation {
     pub(super) places: Vec<Place>,
     watch: Watch,
     extent: f64,
+    /// Overshoots of smaller changes are not limited, in the mesh's unit.
+    pub(super) small: f64,
     /// Least and greatest place of the wing along the span's normal.
     ends: [f64; 2],
     /// Reach of a wing beyond the plane of its only section, if the wing is not the same all along
@@ -176,6 +155,7 @@ impl ProfileInterpolation {
 
         let (places, off) = places(sections, &arcs, &tau, &span, surface);
         checks::beside_wing(sections, compared, &span, surface, &off)?;
+        let small = SMALL * sections.iter().map(KeptSection::length).sum::<f64>() / sections.len() as f64;
         let extent = extent(surface.positions);
         let along = surface.positions.iter().map(|position| position.dot(span.normal));
         let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
@@ -193,6 +173,7 @@ impl ProfileInterpolation {
             flat_trend,
             places,
             watch: Watch::default(),
+            small,
             closeness: Closeness::default(),
             gaps: Vec::new(),
             extent,
@@ -239,8 +220,7 @@ impl ProfileInterpolation {
         let numbered = self.numbers.iter().zip(of_section);
         let matches = numbered.clone().map(|(&number, change)| (number, change.by)).collect();
         let why_not = numbered.clone().filter_map(|(&number, change)| Some((number, change.why_not?))).next();
-        let of_limit = alike(of_section).map(|place| (self.numbers[place], ALIKE));
-        let kink = numbered.filter_map(|(&number, change)| Some((number, change.kink?))).next().or(of_limit);
+        let kink = numbered.filter_map(|(&number, change)| Some((number, change.kink?))).next();
         if let (Some(reach), [only]) = (self.alone, &of_section[..])
             && !spanwise::is_shift(&only.knots, self.forms.smooth[0].length())
         {
@@ -343,7 +323,7 @@ impl ProfileInterpolation {
         if let Some(upper) = place.above() {
             let straight = place.shares[lower].of(remainder).lerp(upper.of(remainder), t);
             let whole: Vec<DVec3> = place.shares.iter().map(|share| share.of(whole)).collect();
-            left = straight + Limit::limited(left - straight, &whole, lower, t);
+            left = straight + Limit::limited(left - straight, &Bounds { whole: &whole, lower, t, small: self.small });
         }
         let displacement = left + trend.at(map, place.position, place.eta);
         if self.span.planes.len() < 2 {

@@ -8,9 +8,8 @@
 //!
 //! # Kinks
 //!
-//! Where the displacement of all sections is the same, as at rest, the overshoot has no share that
-//! is allowed. There the derivative is that without the limit, which holds in the directions that
-//! stay within it.
+//! Where an overshoot reaches its limit the derivative jumps, and the value does not. On one side
+//! the overshoot grows with the change of the profiles, on the other side its limit does.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,7 +17,7 @@ use rayon::prelude::*;
 use super::interpolation::{Lofted, ProfileInterpolation, transfer};
 use super::kept::KeptSection;
 use super::matching::{MatchChange, PlaneAffine};
-use super::overshoot::Limit;
+use super::overshoot::{Bounds, Limit};
 use super::places::Place;
 use super::tilt::Tilt;
 use super::trend::TrendMap;
@@ -101,7 +100,8 @@ impl LoftChange {
             let straight = place.shares[lower].of(&remainder).lerp(above.of(&remainder), t);
             let left: DVec3 = place.shares.iter().map(|share| share.of(&remainder) * share.weight).sum();
             let whole: Vec<DVec3> = place.shares.iter().map(|share| share.of(&whole)).collect();
-            Some((vertex, Limit::new(left - straight, &whole, lower, t)?))
+            let bounds = Bounds { whole: &whole, lower, t, small: wing.small };
+            Some((vertex, Limit::new(left - straight, &bounds)?))
         };
         let limits = wing.places.par_iter().enumerate().filter_map(limit).collect();
         let n_points = new.iter().map(|profile| profile.points.len()).collect();

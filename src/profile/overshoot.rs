@@ -1,50 +1,34 @@
 //! [`Limit`]: blended parabolas along the span leave the straight interpolation between two
 //! sections by no more than a share of the change.
+//!
+//! ```text
+//! allowed = OVERSHOOT sqrt(sum_i |w_i - mean|^2 + d^2)
+//! off^2   = min over s in [0, 1] of |b - (s - t) v|^2 + (s - t)^2 d^2
+//! ```
+//!
+//! | symbol | is |
+//! |---|---|
+//! | `w_i` | displacement of section i at the vertex's place along the sections |
+//! | `v`, `t` | `w` of the section above less `w` of the section below, and the share of the way between them |
+//! | `b` | the bow: the parabolas less the straight interpolation |
+//! | `d` | [`SMALL`] of the chord |
+//!
+//! A bow with `off > allowed` is shortened until `off = allowed`. With `d = 0` `off` is the
+//! distance of the displacement from those between both sections. The length `d` leaves small
+//! motions alone, so that the interpolation is linear beside a design at which sections rest or
+//! move alike. With `d = 0` its derivative would jump at each such design, and a loop usually
+//! starts at one.
 
 use glam::DVec3;
 
-use crate::geometry::nearest_on_segment;
-
 /// Largest distance from the straight interpolation between two neighbouring sections, as a share
-/// of the change. The change is the largest displacement of the sections that count, or the largest
-/// difference between these displacements if it is less.
+/// of the change. The change is the root of the sum of squares of the differences between the
+/// displacement of each section and their mean: for two to four sections, 0.7 to 1 of the largest
+/// difference between two of them.
 pub const OVERSHOOT: f64 = 0.1;
 
-/// An overshoot below this share of the displacement counts as none where its limit is
-/// differentiated.
-const NO_BOW: f64 = 1e-9;
-
-/// The largest overshoot of the parabolas that is allowed.
-enum Allowed {
-    /// By the displacement of this section, which is the largest.
-    Largest(usize),
-    /// By the difference of these two sections' displacements, which is the largest.
-    Apart(usize, usize),
-}
-
-impl Allowed {
-    /// The overshoot, and what allows it.
-    ///
-    /// - `whole`: displacement of each section that counts
-    fn by(whole: &[DVec3]) -> (f64, Self) {
-        let mut apart = (0.0, (0, 0));
-        for (i, &a) in whole.iter().enumerate() {
-            for (j, &b) in whole[..i].iter().enumerate() {
-                if a.distance(b) > apart.0 {
-                    apart = (a.distance(b), (i, j));
-                }
-            }
-        }
-        let mut largest = (0.0, 0);
-        for (i, whole) in whole.iter().enumerate() {
-            if whole.length() > largest.0 {
-                largest = (whole.length(), i);
-            }
-        }
-        let allowed = OVERSHOOT * f64::min(largest.0, apart.0);
-        (allowed, if largest.0 <= apart.0 { Self::Largest(largest.1) } else { Self::Apart(apart.1.0, apart.1.1) })
-    }
-}
+/// A change by this share of the chord counts as large.
+pub(super) const SMALL: f64 = 1e-3;
 
 /// The limit of a vertex whose overshoot is reduced, and its derivative.
 #[derive(Debug)]
@@ -56,65 +40,91 @@ pub(super) struct Limit {
     by_whole: Vec<DVec3>,
 }
 
-impl Limit {
-    /// The part of the parabolas beyond the straight interpolation between two sections, reduced
-    /// where it is too large.
-    ///
-    /// - `whole`: displacement of each section that counts
-    /// - `lower`, `t`: the section below, and the share of the way to the next one
-    pub fn limited(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> DVec3 {
-        Self::share(bow, whole, lower, t).map_or(bow, |share| bow * share)
+/// What limits the bow of a vertex.
+pub(super) struct Bounds<'a> {
+    /// Displacement of each section that counts.
+    pub whole: &'a [DVec3],
+    /// The section below.
+    pub lower: usize,
+    /// Share of the way to the next section.
+    pub t: f64,
+    /// A small length, `d` in the module's formulas, in the mesh's unit.
+    pub small: f64,
+}
+
+impl Bounds<'_> {
+    fn mean(&self) -> DVec3 {
+        self.whole.iter().sum::<DVec3>() / self.whole.len() as f64
+    }
+
+    fn allowed(&self) -> f64 {
+        let mean = self.mean();
+        let change = self.whole.iter().map(|whole| whole.distance_squared(mean)).sum::<f64>();
+        OVERSHOOT * (change + self.small * self.small).sqrt()
+    }
+
+    /// From the displacement of the section below to that of the section above.
+    fn between(&self) -> DVec3 {
+        self.whole[self.lower + 1] - self.whole[self.lower]
+    }
+
+    /// The way from the vertex to the nearest place between the sections, as a share of the way
+    /// between them, and what is left of the bow there.
+    fn nearest(&self, bow: DVec3) -> (f64, DVec3) {
+        let between = self.between();
+        let way = bow.dot(between) / (between.length_squared() + self.small * self.small);
+        let way = if way.is_finite() { way.clamp(-self.t, 1.0 - self.t) } else { 0.0 };
+        (way, bow - between * way)
+    }
+
+    fn off(&self, bow: DVec3) -> f64 {
+        let (way, left) = self.nearest(bow);
+        left.length().hypot(way * self.small)
     }
 
     /// The share of the bow that is left. `None` if it stays whole.
-    fn share(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> Option<f64> {
-        let (allowed, _) = Allowed::by(whole);
-        let (from, to) = (whole[lower], whole[lower + 1]);
-        let on_way = from.lerp(to, t);
-        let off = |share: f64| super::distance::distance(on_way + bow * share, &[from, to]);
-        if off(1.0) <= allowed {
+    fn share(&self, bow: DVec3) -> Option<f64> {
+        let allowed = self.allowed();
+        if self.off(bow) <= allowed {
             return None;
         }
         // The distance grows with the share, so bisection finds the largest share allowed.
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..50 {
             let middle = (low + high) / 2.0;
-            if off(middle) <= allowed { low = middle } else { high = middle }
+            if self.off(bow * middle) <= allowed { low = middle } else { high = middle }
         }
         Some(low)
     }
+}
+
+impl Limit {
+    /// The part of the parabolas beyond the straight interpolation between two sections, reduced
+    /// where it is too large.
+    pub fn limited(bow: DVec3, bounds: &Bounds) -> DVec3 {
+        bounds.share(bow).map_or(bow, |share| bow * share)
+    }
 
     /// The derivative. `None` where the bow stays whole.
-    pub fn new(bow: DVec3, whole: &[DVec3], lower: usize, t: f64) -> Option<Self> {
-        let (_, by) = Allowed::by(whole);
-        let largest = whole.iter().map(|whole| whole.length()).fold(0.0, f64::max);
-        if bow.length() <= NO_BOW * largest {
-            return None;
-        }
-        let share = Self::share(bow, whole, lower, t)?;
-        let (from, to) = (whole[lower], whole[lower + 1]);
-        let at = from.lerp(to, t) + bow * share;
-        let (nearest, on_way) = nearest_on_segment(at, from, to);
-        let away = (at - nearest).normalize_or(bow.normalize_or_zero());
-        // The distance from the segment stays the allowed one:
-        // away . (d on_way + share d bow + bow d share - d nearest) = d allowed.
-        let slope = away.dot(bow);
+    pub fn new(bow: DVec3, bounds: &Bounds) -> Option<Self> {
+        let share = bounds.share(bow)?;
+        let (way, left) = bounds.nearest(bow * share);
+        let off = bounds.off(bow * share);
+        // `off` stays the allowed one. The nearest place between the sections is the best one, so
+        // its own change does not count:
+        // left . (share d bow + bow d share - way d between) = off d allowed.
+        let slope = left.dot(bow);
         if slope <= 0.0 {
             return None;
         }
-        let mut by_whole = vec![DVec3::ZERO; whole.len()];
-        match by {
-            Allowed::Largest(i) => by_whole[i] += whole[i].normalize_or_zero() * OVERSHOOT,
-            Allowed::Apart(i, j) => {
-                let apart = (whole[i] - whole[j]).normalize_or_zero() * OVERSHOOT;
-                by_whole[i] += apart;
-                by_whole[j] -= apart;
-            }
-        }
-        by_whole[lower] -= away * (on_way - t);
-        by_whole[lower + 1] += away * (on_way - t);
+        let allowed = bounds.allowed();
+        let mean = bounds.mean();
+        let by_allowed = |whole: &DVec3| (*whole - mean) * (OVERSHOOT * OVERSHOOT / allowed * off);
+        let mut by_whole: Vec<DVec3> = bounds.whole.iter().map(by_allowed).collect();
+        by_whole[bounds.lower] -= left * way;
+        by_whole[bounds.lower + 1] += left * way;
         by_whole.iter_mut().for_each(|by| *by /= slope);
-        Some(Self { share, bow, by_bow: away * (-share / slope), by_whole })
+        Some(Self { share, bow, by_bow: left * (-share / slope), by_whole })
     }
 
     /// Change of the reduced bow.
@@ -135,8 +145,8 @@ impl Limit {
 mod tests {
     use super::*;
 
-    /// The four displacements and the bow at two designs: one whose largest difference allows the
-    /// overshoot, and one whose largest displacement does.
+    /// The four displacements and the bow at two designs: one whose sections move alike, and one
+    /// whose sections move apart.
     fn cases() -> [(DVec3, [DVec3; 4]); 2] {
         let whole = [
             DVec3::new(0.1, 0.0, 1.0),
@@ -148,22 +158,25 @@ mod tests {
         [(DVec3::new(0.1, 0.3, -0.2), whole), (DVec3::new(0.5, 0.1, -0.2), opposite)]
     }
 
-    /// Fails if the share does not follow the bow, or the sections below and above.
+    /// Fails if the share does not follow the bow, or the sections below and above, or if the
+    /// nearest place between the sections is not the best one.
     #[test]
     fn a_limit_has_its_derivative() {
-        let (lower, t) = (1, 0.3);
+        let (lower, t, small) = (1, 0.3, 0.2);
         let (of_bow, of_whole) = (
             DVec3::new(0.3, -0.2, 0.7),
             [DVec3::new(0.5, 1.0, -0.2), DVec3::new(-0.4, 0.3, 0.9), DVec3::new(0.8, 0.1, 0.2), -DVec3::ONE],
         );
         for (bow, whole) in cases() {
-            assert!(Limit::limited(bow, &whole, lower, t).length() < 0.9 * bow.length());
-            let limit = Limit::new(bow, &whole, lower, t).unwrap();
+            let bounds = |whole: &[DVec3]| Bounds { whole, lower, t, small };
+            let limited = |bow: DVec3, whole: &[DVec3]| Limit::limited(bow, &Bounds { whole, lower, t, small });
+            assert!(limited(bow, &whole).length() < 0.9 * bow.length());
+            let limit = Limit::new(bow, &bounds(&whole)).unwrap();
             let exact = limit.forward(of_bow, &of_whole);
             let h = 1e-6;
             let [plus, minus] = [h, -h].map(|h| {
                 let whole: Vec<DVec3> = whole.iter().zip(of_whole).map(|(whole, by)| *whole + by * h).collect();
-                Limit::limited(bow + of_bow * h, &whole, lower, t)
+                limited(bow + of_bow * h, &whole)
             });
             let difference = (plus - minus) / (2.0 * h);
             assert!(difference.distance(exact) < 1e-8, "{difference} instead of {exact}");
@@ -174,10 +187,32 @@ mod tests {
         }
     }
 
-    /// At rest, and where all sections move alike, there is no limit to differentiate.
+    /// At rest, and where all sections move alike, small bows stay whole.
+    ///
+    /// Fails if `SMALL` is 0.
     #[test]
-    fn rest_has_no_limit() {
-        assert!(Limit::new(DVec3::ZERO, &[DVec3::ZERO; 3], 0, 0.5).is_none());
-        assert!(Limit::new(DVec3::Z * 1e-17, &[DVec3::X; 3], 0, 0.5).is_none());
+    fn small_motions_have_no_limit() {
+        for whole in [DVec3::ZERO, DVec3::X] {
+            let bounds = Bounds { whole: &[whole; 3], lower: 0, t: 0.5, small: SMALL };
+            assert!(Limit::new(DVec3::ZERO, &bounds).is_none());
+            assert!(Limit::new(DVec3::Z * 0.9e-4, &bounds).is_none());
+            assert!(Limit::new(DVec3::Z * 1.1e-4, &bounds).is_some());
+        }
+    }
+
+    /// One section moves far; the sections below and above a vertex rest. A small motion of one of
+    /// them has a derivative: both one-sided differences agree.
+    ///
+    /// Fails if `off` is the distance itself, without `d`.
+    #[test]
+    fn sections_at_rest_beside_a_large_motion_have_their_derivative() {
+        let (bow, lower, t, small) = (DVec3::Z * 0.3, 0, 0.5, SMALL);
+        let limited = |h: f64| {
+            let whole = [DVec3::Z * h, DVec3::ZERO, DVec3::Z];
+            Limit::limited(bow, &Bounds { whole: &whole, lower, t, small }).z
+        };
+        let h = 1e-7;
+        let [plus, minus] = [limited(h) - limited(0.0), limited(0.0) - limited(-h)].map(|difference| difference / h);
+        assert!((plus - minus).abs() < 1e-3, "{plus} and {minus}");
     }
 }

@@ -77,7 +77,7 @@ pub(super) struct Change {
     pub by: ProfileMatch,
     /// Why the match has no derivative, if it has none.
     pub why_not: Option<&'static str>,
-    /// Why its derivative is that of one side alone, if it is.
+    /// Why its derivative is another one beside the design, if it is.
     pub kink: Option<&'static str>,
     /// [`OldSection::roughness`], where two forms are compared.
     roughness: f64,

@@ -346,7 +346,7 @@ impl SessionError {
                 "expected the file of `idmesh batch --json`, with the report of a design in each line"
             }
             Self::Product(ProductError::NotDifferentiable(NotDifferentiable::Kink { .. })) => {
-                "--frozen takes the derivative of one side; `match = \"points\"` under [profiles.NAME] has no kink of a match"
+                "--frozen takes the derivative by the affine image; `match = \"points\"` under [profiles.NAME] has no such kink"
             }
             Self::Refused(refused) => return refused.hint.clone(),
             Self::Product(ProductError::NotDifferentiable(

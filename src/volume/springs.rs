@@ -132,7 +132,6 @@ impl VolumeNetwork {
             let n_rotations = if self.rotation.is_some() { vertices.len() } else { 0 };
             return Ok((Convergence::nothing_to_do(), vec![DVec3::ZERO; n_rotations]));
         }
-        self.last.recall(&self.relaxer.network().constraint, displacement);
         let (force, rotations, spread) = match &mut self.rotation {
             None => (None, Vec::new(), Convergence::nothing_to_do()),
             Some(rotation) => {
@@ -142,6 +141,9 @@ impl VolumeNetwork {
                 (Some(rest_force(self.relaxer.network(), vertices, &turns)), rotations, spread)
             }
         };
+        // The rotations of the surfaces depend on the displacement beside them, so the start of the
+        // springs comes after them.
+        self.last.recall(&self.relaxer.network().constraint, displacement);
         let tell = |share: f64| tell(1.0 - of_displacements * (1.0 - share));
         let mut convergence = self.relaxer.relax_and_tell(displacement, force.as_deref(), stopping, &tell)?;
         if self.rotation.is_some() {
