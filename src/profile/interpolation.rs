@@ -18,7 +18,8 @@
 //!
 //! Blended parabolas overshoot beside a section that changes alone, and without bound where the
 //! planes have uneven distances. So the displacement may leave the straight interpolation between
-//! the two neighbouring sections by at most [`OVERSHOOT`] of the change, see [`Limit`].
+//! the two neighbouring sections by at most [`OVERSHOOT`] of the change, see
+//! `overshoot`.
 //!
 //! **Difference from the paper.** Step 3 of the paper is one least-squares polynomial of degree up
 //! to two in x, y, z. The polynomial smooths: the wing would miss its new profiles wherever the

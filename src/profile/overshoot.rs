@@ -2,8 +2,8 @@
 //! sections by no more than a share of the change.
 //!
 //! ```text
-//! allowed = OVERSHOOT sqrt(sum_i |w_i - mean|^2 + d^2)
-//! off^2   = min over s in [0, 1] of |b - (s - t) v|^2 + (s - t)^2 d^2
+//! a     = sqrt(sum_i |w_i - mean|^2 + d^2)
+//! off^2 = min over s in [0, 1] of |b - (s - t) v|^2 + (s - t)^2 d a
 //! ```
 //!
 //! | symbol | is |
@@ -12,8 +12,9 @@
 //! | `v`, `t` | `w` of the section above less `w` of the section below, and the share of the way between them |
 //! | `b` | the bow: the parabolas less the straight interpolation |
 //! | `d` | [`SMALL`] of the chord |
+//! | `a` | the change along the span |
 //!
-//! A bow with `off > allowed` is shortened until `off = allowed`. With `d = 0` `off` is the
+//! A bow with `off > OVERSHOOT a` is shortened until `off = OVERSHOOT a`. With `d = 0` `off` is the
 //! distance of the displacement from those between both sections. The length `d` leaves small
 //! motions alone, so that the interpolation is linear beside a design at which sections rest or
 //! move alike. With `d = 0` its derivative would jump at each such design, and a loop usually
@@ -57,10 +58,11 @@ impl Bounds<'_> {
         self.whole.iter().sum::<DVec3>() / self.whole.len() as f64
     }
 
-    fn allowed(&self) -> f64 {
+    /// The change along the span.
+    fn change(&self) -> f64 {
         let mean = self.mean();
-        let change = self.whole.iter().map(|whole| whole.distance_squared(mean)).sum::<f64>();
-        OVERSHOOT * (change + self.small * self.small).sqrt()
+        let squares = self.whole.iter().map(|whole| whole.distance_squared(mean)).sum::<f64>();
+        (squares + self.small * self.small).sqrt()
     }
 
     /// From the displacement of the section below to that of the section above.
@@ -70,29 +72,30 @@ impl Bounds<'_> {
 
     /// The way from the vertex to the nearest place between the sections, as a share of the way
     /// between them, and what is left of the bow there.
-    fn nearest(&self, bow: DVec3) -> (f64, DVec3) {
+    fn nearest(&self, bow: DVec3, change: f64) -> (f64, DVec3) {
         let between = self.between();
-        let way = bow.dot(between) / (between.length_squared() + self.small * self.small);
+        let way = bow.dot(between) / (between.length_squared() + self.small * change);
         let way = if way.is_finite() { way.clamp(-self.t, 1.0 - self.t) } else { 0.0 };
         (way, bow - between * way)
     }
 
-    fn off(&self, bow: DVec3) -> f64 {
-        let (way, left) = self.nearest(bow);
-        left.length().hypot(way * self.small)
+    fn off(&self, bow: DVec3, change: f64) -> f64 {
+        let (way, left) = self.nearest(bow, change);
+        (left.length_squared() + way * way * self.small * change).sqrt()
     }
 
     /// The share of the bow that is left. `None` if it stays whole.
     fn share(&self, bow: DVec3) -> Option<f64> {
-        let allowed = self.allowed();
-        if self.off(bow) <= allowed {
+        let change = self.change();
+        let allowed = OVERSHOOT * change;
+        if self.off(bow, change) <= allowed {
             return None;
         }
         // The distance grows with the share, so bisection finds the largest share allowed.
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..50 {
             let middle = (low + high) / 2.0;
-            if self.off(bow * middle) <= allowed { low = middle } else { high = middle }
+            if self.off(bow * middle, change) <= allowed { low = middle } else { high = middle }
         }
         Some(low)
     }
@@ -108,18 +111,19 @@ impl Limit {
     /// The derivative. `None` where the bow stays whole.
     pub fn new(bow: DVec3, bounds: &Bounds) -> Option<Self> {
         let share = bounds.share(bow)?;
-        let (way, left) = bounds.nearest(bow * share);
-        let off = bounds.off(bow * share);
+        let change = bounds.change();
+        let (way, left) = bounds.nearest(bow * share, change);
         // `off` stays the allowed one. The nearest place between the sections is the best one, so
         // its own change does not count:
-        // left . (share d bow + bow d share - way d between) = off d allowed.
+        // left . (share d bow + bow d share - way d between) + way^2 small / 2 d change
+        //     = OVERSHOOT off d change.
         let slope = left.dot(bow);
         if slope <= 0.0 {
             return None;
         }
-        let allowed = bounds.allowed();
         let mean = bounds.mean();
-        let by_allowed = |whole: &DVec3| (*whole - mean) * (OVERSHOOT * OVERSHOOT / allowed * off);
+        let by_change = OVERSHOOT * bounds.off(bow * share, change) - 0.5 * way * way * bounds.small;
+        let by_allowed = |whole: &DVec3| (*whole - mean) * (by_change / change);
         let mut by_whole: Vec<DVec3> = bounds.whole.iter().map(by_allowed).collect();
         by_whole[bounds.lower] -= left * way;
         by_whole[bounds.lower + 1] += left * way;
@@ -168,10 +172,9 @@ mod tests {
             [DVec3::new(0.5, 1.0, -0.2), DVec3::new(-0.4, 0.3, 0.9), DVec3::new(0.8, 0.1, 0.2), -DVec3::ONE],
         );
         for (bow, whole) in cases() {
-            let bounds = |whole: &[DVec3]| Bounds { whole, lower, t, small };
             let limited = |bow: DVec3, whole: &[DVec3]| Limit::limited(bow, &Bounds { whole, lower, t, small });
             assert!(limited(bow, &whole).length() < 0.9 * bow.length());
-            let limit = Limit::new(bow, &bounds(&whole)).unwrap();
+            let limit = Limit::new(bow, &Bounds { whole: &whole, lower, t, small }).unwrap();
             let exact = limit.forward(of_bow, &of_whole);
             let h = 1e-6;
             let [plus, minus] = [h, -h].map(|h| {
