@@ -2,7 +2,7 @@
 //!
 //! [`crate::stages`] and [`crate::volume`] hold the stages.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
 use glam::DVec3;
 use thiserror::Error;
@@ -103,14 +103,28 @@ pub struct Kept {
     /// For each wing, the displacement of its junction's vertices before they slid, in the mesh's
     /// unit.
     pub junctions: Vec<Vec<DVec3>>,
+    /// The vertices that slid with the junction of a part, each with its displacement before that,
+    /// in the mesh's unit.
+    pub slid: Vec<(u32, DVec3)>,
 }
 
 impl Kept {
+    /// [`Self::surfaces`] before parts slid on them.
+    pub fn before_slides(&self) -> Cow<'_, [DVec3]> {
+        let mut before = Cow::Borrowed(&self.surfaces[..]);
+        if !self.slid.is_empty() {
+            let before = before.to_mut();
+            self.slid.iter().for_each(|&(vertex, displacement)| before[vertex as usize] = displacement);
+        }
+        before
+    }
+
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         let points = self.profiles.values().flatten().map(|profile| profile.points.capacity()).sum::<usize>();
         let junctions = self.junctions.iter().map(Vec::capacity).sum::<usize>();
         size_of::<DVec3>() * (self.surfaces.capacity() + self.rotations.capacity() + points + junctions)
+            + size_of::<(u32, DVec3)>() * self.slid.capacity()
     }
 }
 

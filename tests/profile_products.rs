@@ -3,14 +3,15 @@
 
 mod common;
 
-use common::aircraft::{Anyway, SMALL, cpu, role, triangles_of};
+use common::aircraft::{Anyway, SMALL, cpu, file, role, triangles_of};
 use common::block::{block, builder, mapped, sections};
 use common::brick::noise_vector;
 use glam::{DQuat, DVec3};
-use idmesh::families::Role;
+use idmesh::families::{Junction, RigidMotion, Role, TipStart};
+use idmesh::formats::{self, MeshFile};
 use idmesh::mesh::FamilyId;
 use idmesh::mover::{Derivative, Design, Gradient, Mover, MoverBuilder, NotDifferentiable, Outcome};
-use idmesh::profile::{Plane, Profile, cut};
+use idmesh::profile::{Plane, Profile, csv, cut};
 use idmesh::relaxation::{Method, Stopping};
 
 /// A mover with wings, and their old profiles.
@@ -99,6 +100,17 @@ fn half_aircraft(all_move: bool, tolerance: f64) -> Lofted {
         _ => Role::Fixed,
     };
     build(builder(SMALL.mesh(), old.clone(), role), tolerance, DQuat::IDENTITY, vec![("wing", old)])
+}
+
+/// A wing from which a nacelle hangs on a pylon that slides on it, with layers on all walls.
+fn with_pylon(tolerance: f64) -> Lofted {
+    let MeshFile { mesh, others, .. } = formats::read_mixed(&file("tests/data/hybrid/nacelle.msh.gz")).unwrap();
+    let path = file("tests/data/hybrid/nacelle_old.csv");
+    let old = csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap();
+    let pylon = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Slide };
+    let parts = [("pylon", pylon), ("nacelle", Role::Rigid { motion: RigidMotion::Root })];
+    let builder = common::parts::builder(mesh, old.clone(), &parts).other_cells(others);
+    build(builder.method(Method::Chebyshev), tolerance, DQuat::IDENTITY, vec![("wing", old)])
 }
 
 impl Lofted {
@@ -379,5 +391,26 @@ fn products_have_no_memory() {
     for design in [&second, &first] {
         assert_eq!(with.update(design).vertices(), without.update(design).vertices());
         assert_eq!(products(&mut with), at_once);
+    }
+}
+
+/// A pylon slides where the chord grows, and where it shrinks.
+///
+/// Fails if the nacelle follows the root as it is after the slide.
+#[test]
+fn a_junction_that_slides_is_differentiated() {
+    let mut lofted = with_pylon(1e-12);
+    for growth in [0.06, -0.04] {
+        let design = by(&lofted.still(), |_, number, at| {
+            let own = 1.0 + growth * (1.0 + 0.1 * number as f64);
+            DVec3::new(at.x * own, at.y, at.z * (1.0 + growth) + 0.01 * number as f64)
+        });
+        let outcome = lofted.update(&design);
+        assert!(outcome.families["pylon"].max_slide.unwrap() > 0.005, "{:?}", outcome.families["pylon"]);
+        let name = format!("growth {growth}");
+        lofted.check_transpose(&name, &design);
+        let smooth = lofted.smooth(&design);
+        let off = lofted.off_differences(&design, &smooth, 1e-6);
+        assert!(off <= 1e-6, "{name}: {off:e}");
     }
 }

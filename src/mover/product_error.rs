@@ -47,15 +47,6 @@ pub enum NotDifferentiable {
     /// A relaxation of the update did not converge, so there is no equilibrium to differentiate.
     #[error("a relaxation of the update did not converge, and only an equilibrium has a derivative; allow more sweeps")]
     Unconverged,
-    /// The junction of a family slides, and products through its stage are not there yet.
-    #[error(
-        "the junction of family `{family}` slides, and products through its stage are not there yet, \
-         expected junction = \"glued\""
-    )]
-    Junction {
-        /// The family.
-        family: String,
-    },
     /// A vertex of a carenage slid to an end of the carenage, where it is held back, or to an edge
     /// too sharp to slide over.
     #[error(

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError};
 use crate::{
-    families::{Families, Junction, PlacedBy, Role},
+    families::{Families, PlacedBy},
     mesh::{Displacement, FamilyId, TetMesh},
     profile::Profile,
     relaxation::{Convergence, Stopping},
@@ -270,12 +270,150 @@ pub(super) fn kinked(wings: &Wings) -> Option<NotDifferentiable> {
 /// The first family that moves in a way that has no products yet.
 pub(super) fn without_products(mesh: &TetMesh, families: &Families) -> Option<NotDifferentiable> {
     let name = |family: FamilyId| mesh.families[family.index()].clone();
-    let slides =
-        |family: &FamilyId| matches!(families.roles[family.index()], Role::Attached { junction: Junction::Slide, .. });
-    if let Some(family) = families.families_of(PlacedBy::Attached).find(slides) {
-        return Some(NotDifferentiable::Junction { family: name(family) });
-    }
     let mut stages = STAGES.iter().filter(|row| row.products.is_none());
     let family = stages.find_map(|row| families.families_of(row.placed_by).next())?;
     Some(NotDifferentiable::Role { family: name(family), role: families.roles[family.index()].name() })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::backend::{CpuBackend, Precision};
+    use crate::families::{Junction, RigidMotion, Role, TipStart};
+    use crate::formats;
+    use crate::mover::place_given;
+    use crate::profile::csv;
+    use crate::stage::{Products, Stage};
+
+    /// Half an aircraft with a pylon that slides on its wing, and a nacelle.
+    fn with_pylon() -> (Mover, Vec<Profile>) {
+        let file = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hybrid").join(name);
+        let mesh = formats::read_mixed(&file("nacelle.msh.gz")).unwrap();
+        let path = file("nacelle_old.csv");
+        let old = csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap();
+        let roles = [
+            ("pylon", Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Slide }),
+            ("nacelle", Role::Rigid { motion: RigidMotion::Root }),
+            ("wing", Role::Wing),
+            ("trailing_edge", Role::TrailingEdge),
+            ("wingtip", Role::Wingtip { coefficient: 0.5, start: TipStart::Affine }),
+            ("carenage", Role::Carenage),
+            ("symmetry", Role::PLANE),
+            ("farfield", Role::Fixed),
+        ];
+        let builder = Mover::builder(mesh.mesh).other_cells(mesh.others).old_profiles("wing", old.clone());
+        let builder = roles.into_iter().fold(builder, |builder, (family, role)| builder.role(family, role));
+        let stopping = Stopping { tolerance: 1e-14, ..Stopping::default() };
+        (builder.stopping(stopping).build(Arc::new(CpuBackend::new(Precision::F64)) as Arc<_>).unwrap(), old)
+    }
+
+    fn with<R>(mover: &mut Mover, what: impl FnOnce(&SetUp, &mut Stages) -> R) -> R {
+        let Mover { ordered: mesh, cells, surface, families, backend, method, stopping, stages, .. } = mover;
+        let backend = backend.as_ref();
+        what(&SetUp { mesh, cells, surface, families, backend, method: *method, stopping: *stopping }, stages)
+    }
+
+    /// The displacement before the stage of attached families.
+    fn before(mover: &mut Mover, new: Vec<Profile>) -> Displacement {
+        let design = Design::of_wing("wing", new);
+        let Mover { ordered, order, families, stages, family_vertices, .. } = &mut *mover;
+        let placed = place_given(ordered, order, family_vertices, families, &mut stages.wings, &design);
+        let mut displacement = placed.unwrap().0;
+        with(mover, |set_up, stages| {
+            for row in STAGES.iter().filter(|row| row.placed_by < PlacedBy::Attached) {
+                (row.of)(stages).run(set_up, &mut displacement, &|_| {}).unwrap();
+            }
+        });
+        displacement
+    }
+
+    fn after(mover: &mut Mover, mut displacement: Displacement) -> Displacement {
+        let end = with(mover, |set_up, stages| stages.attached.run(set_up, &mut displacement, &|_| {}).unwrap());
+        assert!(end.converged);
+        displacement
+    }
+
+    fn noise(k: usize) -> DVec3 {
+        let t = k as f64;
+        DVec3::new((1.3 * t + 0.2).sin(), (2.9 * t).cos(), (0.7 * t * t + 1.1).sin())
+    }
+
+    fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+    }
+
+    /// The products of the stage alone, where a pylon slides: its curve, the strip beside it, and
+    /// the inside of the pylon, by random displacements of all earlier stages. The chord grows, so
+    /// that the curve lies in the hole under the pylon; or it shrinks, so that it lies on the wing
+    /// around; or all is at rest, where every vertex lies on a kink.
+    ///
+    /// Fails if the motion of the root is that after the slide, if the rulings do not turn with it,
+    /// or if any part of the change of a foot is left out.
+    #[test]
+    fn products_where_a_pylon_slides_are_exact() {
+        let (mut mover, old) = with_pylon();
+        for (what, growth, allowed) in [("grows", 0.1, 1e-6), ("shrinks", -0.06, 1e-6), ("rests", 0.0, 0.05)] {
+            let turn = glam::DQuat::from_rotation_y(growth);
+            let bump = |at: DVec3| growth * 0.2 * (2.0 * at.x).sin();
+            let map = |at: DVec3| turn * DVec3::new(at.x * (1.0 + growth), at.y, at.z + bump(at));
+            let points = |profile: &Profile| profile.points.iter().map(|&at| map(at)).collect();
+            let new = old.iter().map(|profile| Profile { number: profile.number, points: points(profile) });
+            let start = before(&mut mover, new.collect());
+            let end = after(&mut mover, start.clone());
+            let mut kept = Kept { surfaces: end.clone(), ..Kept::default() };
+            mover.stages.attached.keep(&mut kept);
+            assert_eq!(kept.before_slides().len(), start.len());
+            let placed = mover.families.placed_by.clone();
+            let pylon = mover.surface.vertices_of(mover.ordered.family("pylon").unwrap()).to_vec();
+            let all: Vec<usize> = (0..start.len()).collect();
+            let is_wing = |vertex: &usize| placed[*vertex] == PlacedBy::Wing;
+            let on_pylon = |vertex: &usize| pylon.binary_search(&(*vertex as u32)).is_ok();
+            let select = |is: &dyn Fn(&usize) -> bool| all.iter().copied().filter(is).collect::<Vec<usize>>();
+            let curve = select(&|vertex| is_wing(vertex) && on_pylon(vertex));
+            let strip = select(&|vertex| is_wing(vertex) && !on_pylon(vertex));
+            let inside = select(&|vertex| placed[*vertex] == PlacedBy::Attached);
+            let slid = |of: &[usize]| of.iter().filter(|&&vertex| start[vertex] != end[vertex]).count();
+            let expected = if growth == 0.0 { 0 } else { curve.len() };
+            assert!(slid(&curve) == expected && (growth == 0.0 || slid(&strip) > 20), "{what}: {}", slid(&strip));
+            let changed = |by: &dyn Fn(usize) -> DVec3| -> Displacement {
+                all.iter().map(|&v| if placed[v] < PlacedBy::Attached { by(v) } else { DVec3::ZERO }).collect()
+            };
+            let vertices = mover.ordered.vertices.clone();
+            let smooth = |v: usize| {
+                let at = vertices[v];
+                DVec3::new((2.0 * at.y).sin() + at.z, 0.3 * at.x, (3.0 * at.x).cos() * at.y)
+            };
+            let stopping = Stopping { tolerance: 1e-14, ..Stopping::default() };
+            for (direction, h) in [(changed(&smooth), 1e-6), (changed(&noise), 1e-7)] {
+                let ends = [h, -h].map(|h| {
+                    let moved = start.iter().zip(&direction).map(|(at, by)| *at + *by * h).collect();
+                    after(&mut mover, moved)
+                });
+                let mut change = direction.clone();
+                with(&mut mover, |set_up, stages| {
+                    assert!(stages.attached.forward(set_up, &kept, &mut change, &stopping).unwrap().converged);
+                });
+                for (group, of) in [("curve", &curve), ("strip", &strip), ("inside", &inside)] {
+                    let found: Vec<DVec3> = of.iter().map(|&v| change[v]).collect();
+                    let off = of.iter().map(|&v| (ends[0][v] - ends[1][v]) / (2.0 * h) - change[v]);
+                    let off: Vec<DVec3> = off.collect();
+                    let off = (dot(&off, &off) / dot(&found, &found)).sqrt();
+                    assert!(off <= allowed, "{what}, {group}, by {h:e}: {off:e}");
+                    let seed: Displacement = (0..all.len())
+                        .map(|v| if of.binary_search(&v).is_ok() { noise(v + 1_000_000) } else { DVec3::ZERO })
+                        .collect();
+                    let mut gradient = seed.clone();
+                    with(&mut mover, |set_up, stages| {
+                        stages.attached.reverse(set_up, &kept, &mut gradient, &stopping).unwrap();
+                    });
+                    assert!(inside.iter().all(|&v| gradient[v] == DVec3::ZERO));
+                    let (one, other) = (dot(&seed, &change), dot(&gradient, &direction));
+                    let norms = (dot(&seed, &seed) * dot(&found, &found)).sqrt();
+                    assert!((one - other).abs() <= 1e-12 * norms, "{what}, {group}: {one} {other} to {norms}");
+                }
+            }
+        }
+    }
 }

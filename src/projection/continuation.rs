@@ -10,6 +10,10 @@
 //! The spline is sampled on a triangular lattice and triangulated, so one search serves the surface
 //! and its continuation.
 
+mod change;
+
+pub use change::FillingChange;
+
 use glam::{DVec2, DVec3};
 use nalgebra::{DMatrix, DVector};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
@@ -65,13 +69,7 @@ const ALIKE: f64 = 1e-9;
 /// - [`ContinuationError::RimFolds`]: the rim crosses itself when seen along its axis
 /// - [`ContinuationError::Undetermined`]: the rim is too degenerate to carry a surface
 pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<HoleFilling, ContinuationError> {
-    let rim_points: Vec<DVec3> = rim.iter().map(|&vertex| points[vertex as usize]).collect();
-    let chart = Chart::new(&rim_points, points, triangles, rim);
-    let polygon: Vec<DVec2> = rim_points.iter().map(|&point| chart.flat(point)).collect();
-    let samples = samples(points, triangles, rim, &chart, &polygon);
-    let undetermined = || ContinuationError::Undetermined { at: rim_points[0] };
-    let spline = Spline::new(&samples).ok_or_else(undetermined)?;
-    let (inside, faces) = triangulate(&polygon).ok_or(ContinuationError::RimFolds { at: rim_points[0] })?;
+    let Patch { chart, spline, inside, faces, .. } = Patch::new(points, triangles, rim)?;
     let vertex = |corner: usize| match corner.checked_sub(rim.len()) {
         None => rim[corner],
         Some(new) => (points.len() + new) as u32,
@@ -82,7 +80,33 @@ pub fn close(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<Ho
     })
 }
 
+/// What closes a hole, over its chart.
+struct Patch {
+    chart: Chart,
+    samples: Vec<Sample>,
+    spline: Spline,
+    /// The new points.
+    inside: Vec<DVec2>,
+    /// Triangles of the rim's and the new points.
+    faces: Vec<[usize; 3]>,
+}
+
+impl Patch {
+    /// Arguments and errors as for [`close`].
+    fn new(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32]) -> Result<Self, ContinuationError> {
+        let rim_points: Vec<DVec3> = rim.iter().map(|&vertex| points[vertex as usize]).collect();
+        let chart = Chart::new(&rim_points, points, triangles, rim);
+        let polygon: Vec<DVec2> = rim_points.iter().map(|&point| chart.flat(point)).collect();
+        let samples = samples(points, triangles, rim, &chart, &polygon);
+        let undetermined = || ContinuationError::Undetermined { at: rim_points[0] };
+        let spline = Spline::new(&samples).ok_or_else(undetermined)?;
+        let (inside, faces) = triangulate(&polygon).ok_or(ContinuationError::RimFolds { at: rim_points[0] })?;
+        Ok(Self { chart, samples, spline, inside, faces })
+    }
+}
+
 /// Coordinates over the rim's plane, scaled by the size of the rim.
+#[derive(Debug)]
 struct Chart {
     origin: DVec3,
     axes: [DVec3; 3],
@@ -136,19 +160,21 @@ impl Chart {
     }
 }
 
+/// A point at whose place in the chart the spline has the point's height.
+#[derive(Debug)]
+struct Sample {
+    point: u32,
+    flat: DVec2,
+    height: f64,
+}
+
 /// Heights of the rim's vertices and of vertices around it: the surface within one width of the
 /// hole, as far as it is a graph over the rim's plane.
 ///
 /// Where they are too many, the order in which some are left out comes from their places in the
 /// chart. So it depends neither on the numbers of the vertices nor on the first vertex of the rim,
 /// and that of a mirror image is the mirror image.
-fn samples(
-    points: &[DVec3],
-    triangles: &[[u32; 3]],
-    rim: &[u32],
-    chart: &Chart,
-    polygon: &[DVec2],
-) -> Vec<(DVec2, f64)> {
+fn samples(points: &[DVec3], triangles: &[[u32; 3]], rim: &[u32], chart: &Chart, polygon: &[DVec2]) -> Vec<Sample> {
     let narrow = polygon.iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max)
         - polygon.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     let longest =
@@ -164,16 +190,17 @@ fn samples(
     rim.iter().for_each(|vertex| {
         around.remove(vertex);
     });
-    let mut around: Vec<(DVec2, f64)> = around
+    let sample = |point: u32, flat: DVec2| Sample { point, flat, height: chart.height(points[point as usize]) };
+    let mut around: Vec<Sample> = around
         .into_iter()
-        .map(|&vertex| (chart.flat(points[vertex as usize]), chart.height(points[vertex as usize])))
-        .filter(|(flat, _)| distance_to_polygon(*flat, polygon) < reach && !inside(*flat, polygon))
+        .map(|&vertex| sample(vertex, chart.flat(points[vertex as usize])))
+        .filter(|&Sample { flat, .. }| distance_to_polygon(flat, polygon) < reach && !inside(flat, polygon))
         .collect();
     // The chart of a mirror image has the other hand.
     let hand = if polygon.iter().map(|p| p.y.powi(3)).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
     // Rounded, so that rounding does not order vertices of the same place along an axis.
     let place = |flat: DVec2| [flat.x, hand * flat.y].map(|x| (x / ALIKE).round() as i64);
-    around.sort_by_key(|&(flat, _)| place(flat));
+    around.sort_by_key(|sample| place(sample.flat));
     let n = rim.len();
     let first = (0..n).max_by_key(|&at| place(polygon[at])).unwrap_or(0);
     let on_rim = (0..n).map(|k| if hand > 0.0 { (first + k) % n } else { (first + n - k) % n });
@@ -182,37 +209,44 @@ fn samples(
     let around_step = thin(around.len(), MOST_SAMPLES - rim.len().div_ceil(rim_step));
     on_rim
         .step_by(rim_step)
-        .map(|at| (polygon[at], chart.height(points[rim[at] as usize])))
+        .map(|at| sample(rim[at], polygon[at]))
         .chain(around.into_iter().step_by(around_step))
         .collect()
 }
 
+#[derive(Debug)]
 struct Spline {
     centres: Vec<DVec2>,
     coefficients: Vec<f64>,
 }
 
 impl Spline {
-    fn new(samples: &[(DVec2, f64)]) -> Option<Self> {
+    fn new(samples: &[Sample]) -> Option<Self> {
         let n = samples.len();
         if n < TERMS {
             return None;
         }
-        let mut matrix = DMatrix::zeros(n + TERMS, n + TERMS);
         let mut right = DVector::zeros(n + TERMS);
-        for (i, &(p, height)) in samples.iter().enumerate() {
-            for (j, &(q, _)) in samples.iter().enumerate() {
+        samples.iter().enumerate().for_each(|(i, sample)| right[i] = sample.height);
+        let coefficients: Vec<f64> = Self::matrix(samples).lu().solve(&right)?.iter().copied().collect();
+        let centres = samples.iter().map(|sample| sample.flat).collect();
+        coefficients.iter().all(|c| c.is_finite()).then_some(Self { centres, coefficients })
+    }
+
+    /// The matrix of the coefficients, which is symmetric.
+    fn matrix(samples: &[Sample]) -> DMatrix<f64> {
+        let n = samples.len();
+        let mut matrix = DMatrix::zeros(n + TERMS, n + TERMS);
+        for (i, &Sample { flat: p, .. }) in samples.iter().enumerate() {
+            for (j, &Sample { flat: q, .. }) in samples.iter().enumerate() {
                 matrix[(i, j)] = kernel(p.distance_squared(q));
             }
             for (k, term) in quadratic(p).into_iter().enumerate() {
                 matrix[(i, n + k)] = term;
                 matrix[(n + k, i)] = term;
             }
-            right[i] = height;
         }
-        let coefficients: Vec<f64> = matrix.lu().solve(&right)?.iter().copied().collect();
-        let centres = samples.iter().map(|&(flat, _)| flat).collect();
-        coefficients.iter().all(|c| c.is_finite()).then_some(Self { centres, coefficients })
+        matrix
     }
 
     fn height(&self, at: DVec2) -> f64 {
@@ -238,14 +272,23 @@ fn kernel(r_squared: f64) -> f64 {
     if r_squared > 0.0 { 0.5 * r_squared * r_squared * r_squared.ln() } else { 0.0 }
 }
 
+/// Least distance of the inner points in the chart. The chart spans [-1, 1], so there are some ten
+/// thousand of them at most.
+const LEAST_SPACING: f64 = 0.01;
+
+/// The median length of a polygon's edges.
+fn middle_edge(polygon: &[DVec2]) -> f64 {
+    let n = polygon.len();
+    let mut edges: Vec<f64> = (0..n).map(|at| polygon[at].distance(polygon[(at + 1) % n])).collect();
+    edges.sort_unstable_by(f64::total_cmp);
+    edges[n / 2]
+}
+
 /// Points inside the polygon, and triangles of the polygon's and the inner points,
 /// counter-clockwise. `None` if the polygon crosses itself.
 fn triangulate(polygon: &[DVec2]) -> Option<(Vec<DVec2>, Vec<[usize; 3]>)> {
     let n = polygon.len();
-    let mut edges: Vec<f64> = (0..n).map(|at| polygon[at].distance(polygon[(at + 1) % n])).collect();
-    edges.sort_unstable_by(f64::total_cmp);
-    // The chart spans [-1, 1], so the lower bound limits the inner points to about ten thousand.
-    let spacing = edges[n / 2].max(0.01);
+    let spacing = middle_edge(polygon).max(LEAST_SPACING);
     let mut cdt: ConstrainedDelaunayTriangulation<Point2<f64>> = ConstrainedDelaunayTriangulation::new();
     let mut handles = Vec::with_capacity(n);
     for point in polygon {

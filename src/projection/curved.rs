@@ -3,10 +3,15 @@
 //! A vertex that slides by an edge or more on flat triangles would leave the curved surface by the
 //! sag of the facets. On curved triangles it leaves it by much less.
 
+mod change;
+
+pub use change::{BesideChange, CurvedChange};
+
 use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::Closest;
 use super::continuation::{self, ContinuationError};
 use super::walk::Parts;
 use crate::geometry::{self, diagonal, unit_normal};
@@ -91,6 +96,11 @@ impl CurvedSurface {
     /// The place of `at` beside the smooth parts at `start`: beside the part whose foot is nearest.
     /// So at a sharp edge the order of the triangles does not matter.
     pub fn beside(&self, start: Start, at: DVec3) -> Beside {
+        self.found(start, at).1
+    }
+
+    /// [`Self::beside`], with the point of the flat triangle.
+    fn found(&self, start: Start, at: DVec3) -> (Closest, Beside) {
         let around = self.around.row(start.point as usize);
         let part = |triangle: u32| self.part[triangle as usize];
         let mut nearest = self.beside_part(start, at);
@@ -99,7 +109,7 @@ impl CurvedSurface {
                 continue;
             }
             let other = self.beside_part(Start { triangle, ..start }, at);
-            if other.foot.distance_squared(at) < nearest.foot.distance_squared(at) {
+            if other.1.foot.distance_squared(at) < nearest.1.foot.distance_squared(at) {
                 nearest = other;
             }
         }
@@ -107,11 +117,11 @@ impl CurvedSurface {
     }
 
     /// The place of `at` beside the part of a start's triangle.
-    fn beside_part(&self, start: Start, at: DVec3) -> Beside {
+    fn beside_part(&self, start: Start, at: DVec3) -> (Closest, Beside) {
         let parts = self.parts();
         let on = parts.closest(parts.nearest_around(start.point, start.triangle, at), at);
         let foot = parts.curved(&on);
-        Beside { foot, height: (at - foot).dot(parts.normal(&on)), triangle: on.triangle }
+        (on, Beside { foot, height: (at - foot).dot(parts.normal(&on)), triangle: on.triangle })
     }
 
     /// The longest edge of a triangle, in the unit of the points.

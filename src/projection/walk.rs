@@ -76,13 +76,13 @@ impl Parts<'_> {
     }
 
     /// Unit normal at a point of the part of `triangle`, weighted by area.
-    fn point_normal(&self, point: u32, triangle: u32) -> DVec3 {
+    pub fn point_normal(&self, point: u32, triangle: u32) -> DVec3 {
         let area = self.of_part(point, triangle).map(|triangle| triangle_normal(self.corners(triangle)));
         area.sum::<DVec3>().normalize_or_zero()
     }
 
     /// The triangles around a point in the same part as `triangle`.
-    fn of_part(&self, point: u32, triangle: u32) -> impl Iterator<Item = u32> {
+    pub fn of_part(&self, point: u32, triangle: u32) -> impl Iterator<Item = u32> {
         let part = self.part[triangle as usize];
         self.around.row(point as usize).iter().copied().filter(move |&other| self.part[other as usize] == part)
     }

@@ -213,6 +213,10 @@ impl Attached {
 }
 
 impl Products for AttachedFamilies {
+    fn keep(&mut self, kept: &mut Kept) {
+        kept.slid = self.junctions.before().to_vec();
+    }
+
     fn forward(
         &mut self,
         set_up: &SetUp,
@@ -221,10 +225,12 @@ impl Products for AttachedFamilies {
         stopping: &Stopping,
     ) -> Result<Convergence, NoProduct> {
         let vertices = &set_up.mesh.vertices;
-        let mut convergence = Convergence::nothing_to_do();
         let changes = self.changes(set_up, kept)?;
-        for (set, SetChange { start, settled }) in self.sets.iter_mut().zip(&changes) {
-            let motion = start.forward(change);
+        // The motions are those of the roots before junctions slide.
+        let motions: Vec<_> = changes.iter().map(|of_set| of_set.start.forward(change)).collect();
+        let slides = self.junctions.change(set_up, &kept.before_slides())?;
+        let mut convergence = self.junctions.forward(slides.as_ref(), change, stopping)?;
+        for ((set, SetChange { settled, .. }), motion) in self.sets.iter_mut().zip(&changes).zip(motions) {
             let carried = |vertex: u32| motion.map_or(DVec3::ZERO, |motion| motion.of(vertices[vertex as usize]));
             set.inside.iter().for_each(|&vertex| change[vertex as usize] = DVec3::ZERO);
             if set.placed.is_empty() {
@@ -252,6 +258,7 @@ impl Products for AttachedFamilies {
         let vertices = &set_up.mesh.vertices;
         let mut convergence = Convergence::nothing_to_do();
         let changes = self.changes(set_up, kept)?;
+        let mut by_motions = Vec::with_capacity(changes.len());
         for (set, SetChange { start, settled }) in self.sets.iter_mut().zip(&changes).rev() {
             for &(vertex, settled) in settled {
                 gradient[vertex as usize] = settled.transpose() * gradient[vertex as usize];
@@ -271,10 +278,13 @@ impl Products for AttachedFamilies {
                     add(vertex, -gradient[vertex as usize]);
                     gradient[vertex as usize] += given;
                 }
-                start.reverse(by_motion, gradient);
+                by_motions.push((start, by_motion));
             }
             set.inside.iter().for_each(|&vertex| gradient[vertex as usize] = DVec3::ZERO);
         }
+        let slides = self.junctions.change(set_up, &kept.before_slides())?;
+        convergence = convergence.and(self.junctions.reverse(slides.as_ref(), gradient, stopping)?);
+        by_motions.into_iter().for_each(|(start, by_motion)| start.reverse(by_motion, gradient));
         Ok(convergence)
     }
 }
@@ -293,14 +303,15 @@ impl AttachedFamilies {
     /// because the places from which vertices settle tell how they do.
     fn changes<'a>(&mut self, set_up: &SetUp<'a>, kept: &Kept) -> Result<Vec<SetChange<'a>>, NoProduct> {
         let SetUp { mesh, families, stopping, .. } = *set_up;
+        let before = kept.before_slides();
         let mut changes = Vec::with_capacity(self.sets.len());
         for set in &mut self.sets {
             let assembly = &families.assemblies[set.assembly];
-            let change = assembly.carried_change(mesh, &kept.surfaces, set.start);
+            let change = assembly.carried_change(mesh, &before, set.start);
             let change = change.map_err(|vertex| NoProduct::Rotation { vertex })?;
             let mut settled = Vec::new();
             if set.inside.iter().any(|&vertex| families.shapes_at(vertex).next().is_some()) {
-                let start = assembly.carried(mesh, &kept.surfaces, set.start);
+                let start = assembly.carried(mesh, &before, set.start);
                 let mut displacement = kept.surfaces.clone();
                 set.inside.iter().for_each(|&vertex| displacement[vertex as usize] = DVec3::ZERO);
                 if set.inside.iter().any(|&vertex| families.touches_surface(vertex)) {

@@ -18,6 +18,10 @@
 //! stays glued: a pylon's rear edge meets its nacelle at ten to twenty degrees, so that its curve
 //! would move by three to six times what the body moves up or down. The paper names parts that hang
 //! from wings as future work.
+//!
+//! `products` has the derivative.
+
+mod products;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -60,6 +64,7 @@ pub(super) struct Junctions {
     /// The undeformed surface of each part, with its vertices `[n_points]`, ascending.
     parts: Vec<(Vec<u32>, CurvedSurface)>,
     slides: BTreeMap<FamilyId, f64>,
+    before: Vec<(u32, DVec3)>,
 }
 
 /// The wings on which junctions slide.
@@ -134,13 +139,19 @@ impl Junctions {
             parts.push((vertices, own));
         }
         let host = (!curves.is_empty()).then(|| Host::new(set_up, shaped, curves)).transpose()?;
-        Ok(Self { host, parts, slides: BTreeMap::new() })
+        Ok(Self { host, parts, slides: BTreeMap::new(), before: Vec::new() })
     }
 
     /// The largest distance by which a vertex slid from its glued place in the last run, in the
     /// mesh's unit, of each family whose junction slides.
     pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
         &self.slides
+    }
+
+    /// The vertices that the last run moved, with their displacements before it, in the mesh's
+    /// unit.
+    pub fn before(&self) -> &[(u32, DVec3)] {
+        &self.before
     }
 
     /// Slides the junctions.
@@ -157,10 +168,14 @@ impl Junctions {
         displacement: &mut Displacement,
     ) -> Result<Convergence, StageError> {
         self.slides.clear();
-        match &mut self.host {
-            Some(host) => host.slide(set_up, motions, &self.parts, displacement, &mut self.slides),
-            None => Ok(Convergence::nothing_to_do()),
+        self.before.clear();
+        let Some(host) = &mut self.host else { return Ok(Convergence::nothing_to_do()) };
+        let (placed, convergence) = host.slide(set_up, motions, &self.parts, displacement, &mut self.slides)?;
+        for (vertex, foot) in placed {
+            self.before.push((vertex, displacement[vertex as usize]));
+            displacement[vertex as usize] = foot - set_up.mesh.vertices[vertex as usize];
         }
+        Ok(convergence)
     }
 }
 
@@ -219,51 +234,33 @@ impl Host {
         Ok(Self { curves, vertices, triangles, rims, strip })
     }
 
+    /// The feet to which vertices slide.
     fn slide(
         &mut self,
         set_up: &SetUp,
         motions: &[FittedMotion],
         parts: &[(Vec<u32>, CurvedSurface)],
-        displacement: &mut Displacement,
+        displacement: &[DVec3],
         slides: &mut BTreeMap<FamilyId, f64>,
-    ) -> Result<Convergence, StageError> {
+    ) -> Result<(Vec<(u32, DVec3)>, Convergence), StageError> {
         let SetUp { mesh, stopping, .. } = set_up;
         let start = |vertex: u32| mesh.vertices[vertex as usize];
-        let gaps = self.curves.iter().map(|curve| {
-            let motion = &motions[curve.assembly];
-            let gap = |&vertex: &u32| motion.displacement(start(vertex)).distance(displacement[vertex as usize]);
-            let gap = curve.vertices.iter().map(gap).fold(0.0, f64::max);
-            if gap <= FITS * curve.extent { 0.0 } else { gap }
-        });
-        let gaps: Vec<f64> = gaps.collect();
+        let gaps = self.gaps(set_up, motions, displacement);
         for curve in &self.curves {
             curve.families.iter().for_each(|of| *slides.entry(of[0]).or_default() += 0.0);
         }
         if gaps.iter().all(|&gap| gap == 0.0) {
-            return Ok(Convergence::nothing_to_do());
+            return Ok((Vec::new(), Convergence::nothing_to_do()));
         }
-        let points = self.vertices.iter().map(|&vertex| start(vertex) + displacement[vertex as usize]).collect();
-        let surface = CurvedSurface::new(points, self.triangles.clone(), &self.rims)
+        let surface = CurvedSurface::new(self.points(set_up, displacement), self.triangles.clone(), &self.rims)
             .map_err(|error| self.curves[0].missed(set_up, 0, &error.to_string()))?;
-        let first = |vertex: u32| {
-            let place = self.vertices.binary_search(&vertex).ok()?;
-            surface.start_at(place as u32)
-        };
         let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
         let mut placed: Vec<(u32, DVec3)> = Vec::new();
         for (curve, &gap) in self.curves.iter().zip(&gaps).filter(|(_, gap)| **gap > 0.0) {
-            let met = (0..curve.vertices.len()).into_par_iter().map(|k| {
-                let vertex = curve.vertices[k];
-                let (own, part) = &parts[curve.part];
-                let ruling =
-                    Ruling { from: start(vertex), along: curve.directions[k], motion: &motions[curve.assembly] };
-                let of_part = own.binary_search(&vertex).ok().and_then(|place| part.start_at(place as u32));
-                let ends = of_part.zip(first(vertex));
-                ends.and_then(|(of_part, first)| ruling.meets((part, of_part), (&surface, first), MOST * gap))
-            });
-            for (k, foot) in met.collect::<Vec<_>>().into_iter().enumerate() {
+            let met = self.meet(set_up, &motions[curve.assembly], &parts[curve.part], &surface, (curve, gap));
+            for (k, met) in met.into_iter().enumerate() {
                 let why = format!("does not meet the moved surface within {:.3e} of its carried place", MOST * gap);
-                let foot = foot.ok_or_else(|| curve.missed(set_up, k, &why))?;
+                let Met { foot, .. } = met.ok_or_else(|| curve.missed(set_up, k, &why))?;
                 let vertex = curve.vertices[k];
                 let by = foot - (start(vertex) + displacement[vertex as usize]);
                 slide[vertex as usize] = by;
@@ -274,16 +271,67 @@ impl Host {
         }
         let convergence = self.strip.relax(&mut slide, stopping)?;
         let moving: Vec<u32> = self.strip.moving().map(|(vertex, _)| vertex).collect();
+        let vertices = &self.vertices;
         let beside = moving.par_iter().filter(|&&vertex| slide[vertex as usize] != DVec3::ZERO).filter_map(|&vertex| {
             let at = start(vertex) + displacement[vertex as usize] + slide[vertex as usize];
-            Some((vertex, surface.beside(first(vertex)?, at).foot))
+            Some((vertex, surface.beside(start_on(&surface, vertices, vertex)?, at).foot))
         });
         placed.extend(beside.collect::<Vec<_>>());
-        for (vertex, foot) in placed {
-            displacement[vertex as usize] = foot - start(vertex);
-        }
-        Ok(convergence)
+        Ok((placed, convergence))
     }
+
+    /// The largest distance of each glued curve from the carried part; zero if it fits.
+    fn gaps(&self, set_up: &SetUp, motions: &[FittedMotion], displacement: &[DVec3]) -> Vec<f64> {
+        let of_curve = |curve: &Curve| {
+            let motion = &motions[curve.assembly];
+            let at = |vertex: u32| set_up.mesh.vertices[vertex as usize];
+            let gap = |&vertex: &u32| motion.displacement(at(vertex)).distance(displacement[vertex as usize]);
+            let gap = curve.vertices.iter().map(gap).fold(0.0, f64::max);
+            if gap <= FITS * curve.extent { 0.0 } else { gap }
+        };
+        self.curves.iter().map(of_curve).collect()
+    }
+
+    /// The moved points of the surface around the curves.
+    fn points(&self, set_up: &SetUp, displacement: &[DVec3]) -> Vec<DVec3> {
+        let at = |&vertex: &u32| set_up.mesh.vertices[vertex as usize] + displacement[vertex as usize];
+        self.vertices.iter().map(at).collect()
+    }
+
+    /// The places in which the rulings of a curve meet the moved surface `[n]`.
+    fn meet(
+        &self,
+        set_up: &SetUp,
+        motion: &FittedMotion,
+        part: &(Vec<u32>, CurvedSurface),
+        surface: &CurvedSurface,
+        (curve, gap): (&Curve, f64),
+    ) -> Vec<Option<Met>> {
+        let vertices = &self.vertices;
+        let met = (0..curve.vertices.len()).into_par_iter().map(|k| {
+            let vertex = curve.vertices[k];
+            let ruling = Ruling { from: set_up.mesh.vertices[vertex as usize], along: curve.directions[k], motion };
+            let of_part = start_on(&part.1, &part.0, vertex)?;
+            let first = start_on(surface, vertices, vertex)?;
+            ruling.meets((&part.1, of_part), (surface, first), MOST * gap)
+        });
+        met.collect()
+    }
+}
+
+/// A vertex of the mesh as a start on a surface.
+///
+/// - `vertices`: the mesh's vertices of the surface's own points, ascending
+fn start_on(surface: &CurvedSurface, vertices: &[u32], vertex: u32) -> Option<Start> {
+    let place = vertices.binary_search(&vertex).ok()?;
+    surface.start_at(place as u32)
+}
+
+/// Where a ruling meets a surface.
+struct Met {
+    /// How far the ruling rises, in the mesh's unit.
+    reach: f64,
+    foot: DVec3,
 }
 
 /// A ruling of a part, carried by a motion.
@@ -294,13 +342,12 @@ struct Ruling<'a> {
 }
 
 impl Ruling<'_> {
-    /// The point at which the ruling meets a surface, if it rises by at most `most` up to there.
+    /// Where the ruling meets a surface, if it rises by at most `most` up to there.
     ///
     /// - `part`, `surface`: with the ruling's start on them
-    fn meets(&self, part: (&CurvedSurface, Start), surface: (&CurvedSurface, Start), most: f64) -> Option<DVec3> {
+    fn meets(&self, part: (&CurvedSurface, Start), surface: (&CurvedSurface, Start), most: f64) -> Option<Met> {
         let at = |reach: f64| {
-            let at = self.from + reach * self.along;
-            let at = if reach < 0.0 { part.0.beside(part.1, at).foot } else { at };
+            let at = self.still(part, reach);
             at + self.motion.displacement(at)
         };
         let beside = |reach: f64| surface.0.beside(surface.1, at(reach));
@@ -324,7 +371,15 @@ impl Ruling<'_> {
             near = between(near, far, still, beside);
         }
         let (reach, Beside { foot, triangle, .. }) = near;
-        (foot.distance(at(reach)) <= ON_RULING * surface.0.longest_edge(triangle)).then_some(foot)
+        (foot.distance(at(reach)) <= ON_RULING * surface.0.longest_edge(triangle)).then_some(Met { reach, foot })
+    }
+
+    /// The place to which the ruling rises on the part before the motion.
+    ///
+    /// - `part`: with the ruling's start on it
+    fn still(&self, part: (&CurvedSurface, Start), reach: f64) -> DVec3 {
+        let at = self.from + reach * self.along;
+        if reach < 0.0 { part.0.beside(part.1, at).foot } else { at }
     }
 }
 

@@ -117,11 +117,12 @@ impl Stage for Rigids {
 /// The derivative of the motion of each body with its assembly, in the order of the assemblies.
 fn changes<'a>(set_up: &SetUp<'a>, kept: &Kept) -> Result<Vec<(&'a Assembly, FamilyId, RootChange<'a>)>, NoProduct> {
     let SetUp { mesh, families, .. } = *set_up;
+    let before = kept.before_slides();
     let mut changes = Vec::new();
     for assembly in &families.assemblies {
         for &family in &assembly.families {
             let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
-            let change = assembly.rigid_change(mesh, &kept.surfaces, motion);
+            let change = assembly.rigid_change(mesh, &before, motion);
             changes.push((assembly, family, change.map_err(|vertex| NoProduct::Rotation { vertex })?));
         }
     }
