@@ -4,8 +4,9 @@
 mod common;
 
 use common::aircraft::{Anyway, SMALL, cpu, file, role, triangles_of};
-use common::block::{block, builder, mapped, sections};
+use common::block::{CELL, block, builder, mapped, sections};
 use common::brick::noise_vector;
+use common::carved::{carve, on};
 use glam::{DQuat, DVec3};
 use idmesh::families::{Junction, RigidMotion, Role, TipStart};
 use idmesh::formats::{self, MeshFile};
@@ -50,6 +51,38 @@ fn between_partners(tolerance: f64) -> Lofted {
     };
     let old = sections(&[0.5, 1.5]);
     build(builder(block(8.0, |at| at), old.clone(), role), tolerance, DQuat::IDENTITY, vec![("wing", old)])
+}
+
+/// A wing from one periodic plane to the other, with a hump of a carenage on it at both ends. So
+/// partners of the wing lie on the carenage.
+fn beside_humps(tolerance: f64) -> Lofted {
+    let wing = |at: DVec3| (4.0..=8.0).contains(&at.x) && (4.0..=6.0).contains(&at.z);
+    let hump = |at: DVec3| (5.0..=7.0).contains(&at.x) && (6.0..=8.0).contains(&at.z) && (at.y <= 2.0 || at.y >= 8.0);
+    let family = |triangle: [DVec3; 3]| match triangle {
+        _ if on(triangle, 1, 0.0) => "symmetry",
+        _ if on(triangle, 1, 10.0) => "side",
+        _ if triangle.iter().all(|&at| wing(at)) => "wing",
+        _ if triangle.iter().all(|&at| hump(at)) => "hump",
+        _ => "farfield",
+    };
+    let place = |at: DVec3| DVec3::new(at.x - 6.0, at.y, at.z - 5.0 + 0.02 * at.x) * CELL;
+    let is_body = |at: DVec3| wing(at) || hump(at);
+    let mesh = carve([12, 10, 12], &["wing", "symmetry", "side", "hump", "farfield"], is_body, family, place);
+    let own = mesh.triangles.iter().zip(&mesh.triangle_family).filter(|(_, of)| of.index() == 0);
+    let triangles: Vec<[u32; 3]> = own.map(|(&triangle, _)| triangle).collect();
+    let section = |(number, y): (i64, f64)| Profile {
+        number,
+        points: cut::cut(&mesh.vertices, &triangles, &Plane { point: DVec3::Y * y, normal: DVec3::Y }).unwrap(),
+    };
+    let old: Vec<Profile> = [(0, 0.6), (1, 1.9)].map(section).to_vec();
+    let role = |name: &str| match name {
+        "wing" => Role::Wing,
+        "symmetry" => Role::Plane { flat: None, partner: Some("side".to_owned()) },
+        "side" => Role::PLANE,
+        "hump" => Role::Carenage,
+        _ => Role::Fixed,
+    };
+    build(builder(mesh, old.clone(), role), tolerance, DQuat::IDENTITY, vec![("wing", old)])
 }
 
 /// A wing through the box from side to side, whose half beyond the mirror plane in the middle moves
@@ -392,6 +425,27 @@ fn products_have_no_memory() {
         assert_eq!(with.update(design).vertices(), without.update(design).vertices());
         assert_eq!(products(&mut with), at_once);
     }
+}
+
+/// Partners of a wing that lie on a carenage slide to the mean of their places, and then take the
+/// displacement of the first.
+///
+/// Fails if the gradients of the others are lost.
+#[test]
+fn partners_on_a_carenage_are_differentiated() {
+    let mut lofted = beside_humps(1e-12);
+    let mesh = lofted.mover.mesh();
+    let names = ["wing", "hump", "symmetry"].map(|name| lofted.mover.family_vertices(name).unwrap());
+    let all = names[0].iter().filter(|vertex| names[1..].iter().all(|of| of.binary_search(vertex).is_ok()));
+    assert_eq!(all.count(), 2, "{}", mesh.vertices.len());
+    // The wing rises and its chord shrinks, so that no vertex stays on a kink.
+    let design = by(&lofted.still(), |_, number, at| {
+        DVec3::new(0.98 * at.x, at.y, at.z + 0.03 + 0.02 * number as f64 + 0.01 * at.x)
+    });
+    lofted.check_transpose("humps", &design);
+    let smooth = lofted.smooth(&design);
+    let off = lofted.off_differences(&design, &smooth, 1e-6);
+    assert!(off <= 1e-7, "{off:e}");
 }
 
 /// A pylon slides where the chord grows, and where it shrinks.
