@@ -68,6 +68,7 @@ class Mover:
         tolerance: float | None = None,
         quality: _Quality | None = None,
         limits: Literal["openfoam"] | Mapping[str, float] | None = None,
+        match: Mapping[str, Literal["points", "measure"]] | None = None,
     ) -> Mover: ...
     @property
     def mesh(self) -> Mesh: ...

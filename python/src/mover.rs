@@ -367,7 +367,9 @@ impl Mover {
     ///
     /// Raises InputError, or DeviceError if there is no usable GPU.
     #[staticmethod]
-    #[pyo3(signature = (path, *, backend = "auto", tolerance = None, quality = None, limits = None))]
+    #[pyo3(signature = (
+        path, *, backend = "auto", tolerance = None, quality = None, limits = None, r#match = None
+    ))]
     fn from_case(
         py: Python<'_>,
         path: PathBuf,
@@ -375,6 +377,7 @@ impl Mover {
         tolerance: Option<f64>,
         quality: Option<&str>,
         limits: Option<&Bound<'_, PyAny>>,
+        r#match: Option<BTreeMap<String, String>>,
     ) -> PyResult<Self> {
         let selection = options::backend(py, backend)?;
         let path = absolute(py, &path)?;
@@ -385,9 +388,18 @@ impl Mover {
         keywords.set_item("tolerance", tolerance)?;
         keywords.set_item("quality", quality)?;
         keywords.set_item("limits", limits)?;
+        keywords.set_item("match", &r#match)?;
+        let matches = options::matches(py, r#match.unwrap_or_default())?;
         let origin = origin(py, "case", &path, keywords)?;
-        set_up(py, selection, origin, || {
+        let mut unknown: Option<String> = None;
+        let mover = set_up(py, selection, origin, || {
             let mut loaded = Case::load(path)?;
+            for (wing, matched) in matches {
+                match loaded.case.profiles.get_mut(&wing) {
+                    Some(source) => source.matched = Some(matched),
+                    None => unknown = Some(wing),
+                }
+            }
             if let Some(tolerance) = tolerance {
                 loaded.case.settings.stopping.tolerance = tolerance;
             }
@@ -398,7 +410,11 @@ impl Mover {
                 loaded.case.settings.limits = limits;
             }
             Ok(loaded)
-        })
+        })?;
+        match unknown {
+            None => Ok(mover),
+            Some(wing) => Err(input(py, &format!("`match` has `{wing}`, expected a wing of the case"))),
+        }
     }
 
     /// The undeformed mesh.

@@ -97,6 +97,21 @@ def test_a_mover_without_a_case_does_the_same(case: Path, example: idmesh.Mover)
                 chosen.update(profiles={"wing": fewer})
 
 
+def test_a_match_replaces_that_of_a_case(case: Path) -> None:
+    """The example's new profiles have other points than the old ones: by measure, unless the keyword forbids it."""
+    with pytest.raises(idmesh.InputError, match="`match` has `wings`, expected a wing of the case"):
+        idmesh.Mover.from_case(case, backend="cpu", match={"wings": "points"})
+    mover = pickle.loads(pickle.dumps(idmesh.Mover.from_case(case, backend="cpu", match={"wing": "points"})))
+    with pytest.raises(idmesh.InputError, match="expected as many, in the same order"):
+        mover.update()
+    risen = {number: points + [0.0, 0.0, 0.01] for number, points in mover.old_profiles["wing"].items()}
+    report = mover.update(profiles={"wing": risen}).report
+    assert report["profiles"]["wing"]["match"] == {str(number): "points" for number in risen}
+    chosen = idmesh.Mover.from_case(case, backend="cpu", match={"wing": "measure"})
+    report = chosen.update(profiles={"wing": risen}).report
+    assert report["profiles"]["wing"]["match"] == {str(number): "measure" for number in risen}
+
+
 def test_the_files_are_the_command_lines(example: idmesh.Mover, case: Path, program: str, tmp_path: Path) -> None:
     subprocess.run([program, "run", case, "--backend", "cpu", "-q", "--out", tmp_path / "cli"], check=True)
     written = example.update().write(tmp_path / "moved.vtu")
@@ -231,6 +246,7 @@ def test_a_gpu_that_is_not_there_is_a_device_error(box_path: Path) -> None:
         (lambda path: idmesh.Mover(path, ROLES, limits={"skewness": "4"}), "no number"),  # type: ignore[dict-item]
         (lambda path: idmesh.Mover(path, ROLES, limits={"skewness": float("nan")}), "`skewness`"),
         (lambda path: idmesh.Mover.from_case(path), "expected"),
+        (lambda path: idmesh.Mover.from_case(path, match={"body": "point"}), "`match`"),  # type: ignore[dict-item]
         (lambda path: idmesh.Mover.from_case("none.toml"), "none.toml"),
         (lambda path: idmesh.Mesh.read("none.msh"), "none.msh"),
         (lambda path: idmesh.read_profiles("none.csv"), "none.csv"),
