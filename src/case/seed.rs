@@ -32,6 +32,9 @@ const VERTEX: &[&str] = &["vertex", "pointid", "index", "node", "globalindex", "
 /// The first bytes of a solution that SU2 wrote in binary.
 const SU2_BINARY: [u8; 4] = 535_532_u32.to_le_bytes();
 
+/// Vertices written as doubles are below this number: from there on doubles leave integers out.
+const MOST: f64 = 9e15;
+
 /// Rounding of a position in a table, as a share of its largest coordinate: six digits.
 const ROUNDED: f64 = 1e-5;
 /// The same as a share of the mesh's size, for coordinates near zero.
@@ -268,8 +271,11 @@ impl Columns {
             }
         };
         let vector = |[x, y, z]: [usize; 3]| Ok::<_, String>(DVec3::new(number(x)?, number(y)?, number(z)?));
-        let vertex = fields[self.vertex];
-        let vertex = vertex.parse().map_err(|_| format!("\"{}\" is no vertex, counted from 0", shorten(vertex)))?;
+        let field = fields[self.vertex];
+        // Programs that keep a table in one array of doubles write 12.0 or 1.2e1.
+        let whole = |value: f64| (value.fract() == 0.0 && (0.0..MOST).contains(&value)).then_some(value as usize);
+        let vertex = field.parse().ok().or_else(|| parse_number(field).and_then(whole));
+        let vertex = vertex.ok_or_else(|| format!("\"{}\" is no vertex, counted from 0", shorten(field)))?;
         Ok((vertex, vector(self.derivative)?, self.position.map(vector).transpose()?))
     }
 }

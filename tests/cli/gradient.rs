@@ -150,6 +150,11 @@ fn wrong_seeds_are_refused() {
     fixture.write("seed.csv", &with_positions(&vertices));
     assert_good(&fixture.idmesh(&GRADIENT));
     let earlier = fixture.read("g.csv");
+    // Vertices may be written as doubles.
+    let doubles = with_positions(&vertices).replacen("\n0,", "\n0.0,", 1).replacen("\n12,", "\n1.2e1,", 1);
+    fixture.write("seed.csv", &doubles);
+    assert_good(&fixture.idmesh(&GRADIENT));
+    assert_eq!(fixture.read("g.csv"), earlier);
     std::fs::remove_file(fixture.path("g.csv")).unwrap();
     let mut turned = vertices.clone();
     turned.swap(3, 4);
@@ -162,6 +167,10 @@ fn wrong_seeds_are_refused() {
         ("vertex,jx,jy,jz\n0,1,0\n".to_owned(), "seed.csv:2: 3 columns under a header of 4"),
         (format!("vertex,jx,jy,jz\n{n},1,0,0\n"), "counted from 0"),
         ("vertex,jx,jy,jz\n-1,1,0,0\n".to_owned(), "is no vertex"),
+        ("vertex,jx,jy,jz\n0.5,1,0,0\n".to_owned(), "\"0.5\" is no vertex"),
+        ("vertex,jx,jy,jz\n-1.0,1,0,0\n".to_owned(), "is no vertex"),
+        ("vertex,jx,jy,jz\n1e300,1,0,0\n".to_owned(), "is no vertex"),
+        (format!("vertex,jx,jy,jz\n{n}.0,1,0,0\n"), "counted from 0"),
         ("vertex,jx,jy,jz\n1,1,0,0\n1,1,0,0\n".to_owned(), "a second row of vertex 1, the first is on line 2"),
         ("vertex,jx,jy,jz\n1,nan,0,0\n".to_owned(), "not a finite number"),
         (with_positions(&undeformed), "those of the undeformed mesh"),
