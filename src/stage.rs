@@ -180,7 +180,7 @@ pub enum StageError {
         /// The bytes needed and available.
         error: MemoryError,
     },
-    /// A part whose junction slides does not meet the moved surface that it hangs from.
+    /// A part whose junction slides does not meet the moved wing or body.
     #[error("the junction of `{family}` cannot slide on `{other}`: the part {why}, at {}", place(*at))]
     Junction {
         /// The part.

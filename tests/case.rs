@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use idmesh::case::{Case, CaseError, Position};
 use idmesh::families::TipStart;
-use idmesh::families::{Junction, Role};
+use idmesh::families::{Junction, RigidMotion, Role};
 use idmesh::profile::files::SpanAxis;
 use idmesh::relaxation::Method;
 use idmesh::smoothing::QualityTarget;
@@ -118,6 +118,8 @@ fn defaults() {
     {
         let role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction };
         assert_eq!(part(more).families["p"].role, role);
+        let body = parse(&format!("mesh = \"a.msh\"\n[family.p]\nrole = \"rigid\"\n{more}")).unwrap();
+        assert_eq!(body.families["p"].role, Role::Rigid { motion: RigidMotion::Root, junction });
     }
     assert_eq!(case.settings.springs.name, "rotation-aware-wall");
     assert_eq!(case.settings.quality, Some(QualityTarget::Original));

@@ -69,7 +69,7 @@ fn role(name: &str) -> Role {
         "wall" => Role::Carenage,
         "pylon" => Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued },
         "fairing" => Role::Attached { coefficient: 0.7, start: TipStart::Affine, junction: Junction::Glued },
-        "nacelle" => Role::Rigid { motion: RigidMotion::Root },
+        "nacelle" => Role::Rigid { motion: RigidMotion::Root, junction: Junction::Glued },
         _ => Role::Fixed,
     }
 }
@@ -89,7 +89,7 @@ impl Case {
     fn new(mesh: TetMesh, role: impl Fn(&str) -> Role, tolerance: f64, span: DVec3) -> Self {
         let stopping = Stopping { tolerance, ..Stopping::default() };
         let names = mesh.families.clone();
-        let stays = |name: &String| matches!(role(name), Role::Rigid { motion } if !follows(motion));
+        let stays = |name: &String| matches!(role(name), Role::Rigid { motion, .. } if !follows(motion));
         let nacelle_stays = names.iter().any(stays);
         let builder = Mover::builder(mesh).method(Method::Chebyshev).quality(None).max_steps(1).stopping(stopping);
         let builder = names.iter().fold(builder, |builder, name| builder.role(name, role(name)));
@@ -266,7 +266,7 @@ fn products_of_all_motions_are_exact() {
     ] {
         let role = |name: &str| match name {
             "wall" => Role::PLANE,
-            "nacelle" => Role::Rigid { motion },
+            "nacelle" => Role::Rigid { motion, junction: Junction::Glued },
             "pylon" => Role::Attached { coefficient: 0.3, start, junction: Junction::Glued },
             "wingtip" => Role::Wingtip { coefficient: 0.0, start },
             _ => role(name),

@@ -141,7 +141,7 @@ fn with_pylon(tolerance: f64) -> Lofted {
     let path = file("tests/data/hybrid/nacelle_old.csv");
     let old = csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap();
     let pylon = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Slide };
-    let parts = [("pylon", pylon), ("nacelle", Role::Rigid { motion: RigidMotion::Root })];
+    let parts = [("pylon", pylon), ("nacelle", Role::Rigid { motion: RigidMotion::Root, junction: Junction::Glued })];
     let builder = common::parts::builder(mesh, old.clone(), &parts).other_cells(others);
     build(builder.method(Method::Chebyshev), tolerance, DQuat::IDENTITY, vec![("wing", old)])
 }

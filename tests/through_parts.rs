@@ -17,7 +17,8 @@ use idmesh::profile::cut::{Gap, Junctions, cut_at_planes, cut_at_planes_through_
 use idmesh::profile::{Plane, Profile, ProfileError};
 
 const ATTACHED: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
-const PYLON: [(&str, Role); 2] = [("pylon", ATTACHED), ("nacelle", Role::Rigid { motion: RigidMotion::Root })];
+const PYLON: [(&str, Role); 2] =
+    [("pylon", ATTACHED), ("nacelle", Role::Rigid { motion: RigidMotion::Root, junction: Junction::Glued })];
 const FAIRINGS: [(&str, Role); 2] = [("fairing_1", ATTACHED), ("fairing_2", ATTACHED)];
 
 fn at_y(y: f64) -> Plane {

@@ -10,10 +10,11 @@ use std::sync::Arc;
 use common::adapter::gpu;
 use common::aircraft::*;
 use common::faults::faults;
-use common::{Mismatch, compare};
+use common::{Mismatch, compare, parts};
 use glam::DVec3;
 use idmesh::backend::gpu::Bounds;
 use idmesh::backend::{Backend, CpuBackend, Precision};
+use idmesh::families::{Junction, RigidMotion, Role, TipStart};
 use idmesh::mover::{Mover, Outcome};
 use idmesh::relaxation::{Method, Stopping};
 
@@ -51,6 +52,28 @@ fn check(aircraft: Aircraft, sets: &[&str]) {
 #[test]
 fn gpu_moves_a_small_aircraft_as_the_cpu_does() {
     check(SMALL, &["small_2", "big_2", "planform_2"]);
+}
+
+/// The surfaces of a pylon that slides on its nacelle.
+#[test]
+fn gpu_slides_a_pylon_on_its_nacelle_as_the_cpu_does() {
+    let Some(backend) = gpu(Bounds::default()) else { return };
+    let shift = DVec3::new(0.0, 0.0, -0.05);
+    let motion = RigidMotion::Given { turn: DVec3::ZERO, about: DVec3::ZERO, shift };
+    let pylon = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
+    let roles = [("pylon", pylon), ("nacelle", Role::Rigid { motion, junction: Junction::Slide })];
+    let builder = || parts::builder(parts::mesh("nacelle"), parts::profiles("nacelle", "old"), &roles).quality(None);
+    let mut on_gpu = builder().build(Arc::new(backend) as Arc<dyn Backend>).unwrap();
+    let new = parts::profiles("nacelle", "small");
+    let cpu = update(&mut builder().build(cpu()).unwrap(), new.clone());
+    let gpu = update(&mut on_gpu, new);
+    assert!(gpu.converged && cpu.converged, "{:?}", gpu.unconverged);
+    assert!(gpu.families["nacelle"].max_slide.unwrap() > 0.1);
+    for vertex in ["pylon", "nacelle"].into_iter().flat_map(|family| vertices_of(on_gpu.mesh(), family)) {
+        let off = gpu.vertices()[vertex].distance(cpu.vertices()[vertex]);
+        assert!(off < TOLERANCE * shift.length(), "{vertex}: {off:e}");
+    }
+    assert!(compare(cpu.displacement(), gpu.displacement(), 0.0).is_err());
 }
 
 #[test]

@@ -132,7 +132,7 @@ impl Assembly {
         let name = |family: FamilyId| mesh.families[family.index()].clone();
         // A wingtip without a root stays, and a warning says so.
         let follows = |&&family: &&FamilyId| {
-            let own = matches!(role(family), Role::Rigid { motion: RigidMotion::None | RigidMotion::Given { .. } });
+            let own = matches!(role(family), Role::Rigid { motion: RigidMotion::None | RigidMotion::Given { .. }, .. });
             !own && !matches!(role(family), Role::Wingtip { .. })
         };
         if self.root.is_empty()
@@ -141,8 +141,10 @@ impl Assembly {
             return Err(SetupError::NoRoot { family: name(family), role: role(family).name() });
         }
         let turns = |&&family: &&FamilyId| {
-            let of_root = Role::Rigid { motion: RigidMotion::Root };
-            *role(family) == of_root || matches!(role(family), Role::Attached { start: TipStart::Rigid, .. })
+            matches!(
+                role(family),
+                Role::Rigid { motion: RigidMotion::Root, .. } | Role::Attached { start: TipStart::Rigid, .. }
+            )
         };
         if let Some(&family) = self.families.iter().find(turns)
             && self.is_thin(mesh)
@@ -150,7 +152,7 @@ impl Assembly {
             return Err(SetupError::ThinRoot { family: name(family), vertices: self.root.len() });
         }
         for &family in &self.families {
-            let Role::Rigid { motion: motion @ RigidMotion::Given { .. } } = role(family) else { continue };
+            let Role::Rigid { motion: motion @ RigidMotion::Given { .. }, .. } = role(family) else { continue };
             let given = given(motion);
             for &(point, normal) in &self.planes {
                 let off = |vertex: u32| {

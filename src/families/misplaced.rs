@@ -60,7 +60,7 @@ pub(super) fn misplaced(mesh: &TetMesh, surface: &Surface, roles: &[Role]) -> Ve
 fn follows(role: &Role) -> bool {
     match role {
         Role::TrailingEdge | Role::Wingtip { .. } | Role::Attached { .. } | Role::Carenage => true,
-        Role::Rigid { motion } => matches!(motion, RigidMotion::Root | RigidMotion::Translation),
+        Role::Rigid { motion, .. } => matches!(motion, RigidMotion::Root | RigidMotion::Translation),
         _ => false,
     }
 }
@@ -70,7 +70,7 @@ fn follows(role: &Role) -> bool {
 fn touched(surface: &Surface, roles: &[Role]) -> Vec<bool> {
     let moves = |role: &Role| match role {
         Role::Wing | Role::Prescribed => true,
-        Role::Rigid { motion } => matches!(motion, RigidMotion::Given { .. }),
+        Role::Rigid { motion, .. } => matches!(motion, RigidMotion::Given { .. }),
         _ => false,
     };
     // A forest: each family points to a family that it is joined to, the root to itself.

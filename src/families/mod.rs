@@ -232,7 +232,7 @@ pub enum SetupError {
         /// The plane's unit normal.
         normal: DVec3,
     },
-    /// The junction of an attached family cannot slide.
+    /// The junction of an attached family cannot slide, or none slides on a rigid one.
     #[error("the junction of family `{family}` cannot slide: {why}; junction = \"glued\" goes without")]
     Junction {
         /// Name of the family.

@@ -19,15 +19,14 @@ pub enum TipStart {
     Original,
 }
 
-/// What the curve does in which an attached family meets a wing.
+/// What the curve does in which an attached family meets a wing or a rigid body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Junction {
-    /// The curve goes with the wing. Where the wing stretches, so does the family.
+    /// The curve goes with the wing or the body. Where the wing stretches, or the body moves
+    /// against the wing, the attached family gives way.
     #[default]
     Glued,
-    /// The curve slides on the wing, so that the family keeps its shape. If the family ends on a
-    /// rigid body with a motion of its own, its coefficient is 1: the body's motion spreads over
-    /// all of it.
+    /// The curve slides on the wing or the body, so that the attached family keeps its shape.
     Slide,
 }
 
@@ -94,13 +93,16 @@ pub enum Role {
         coefficient: f64,
         /// The start to which the conservative springs pull back.
         start: TipStart,
-        /// Whether its curve on a wing slides.
+        /// Whether its curve on a wing slides. If it does, and the family ends on a rigid body with
+        /// a motion of its own, its coefficient is 1: the body's motion spreads over all of it.
         junction: Junction,
     },
     /// One rigid body, such as a nacelle.
     Rigid {
         /// Its motion.
         motion: RigidMotion,
+        /// Whether the curves of attached families on it slide.
+        junction: Junction,
     },
     /// Elastic shape: the family slides on its original surface.
     Carenage,
@@ -165,7 +167,7 @@ pub struct RoleOptions {
     pub coefficient: Option<f64>,
     /// See [`Role::Wingtip`]; if `None`, affine for a wingtip and rigid for an attached family.
     pub start: Option<TipStart>,
-    /// See [`Role::Attached`].
+    /// See [`Role::Attached`] and [`Role::Rigid`].
     pub junction: Junction,
     /// See [`Role::Rigid`].
     pub motion: RigidMotion,
@@ -248,9 +250,9 @@ pub const ROLES: &[RoleRow] = &[
         name: "rigid",
         aliases: &[],
         called: &["nacelle", "engine", "pod", "store", "tank", "solid", "rigidbody"],
-        keys: &["motion"],
+        keys: &["motion", "junction"],
         placed_by: PlacedBy::Rigid,
-        make: |options| Role::Rigid { motion: options.motion },
+        make: |options| Role::Rigid { motion: options.motion, junction: options.junction },
     },
     RoleRow {
         name: "carenage",
@@ -384,7 +386,7 @@ mod tests {
             Role::TrailingEdge,
             Role::Wingtip { coefficient: 0.1, start: TipStart::Rigid },
             Role::Attached { coefficient: 0.1, start: TipStart::Rigid, junction: Junction::Slide },
-            Role::Rigid { motion: RigidMotion::None },
+            Role::Rigid { motion: RigidMotion::None, junction: Junction::Glued },
             Role::Carenage,
             Role::PLANE,
             Role::Fixed,

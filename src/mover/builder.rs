@@ -235,7 +235,7 @@ fn check_role(family: &str, role: &Role) -> Result<(), SetupError> {
             let is_good = (0.0..=1.0).contains(&coefficient);
             ("coefficient", coefficient, is_good, "0 (rigid) to 1 (freely deformable)")
         }
-        Role::Rigid { motion: RigidMotion::Given { turn, about, shift } } => {
+        Role::Rigid { motion: RigidMotion::Given { turn, about, shift }, .. } => {
             let worst = [turn, about, shift].iter().flat_map(|v| v.to_array()).find(|x| !x.is_finite());
             ("motion", worst.unwrap_or_default(), worst.is_none(), "finite numbers")
         }

@@ -335,8 +335,9 @@ pub struct FamilyReport {
     /// by the root's best rigid motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_carried_surface: Option<f64>,
-    /// Of an attached family whose junction slides: the largest distance of a vertex of the
-    /// junction from where it would be if it were glued.
+    /// Of an attached family whose junction slides on a wing, or of a rigid one on which junctions
+    /// slide: the largest distance of a vertex of the junction from where it would be if it were
+    /// glued.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_slide: Option<f64>,
     /// Of a rigid family: the angle of its turn, in degrees.

@@ -47,6 +47,15 @@ pub enum NotDifferentiable {
     /// A relaxation of the update did not converge, so there is no equilibrium to differentiate.
     #[error("a relaxation of the update did not converge, and only an equilibrium has a derivative; allow more sweeps")]
     Unconverged,
+    /// Junctions slide on a rigid family, and products through their stage are not there yet.
+    #[error(
+        "junctions slide on the rigid family `{family}`, and products through their stage are not there yet, \
+         expected junction = \"glued\" there"
+    )]
+    Junction {
+        /// The rigid family.
+        family: String,
+    },
     /// A vertex of a carenage slid to an end of the carenage, where it is held back, or to an edge
     /// too sharp to slide over.
     #[error(

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::{Derivative, Design, Mover, NotDifferentiable, Outcome, ProductError};
 use crate::{
-    families::{Families, PlacedBy},
+    families::{Families, Junction, PlacedBy, Role},
     mesh::{Displacement, FamilyId, TetMesh},
     profile::Profile,
     relaxation::{Convergence, Stopping},
@@ -270,6 +270,11 @@ pub(super) fn kinked(wings: &Wings) -> Option<NotDifferentiable> {
 /// The first family that moves in a way that has no products yet.
 pub(super) fn without_products(mesh: &TetMesh, families: &Families) -> Option<NotDifferentiable> {
     let name = |family: FamilyId| mesh.families[family.index()].clone();
+    let slides =
+        |family: &FamilyId| matches!(families.roles[family.index()], Role::Rigid { junction: Junction::Slide, .. });
+    if let Some(family) = families.families_of(PlacedBy::Rigid).find(slides) {
+        return Some(NotDifferentiable::Junction { family: name(family) });
+    }
     let mut stages = STAGES.iter().filter(|row| row.products.is_none());
     let family = stages.find_map(|row| families.families_of(row.placed_by).next())?;
     Some(NotDifferentiable::Role { family: name(family), role: families.roles[family.index()].name() })
@@ -281,7 +286,7 @@ mod tests {
 
     use super::*;
     use crate::backend::{CpuBackend, Precision};
-    use crate::families::{Junction, RigidMotion, Role, TipStart};
+    use crate::families::{RigidMotion, TipStart};
     use crate::formats;
     use crate::mover::place_given;
     use crate::profile::csv;
@@ -295,7 +300,7 @@ mod tests {
         let old = csv::parse(&[(&path, &std::fs::read_to_string(&path).unwrap())]).unwrap();
         let roles = [
             ("pylon", Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Slide }),
-            ("nacelle", Role::Rigid { motion: RigidMotion::Root }),
+            ("nacelle", Role::Rigid { motion: RigidMotion::Root, junction: Junction::Glued }),
             ("wing", Role::Wing),
             ("trailing_edge", Role::TrailingEdge),
             ("wingtip", Role::Wingtip { coefficient: 0.5, start: TipStart::Affine }),

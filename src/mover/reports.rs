@@ -220,6 +220,7 @@ impl Mover {
             let shifts = body.vertices.iter().map(|&vertex| body.motion.displacement(original[vertex as usize]));
             let shift = shifts.sum::<DVec3>() / body.vertices.len().max(1) as f64;
             report.role = role(body.family);
+            report.max_slide = self.stages.attached.slides().get(&body.family).copied();
             (report.turn_degrees, report.shift) = (Some(turn), Some(shift.to_array()));
         }
         reports.into_iter().map(|(family, report)| (self.mesh.families[family.index()].clone(), report)).collect()

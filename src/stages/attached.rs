@@ -41,6 +41,9 @@
 //! that is moved up would then close the acute corner at the pylon's rear edge, because the pylon
 //! behind the corner stays. Without them the motion of the body spreads over the whole part, and
 //! the corner goes with the body.
+//!
+//! If the part slides on the body, its end there goes along its own surface, which may shorten it
+//! by a third. So it follows in steps ([`SurfaceNetwork::follow`]), without conservative springs.
 
 use std::collections::BTreeMap;
 
@@ -51,6 +54,7 @@ use super::surface_network::SurfaceNetwork;
 use crate::families::{Assembly, Families, Junction, PlacedBy, RigidMotion, Role, RootChange, SetupError, TipStart};
 use crate::mesh::Displacement;
 use crate::stage::{Kept, NoProduct, Products, SetUp, Stage, StageError};
+use crate::volume::route::OnBody;
 use crate::{
     backend::BackendError,
     constraint::Constraint,
@@ -78,6 +82,8 @@ struct Attached {
     placed: Vec<u32>,
     inside: Vec<u32>,
     network: SurfaceNetwork,
+    /// The edges, if the families slide on a body with a motion of its own.
+    in_steps: Option<Vec<[u32; 2]>>,
 }
 
 impl AttachedFamilies {
@@ -103,6 +109,11 @@ impl AttachedFamilies {
     /// mesh's unit. Only families whose junctions slide are there.
     pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
         self.junctions.slides()
+    }
+
+    /// The vertices that may slide on rigid bodies. Empty if they were taken.
+    pub fn take_on_bodies(&mut self) -> Vec<OnBody> {
+        self.junctions.take_on_bodies()
     }
 
     /// The families of each assembly that no vertex of an earlier stage moves.
@@ -134,7 +145,10 @@ impl Stage for AttachedFamilies {
             if set.placed.iter().all(|&vertex| displacement[vertex as usize] == DVec3::ZERO) {
                 continue;
             }
-            convergence = convergence.and(set.relax(&mesh.vertices, &start, displacement, stopping)?);
+            convergence = convergence.and(match &set.in_steps {
+                Some(edges) => set.follow(set_up, edges, &start, displacement)?,
+                None => set.relax(&mesh.vertices, &start, displacement, stopping)?,
+            });
             for &vertex in &set.inside {
                 let at = mesh.vertices[vertex as usize];
                 let moved = at + displacement[vertex as usize] + start.displacement(at);
@@ -186,7 +200,39 @@ impl Attached {
         edges.retain(|&[end, _]| families.assemblies[assembly].has(end));
         let network =
             SurfaceNetwork::anchored(&mesh.vertices, &edges, constraint, |vertex| reach[&vertex], backend, method)?;
-        Ok(Self { assembly, families: own, start, placed, inside, network })
+        let in_steps = slides_on_body(families, &families.assemblies[assembly]).then_some(edges);
+        Ok(Self { assembly, families: own, start, placed, inside, network, in_steps })
+    }
+
+    /// As [`Self::relax`], for placed vertices that slide a long way.
+    fn follow(
+        &self,
+        set_up: &SetUp,
+        edges: &[[u32; 2]],
+        start: &FittedMotion,
+        displacement: &mut Displacement,
+    ) -> Result<Convergence, BackendError> {
+        let SetUp { mesh, families, .. } = *set_up;
+        let carried = |vertex: u32| {
+            let at = mesh.vertices[vertex as usize];
+            at + start.displacement(at)
+        };
+        let placed = |vertex: u32| mesh.vertices[vertex as usize] + displacement[vertex as usize];
+        let is_inside = |vertex: u32| families.placed_by[vertex as usize] == PlacedBy::Attached;
+        let constraint =
+            |vertex: u32| if is_inside(vertex) { families.plane_constraint(vertex) } else { Constraint::Held };
+        let place = |vertex: u32, progress: f64| match is_inside(vertex) {
+            true => carried(vertex),
+            false if progress >= 1.0 => placed(vertex),
+            false => carried(vertex).lerp(placed(vertex), progress),
+        };
+        let stiff = |_: &[DVec3], [a, b]: [DVec3; 2]| 1.0 / a.distance_squared(b);
+        let mut positions: Vec<DVec3> = (0..mesh.vertices.len() as u32).map(carried).collect();
+        let convergence = SurfaceNetwork::follow(set_up, &mut positions, edges, constraint, stiff, place, |_, at| at)?;
+        for &vertex in &self.inside {
+            displacement[vertex as usize] = positions[vertex as usize] - carried(vertex);
+        }
+        Ok(convergence)
     }
 
     /// Relaxes the inside, relative to the start. The conservative springs pull to displacement
@@ -334,7 +380,15 @@ impl AttachedFamilies {
 fn bridges(families: &Families, assembly: &Assembly) -> bool {
     let has = |is: &dyn Fn(&Role) -> bool| assembly.families.iter().any(|family| is(&families.roles[family.index()]));
     has(&|role| matches!(role, Role::Attached { junction: Junction::Slide, .. }))
-        && has(&|role| matches!(role, Role::Rigid { motion } if *motion != RigidMotion::Root))
+        && has(&|role| matches!(role, Role::Rigid { motion, .. } if *motion != RigidMotion::Root))
+}
+
+/// Whether an assembly has a body with a motion of its own on which its attached families slide.
+fn slides_on_body(families: &Families, assembly: &Assembly) -> bool {
+    assembly.families.iter().any(|family| {
+        let role = &families.roles[family.index()];
+        matches!(role, Role::Rigid { motion, junction: Junction::Slide } if *motion != RigidMotion::Root)
+    })
 }
 
 /// Mean width of a set of families in the mesh's unit: twice their area over the length of their

@@ -1,46 +1,47 @@
-//! Sliding junctions: where a part meets a wing, its curve slides on the wing, and the part keeps
-//! its shape.
+//! Sliding junctions: where a part meets a wing or a rigid body, its curve slides on their surface,
+//! and the part keeps its shape.
 //!
 //! A junction that is glued is stretched as the wing is, and the part with it. A junction that
-//! slides ([`Junction::Slide`]) is the curve in which the part, carried as one body, meets the
-//! moved wing:
+//! slides ([`Junction::Slide`](crate::families::Junction::Slide)) is the curve in which the part,
+//! carried as one body, meets the moved surface:
 //!
 //! 1. The part is continued beyond the curve by its [rulings](super::rulings), and carried by the
 //!    motion of its assembly. Each vertex of the curve goes along its own ruling until it meets the
-//!    moved wing. So vertices keep their distances along the curve, and cannot bunch.
+//!    moved surface. So vertices keep their distances along the curve, and cannot bunch.
 //! 2. A vertex that goes back into the part goes along the part's surface.
-//! 3. The moved wing is continued across the hole under the part, and its triangles are curved
+//! 3. The moved surface is continued across the hole under the part, and its triangles are curved
 //!    ([`CurvedSurface`]).
-//! 4. A spring network spreads the slide over a strip of the wing beside the curve. Its vertices go
-//!    back onto the moved wing, so that its shape stays as it is. Vertices on leading edges stay.
+//! 4. A spring network spreads the slide over a strip of the surface beside the curve. Its vertices
+//!    go back onto the moved surface, so that its shape stays as it is. Vertices on leading edges
+//!    stay.
 //!
-//! Nothing is done where the glued curve fits the carried part already. The curve on a rigid body
-//! stays glued: a pylon's rear edge meets its nacelle at ten to twenty degrees, so that its curve
-//! would move by three to six times what the body moves up or down. The paper names parts that hang
-//! from wings as future work.
+//! A pylon's rear edge meets its nacelle at ten to thirty degrees, so that its curve moves by two
+//! to six times what the nacelle moves up or down, which is many edges. So the strip on a body is
+//! wider, and follows in steps ([`SurfaceNetwork::follow`]).
 //!
-//! `products` has the derivative.
+//! Nothing is done where the glued curve fits the carried part already. `surfaces` has what slides
+//! on what, `products` the derivative of slides on wings. The paper names parts that hang from wings as future work.
 
 mod products;
+mod surfaces;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::surfaces::{On, Sliding, facing, lies_on, sliding};
 use super::rulings;
 use super::surface_network::SurfaceNetwork;
 use crate::constraint::Constraint;
-use crate::families::{Junction, PlacedBy, Role, SetupError, TipStart};
+use crate::families::SetupError;
 use crate::geometry::fitted_motion::FittedMotion;
 use crate::mesh::{Displacement, FamilyId};
 use crate::projection::curved::{Beside, CurvedSurface, Start};
 use crate::relaxation::Convergence;
 use crate::stage::{SetUp, StageError};
 use crate::text::figures::near;
-
-/// Width of the strip beside a curve, as a fraction of the curve's extent (about a chord).
-const STRIP: f64 = 0.5;
+use crate::volume::route::OnBody;
 
 /// The surface around a curve that is kept reaches so many times as far from the curve's centre as
 /// the curve.
@@ -60,31 +61,42 @@ const ON_RULING: f64 = 0.05;
 
 /// All sliding junctions of a mesh.
 pub(super) struct Junctions {
-    host: Option<Host>,
+    hosts: Vec<Host>,
     /// The undeformed surface of each part, with its vertices `[n_points]`, ascending.
     parts: Vec<(Vec<u32>, CurvedSurface)>,
     slides: BTreeMap<FamilyId, f64>,
     before: Vec<(u32, DVec3)>,
 }
 
-/// The wings on which junctions slide.
+/// A surface on which junctions slide.
 struct Host {
+    on: On,
     curves: Vec<Curve>,
     /// The mesh's vertices of the surface around the curves `[n_points]`, ascending.
     vertices: Vec<u32>,
     /// As indices of `vertices`.
     triangles: Vec<[u32; 3]>,
     rims: Vec<Vec<u32>>,
-    strip: SurfaceNetwork,
+    strip: Strip,
+    /// For a path of steps: what slides on a body.
+    on_body: Option<OnBody>,
 }
 
-/// A curve in which a part meets a wing.
+/// What goes with the curves.
+enum Strip {
+    /// A network of the undeformed surface: wings change by less than a strip's width.
+    Wings(SurfaceNetwork),
+    /// The edges, and the vertices that may move: a body may move farther.
+    Body(Vec<[u32; 2]>, HashSet<u32>),
+}
+
+/// A curve in which a part meets a surface.
 struct Curve {
     /// The number of the assembly.
     assembly: usize,
     /// Index of the part.
     part: usize,
-    /// A family of the part and one of the wing, for each vertex `[n]`.
+    /// A family of the part and one of the surface, for each vertex `[n]`.
     families: Vec<[FamilyId; 2]>,
     /// `[n]`
     vertices: Vec<u32>,
@@ -103,33 +115,37 @@ impl Junctions {
     /// - [`SetupError::Backend`]: the backend failed
     pub fn new(set_up: &SetUp, shaped: &[u32]) -> Result<Self, SetupError> {
         let SetUp { mesh, surface, families, .. } = *set_up;
-        let (mut curves, mut parts) = (Vec::new(), Vec::new());
+        let (mut found, mut parts) = (Vec::<(On, Vec<Curve>)>::new(), Vec::new());
         for (assembly, of) in families.assemblies.iter().enumerate() {
-            let Some(part) = sliding(set_up, &of.families)? else { continue };
+            let Some(Sliding { part, on }) = sliding(set_up, assembly)? else { continue };
             let is_own = |corners: &[u32; 3]| of.has(corners[0]);
             let own = part.iter().flat_map(|&family| surface.triangles_of(family));
             let own = own.filter(|&&triangle| is_own(&surface.triangles[triangle as usize]));
-            let mut on_wing = Vec::new();
+            let mut half_edges: Vec<Vec<u32>> = vec![Vec::new(); on.len()];
             for half_edge in own.flat_map(|&triangle| 3 * triangle..3 * triangle + 3) {
-                if !part.contains(&surface.family_behind(half_edge)) && is_on_wing(set_up, half_edge)? {
-                    on_wing.push(half_edge);
+                if !part.contains(&surface.family_behind(half_edge))
+                    && let Some(behind) = lies_on(set_up, assembly, on[0].1 == On::Wings, half_edge)?
+                {
+                    let of = on.iter().position(|(_, on)| *on == behind);
+                    half_edges[of.expect("what slides is there")].push(half_edge);
                 }
             }
-            if on_wing.is_empty() {
-                return Err(refused(
-                    set_up,
-                    part[0],
-                    "neither it nor what it hangs together with meets a wing".to_owned(),
-                ));
-            }
-            let loops = rulings::loops(surface, on_wing.iter().copied()).ok_or_else(|| {
-                let [family, _] = families_at(set_up, on_wing[0]);
-                refused(set_up, family, format!("its curve on `{}` is not closed", behind(set_up, on_wing[0])))
-            })?;
-            for half_edges in loops {
-                let curve = Curve::new(set_up, (assembly, parts.len()), &half_edges)?;
-                curve.check(set_up, &part)?;
-                curves.push(curve);
+            for ((family, on), half_edges) in on.into_iter().zip(half_edges) {
+                if half_edges.is_empty() {
+                    return Err(refused(set_up, family, on.is_met_by_none().to_owned()));
+                }
+                let loops = rulings::loops(surface, half_edges.iter().copied()).ok_or_else(|| {
+                    let [family, _] = families_at(set_up, half_edges[0]);
+                    refused(set_up, family, format!("its curve on `{}` is not closed", behind(set_up, half_edges[0])))
+                })?;
+                for half_edges in loops {
+                    let curve = Curve::new(set_up, (assembly, parts.len()), &half_edges)?;
+                    curve.check(set_up, &part, on)?;
+                    match found.iter_mut().find(|(other, _)| *other == on) {
+                        Some((_, curves)) => curves.push(curve),
+                        None => found.push((on, vec![curve])),
+                    }
+                }
             }
             let triangles = part.iter().flat_map(|&family| surface.corners_of(family)).filter(is_own).collect();
             let (vertices, triangles) = numbered(triangles);
@@ -138,12 +154,18 @@ impl Junctions {
                 .map_err(|error| refused(set_up, part[0], error.to_string()))?;
             parts.push((vertices, own));
         }
-        let host = (!curves.is_empty()).then(|| Host::new(set_up, shaped, curves)).transpose()?;
-        Ok(Self { host, parts, slides: BTreeMap::new(), before: Vec::new() })
+        let hosts = found.into_iter().map(|(on, curves)| Host::new(set_up, shaped, on, curves));
+        Ok(Self {
+            hosts: hosts.collect::<Result<_, SetupError>>()?,
+            parts,
+            slides: BTreeMap::new(),
+            before: Vec::new(),
+        })
     }
 
     /// The largest distance by which a vertex slid from its glued place in the last run, in the
-    /// mesh's unit, of each family whose junction slides.
+    /// mesh's unit, of each family whose junction slides: on a wing of the attached family, on a
+    /// body of the rigid one.
     pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
         &self.slides
     }
@@ -152,6 +174,11 @@ impl Junctions {
     /// unit.
     pub fn before(&self) -> &[(u32, DVec3)] {
         &self.before
+    }
+
+    /// The vertices that may slide on rigid bodies. Empty if they were taken.
+    pub fn take_on_bodies(&mut self) -> Vec<OnBody> {
+        self.hosts.iter_mut().filter_map(|host| host.on_body.take()).collect()
     }
 
     /// Slides the junctions.
@@ -169,27 +196,37 @@ impl Junctions {
     ) -> Result<Convergence, StageError> {
         self.slides.clear();
         self.before.clear();
-        let Some(host) = &mut self.host else { return Ok(Convergence::nothing_to_do()) };
-        let (placed, convergence) = host.slide(set_up, motions, &self.parts, displacement, &mut self.slides)?;
-        for (vertex, foot) in placed {
-            self.before.push((vertex, displacement[vertex as usize]));
-            displacement[vertex as usize] = foot - set_up.mesh.vertices[vertex as usize];
+        let mut convergence = Convergence::nothing_to_do();
+        for host in &mut self.hosts {
+            let (placed, of_host) = host.slide(set_up, motions, &self.parts, displacement, &mut self.slides)?;
+            convergence = convergence.and(of_host);
+            for (vertex, foot) in placed {
+                self.before.push((vertex, displacement[vertex as usize]));
+                displacement[vertex as usize] = foot - set_up.mesh.vertices[vertex as usize];
+            }
         }
         Ok(convergence)
     }
 }
 
 impl Host {
-    fn new(set_up: &SetUp, shaped: &[u32], curves: Vec<Curve>) -> Result<Self, SetupError> {
+    fn new(set_up: &SetUp, shaped: &[u32], on: On, curves: Vec<Curve>) -> Result<Self, SetupError> {
         let SetUp { mesh, surface, families, backend, method, .. } = *set_up;
         let at = |vertex: u32| mesh.vertices[vertex as usize];
-        let own: Vec<FamilyId> = families.families_of(PlacedBy::Wing).collect();
+        let own: Vec<FamilyId> =
+            families.families_of(on.placed_by()).filter(|family| on.has(families, *family)).collect();
+        let is_own = |t: &[u32; 3]| on.assembly().is_none_or(|assembly| families.assemblies[assembly].has(t[0]));
         let regions: Vec<(DVec3, f64)> = curves.iter().map(|curve| curve.ball(set_up, REGION)).collect();
         let in_region = |t: &[u32; 3]| {
-            regions.iter().any(|&(centre, radius)| t.iter().any(|&vertex| at(vertex).distance(centre) < radius))
+            let in_ball = |&(centre, radius): &(DVec3, f64)| t.iter().any(|&v| at(v).distance(centre) < radius);
+            is_own(t) && regions.iter().any(in_ball)
         };
         let corners = own.iter().flat_map(|&family| surface.corners_of(family));
-        let (vertices, triangles) = numbered(corners.filter(in_region).collect());
+        let mut triangles: Vec<[u32; 3]> = corners.filter(in_region).collect();
+        if on != On::Wings {
+            triangles = facing(&mesh.vertices, triangles, curves.iter().map(|curve| &curve.vertices[..]));
+        }
+        let (vertices, triangles) = numbered(triangles);
         let number = |vertex: u32| vertices.binary_search(&vertex).ok().map(|place| place as u32);
         // The curve runs with the part on its left, so the rim of the hole runs the other way.
         let rim = |curve: &Curve| curve.vertices.iter().rev().filter_map(|&vertex| number(vertex)).collect();
@@ -213,14 +250,14 @@ impl Host {
         // On a coarse surface the strip may be narrower than an edge.
         let beside: HashSet<u32> =
             edges.iter().filter(|edge| edge.iter().any(|end| on_curve.contains(end))).flatten().copied().collect();
-        let strips: Vec<(&Curve, f64)> = curves.iter().map(|curve| (curve, STRIP * curve.extent)).collect();
+        let strips: Vec<(&Curve, f64)> = curves.iter().map(|curve| (curve, on.strip() * curve.extent)).collect();
         let near = |vertex: u32| {
             strips.iter().any(|(curve, width)| curve.vertices.iter().any(|&on| at(on).distance(at(vertex)) < *width))
         };
         let may_move = |vertex: u32| {
             let one_family = around.get(&vertex).is_some_and(|of| of.len() == 1);
             one_family
-                && families.placed_by[vertex as usize] == PlacedBy::Wing
+                && families.placed_by[vertex as usize] == on.placed_by()
                 && families.shapes_at(vertex).next().is_none()
                 && !families.partners.is_tied(vertex)
                 && !shaped.contains(&vertex)
@@ -230,8 +267,17 @@ impl Host {
         };
         let free: HashSet<u32> = vertices.par_iter().copied().filter(|&vertex| may_move(vertex)).collect();
         let constraint = |vertex: u32| if free.contains(&vertex) { Constraint::Free } else { Constraint::Held };
-        let strip = SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method)?;
-        Ok(Self { curves, vertices, triangles, rims, strip })
+        let network = || SurfaceNetwork::new(&mesh.vertices, &edges, constraint, backend, method);
+        let wings = (on == On::Wings).then(network).transpose()?;
+        let on_body = (on != On::Wings).then(|| {
+            let sliding = free.iter().chain(&on_curve).filter_map(|&vertex| {
+                let start = still.start_at(number(vertex)?)?;
+                Some((vertex, start))
+            });
+            OnBody { vertices: sliding.collect(), surface: still.clone() }
+        });
+        let strip = wings.map_or_else(|| Strip::Body(edges.clone(), free.clone()), Strip::Wings);
+        Ok(Self { on, curves, vertices, triangles, rims, strip, on_body })
     }
 
     /// The feet to which vertices slide.
@@ -247,7 +293,7 @@ impl Host {
         let start = |vertex: u32| mesh.vertices[vertex as usize];
         let gaps = self.gaps(set_up, motions, displacement);
         for curve in &self.curves {
-            curve.families.iter().for_each(|of| *slides.entry(of[0]).or_default() += 0.0);
+            curve.families.iter().for_each(|of| *slides.entry(self.on.reported(*of)).or_default() += 0.0);
         }
         if gaps.iter().all(|&gap| gap == 0.0) {
             return Ok((Vec::new(), Convergence::nothing_to_do()));
@@ -265,13 +311,37 @@ impl Host {
                 let by = foot - (start(vertex) + displacement[vertex as usize]);
                 slide[vertex as usize] = by;
                 placed.push((vertex, foot));
-                let farthest = slides.entry(curve.families[k][0]).or_default();
+                let farthest = slides.entry(self.on.reported(curve.families[k])).or_default();
                 *farthest = farthest.max(by.length());
             }
         }
-        let convergence = self.strip.relax(&mut slide, stopping)?;
-        let moving: Vec<u32> = self.strip.moving().map(|(vertex, _)| vertex).collect();
         let vertices = &self.vertices;
+        let strip = match &mut self.strip {
+            Strip::Wings(strip) => strip,
+            Strip::Body(edges, free) => {
+                let feet: HashMap<u32, DVec3> = placed.iter().copied().collect();
+                let now = |vertex: u32| start(vertex) + displacement[vertex as usize];
+                let on_surface = |vertex: u32, at: DVec3| {
+                    start_on(&surface, vertices, vertex).map_or(at, |first| surface.beside(first, at).foot)
+                };
+                let place = |vertex: u32, progress: f64| match feet.get(&vertex) {
+                    Some(&foot) if progress >= 1.0 => foot,
+                    Some(&foot) => on_surface(vertex, now(vertex).lerp(foot, progress)),
+                    None => now(vertex),
+                };
+                let on_curves: Vec<u32> = self.curves.iter().flat_map(|curve| &curve.vertices).copied().collect();
+                let stiff = |positions: &[DVec3], ends: [DVec3; 2]| stiffness_beside(positions, &on_curves, ends);
+                let mut positions: Vec<DVec3> = (0..mesh.vertices.len() as u32).map(now).collect();
+                let constraint = |vertex: u32| if free.contains(&vertex) { Constraint::Free } else { Constraint::Held };
+                let convergence =
+                    SurfaceNetwork::follow(set_up, &mut positions, edges, constraint, stiff, place, on_surface)?;
+                let moved = free.iter().chain(feet.keys()).map(|&vertex| (vertex, positions[vertex as usize]));
+                let moved = moved.filter(|&(vertex, at)| at != now(vertex));
+                return Ok((moved.collect(), convergence));
+            }
+        };
+        let convergence = strip.relax(&mut slide, stopping)?;
+        let moving: Vec<u32> = strip.moving().map(|(vertex, _)| vertex).collect();
         let beside = moving.par_iter().filter(|&&vertex| slide[vertex as usize] != DVec3::ZERO).filter_map(|&vertex| {
             let at = start(vertex) + displacement[vertex as usize] + slide[vertex as usize];
             Some((vertex, surface.beside(start_on(&surface, vertices, vertex)?, at).foot))
@@ -332,6 +402,18 @@ struct Met {
     /// How far the ruling rises, in the mesh's unit.
     reach: f64,
     foot: DVec3,
+}
+
+/// The stiffness of an edge beside curves. An edge beside a curve is stiffer than one far off, so
+/// that the acute corner behind a pylon goes with the curve; a short one is stiffer still, so that
+/// a narrow strip between the curve and an end of the body is squeezed evenly.
+///
+/// - `positions` `[n_vertices]`: of the mesh
+fn stiffness_beside(positions: &[DVec3], on_curves: &[u32], [a, b]: [DVec3; 2]) -> f64 {
+    let (middle, length) = (0.5 * (a + b), a.distance(b));
+    let away = on_curves.iter().map(|&vertex| positions[vertex as usize].distance_squared(middle));
+    let away = away.fold(f64::INFINITY, f64::min).sqrt().max(0.5 * length);
+    1.0 / (length.powi(4) * away.sqrt())
 }
 
 /// A ruling of a part, carried by a motion.
@@ -442,7 +524,7 @@ impl Curve {
     ///
     /// # Errors
     /// [`SetupError::Junction`]
-    fn check(&self, set_up: &SetUp, part: &[FamilyId]) -> Result<(), SetupError> {
+    fn check(&self, set_up: &SetUp, part: &[FamilyId], on: On) -> Result<(), SetupError> {
         let SetUp { mesh, surface, families, .. } = *set_up;
         let vertices: HashSet<u32> = self.vertices.iter().copied().collect();
         let refused = |vertex: u32, why: String| {
@@ -452,13 +534,13 @@ impl Curve {
             Err(refused(set_up, of[0], format!("its curve on `{}` {why}, at {at}", mesh.families[of[1].index()])))
         };
         for (triangle, &family) in surface.triangles.iter().zip(&surface.family) {
-            let is_of = families.roles[family.index()] == Role::Wing || part.contains(&family);
+            let is_of = on.has(families, family) || part.contains(&family);
             if let Some(&vertex) = triangle.iter().find(|vertex| !is_of && vertices.contains(vertex)) {
                 return refused(vertex, format!("also touches `{}`", mesh.families[family.index()]));
             }
         }
         let stays = |&&vertex: &&u32| {
-            families.placed_by[vertex as usize] != PlacedBy::Wing || families.partners.is_tied(vertex)
+            families.placed_by[vertex as usize] != on.placed_by() || families.partners.is_tied(vertex)
         };
         match self.vertices.iter().find(stays) {
             Some(&vertex) => refused(vertex, "has a vertex that may not slide".to_owned()),
@@ -471,48 +553,6 @@ impl Curve {
         let [family, other] = self.families[k].map(|family| set_up.mesh.families[family.index()].clone());
         let at = set_up.mesh.vertices[self.vertices[k] as usize];
         StageError::Junction { family, other, at, why: why.to_owned() }
-    }
-}
-
-/// The attached families of an assembly whose junctions slide. `None` if they are glued.
-///
-/// # Errors
-/// [`SetupError::Junction`]: some slide, and others cannot
-fn sliding(set_up: &SetUp, members: &[FamilyId]) -> Result<Option<Vec<FamilyId>>, SetupError> {
-    let role = |family: FamilyId| &set_up.families.roles[family.index()];
-    let slides = |family: &FamilyId| matches!(role(*family), Role::Attached { junction: Junction::Slide, .. });
-    let Some(&first) = members.iter().find(|family| slides(family)) else { return Ok(None) };
-    let attached = |family: &&FamilyId| role(**family).placed_by() == PlacedBy::Attached;
-    let part: Vec<FamilyId> = members.iter().filter(attached).copied().collect();
-    for &family in &part {
-        let name = &set_up.mesh.families[family.index()];
-        let why = match role(family) {
-            Role::Wingtip { .. } => format!("it hangs together with `{name}`, which is a wingtip"),
-            Role::Attached { junction: Junction::Glued, .. } => {
-                format!("it hangs together with `{name}`, whose junction is glued")
-            }
-            Role::Attached { start, .. } if *start != TipStart::Rigid => "its start is not rigid".to_owned(),
-            _ => continue,
-        };
-        return Err(refused(set_up, first, why));
-    }
-    Ok(Some(part))
-}
-
-/// Whether a wing lies behind a half-edge of a part. If not, it is a family that stays beside the
-/// part: a body, or one that later stages place.
-///
-/// # Errors
-/// [`SetupError::Junction`]: another family that earlier stages place lies there
-fn is_on_wing(set_up: &SetUp, half_edge: u32) -> Result<bool, SetupError> {
-    let [family, other] = families_at(set_up, half_edge);
-    match &set_up.families.roles[other.index()] {
-        Role::Wing => Ok(true),
-        role if role.placed_by() >= PlacedBy::Rigid => Ok(false),
-        role => {
-            let why = format!("it meets `{}`, whose role is {}", behind(set_up, half_edge), role.name());
-            Err(refused(set_up, family, why))
-        }
     }
 }
 

@@ -92,9 +92,10 @@ impl Stages {
         };
         let (of_surfaces, volume) =
             rayon::join(of_surfaces, || VolumeStage::new(set_up, edge_graph, volume, lowest, &shaped));
-        let (trailing_edges, attached, carenages, planes) = of_surfaces?;
-        let rigids = Rigids::default();
-        Ok(Self { wings, trailing_edges, rigids, attached, carenages, planes, volume: volume? })
+        let (trailing_edges, mut attached, carenages, planes) = of_surfaces?;
+        let (rigids, mut volume) = (Rigids::default(), volume?);
+        volume.let_slide(attached.take_on_bodies());
+        Ok(Self { wings, trailing_edges, rigids, attached, carenages, planes, volume })
     }
 }
 

@@ -91,7 +91,7 @@ impl Stage for Rigids {
             // The root's displacement is that of earlier stages, so no family changes the motion of
             // another.
             for &family in &assembly.families {
-                let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
+                let Role::Rigid { motion, .. } = &families.roles[family.index()] else { continue };
                 let motion = assembly.rigid_motion(mesh, displacement, motion);
                 let own: Vec<u32> = assembly.vertices_of(surface, family).collect();
                 for vertex in placed(families, surface, assembly, family) {
@@ -121,7 +121,7 @@ fn changes<'a>(set_up: &SetUp<'a>, kept: &Kept) -> Result<Vec<(&'a Assembly, Fam
     let mut changes = Vec::new();
     for assembly in &families.assemblies {
         for &family in &assembly.families {
-            let Role::Rigid { motion } = &families.roles[family.index()] else { continue };
+            let Role::Rigid { motion, .. } = &families.roles[family.index()] else { continue };
             let change = assembly.rigid_change(mesh, &before, motion);
             changes.push((assembly, family, change.map_err(|vertex| NoProduct::Rotation { vertex })?));
         }

@@ -4,13 +4,24 @@
 //! design.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{
-    backend::{Backend, BackendError},
+    backend::{Backend, BackendError, CpuBackend, Precision},
     constraint::Constraint,
     mesh::edges::VertexGraph,
     relaxation::{Convergence, Method, Network, Relaxer, Stopping},
+    stage::SetUp,
 };
+
+/// Steps of a long way; see [`SurfaceNetwork::follow`].
+const STEPS: u32 = 10;
+
+/// The largest tolerance of a step.
+const TOLERANCE: f64 = 1e-8;
+
+/// The stiffest spring, if the softest has the stiffness 1.
+const STIFFEST: f64 = 1e9;
 
 /// A network of longitudinal springs along edges of the surface. The stiffness of a spring is
 /// `1 / l`, `l` the length of its edge.
@@ -58,6 +69,21 @@ impl SurfaceNetwork {
         backend: &dyn Backend,
         method: Method,
     ) -> Result<Self, BackendError> {
+        let length = |&[a, b]: &[u32; 2]| positions[a as usize].distance(positions[b as usize]);
+        let stiffness = edges.iter().map(|edge| 1.0 / length(edge)).collect();
+        Self::of_springs(positions, edges, stiffness, constraint, reach, backend, method)
+    }
+
+    /// A network with conservative springs, and edges of any stiffness `[n_edges]`.
+    fn of_springs(
+        positions: &[DVec3],
+        edges: &[[u32; 2]],
+        stiffness: Vec<f64>,
+        constraint: impl Fn(u32) -> Constraint,
+        reach: impl Fn(u32) -> f64,
+        backend: &dyn Backend,
+        method: Method,
+    ) -> Result<Self, BackendError> {
         let mut vertices: Vec<u32> = edges.iter().flatten().copied().collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -66,7 +92,6 @@ impl SurfaceNetwork {
         let graph = VertexGraph::new(vertices.len(), &local_edges);
         let length: Vec<f64> =
             edges.iter().map(|[a, b]| positions[*a as usize].distance(positions[*b as usize])).collect();
-        let stiffness: Vec<f64> = length.iter().map(|length| 1.0 / length).collect();
         let constraint: Vec<Constraint> = vertices.iter().map(|&vertex| constraint(vertex)).collect();
         let anchor = (0..vertices.len())
             .map(|row| {
@@ -79,6 +104,58 @@ impl SurfaceNetwork {
             .collect();
         let network = Network::new(&graph, &stiffness, &length, constraint, anchor);
         Ok(Self { relaxer: Relaxer::new(network, backend, method)?, vertices })
+    }
+
+    /// Moves vertices a long way, in [`STEPS`] steps. The springs of a step have the stiffness that
+    /// their edges have then. So an edge that has become short is stiff, and triangles do not fold
+    /// where one step would fold them. The steps relax in f64 on the CPU, because stiffnesses that
+    /// differ by a factor of a million take the digits of f32.
+    ///
+    /// - `positions` `[n_vertices]`: of the whole mesh, in the mesh's unit; those of the network
+    ///   change
+    /// - `edges`, `constraint`: as for [`Self::new`]
+    /// - `stiffness`: of an edge between two places; its scale does not matter
+    /// - `place`: where a held vertex is at a progress from 0 to 1
+    /// - `back`: the place nearest to a point where a vertex that may move may be
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn follow(
+        set_up: &SetUp,
+        positions: &mut [DVec3],
+        edges: &[[u32; 2]],
+        constraint: impl Fn(u32) -> Constraint,
+        stiffness: impl Fn(&[DVec3], [DVec3; 2]) -> f64 + Sync,
+        place: impl Fn(u32, f64) -> DVec3,
+        back: impl Fn(u32, DVec3) -> DVec3,
+    ) -> Result<Convergence, BackendError> {
+        let mut convergence = Convergence::nothing_to_do();
+        let mut by = vec![DVec3::ZERO; positions.len()];
+        let stopping = Stopping { tolerance: set_up.stopping.tolerance.min(TOLERANCE), ..set_up.stopping };
+        for step in 1..=STEPS {
+            let progress = f64::from(step) / f64::from(STEPS);
+            let now: &[DVec3] = positions;
+            let stiffness: Vec<f64> =
+                edges.par_iter().map(|edge| stiffness(now, edge.map(|end| now[end as usize]))).collect();
+            // An edge without length would be infinitely stiff.
+            let softest = stiffness.iter().copied().fold(f64::INFINITY, f64::min);
+            let stiffness = stiffness.into_iter().map(|own| (own / softest).min(STIFFEST)).collect();
+            let (backend, method) = (&CpuBackend { precision: Precision::F64 }, set_up.method);
+            let mut network =
+                Self::of_springs(positions, edges, stiffness, &constraint, |_| f64::INFINITY, backend, method)?;
+            let is_held = |vertex: u32| constraint(vertex) == Constraint::Held;
+            for &vertex in &network.vertices {
+                let at = vertex as usize;
+                by[at] = if is_held(vertex) { place(vertex, progress) - positions[at] } else { DVec3::ZERO };
+            }
+            convergence = convergence.and(network.relax(&mut by, &stopping)?);
+            for &vertex in &network.vertices {
+                let at = vertex as usize;
+                positions[at] =
+                    if is_held(vertex) { place(vertex, progress) } else { back(vertex, positions[at] + by[at]) };
+            }
+        }
+        Ok(convergence)
     }
 
     /// Relaxes the vertices that may move.

@@ -40,7 +40,7 @@ pub use edges::EdgeGraph;
 pub use start::Start;
 
 use optimisation::{ENOUGH, IMPROVED, MovedMesh, Smoothing, after};
-use route::Bodies;
+use route::{Bodies, OnBody};
 use sliding::SurfaceFreedom;
 use springs::VolumeNetwork;
 use stepping::Stepping;
@@ -248,6 +248,11 @@ impl VolumeStage {
     /// The method that relaxes the volume's springs; never [`Method::Auto`].
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// Lets vertices slide on rigid bodies along the path of steps.
+    pub fn let_slide(&mut self, on_bodies: Vec<OnBody>) {
+        self.bodies.let_slide(on_bodies);
     }
 
     /// Says whether the result of the next run will be refused for the places of surfaces, whatever

@@ -138,4 +138,6 @@ fn the_parser_and_the_schema_know_the_same() {
     assert_eq!(expected(&format!("{START}[family.a]\nrole = \"wingtip\"\nstart = \"qqqqqq\"\n")), starts);
     let junctions = words(&variants[2]["properties"]["junction"]);
     assert_eq!(expected(&format!("{START}[family.a]\nrole = \"attached\"\njunction = \"qqqqqq\"\n")), junctions);
+    let of_body = words(&variants[3]["properties"]["junction"]);
+    assert_eq!(expected(&format!("{START}[family.a]\nrole = \"rigid\"\njunction = \"qqqqqq\"\n")), of_body);
 }

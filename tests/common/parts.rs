@@ -1,6 +1,6 @@
 //! Half aircraft with parts that hang from the wing: their meshes, profiles and movers.
 
-use idmesh::families::{RigidMotion, Role};
+use idmesh::families::{Junction, RigidMotion, Role};
 use idmesh::mesh::TetMesh;
 use idmesh::mover::{Mover, MoverBuilder};
 use idmesh::profile::{Profile, csv};
@@ -17,7 +17,7 @@ pub fn profiles(mesh: &str, set: &str) -> Vec<Profile> {
 }
 
 pub fn rigid(motion: RigidMotion) -> Role {
-    Role::Rigid { motion }
+    Role::Rigid { motion, junction: Junction::Glued }
 }
 
 /// The usual roles, and others for the parts, with default settings.

@@ -8,7 +8,9 @@ fn with_nacelle(junction: Junction) -> (MeshFile, MoverBuilder) {
     let file = formats::read_mixed(&file("tests/data/hybrid/nacelle.msh.gz")).unwrap();
     let pylon = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction };
     let builder = builder_with(&file.mesh, &file.others, profiles("nacelle_old"));
-    let builder = builder.role("pylon", pylon).role("nacelle", Role::Rigid { motion: RigidMotion::Root });
+    let builder = builder
+        .role("pylon", pylon)
+        .role("nacelle", Role::Rigid { motion: RigidMotion::Root, junction: Junction::Glued });
     assert!(
         file.mesh.families.iter().all(|name| role(name).is_some() || ["pylon", "nacelle", "fluid"].contains(&&**name))
     );

@@ -26,7 +26,7 @@ const TIP_ROLE: Role = Role::Wingtip { coefficient: 0.5, start: TipStart::Affine
 const HUNG_ROLE: Role = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
 
 /// A body that such a part carries.
-const BODY_ROLE: Role = Role::Rigid { motion: RigidMotion::Root };
+const BODY_ROLE: Role = Role::Rigid { motion: RigidMotion::Root, junction: Junction::Glued };
 
 impl Guesser<'_> {
     /// The families that follow the wings, and those that stay.

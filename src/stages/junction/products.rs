@@ -9,6 +9,8 @@
 //! and `dh`, `dF_surface` are the changes with the surface alone. The strip's network is linear,
 //! and the feet of its vertices follow their places and the surface.
 //!
+//! Junctions that slide on rigid bodies have no products.
+//!
 //! # Kinks
 //!
 //! A vertex that has not slid lies on corners of facets, and on the edge between ruling and part.
@@ -18,7 +20,9 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Junctions, Met, Ruling, start_on};
+use super::super::surface_network::SurfaceNetwork;
+use super::surfaces::On;
+use super::{Host, Junctions, Met, Ruling, Strip, start_on};
 use crate::families::{Assembly, RootChange, TipStart};
 use crate::geometry::fitted_motion::FittedMotion;
 use crate::geometry::motion_change::MotionChange;
@@ -61,6 +65,19 @@ impl OnCurve {
     }
 }
 
+/// The wings on which junctions slide.
+fn on_wings(hosts: &mut [Host]) -> Option<&mut Host> {
+    hosts.iter_mut().find(|host| host.on == On::Wings)
+}
+
+/// The network of the strips of wings beside junctions.
+fn strip_on_wings(hosts: &mut [Host]) -> Option<&mut SurfaceNetwork> {
+    match &mut on_wings(hosts)?.strip {
+        Strip::Wings(strip) => Some(strip),
+        Strip::Body(..) => None,
+    }
+}
+
 impl Junctions {
     /// The derivative of [`Self::slide`]. `None` without junctions.
     ///
@@ -72,7 +89,7 @@ impl Junctions {
     /// - [`NoProduct::Backend`]: the backend failed
     pub fn change<'a>(&mut self, set_up: &SetUp<'a>, before: &[DVec3]) -> Result<Option<SlideChange<'a>>, NoProduct> {
         let SetUp { mesh, families, stopping, .. } = *set_up;
-        let Some(host) = &mut self.host else { return Ok(None) };
+        let Some(host) = on_wings(&mut self.hosts) else { return Ok(None) };
         let at = |vertex: u32| mesh.vertices[vertex as usize];
         let rigid = |assembly: &Assembly| assembly.carried(mesh, before, TipStart::Rigid);
         let motions: Vec<FittedMotion> = families.assemblies.iter().map(rigid).collect();
@@ -126,10 +143,11 @@ impl Junctions {
             }
         }
         // At rest nothing relaxes.
+        let Strip::Wings(strip) = &mut host.strip else { return Ok(None) };
         if gaps.iter().any(|&gap| gap > 0.0) {
-            host.strip.relax(&mut slide, &stopping)?;
+            strip.relax(&mut slide, &stopping)?;
         }
-        let moving = host.strip.moving().map(|(vertex, _)| vertex);
+        let moving = strip.moving().map(|(vertex, _)| vertex);
         let of_strip = |vertex: u32| {
             let first = start_on(&surface, &host.vertices, vertex)?;
             let by = slide[vertex as usize];
@@ -157,7 +175,9 @@ impl Junctions {
         change: &mut Displacement,
         stopping: &Stopping,
     ) -> Result<Convergence, NoProduct> {
-        let (Some(host), Some(slides)) = (&mut self.host, slides) else { return Ok(Convergence::nothing_to_do()) };
+        let (Some(strip), Some(slides)) = (strip_on_wings(&mut self.hosts), slides) else {
+            return Ok(Convergence::nothing_to_do());
+        };
         let surface = &slides.surface;
         let own: Vec<DVec3> = slides.vertices.iter().map(|&vertex| change[vertex as usize]).collect();
         let of_points = surface.forward(&own);
@@ -174,7 +194,7 @@ impl Junctions {
             slide[vertex] = foot - change[vertex];
             ends.push((vertex, foot));
         }
-        let convergence = host.strip.forward(&mut slide, stopping)?;
+        let convergence = strip.forward(&mut slide, stopping)?;
         for (vertex, beside) in &slides.strip {
             let vertex = *vertex as usize;
             let (foot, _) = beside.of_surface(surface, &of_points);
@@ -198,7 +218,9 @@ impl Junctions {
         gradient: &mut Displacement,
         stopping: &Stopping,
     ) -> Result<Convergence, NoProduct> {
-        let (Some(host), Some(slides)) = (&mut self.host, slides) else { return Ok(Convergence::nothing_to_do()) };
+        let (Some(strip), Some(slides)) = (strip_on_wings(&mut self.hosts), slides) else {
+            return Ok(Convergence::nothing_to_do());
+        };
         let surface = &slides.surface;
         let mut by_points = surface.none();
         let mut by_slide = vec![DVec3::ZERO; gradient.len()];
@@ -210,7 +232,7 @@ impl Junctions {
             gradient[vertex] = by_at;
             by_slide[vertex] = by_at;
         }
-        let convergence = host.strip.reverse(&mut by_slide, stopping)?;
+        let convergence = strip.reverse(&mut by_slide, stopping)?;
         let mut by_motions: Vec<Option<MotionChange>> = slides.roots.iter().map(RootChange::none).collect();
         for on_curve in &slides.on_curves {
             let vertex = on_curve.vertex as usize;
