@@ -24,7 +24,7 @@ use common::{
 };
 use glam::DQuat;
 use idmesh::{
-    backend::{self, Backend, BackendError, CpuBackend, Selection},
+    backend::{self, Backend, BackendError, CpuBackend, DeviceWork, Selection},
     constraint::Constraint,
     families::Role,
     formats::{self, MeshFile},
@@ -66,6 +66,11 @@ fn run() -> Result<(), Failure> {
         "ms/sweep",
         "GB/s",
         "of copying",
+        "MB up",
+        "MB down",
+        "submissions",
+        "reads",
+        "commands",
     ])];
     let mut costs = Vec::new();
     for (at, file) in files.iter().enumerate() {
@@ -156,6 +161,8 @@ struct Cost {
     sweep: f64,
     bandwidth: f64,
     copying: f64,
+    /// What the last update asked of the device; nothing of the CPU.
+    work: Option<DeviceWork>,
 }
 
 impl Cost {
@@ -188,12 +195,12 @@ impl Cost {
         }
         let mut times = Vec::new();
         let updates = if n_cells > LARGE { 1 } else { UPDATES };
-        let mut cycles = 0;
+        let (mut cycles, mut work) = (0, None);
         for _ in 0..=updates {
             let start = Instant::now();
             let outcome = mover.update(&design)?;
             times.push(start.elapsed().as_secs_f64());
-            cycles = outcome.solver.sweeps;
+            (cycles, work) = (outcome.solver.sweeps, outcome.device_work);
             if outcome.inverted > 0 || !outcome.converged {
                 return Err("the mesh did not come out well, so its times mean nothing".into());
             }
@@ -225,10 +232,12 @@ impl Cost {
             sweep: sweep.seconds,
             bandwidth: sweep.bandwidth,
             copying,
+            work,
         })
     }
 
     fn row(&self, name: &str, read: &str) -> Vec<String> {
+        let of_work = |of: fn(DeviceWork) -> String| self.work.map_or_else(|| "-".to_owned(), of);
         vec![
             name.to_owned(),
             self.n_cells.to_string(),
@@ -242,6 +251,11 @@ impl Cost {
             format!("{:.3}", 1e3 * self.sweep),
             format!("{:.1}", 1e-9 * self.bandwidth),
             format!("{:.0} %", 100.0 * self.bandwidth / self.copying),
+            of_work(|work| format!("{:.2}", 1e-6 * work.bytes_up as f64)),
+            of_work(|work| format!("{:.2}", 1e-6 * work.bytes_down as f64)),
+            of_work(|work| work.submissions.to_string()),
+            of_work(|work| work.reads.to_string()),
+            of_work(|work| (work.dispatches + work.copies + work.clears).to_string()),
         ]
     }
 }

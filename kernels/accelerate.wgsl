@@ -9,7 +9,8 @@ struct Params {
     n_vertices: u32,
     relaxation: f32,
     momentum: f32,
-    padding: u32,
+    // Place of the cycle's first block in `partials`.
+    first_partial: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -20,7 +21,7 @@ struct Params {
 @group(0) @binding(4) var<storage, read> inverse_length: array<f32>;
 // On entry the correction at the end of the cycle, on exit the new correction [n_vertices]; w = 0.
 @group(0) @binding(5) var<storage, read_write> e: array<vec4<f32>>;
-// Largest squared change of each block of 256 vertices [ceil(n_vertices / 256)].
+// Largest squared change of each block of 256 vertices [cycles of a batch][ceil(n_vertices / 256)].
 @group(0) @binding(6) var<storage, read_write> partials: array<f32>;
 
 const BLOCK = 256u;
@@ -53,6 +54,6 @@ fn accelerate(here: Invocation) {
     }
     // The last row of workgroups in y may be longer than needed.
     if (lane == 0u && block * BLOCK < params.n_vertices) {
-        partials[block] = bitcast<f32>(largest[0]);
+        partials[params.first_partial + block] = bitcast<f32>(largest[0]);
     }
 }

@@ -41,5 +41,10 @@ fn transfer(here: Invocation) {
         sum += weights[i].weight * source[weights[i].column].xyz;
     }
     let before = gathered[row];
-    gathered[row] = vec4<f32>(params.keep * before.xyz + project(row, sum), before.w);
+    var kept = vec3<f32>(0.0);
+    // What is not kept is not read either: a pass that diverged may have left a NaN.
+    if (params.keep != 0.0) {
+        kept = before.xyz;
+    }
+    gathered[row] = vec4<f32>(params.keep * kept + project(row, sum), before.w);
 }

@@ -7,14 +7,19 @@ use std::path::Path;
 
 use idmesh::kernels::row::Entry;
 use idmesh::kernels::{
-    KERNELS, PARTS, accelerate, convergence, defect, edge_stiffness, raise_worst_beta, relax_sweep, smooth_vertices,
-    transfer,
+    DOUBLE_KERNELS, KERNELS, Kernel, NUMBER_TYPES, PARTS, accelerate, accelerate_double, convergence, defect,
+    first_sweep, hand_over, raise_worst_beta, relax_sweep, smooth_vertices, transfer,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, TypeInner};
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The kernels of both tables.
+fn kernels() -> impl Iterator<Item = &'static Kernel> {
+    KERNELS.iter().chain(&DOUBLE_KERNELS)
 }
 
 fn stems(folder: &str, extension: &str) -> BTreeSet<String> {
@@ -29,17 +34,19 @@ fn parse(source: &str, name: &str) -> Module {
 
 #[test]
 fn every_kernel_has_its_files_and_its_row() {
-    let table: BTreeSet<String> = KERNELS.iter().map(|kernel| kernel.name).chain(PARTS).map(str::to_owned).collect();
-    assert_eq!(stems("kernels", "wgsl"), table, "kernels/*.wgsl against the table");
+    let table: BTreeSet<String> = kernels().map(|kernel| kernel.name).chain(PARTS).map(str::to_owned).collect();
+    let number_types = NUMBER_TYPES.map(str::to_owned);
+    let files: BTreeSet<String> = table.iter().cloned().chain(number_types).collect();
+    assert_eq!(stems("kernels", "wgsl"), files, "kernels/*.wgsl against the table");
     let mut twins = stems("src/kernels", "rs");
-    // The table itself and the number types.
+    // The table itself and the number types, of which kernels have one each.
     assert!(twins.remove("mod") && twins.remove("real"));
     assert_eq!(twins, table, "src/kernels/*.rs against the table");
     let readme = fs::read_to_string(root().join("kernels/README.md")).unwrap();
-    for name in &table {
+    for name in &files {
         assert!(readme.contains(&format!("| `{name}.wgsl`")), "kernels/README.md has no row for {name}");
     }
-    for kernel in KERNELS {
+    for kernel in kernels() {
         let file = |stem: &str| fs::read_to_string(root().join(format!("kernels/{stem}.wgsl"))).unwrap();
         let parts: String = kernel.parts.iter().map(|stem| file(stem)).collect();
         assert_eq!(kernel.source, parts.clone() + &file(kernel.name), "{}", kernel.name);
@@ -49,9 +56,11 @@ fn every_kernel_has_its_files_and_its_row() {
 
 #[test]
 fn every_kernel_validates_within_webgpu_limits() {
-    for kernel in KERNELS {
+    for kernel in kernels() {
         let module = parse(kernel.source, kernel.name);
-        if let Err(error) = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module) {
+        let is_double = DOUBLE_KERNELS.iter().any(|double| double.name == kernel.name);
+        let capabilities = if is_double { Capabilities::FLOAT64 } else { Capabilities::empty() };
+        if let Err(error) = Validator::new(ValidationFlags::all(), capabilities).validate(&module) {
             panic!("{}: {}", kernel.name, error.emit_to_string(kernel.source));
         }
         let is_storage = |space| matches!(space, AddressSpace::Storage { .. });
@@ -68,7 +77,7 @@ fn every_kernel_validates_within_webgpu_limits() {
 /// other platform would show it.
 #[test]
 fn no_function_but_the_entry_reads_builtins() {
-    for kernel in KERNELS {
+    for kernel in kernels() {
         let module = parse(kernel.source, kernel.name);
         for (_, function) in module.functions.iter() {
             for argument in &function.arguments {
@@ -82,7 +91,7 @@ fn no_function_but_the_entry_reads_builtins() {
 
 /// Names, offsets and size of a struct in a kernel.
 fn layout(kernel: &str, of: &str) -> (Vec<(String, u32)>, u32) {
-    let kernel = KERNELS.iter().find(|found| found.name == kernel).unwrap();
+    let kernel = kernels().find(|found| found.name == kernel).unwrap();
     let module = parse(kernel.source, kernel.name);
     let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(of)).unwrap().1;
     let TypeInner::Struct { members, span } = &found.inner else { panic!("{of} is no struct") };
@@ -100,7 +109,6 @@ macro_rules! assert_layout {
 
 #[test]
 fn structs_are_laid_out_as_in_wgsl() {
-    assert_layout!("edge_stiffness", "Params", edge_stiffness::Params, n_edges);
     assert_layout!("relax_sweep", "Params", relax_sweep::Params, first_row, n_rows, relaxation, momentum);
     assert_layout!("relax_sweep", "Entry", Entry, column, stiffness);
     assert_layout!("convergence", "Params", convergence::Params, first_row, n_rows);
@@ -109,7 +117,21 @@ fn structs_are_laid_out_as_in_wgsl() {
     assert_layout!("transfer", "Params", transfer::Params, first_row, n_rows, keep, padding);
     let weight = (vec![("column".to_owned(), 0), ("weight".to_owned(), 4)], 8);
     assert_eq!(layout("transfer", "Weight"), weight, "weights are stored as entries");
-    assert_layout!("accelerate", "Params", accelerate::Params, n_vertices, relaxation, momentum, padding);
+    assert_layout!("accelerate", "Params", accelerate::Params, n_vertices, relaxation, momentum, first_partial);
+    assert_layout!("first_sweep", "Params", first_sweep::Params, first_row, n_rows, relaxation, padding);
+    assert_layout!("hand_over", "Params", hand_over::Params, first_row, n_rows, is_zero, padding);
+    assert_layout!("hand_over", "Entry", Entry, column, stiffness);
+    assert_layout!(
+        "accelerate_double",
+        "Params",
+        accelerate_double::Params,
+        first_row,
+        n_rows,
+        first_partial,
+        padding,
+        relaxation,
+        momentum
+    );
     assert_layout!(
         "smooth_vertices",
         "Params",
@@ -126,7 +148,7 @@ fn structs_are_laid_out_as_in_wgsl() {
 
 #[test]
 fn the_block_of_the_twin_is_the_workgroup() {
-    for kernel in KERNELS.iter().filter(|kernel| ["convergence", "accelerate"].contains(&kernel.name)) {
+    for kernel in kernels().filter(|kernel| ["convergence", "accelerate", "accelerate_double"].contains(&kernel.name)) {
         assert_eq!(parse(kernel.source, kernel.name).entry_points[0].workgroup_size, [convergence::BLOCK as u32, 1, 1]);
     }
 }

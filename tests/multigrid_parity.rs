@@ -20,6 +20,10 @@ use idmesh::springs::{Length, Torsion};
 const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
 const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
 
+/// The arithmetic of adapters without f64.
+const SINGLE: Bounds =
+    Bounds { matrix_bytes: None, workgroups: None, arithmetic: Some(Precision::F32), least_vertices: Some(0) };
+
 const CYCLES: [Sweep; 4] = [
     Sweep { relaxation: 1.1, momentum: 0.0 },
     Sweep { relaxation: 1.2, momentum: 0.1 },
@@ -54,8 +58,7 @@ fn run(backend: &dyn Backend, network: &Network, batches: &[&[Sweep]]) -> (Vec<D
     let hierarchy = Hierarchy::new(network);
     assert!(hierarchy.depth() >= 3);
     let mut device = backend.upload_hierarchy(&hierarchy.data(network)).unwrap();
-    let load: Vec<DVec3> = (0..network.len()).map(|vertex| noise_vector(vertex) * 1e-3).collect();
-    device.start(&load).unwrap();
+    device.start(&load_of(network)).unwrap();
     let measures: Vec<Measure> = batches.iter().map(|batch| device.sweep(batch).unwrap()).collect();
     (device.correction().unwrap(), measures[measures.len() - 1])
 }
@@ -69,7 +72,7 @@ fn allowed(gpu: &GpuBackend, twin: &[DVec3]) -> f64 {
 /// Fails if `COARSEST` is 4000, and if `SHRINKS` is 0.1.
 #[test]
 fn cycles_match_their_twins() {
-    let Some(gpu) = gpu(Bounds::default()) else { return };
+    let Some(gpu) = gpu(SINGLE) else { return };
     let (_, network) = network(12, of_all_kinds);
     for count in [1, 4] {
         let (twin, of_twin) = run(&TWIN, &network, &[&CYCLES[..count]]);
@@ -81,9 +84,59 @@ fn cycles_match_their_twins() {
     }
 }
 
+/// Cycles with load and correction in f64 have the bits of the CPU.
+#[test]
+fn double_cycles_match_the_cpu() {
+    let Some(gpu) = gpu(Bounds::default()) else { return };
+    assert_eq!(gpu.info().arithmetic, Precision::F64);
+    let (_, network) = network(12, of_all_kinds);
+    for count in [1, 2, 4] {
+        let (cpu, of_cpu) = run(&F64, &network, &[&CYCLES[..count]]);
+        let (found, of_gpu) = run(&gpu, &network, &[&CYCLES[..count]]);
+        let tolerance = if gpu.is_software() { 0.0 } else { 1e-6 };
+        compare(&cpu, &found, tolerance * allowed_scale(&cpu)).unwrap_or_else(|error| panic!("{count}: {error:?}"));
+        assert!((of_cpu.change - of_gpu.change).abs() <= tolerance * of_cpu.change, "{of_cpu:?} {of_gpu:?}");
+    }
+}
+
+/// A NaN shows in the change, and the next pass starts clean, on all levels.
+#[test]
+fn divergence_of_cycles_is_seen() {
+    for bounds in [SINGLE, Bounds::default()] {
+        let Some(gpu) = gpu(bounds) else { return };
+        let (_, network) = network(12, of_all_kinds);
+        let hierarchy = Hierarchy::new(&network);
+        let mut device = gpu.upload_hierarchy(&hierarchy.data(&network)).unwrap();
+        let load = load_of(&network);
+        let mut of = |load: &[DVec3], cycles: &[Sweep]| {
+            device.start(load).unwrap();
+            let change = device.sweep(cycles).unwrap().change;
+            (device.correction().unwrap(), change)
+        };
+        let expected = of(&load, &CYCLES);
+        let mut wrong = load.clone();
+        wrong[network.len() - 1].y = f64::NAN;
+        for (load, cycles) in [(&wrong, &CYCLES[..1]), (&load, &[Sweep { relaxation: 1e9, momentum: 0.0 }; 60][..])] {
+            let (_, change) = of(load, cycles);
+            assert!(!change.is_finite(), "{change}");
+            let again = of(&load_of(&network), &CYCLES);
+            compare(&expected.0, &again.0, 0.0).unwrap();
+            assert_eq!(expected.1, again.1);
+        }
+    }
+}
+
+fn load_of(network: &Network) -> Vec<DVec3> {
+    (0..network.len()).map(|vertex| noise_vector(vertex) * 1e-3).collect()
+}
+
+fn allowed_scale(of: &[DVec3]) -> f64 {
+    of.iter().map(|e| e.length()).fold(0.0, f64::max)
+}
+
 #[test]
 fn f32_cycles_are_near_f64() {
-    let Some(gpu) = gpu(Bounds::default()) else { return };
+    let Some(gpu) = gpu(SINGLE) else { return };
     let (_, network) = network(12, of_all_kinds);
     let (expected, _) = run(&F64, &network, &[&CYCLES]);
     let (found, _) = run(&gpu, &network, &[&CYCLES]);
@@ -91,16 +144,20 @@ fn f32_cycles_are_near_f64() {
     compare(&expected, &found, 1e-4 * greatest).unwrap();
 }
 
+/// In both arithmetics.
 #[test]
 fn neither_splitting_nor_batches_change_a_bit() {
-    let (Some(whole), Some(split)) =
-        (gpu(Bounds::default()), gpu(Bounds { matrix_bytes: Some(100 << 10), workgroups: Some(3) }))
-    else {
-        return;
-    };
+    for bounds in [SINGLE, Bounds::default()] {
+        let split = Bounds { matrix_bytes: Some(100 << 10), workgroups: Some(3), ..bounds };
+        let (Some(whole), Some(split)) = (gpu(bounds), gpu(split)) else { return };
+        splits_and_batches(&whole, &split);
+    }
+}
+
+fn splits_and_batches(whole: &GpuBackend, split: &GpuBackend) {
     let (_, network) = network(12, of_all_kinds);
-    let (expected, measure) = run(&whole, &network, &[&CYCLES]);
-    for (gpu, batches) in [(&split, vec![&CYCLES[..]]), (&whole, vec![&CYCLES[..1], &CYCLES[1..]])] {
+    let (expected, measure) = run(whole, &network, &[&CYCLES]);
+    for (gpu, batches) in [(split, vec![&CYCLES[..]]), (whole, vec![&CYCLES[..1], &CYCLES[1..]])] {
         let (found, of_found) = run(gpu, &network, &batches);
         compare(&expected, &found, 0.0).unwrap();
         assert_eq!(measure.change, of_found.change);
@@ -112,7 +169,13 @@ fn neither_splitting_nor_batches_change_a_bit() {
 /// Fails if `HIGHEST_STEPS` is 2.
 #[test]
 fn the_gpu_relaxes_by_cycles() {
-    let Some(gpu) = gpu(Bounds::default()) else { return };
+    for bounds in [SINGLE, Bounds { least_vertices: Some(0), ..Bounds::default() }] {
+        let Some(gpu) = gpu(bounds) else { return };
+        relaxes_by_cycles(&gpu);
+    }
+}
+
+fn relaxes_by_cycles(gpu: &GpuBackend) {
     let held = |at: DVec3| at.z > 0.9;
     let with = |normal: DVec3| {
         network(10, |_, at| match at.x < 0.1 {
@@ -135,14 +198,14 @@ fn the_gpu_relaxes_by_cycles() {
         found
     };
     let expected = relax(&F64, Method::Chebyshev);
-    let found = relax(&gpu, Method::Multigrid);
+    let found = relax(gpu, Method::Multigrid);
     let allowed = |row: usize| 10.0 * stopping.tolerance / second.inverse_length[row].max(1e-3);
     compare_by(&expected, &found, allowed).unwrap();
 }
 
 #[test]
 fn a_hierarchy_that_cannot_be_split_is_refused() {
-    let Some(gpu) = gpu(Bounds { matrix_bytes: Some(4 << 10), workgroups: None }) else { return };
+    let Some(gpu) = gpu(Bounds { matrix_bytes: Some(4 << 10), ..Bounds::default() }) else { return };
     let (_, network) = network(12, of_all_kinds);
     let refused = gpu.upload_hierarchy(&Hierarchy::new(&network).data(&network));
     assert!(matches!(refused, Err(BackendError::TooLarge { .. })), "refused");

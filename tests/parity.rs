@@ -132,17 +132,6 @@ fn comparison_rejects_one_wrong_vertex() {
 // ---- kernel against twin ----
 
 #[test]
-fn edge_stiffness_matches_its_twin() {
-    let Some(gpu) = gpu(Bounds::default()) else { return };
-    let mesh = Brick::new(9, 3);
-    let twin = as_vectors(&TWIN.edge_stiffness(&mesh.stiffness_input()).unwrap());
-    let found = as_vectors(&gpu.edge_stiffness(&mesh.stiffness_input()).unwrap());
-    // See f32_stiffness_is_near_f64 for the factor.
-    let tolerance = |edge: usize| unless_software(&gpu, stiffness_tolerance(twin[edge].x));
-    compare_by(&twin, &found, tolerance).unwrap();
-}
-
-#[test]
 fn relax_sweep_matches_its_twin() {
     let Some(gpu) = gpu(Bounds::default()) else { return };
     let network = awkward(9);
@@ -208,6 +197,16 @@ fn constraints_can_be_replaced_on_the_gpu() {
 
 // ---- f32 against f64 ----
 
+/// Springs are the same on every device.
+#[test]
+fn stiffness_on_the_gpu_is_that_of_f64() {
+    let Some(gpu) = gpu(Bounds::default()) else { return };
+    let mesh = Brick::new(9, 3);
+    let [expected, found] =
+        [&F64 as &dyn Backend, &gpu].map(|of| as_vectors(&of.edge_stiffness(&mesh.stiffness_input()).unwrap()));
+    compare(&expected, &found, 0.0).unwrap();
+}
+
 /// What f32 costs a stiffness: some thirty roundings, of which those in the volume and the areas
 /// grow with 1 / sin of the angle, at most 1e3 where sin^2 is clamped.
 fn stiffness_tolerance(stiffness: f64) -> f64 {
@@ -240,7 +239,7 @@ fn f32_sweeps_are_near_f64() {
 #[test]
 fn splitting_changes_no_bit() {
     let Some(whole) = gpu(Bounds::default()) else { return };
-    let bounds = Bounds { matrix_bytes: Some(80 * 1024), workgroups: Some(3) };
+    let bounds = Bounds { matrix_bytes: Some(80 * 1024), workgroups: Some(3), ..Bounds::default() };
     let Some(split) = gpu(bounds) else { return };
     // About 200 kB of springs; 3 workgroups of 64 take 192 of some 2000 rows.
     let network = awkward(12);
@@ -249,23 +248,13 @@ fn splitting_changes_no_bit() {
     let (found, of_found) = run(&split, &network, &[&SWEEPS]);
     compare(&expected, &found, 0.0).unwrap();
     assert_eq!(of_expected, of_found);
-
-    let mesh = Brick::new(12, 3);
-    let input = mesh.stiffness_input();
-    assert!(mesh.tets.len() * 24 > 2 * 80 * 1024);
-    let expected = as_vectors(&whole.edge_stiffness(&input).unwrap());
-    compare(&expected, &as_vectors(&split.edge_stiffness(&input).unwrap()), 0.0).unwrap();
 }
 
 #[test]
 fn a_network_that_cannot_be_split_is_refused() {
-    let Some(tiny) = gpu(Bounds { matrix_bytes: Some(1024), workgroups: None }) else { return };
+    let Some(tiny) = gpu(Bounds { matrix_bytes: Some(1024), ..Bounds::default() }) else { return };
     let network = awkward(6);
     assert!(matches!(tiny.upload(&network.data()), Err(BackendError::TooLarge { available: 1024, .. })));
-    let mesh = Brick::new(3, 0);
-    let Some(tiny) = gpu(Bounds { matrix_bytes: Some(64), workgroups: None }) else { return };
-    let refused = tiny.edge_stiffness(&mesh.stiffness_input());
-    assert!(matches!(refused, Err(BackendError::TooLarge { .. })));
 }
 
 /// The software adapter would end such a loop silently.
@@ -352,8 +341,6 @@ fn an_empty_network_is_at_rest_on_the_gpu() {
     let (e, measures) = run(&gpu, &Network::new(0, &[]), &[&SWEEPS]);
     assert!(e.is_empty());
     assert_eq!(measures[0], Measure { change: 0.0, residual: 0.0 });
-    let nothing = Brick::from_tets(Vec::new(), Vec::new(), Vec::new());
-    assert!(gpu.edge_stiffness(&nothing.stiffness_input()).unwrap().is_empty());
 }
 
 // ---- selection ----

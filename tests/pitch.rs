@@ -224,9 +224,6 @@ impl Backend for Counting {
     fn info(&self) -> BackendInfo {
         self.cpu.info()
     }
-    fn epsilon(&self) -> f64 {
-        self.cpu.epsilon()
-    }
     fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
         self.evaluated.fetch_add(1, Ordering::Relaxed);
         self.cpu.edge_stiffness(input)
@@ -244,8 +241,6 @@ impl Backend for Counting {
 
 /// Springs are evaluated once at each shape that a step starts from: the undeformed mesh's are
 /// there, and steps that fail leave the shape as it was.
-///
-/// Fails if `SINGLE` is 0.5.
 #[test]
 fn springs_are_evaluated_once_at_a_shape() {
     let backend = Arc::new(Counting { cpu: cpu(), evaluated: AtomicUsize::new(0) });

@@ -6,6 +6,7 @@ mod schema;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use idmesh::backend::DeviceWork;
 use idmesh::mesh::{FamilyId, TetMesh};
 use idmesh::mover::{FamilyReport, MovedSection, ProfileReport, Solver, StageName, StageQuality, StageRelaxation};
 use idmesh::profile::ProfileMatch;
@@ -79,7 +80,12 @@ fn report() -> RunReport {
         idmesh: "0.1.0".into(),
         case: "case.toml".into(),
         design: Some("a/1".into()),
-        backend: Backend { kind: "gpu".into(), adapter: "llvmpipe".into(), driver: "Mesa".into() },
+        backend: Backend {
+            kind: "gpu".into(),
+            adapter: "llvmpipe".into(),
+            driver: "Mesa".into(),
+            arithmetic: "f64".into(),
+        },
         mesh: Mesh {
             vertices: 22402,
             tets: 96693,
@@ -162,6 +168,15 @@ fn report() -> RunReport {
                 residuals: vec![(0, 1.0), (32, 0.25)],
             },
         }]),
+        device_work: Some(DeviceWork {
+            bytes_up: 1,
+            bytes_down: 2,
+            submissions: 3,
+            reads: 4,
+            dispatches: 5,
+            copies: 6,
+            clears: 7,
+        }),
         path: Some(Path { steps: 3, given_up: 1, reached: 1.0, tried: vec![step] }),
         smoothing: Some(Smoothing { sweeps: 12, moved: 345 }),
         warnings: vec!["mind the gap".into()],
@@ -187,7 +202,7 @@ fn json_has_the_promised_names() {
     });
     let expected = serde_json::json!({
         "idmesh": "0.1.0", "case": "case.toml", "design": "a/1",
-        "backend": { "kind": "gpu", "adapter": "llvmpipe", "driver": "Mesa" },
+        "backend": { "kind": "gpu", "adapter": "llvmpipe", "driver": "Mesa", "arithmetic": "f64" },
         "mesh": { "vertices": 22402, "tets": 96693, "families": { "wing": { "vertices": 10, "triangles": 16 } } },
         "stages": [
             { "name": "original", "beta_min": 0.008182, "beta_max": 0.109553, "beta_mean": 0.0361731, "inverted": 0, "seconds": 0.0 },
@@ -225,6 +240,9 @@ fn json_has_the_promised_names() {
             "max_distance_to_new_profiles": 2e-3, "max_miss_of_vertices": null
         },
         "repaired": { "inverted_tets": 18439, "optimised_vertices": 345 },
+        "device_work": {
+            "bytes_up": 1, "bytes_down": 2, "submissions": 3, "reads": 4, "dispatches": 5, "copies": 6, "clears": 7
+        },
         "warnings": ["mind the gap"],
         "checksums": { "case": { "case.toml": null }, "mesh": {}, "inputs": {}, "design": {}, "outputs": {} },
         "reasons": {

@@ -84,8 +84,8 @@ pub fn numbers(defaults: &[usize]) -> Result<Vec<usize>, Failure> {
 pub fn print_machine(backends: &[BackendInfo]) {
     let profile = if cfg!(debug_assertions) { "debug: these times mean nothing" } else { "release" };
     println!("idmesh {}, {profile}, {}-{}", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH, std::env::consts::OS);
-    for BackendInfo { kind, adapter, driver } in backends {
-        println!("{kind}: {adapter} {driver}");
+    for BackendInfo { kind, adapter, driver, arithmetic } in backends {
+        println!("{kind}: {adapter} {driver}, cycles in {}", arithmetic.name());
     }
     println!();
 }

@@ -107,7 +107,7 @@ pub fn sweep_speed(moving: &FreeRows, backend: &dyn Backend) -> Result<Speed, Fa
         Ok(())
     })?;
     let seconds = batches / BATCH as f64;
-    let number = if backend.epsilon() == f64::EPSILON { 8 } else { 4 };
+    let number = if device.epsilon() == f64::EPSILON { 8 } else { 4 };
     // What a sweep moves if each array goes through memory once: columns and stiffness of both ends
     // of a spring, and per vertex its row's start, constraint, load, correction, and the one
     // before, which is read and written.

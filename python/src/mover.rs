@@ -95,7 +95,7 @@ fn set_up(
     let size = report::Mesh::of(case.file.cells());
     let case = Arc::new(case);
     let mesh = Py::new(py, Mesh::of_case(case.clone()))?;
-    let backend = report::Backend { kind: info.kind.to_owned(), adapter: info.adapter, driver: info.driver };
+    let backend = report::Backend::of(info);
     Ok(Mover {
         job: Arc::new(Job {
             engine: Mutex::new(engine),

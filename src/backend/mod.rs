@@ -1,5 +1,5 @@
 //! Backends: the devices that compute the spring networks. The CPU computes in f64, the reference,
-//! or in f32; a GPU in f32.
+//! or in f32; a GPU in f64 too where it can. The inside of multigrid cycles is in f32 everywhere.
 //!
 //! A backend evaluates stiffness, sweeps a network and measures it. A backend knows no wings and no
 //! tolerances; [`crate::relaxation`] decides on the number of sweeps.
@@ -14,13 +14,14 @@ mod select;
 mod smoother;
 mod vectors;
 
-pub use cpu::{CpuBackend, Precision};
+pub use cpu::CpuBackend;
 pub use select::{Selection, adapters, select};
 pub use smoother::{Ball, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 
 use std::sync::Arc;
 
 use glam::DVec3;
+use serde::Serialize;
 use thiserror::Error;
 
 use crate::constraint::Constraint;
@@ -100,6 +101,35 @@ pub struct EdgeStiffness<'a> {
     pub tet_edges: &'a [[u32; 6]],
 }
 
+/// Number type of the loads and corrections of a backend's multigrid cycles, and of all sweeps on
+/// the CPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Double precision: the reference.
+    #[default]
+    F64,
+    /// Single precision.
+    F32,
+}
+
+impl Precision {
+    /// `"f64"` or `"f32"`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F64 => "f64",
+            Self::F32 => "f32",
+        }
+    }
+
+    /// Unit roundoff of the number type.
+    pub fn epsilon(self) -> f64 {
+        match self {
+            Self::F64 => f64::EPSILON,
+            Self::F32 => f64::from(f32::EPSILON),
+        }
+    }
+}
+
 /// The device of a backend, for reports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackendInfo {
@@ -109,6 +139,43 @@ pub struct BackendInfo {
     pub adapter: String,
     /// Driver name and version; empty for the CPU.
     pub driver: String,
+    /// The number type in which the device corrects displacements.
+    pub arithmetic: Precision,
+}
+
+/// What passed between the CPU and a device, and what the device was told to do, since it was
+/// opened. Sessions that share a device count together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct DeviceWork {
+    /// Bytes sent to the device.
+    pub bytes_up: u64,
+    /// Bytes received from the device.
+    pub bytes_down: u64,
+    /// Lists of commands submitted.
+    pub submissions: u64,
+    /// Waits for an answer.
+    pub reads: u64,
+    /// Kernels started.
+    pub dispatches: u64,
+    /// Copies within the device.
+    pub copies: u64,
+    /// Arrays set to zero.
+    pub clears: u64,
+}
+
+impl DeviceWork {
+    /// The work since an earlier moment.
+    pub fn since(self, earlier: Self) -> Self {
+        Self {
+            bytes_up: self.bytes_up - earlier.bytes_up,
+            bytes_down: self.bytes_down - earlier.bytes_down,
+            submissions: self.submissions - earlier.submissions,
+            reads: self.reads - earlier.reads,
+            dispatches: self.dispatches - earlier.dispatches,
+            copies: self.copies - earlier.copies,
+            clears: self.clears - earlier.clears,
+        }
+    }
 }
 
 /// An adapter of the system.
@@ -124,6 +191,8 @@ pub struct AdapterSummary {
     pub api: String,
     /// Most bytes of one array.
     pub max_array_bytes: u64,
+    /// The number type in which the adapter corrects displacements.
+    pub arithmetic: Precision,
     /// Whether [`Selection::Auto`] takes the adapter.
     pub auto: bool,
 }
@@ -143,6 +212,16 @@ pub enum BackendError {
         /// The device's message.
         message: String,
     },
+    /// A variable of the environment has a value without a meaning.
+    #[error("the variable {name} is `{value}`, expected {expected}")]
+    Variable {
+        /// Name of the variable.
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// What it may be.
+        expected: &'static str,
+    },
     /// The network does not fit the device.
     #[error("the network needs {needed} bytes in one buffer, but GPU {adapter} holds at most {available}")]
     TooLarge {
@@ -160,11 +239,21 @@ pub trait Backend: Send + Sync {
     /// The device, for reports.
     fn info(&self) -> BackendInfo;
 
-    /// Unit roundoff of the arithmetic: `f32::EPSILON` or `f64::EPSILON`.
-    fn epsilon(&self) -> f64;
+    /// The work of the device since it was opened. `None` for the CPU.
+    fn work(&self) -> Option<DeviceWork> {
+        None
+    }
+
+    /// Whether the device relaxes a network with so many moving vertices. All others are relaxed on
+    /// the CPU in f64.
+    fn takes(&self, n_moving: usize) -> bool {
+        let _ = n_moving;
+        true
+    }
 
     /// Torsional stiffness of each edge `[n_edges]`, without unit: the sum over its tets of
-    /// `1 / sin^2` of the dihedral angle that faces the edge.
+    /// `1 / sin^2` of the dihedral angle that faces the edge. For a GPU it is computed on the CPU
+    /// in f64.
     ///
     /// # Errors
     /// The device failed, or the mesh does not fit.
@@ -191,6 +280,9 @@ pub trait Backend: Send + Sync {
 /// A network on its device. It relaxes a *correction* `e` of the displacement. The correction is
 /// zero at held vertices, and the load drives it.
 pub trait DeviceNetwork: Send {
+    /// Unit roundoff of the correction's number type: `f32::EPSILON` or `f64::EPSILON`.
+    fn epsilon(&self) -> f64;
+
     /// Replaces the constraints `[n_vertices]`. For a hierarchy: the constraints of all levels, one
     /// level after another, finest first.
     ///
@@ -211,6 +303,22 @@ pub trait DeviceNetwork: Send {
     /// # Errors
     /// The device failed.
     fn sweep(&mut self, sweeps: &[Sweep]) -> Result<Measure, BackendError>;
+
+    /// Most batches that [`Self::sweep_batches`] wants to be given at once. Where an answer of the
+    /// device costs more than a batch, it is more than one.
+    fn most_batches(&self) -> usize {
+        1
+    }
+
+    /// [`Self::sweep`] for each batch, with a measure after each.
+    ///
+    /// - `batches`: none is empty
+    ///
+    /// # Errors
+    /// The device failed.
+    fn sweep_batches(&mut self, batches: &[Vec<Sweep>]) -> Result<Vec<Measure>, BackendError> {
+        batches.iter().map(|batch| self.sweep(batch)).collect()
+    }
 
     /// The present correction `e` `[n_vertices]`, in the unit of a displacement.
     ///

@@ -116,6 +116,12 @@ impl<T: Real> Packed<T> {
         }
     }
 
+    /// Drops the stiffness. A device that has received the network needs it here no more.
+    #[cfg(feature = "gpu")]
+    pub(super) fn forget_stiffness(&mut self) {
+        self.stiffness = Vec::new();
+    }
+
     /// The constraints, and the load for writing.
     pub(super) fn constraint_and_load(&mut self) -> (&[[T; 4]], &mut [[T; 4]]) {
         (&self.constraint, &mut self.load)
@@ -142,8 +148,10 @@ impl<T: Real> Packed<T> {
     }
 
     /// The correction in the caller's unit.
-    pub(super) fn correction(&self, e: &[[T; 4]]) -> Vec<DVec3> {
-        let in_unit = |e: &[T; 4]| DVec3::new(e[0].to_f64(), e[1].to_f64(), e[2].to_f64()) * self.load_unit;
+    ///
+    /// - `e` `[n_vertices]`, `N >= 3`: further components are not used
+    pub(super) fn correction<const N: usize>(&self, e: &[[T; N]]) -> Vec<DVec3> {
+        let in_unit = |e: &[T; N]| DVec3::new(e[0].to_f64(), e[1].to_f64(), e[2].to_f64()) * self.load_unit;
         e.par_iter().with_min_len(ROWS).map(in_unit).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Selection of the backend: the user's choice, or the best one available.
 
-use super::cpu::{CpuBackend, Precision};
-use super::{Backend, BackendError};
+use super::cpu::CpuBackend;
+use super::{Backend, BackendError, Precision};
 
 /// The user's choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,10 +15,16 @@ pub enum Selection {
     Cpu,
 }
 
+/// The variable of the environment with the number of moving vertices from which a GPU relaxes a
+/// network; see [`Backend::takes`].
+#[cfg(feature = "gpu")]
+const VERTICES: &str = "IDMESH_GPU_VERTICES";
+
 /// The backend for a selection. `Gpu` never falls back to the CPU, because the user would report a
 /// wrong timing.
 ///
 /// # Errors
+/// - [`BackendError::Variable`]: `IDMESH_GPU_VERTICES` is no number of vertices
 /// - [`BackendError::NoAdapter`]: the user chose a GPU and there is none
 /// - [`BackendError::Device`]: the selected adapter does not start
 pub fn select(selection: Selection) -> Result<Box<dyn Backend>, BackendError> {
@@ -34,12 +40,25 @@ pub fn select(selection: Selection) -> Result<Box<dyn Backend>, BackendError> {
 
 #[cfg(feature = "gpu")]
 fn gpu() -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(super::gpu::GpuBackend::new(super::gpu::Choice::Any)?))
+    Ok(Box::new(super::gpu::GpuBackend::with_bounds(super::gpu::Choice::Any, bounds()?)?))
 }
 
 #[cfg(feature = "gpu")]
 fn hardware_gpu() -> Result<Box<dyn Backend>, BackendError> {
-    Ok(Box::new(super::gpu::GpuBackend::new(super::gpu::Choice::Hardware)?))
+    Ok(Box::new(super::gpu::GpuBackend::with_bounds(super::gpu::Choice::Hardware, bounds()?)?))
+}
+
+#[cfg(feature = "gpu")]
+fn bounds() -> Result<super::gpu::Bounds, BackendError> {
+    let wrong = |value: String| BackendError::Variable { name: VERTICES, value, expected: "a number of vertices" };
+    let least_vertices = match std::env::var_os(VERTICES) {
+        None => None,
+        Some(value) => {
+            let value = value.to_string_lossy().into_owned();
+            Some(value.parse().map_err(|_| wrong(value))?)
+        }
+    };
+    Ok(super::gpu::Bounds { least_vertices, ..super::gpu::Bounds::default() })
 }
 
 #[cfg(feature = "gpu")]

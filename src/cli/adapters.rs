@@ -23,6 +23,7 @@ struct Entry<'a> {
     driver: &'a str,
     api: &'a str,
     max_array_bytes: u64,
+    arithmetic: &'a str,
     auto: bool,
 }
 
@@ -33,12 +34,13 @@ pub(super) fn run(arguments: &Arguments, console: &Console) -> Result<(), Failur
     if let Some(target) = &arguments.json {
         let entries: Vec<_> = adapters
             .iter()
-            .map(|AdapterSummary { name, kind, driver, api, max_array_bytes, auto }| Entry {
+            .map(|AdapterSummary { name, kind, driver, api, max_array_bytes, arithmetic, auto }| Entry {
                 name,
                 kind,
                 driver,
                 api,
                 max_array_bytes: *max_array_bytes,
+                arithmetic: arithmetic.name(),
                 auto: *auto,
             })
             .collect();
@@ -56,10 +58,11 @@ fn text(adapters: &[AdapterSummary]) -> String {
     }
     let mut text = String::new();
     for adapter in adapters {
-        let AdapterSummary { name, kind, driver, api, max_array_bytes, auto } = adapter;
+        let AdapterSummary { name, kind, driver, api, max_array_bytes, arithmetic, auto } = adapter;
         let marker = if *auto { "  <- auto takes this one" } else { "" };
         let mebibytes = max_array_bytes >> 20;
-        text += &format!("{name}: {kind}, {api}, {driver}, arrays up to {mebibytes} MiB{marker}\n");
+        let arithmetic = arithmetic.name();
+        text += &format!("{name}: {kind}, {api}, {driver}, arrays up to {mebibytes} MiB, {arithmetic}{marker}\n");
     }
     if !adapters.iter().any(|adapter| adapter.auto) {
         text += "auto computes on the CPU: none of these is hardware\n";

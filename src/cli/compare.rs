@@ -270,6 +270,10 @@ fn backends(case: &Path, arguments: &Arguments, console: &Console) -> Result<(Co
     // The GPU runs first, because without a GPU there is no reason to wait for the CPU.
     let derivatives = arguments.derivatives;
     let (on_gpu, gpu_seconds, gpu_info, gpu_products) = update(&case, BackendChoice::Gpu, derivatives, console)?;
+    if on_gpu.device_work.is_some_and(|work| work.dispatches == 0) {
+        console
+            .note("the GPU had nothing to do: small networks are relaxed on the CPU (IDMESH_GPU_VERTICES sets which)");
+    }
     let (on_cpu, cpu_seconds, cpu_info, cpu_products) = update(&case, BackendChoice::Cpu, derivatives, console)?;
     let (cpu, gpu) = (on_cpu.even_if_invalid(), on_gpu.even_if_invalid());
     let largest = cpu.displacement().iter().map(|displacement| displacement.length()).max_by(f64::total_cmp);

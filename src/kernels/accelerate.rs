@@ -17,8 +17,8 @@ pub struct Params {
     pub relaxation: f32,
     /// Factor of the last change, without unit.
     pub momentum: f32,
-    /// Not used.
-    pub padding: u32,
+    /// Place of the cycle's first block among the results of a batch.
+    pub first_partial: u32,
 }
 
 /// Accelerates blocks of [`BLOCK`] vertices: `e_new = start + P (relaxation (e - start) + momentum

@@ -9,10 +9,12 @@
 //! agree to the bit wherever the compiler does not contract `a * b + c`.
 
 pub mod accelerate;
+pub mod accelerate_double;
 pub mod constraint;
 pub mod convergence;
 pub mod defect;
-pub mod edge_stiffness;
+pub mod first_sweep;
+pub mod hand_over;
 pub mod place;
 pub mod raise_worst_beta;
 mod real;
@@ -21,7 +23,7 @@ pub mod row;
 pub mod smooth_vertices;
 pub mod star;
 pub mod transfer;
-mod vector;
+pub(crate) mod vector;
 
 pub use real::Real;
 
@@ -46,36 +48,39 @@ macro_rules! wgsl {
 /// Makes the table. A row names a kernel's file, entry point and twin, and the shared files before
 /// it in the shader. A row whose file or twin is missing does not compile.
 macro_rules! kernels {
-    ($($name:ident: $($part:ident),*;)*) => {
+    (
+        $(#[$about_table:meta])* $table:ident, $(#[$about:meta])* $of_kernels:ident:
+        $($name:ident: $($part:ident),*;)*
+    ) => {
         $(
             // Names the twin: a missing one is a compiler error.
             #[allow(unused_imports)]
             use $name::run as _;
         )*
 
-        /// All kernels. Each has its own file.
-        pub const KERNELS: [Kernel; [$(stringify!($name)),*].len()] = [$(Kernel {
+        $(#[$about_table])*
+        pub const $table: [Kernel; [$(stringify!($name)),*].len()] = [$(Kernel {
             name: stringify!($name),
             parts: &[$(stringify!($part)),*],
             source: concat!($(wgsl!($part),)* wgsl!($name)),
         }),*];
 
-        /// One value per kernel, for example its pipeline on a device.
+        $(#[$about])*
         #[derive(Clone, Copy, Debug)]
-        pub struct OfKernels<P> {
+        pub struct $of_kernels<P> {
             $(
                 #[allow(missing_docs)]
                 pub $name: P,
             )*
         }
 
-        impl<P> OfKernels<P> {
+        impl<P> $of_kernels<P> {
             /// Makes the value of each kernel, one after another.
             ///
             /// # Errors
             /// The first error of `make`.
             pub fn new<E>(mut make: impl FnMut(&Kernel) -> Result<P, E>) -> Result<Self, E> {
-                let [$($name),*] = &KERNELS;
+                let [$($name),*] = &$table;
                 Ok(Self { $($name: make($name)?),* })
             }
         }
@@ -83,15 +88,31 @@ macro_rules! kernels {
 }
 
 kernels! {
-    edge_stiffness: place, vector;
-    relax_sweep: place, constraint, row;
-    convergence: place, constraint, row;
-    defect: place, constraint, row;
-    transfer: place, constraint;
-    accelerate: place, constraint;
-    smooth_vertices: place, constraint, vector, star;
-    raise_worst_beta: place, constraint, vector, star;
+    /// The kernels in f32, which every adapter runs. Each has its own file.
+    KERNELS,
+    /// One value per kernel, for example its pipeline on a device.
+    OfKernels:
+    relax_sweep: place, single, constraint, row;
+    first_sweep: place, single, constraint;
+    convergence: place, single, constraint, row;
+    defect: place, single, constraint, row;
+    transfer: place, single, constraint;
+    accelerate: place, single, constraint;
+    smooth_vertices: place, single, constraint, vector, star;
+    raise_worst_beta: place, single, constraint, vector, star;
+}
+
+kernels! {
+    /// The kernels with numbers in f64, for adapters that have them. Each has its own file.
+    DOUBLE_KERNELS,
+    /// One value per kernel with numbers in f64.
+    OfDoubleKernels:
+    hand_over: place, double, constraint;
+    accelerate_double: place, double, constraint;
 }
 
 /// Names of the files that several kernels share.
 pub const PARTS: [&str; 5] = ["place", "constraint", "vector", "row", "star"];
+
+/// Names of the shared files that say in which number type a kernel computes.
+pub const NUMBER_TYPES: [&str; 2] = ["single", "double"];

@@ -21,6 +21,8 @@ pub trait Real:
     const ZERO: Self;
     /// 1.
     const ONE: Self;
+    /// Unit roundoff, as in [`f64::EPSILON`].
+    const EPSILON: Self;
 
     /// The nearest number of this type.
     fn from_f64(value: f64) -> Self;
@@ -43,6 +45,7 @@ macro_rules! real {
         impl Real for $real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
+            const EPSILON: Self = <$real>::EPSILON;
 
             #[inline(always)]
             fn from_f64(value: f64) -> Self {

@@ -56,9 +56,8 @@ pub fn run<T: Real>(
             }
         }
         let sum = project(&constraint[row], sum);
-        let keep = [keep, keep, keep, T::ONE];
-        for axis in 0..4 {
-            target[axis] = keep[axis] * target[axis] + sum[axis];
-        }
+        // What is not kept is not read either: a pass that diverged may have left a NaN.
+        let [x, y, z, w] = if keep == T::ZERO { [T::ZERO, T::ZERO, T::ZERO, target[3]] } else { *target };
+        *target = [keep * x + sum[0], keep * y + sum[1], keep * z + sum[2], w + sum[3]];
     }
 }

@@ -320,6 +320,7 @@ impl Mover {
         tell: &dyn Fn(&str) -> ControlFlow<()>,
     ) -> Result<Outcome, MoveError> {
         self.check_names(design)?;
+        let work_before = self.backend.work().unwrap_or_default();
         let Self { ordered: mesh, cells, order, surface, edge_angles, families, stages, progress, .. } = self;
         let is_stopped = std::cell::Cell::new(false);
         let observer = |what: &str| {
@@ -454,6 +455,7 @@ impl Mover {
             missed: self.beyond(missed),
             nearest_to_refusal: self.stages.wings.nearest_to_refusal(),
             solver: self.solver_report(&volume),
+            device_work: self.backend.work().map(|work| work.since(work_before)),
             stages: watch.stages,
             original_beta: self.order.of_tets(&self.original_beta[..self.cells.n_tets]),
             beta: self.order.of_tets(&beta[..self.cells.n_tets]),

@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use super::{HeldBack, Warning, differentiable::Differentiable, meter::Meter};
 use crate::{
+    backend::DeviceWork,
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
     profile::{Closeness, Missed, Profile, ProfileMatch},
     quality::Statistics,
@@ -109,6 +110,9 @@ pub struct Outcome {
     pub solver: Solver,
     /// The steps of the volume stage.
     pub path: Path,
+    /// What passed between the CPU and the device, and what the device was told to do. Updates at
+    /// the same time on the same device count together. `None` for the CPU.
+    pub device_work: Option<DeviceWork>,
     /// The work of local optimisation. `None` if it was off or not needed.
     pub smoothed: Option<Smoothed>,
     /// Whether every relaxation reached its tolerance.

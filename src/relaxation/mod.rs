@@ -8,6 +8,9 @@
 //! [`crate::backend::DeviceNetwork`] sweep a correction, and adds the correction. The relaxer
 //! repeats these steps while the precision of the backend is coarser than the tolerance.
 //!
+//! A device may be given several batches at once, because the stopping rule says how many are
+//! needed at least. The result is that of one batch after another.
+//!
 //! Differences from the paper: Chebyshev-accelerated sweeps and multigrid cycles beside plain
 //! Jacobi sweeps, and a stopping rule instead of a fixed number of sweeps.
 //!

@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::{
     FreeRows, History, Method, Network, Relaxation, Spectrum, Stopping,
     multigrid::{AggregateMaps, Hierarchy},
-    schedule::Schedule,
+    schedule::{self, Schedule},
 };
-use crate::backend::{Backend, BackendError, DeviceNetwork};
+use crate::backend::{Backend, BackendError, CpuBackend, DeviceNetwork, Precision, Sweep};
 use crate::constraint::Constraint;
 
 /// A network on a device. Set up once, relaxed many times.
@@ -19,7 +19,6 @@ pub struct Relaxer {
     aggregate_maps: Option<AggregateMaps>,
     spectrum: Option<Spectrum>,
     method: Method,
-    epsilon: f64,
     device: Box<dyn DeviceNetwork>,
 }
 
@@ -65,6 +64,9 @@ impl Convergence {
 /// change most may hide slower modes for a while.
 const FASTEST: f64 = 0.25;
 
+/// Most batches that are planned at once.
+const MOST_AHEAD: usize = 16;
+
 /// A pass ends after so many batches that did not halve the change. The slowest cycles measured, on
 /// an O-grid, halve it in 20.
 const STALLED: usize = 100;
@@ -73,7 +75,8 @@ const STALLED: usize = 100;
 const TOLD: usize = 64;
 
 impl Relaxer {
-    /// Brings a network to the backend and bounds its spectrum.
+    /// Brings a network to the backend, or to the CPU if the backend leaves it there (see
+    /// [`Backend::takes`]), and bounds its spectrum.
     ///
     /// # Errors
     /// The device failed, or the network does not fit the device.
@@ -81,6 +84,8 @@ impl Relaxer {
         // The data on the device is not kept here as well: for a large mesh it is most of the
         // memory.
         let FreeRows { network: of_moving, vertices: moving } = FreeRows::new(&network);
+        let reference = CpuBackend::new(Precision::F64);
+        let backend = if backend.takes(moving.len()) { backend } else { &reference };
         // The bounds cost a fraction of the sweeps that they save.
         let bounds = if method.depends_on_bounds(moving.len()) { Spectrum::new(&of_moving) } else { None };
         let mut method = method.for_network(moving.len(), bounds);
@@ -97,7 +102,7 @@ impl Relaxer {
                 (None, backend.upload(&of_moving.data())?, bounds.or_else(|| Spectrum::new(&of_moving)))
             }
         };
-        Ok(Self { network, moving, aggregate_maps, spectrum, method, epsilon: backend.epsilon(), device })
+        Ok(Self { network, moving, aggregate_maps, spectrum, method, device })
     }
 
     /// The network, in f64.
@@ -180,7 +185,7 @@ impl Relaxer {
             residual = self.network.residual(displacement, force);
             // Bound of the rounding error that a pass may leave: a few roundoffs on meshes of 20
             // 000 to 100 000 tets.
-            let rounding = 8.0 * self.epsilon * furthest;
+            let rounding = 8.0 * self.device.epsilon() * furthest;
             result.sweeps += pass.sweeps;
             result.relative_residual = norm(&residual) / first_norm;
             relaxation.residuals.push((result.sweeps, result.relative_residual));
@@ -219,41 +224,73 @@ impl Relaxer {
         let mut last = Change { measured: f64::INFINITY, bound: f64::INFINITY, ratio: f64::INFINITY };
         let mut progress = Progress { change: f64::INFINITY, batches: 0 };
         let (mut batches, mut first_error) = (0, 0.0);
+        let mut made = Vec::new();
         loop {
-            let count = batch.min(stopping.max_sweeps.saturating_sub(done + sweeps));
+            let left = stopping.max_sweeps.saturating_sub(done + sweeps);
+            let count = batch.min(left);
             if count == 0 {
                 return Ok(Pass { sweeps, error: f64::INFINITY, settled: false });
             }
-            let measured = self.device.sweep(&schedule.next(count))?.change;
-            sweeps += count;
-            relaxation.sweeps = done + sweeps;
-            relaxation.add_change(done + sweeps, measured);
-            if !measured.is_finite() {
-                return Ok(Pass { sweeps, error: f64::NAN, settled: false });
+            let rate = schedule.rate().powi(batch as i32);
+            let noise = 100.0 * self.device.epsilon() * largest_change;
+            let ahead = last.batches_to(stopping.tolerance, noise, rate).min(left / batch);
+            let ahead = ahead.min(self.device.most_batches()).max(1);
+            let mut planned = schedule.clone();
+            let next: Vec<Vec<Sweep>> = (0..ahead).map(|_| planned.next(count)).collect();
+            let measures = self.device.sweep_batches(&next)?;
+            // The rule is applied batch by batch. If it ends the pass or changes the schedule
+            // before the last of these batches, the device goes back to the batch at which it did.
+            for (at, (next, measure)) in next.into_iter().zip(measures).enumerate() {
+                let is_last = at + 1 == ahead;
+                let measured = measure.change;
+                schedule.next(count);
+                if self.device.most_batches() > 1 {
+                    made.extend(next);
+                }
+                sweeps += count;
+                relaxation.sweeps = done + sweeps;
+                relaxation.add_change(done + sweeps, measured);
+                if !measured.is_finite() {
+                    return Ok(Pass { sweeps, error: f64::NAN, settled: false });
+                }
+                largest_change = largest_change.max(measured);
+                // Chebyshev's polynomials oscillate. A change far below the promise of the bounds
+                // is a coincidence, unless it is zero.
+                let promised = rate * last.bound;
+                let bound = if measured > 0.0 && promised.is_finite() { measured.max(promised) } else { measured };
+                let ratio = bound / last.bound;
+                // The remaining error is the sum of a geometric series of further batches.
+                let shrinks = if count < batch { 1.0 } else { ratio.clamp(FASTEST, 0.99) };
+                let error = bound * shrinks / (1.0 - shrinks).max(0.01);
+                let noise = 100.0 * self.device.epsilon() * largest_change;
+                let at_roundoff = measured >= 0.5 * last.measured && measured <= noise;
+                if error <= stopping.tolerance || at_roundoff || progress.has_ended(measured) {
+                    if !is_last {
+                        self.repeat(&load, &made)?;
+                    }
+                    return Ok(Pass { sweeps, error, settled: true });
+                }
+                batches += 1;
+                if batches == 1 {
+                    first_error = error;
+                }
+                if batches % TOLD == 0 && first_error > stopping.tolerance {
+                    tell(((error / first_error).ln() / (stopping.tolerance / first_error).ln()).clamp(0.0, 1.0));
+                }
+                let is_new = schedule.adapt([last.ratio, ratio]);
+                last = Change { measured, bound, ratio };
+                if is_new && !is_last {
+                    self.repeat(&load, &made)?;
+                    break;
+                }
             }
-            largest_change = largest_change.max(measured);
-            // Chebyshev's polynomials oscillate. A change far below the promise of the bounds is a
-            // coincidence, unless it is zero.
-            let promised = schedule.rate().powi(batch as i32) * last.bound;
-            let bound = if measured > 0.0 && promised.is_finite() { measured.max(promised) } else { measured };
-            let ratio = bound / last.bound;
-            // The remaining error is the sum of a geometric series of further batches.
-            let shrinks = if count < batch { 1.0 } else { ratio.clamp(FASTEST, 0.99) };
-            let error = bound * shrinks / (1.0 - shrinks).max(0.01);
-            let at_roundoff = measured >= 0.5 * last.measured && measured <= 100.0 * self.epsilon * largest_change;
-            if error <= stopping.tolerance || at_roundoff || progress.has_ended(measured) {
-                return Ok(Pass { sweeps, error, settled: true });
-            }
-            batches += 1;
-            if batches == 1 {
-                first_error = error;
-            }
-            if batches % TOLD == 0 && first_error > stopping.tolerance {
-                tell(((error / first_error).ln() / (stopping.tolerance / first_error).ln()).clamp(0.0, 1.0));
-            }
-            schedule.adapt([last.ratio, ratio]);
-            last = Change { measured, bound, ratio };
         }
+    }
+
+    /// Runs the sweeps of a pass again: the device has made more of them than were needed.
+    fn repeat(&mut self, load: &[DVec3], sweeps: &[Sweep]) -> Result<(), BackendError> {
+        self.device.start(load)?;
+        self.device.sweep(sweeps).map(drop)
     }
 }
 
@@ -265,6 +302,29 @@ struct Change {
     bound: f64,
     /// `bound` over the `bound` of the batch before.
     ratio: f64,
+}
+
+impl Change {
+    /// Number of batches that are needed at least until the estimated error is within the tolerance
+    /// or the changes are noise: no bound falls faster than the bounds of the spectrum promise, and
+    /// no batch counts for more than [`FASTEST`].
+    ///
+    /// - `noise`: change below which rounding errors may end a pass
+    /// - `rate`: factor by which a batch shrinks the error at best
+    fn batches_to(&self, tolerance: f64, noise: f64, rate: f64) -> usize {
+        let enough = (tolerance * (1.0 - FASTEST) / FASTEST).max(noise);
+        // After a slow batch the next may change the schedule.
+        if !(self.bound.is_finite() && rate < 1.0) || schedule::is_slow(self.ratio) {
+            return 1;
+        }
+        let mut batches = 1;
+        let mut bound = self.bound * rate;
+        while bound > enough && batches < MOST_AHEAD {
+            bound *= rate;
+            batches += 1;
+        }
+        batches
+    }
 }
 
 /// The progress of a pass: when the changes have last halved.

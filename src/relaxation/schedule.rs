@@ -94,6 +94,13 @@ impl Method {
     }
 }
 
+/// Whether a cycle shrank the error so little that [`Schedule::adapt`] may act on two of them.
+///
+/// - `ratio`: the change over the change of the cycle before
+pub(super) fn is_slow(ratio: f64) -> bool {
+    ratio >= SLOW
+}
+
 /// The sequence of sweeps of one pass.
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
@@ -144,14 +151,16 @@ impl Schedule {
     /// 307-327). A mode below the bounds always decays, because Chebyshev's polynomials are 1 at
     /// zero. If the error grows, the eigenvalue lies above the bounds.
     ///
+    /// Returns whether the bounds have changed.
+    ///
     /// - `ratios`: for the last two cycles, the change over the change of the cycle before
-    pub(super) fn adapt(&mut self, ratios: [f64; 2]) {
+    pub(super) fn adapt(&mut self, ratios: [f64; 2]) -> bool {
         let Spectrum { low, high } = self.spectrum;
         let growth = ratios[1] / self.rate();
-        let is_slow = ratios.iter().all(|&ratio| ratio >= SLOW.max(1.3 * self.rate()));
+        let is_slow = ratios.iter().all(|&ratio| is_slow(ratio) && ratio >= 1.3 * self.rate());
         // The first cycles of a schedule are not typical of the later ones.
         if self.method != Method::Multigrid || !is_slow || self.age < 4 {
-            return;
+            return false;
         }
         let from_centre = 0.5 * (high - low) * 0.5 * (growth + 1.0 / growth);
         let centre = 0.5 * (high + low);
@@ -160,9 +169,11 @@ impl Schedule {
         } else {
             Spectrum { low: (0.8 * (centre - from_centre)).clamp(LOWEST, low), high }
         };
-        if spectrum != self.spectrum {
+        let is_new = spectrum != self.spectrum;
+        if is_new {
             *self = Self::new(self.method, spectrum);
         }
+        is_new
     }
 
     /// The coefficients of the next sweeps.

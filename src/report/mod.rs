@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::backend::BackendInfo;
 use crate::mesh::{CellKind, FamilyId, HybridMesh, KindQuality};
 
 pub use checksums::{Checksums, Sums};
@@ -48,6 +49,20 @@ pub struct Backend {
     pub adapter: String,
     /// Driver name and version; empty for the CPU.
     pub driver: String,
+    /// The number type in which the device corrects displacements: `"f64"` or `"f32"`.
+    pub arithmetic: String,
+}
+
+impl Backend {
+    /// The device of a backend.
+    pub fn of(info: BackendInfo) -> Self {
+        Self {
+            kind: info.kind.to_owned(),
+            adapter: info.adapter,
+            driver: info.driver,
+            arithmetic: info.arithmetic.name().to_owned(),
+        }
+    }
 }
 
 /// Size of a mesh.

@@ -38,6 +38,7 @@ impl RunReport {
             {
                 "no face lies between two cells"
             }
+            "/device_work" if has_moved => "the CPU computed",
             "/smoothing" if has_moved => "it is off, or no tet needed it",
             "/checks/max_distance_off_surface" => "no family is a carenage or a plane",
             "/checks/max_distance_to_new_profiles" | "/checks/max_miss_of_vertices" => {

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{Backend, Checksums, Kind, Mesh, Outline, SolverQualities, WorstCell, by_kind, limits_by_name};
+use crate::backend::DeviceWork;
 use crate::mover::{
     FamilyReport, Fault, MovedSection, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality,
     StageRelaxation,
@@ -66,6 +67,8 @@ pub struct RunReport {
     pub solver: Option<Solver>,
     /// How the relaxations went, in the order of the stages.
     pub relaxations: Option<Vec<StageRelaxation>>,
+    /// What the update asked of the device. `None` for the CPU.
+    pub device_work: Option<DeviceWork>,
     /// The steps of the volume stage.
     pub path: Option<Path>,
     /// Local optimisation, if it ran.
@@ -220,6 +223,7 @@ impl RunReport {
             outlines: None,
             solver: None,
             relaxations: None,
+            device_work: None,
             path: None,
             smoothing: None,
             warnings: Vec::new(),
@@ -247,6 +251,7 @@ impl RunReport {
         self.sections = Some(outcome.sections.clone());
         self.solver = Some(outcome.solver.clone());
         self.relaxations = Some(outcome.relaxations.clone());
+        self.device_work = outcome.device_work;
         self.path = Some(outcome.path.clone());
         self.smoothing = outcome.smoothed.map(|done| Smoothing { sweeps: done.sweeps, moved: done.moved });
         self.warnings = outcome.warnings.iter().map(ToString::to_string).collect();

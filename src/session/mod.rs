@@ -182,8 +182,7 @@ impl<'a> Session<'a> {
         let setup = Instant::now();
         let mover = builder.build(device.clone()).map_err(|error| case.about(error))?;
         let setup_seconds = setup.elapsed().as_secs_f64();
-        let info = device.info();
-        let backend = report::Backend { kind: info.kind.to_owned(), adapter: info.adapter, driver: info.driver };
+        let backend = report::Backend::of(device.info());
         Ok(Self { case, mover, device, backend, mesh: report::Mesh::of(case.file.cells()), setup_seconds })
     }
 

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::stage::SetUp;
 use crate::{
-    backend::{Backend, BackendError, CpuBackend, EdgeStiffness, Precision},
+    backend::{BackendError, EdgeStiffness},
     mesh::{
         CornerCells, TetMesh,
         edges::{TetEdges, VertexGraph},
@@ -22,11 +22,6 @@ use crate::{
 
 /// Edges in a task.
 const EDGES: usize = 4096;
-
-/// Below this tolerance the springs are evaluated in f64 on every backend. Residuals are f64, and
-/// springs rounded to f32 shift the equilibrium by about 1e-6 of an edge on a wing of 102 341 tets
-/// pitched by 10 degrees.
-const SINGLE: f64 = 1e-5;
 
 /// The graph of a mesh's springs. It is the same for all deformed shapes of the mesh.
 pub struct EdgeGraph {
@@ -68,7 +63,7 @@ impl EdgeSprings {
     /// # Errors
     /// The backend failed, or the mesh does not fit the device.
     pub(super) fn new(set_up: &SetUp, tets: &TetEdges, springs: &Springs) -> Result<Self, BackendError> {
-        let SetUp { mesh, surface, families, backend, stopping, .. } = *set_up;
+        let SetUp { mesh, surface, families, backend, .. } = *set_up;
         let TetEdges { edges, edge_tets, tet_edges } = tets;
         let edge_vector: Vec<DVec3> =
             edges.iter().map(|[a, b]| mesh.vertices[*b as usize] - mesh.vertices[*a as usize]).collect();
@@ -77,11 +72,9 @@ impl EdgeSprings {
             wall_proximity(&mesh.vertices, edges, &walls)
         });
         let length: Vec<f64> = edge_vector.iter().map(|vector| vector.length()).collect();
-        let reference = CpuBackend::new(Precision::F64);
-        let springs_on: &dyn Backend = if stopping.tolerance < SINGLE { &reference } else { backend };
         // One sum over the tets serves both stiffnesses.
         let sum = match springs.are_torsional() {
-            true => springs_on.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges })?,
+            true => backend.edge_stiffness(&EdgeStiffness { edge_vector: &edge_vector, edge_tets, tet_edges })?,
             false => vec![0.0; edges.len()],
         };
         let stiffness = |of: Stiffness| -> Vec<f64> {

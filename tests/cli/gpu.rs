@@ -66,8 +66,8 @@ fn cpu_and_gpu_agree() {
         return;
     }
     let fixture = Fixture::new();
-    let output =
-        fixture.idmesh(&["compare", "case.toml", "--tolerance", "1e-3", "--json", "-", "--report", "page.html"]);
+    let arguments = ["compare", "case.toml", "--tolerance", "1e-3", "--json", "-", "--report", "page.html"];
+    let output = every_network(&fixture, &arguments);
     assert_good(&output);
     let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(found["within_tolerance"], true);
@@ -85,6 +85,38 @@ fn cpu_and_gpu_agree() {
     assert!(stdout(&output).contains("arrays up to"), "{}", stdout(&output));
 }
 
+/// `idmesh` with a GPU that relaxes networks of every size.
+fn every_network(fixture: &Fixture, arguments: &[&str]) -> std::process::Output {
+    command(fixture.folder.path(), arguments).env("IDMESH_GPU_VERTICES", "0").output().unwrap()
+}
+
+/// The networks of a small mesh are the CPU's, whatever the backend, and the report says so.
+#[test]
+fn small_networks_are_left_to_the_cpu() {
+    if gpu_tests_are_off() {
+        return;
+    }
+    let fixture = Fixture::new();
+    let output = fixture.idmesh(&["compare", "case.toml", "--json", "-"]);
+    assert_good(&output);
+    assert!(stderr(&output).contains("the GPU had nothing to do"), "{}", stderr(&output));
+    let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(found["max_difference"], 0.0);
+    let run = ["run", "case.toml", "--backend", "gpu", "--json", "-", "-q"];
+    let report = |output: &std::process::Output| -> serde_json::Value {
+        assert_good(output);
+        serde_json::from_str(&stdout(output)).unwrap()
+    };
+    let small = report(&fixture.idmesh(&run));
+    assert_eq!(small["device_work"]["dispatches"], 0);
+    assert!(["f64", "f32"].contains(&small["backend"]["arithmetic"].as_str().unwrap()));
+    let every = report(&every_network(&fixture, &run));
+    assert!(every["device_work"]["dispatches"].as_u64().unwrap() > 0, "{}", every["device_work"]);
+    let wrong = command(fixture.folder.path(), &run).env("IDMESH_GPU_VERTICES", "many").output().unwrap();
+    assert_eq!(wrong.status.code(), Some(6));
+    assert!(stderr(&wrong).contains("IDMESH_GPU_VERTICES is `many`, expected a number"), "{}", stderr(&wrong));
+}
+
 /// Products of both backends agree to 1e-6 of their norms where updates are solved to 1e-8, and on
 /// each backend one product is the transpose of the other. A tolerance below the difference
 /// refuses.
@@ -97,7 +129,7 @@ fn products_of_cpu_and_gpu_agree() {
         return;
     }
     let arguments = ["compare", "case.toml", "--derivatives", "--json", "-", "--tolerance"];
-    let output = fixture.idmesh(&[&arguments[..], &["1e-6"]].concat());
+    let output = every_network(&fixture, &[&arguments[..], &["1e-6"]].concat());
     assert_good(&output);
     let found: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     let figure = |name: &str| found["derivatives"][name].as_f64().unwrap();
@@ -106,6 +138,6 @@ fn products_of_cpu_and_gpu_agree() {
     assert!(0.0 < forward && forward < 1e-6 && 0.0 < reverse && reverse < 1e-6, "{found}");
     assert!(figure("transposed") < 1e-7, "{found}");
     let below = format!("{:e}", 0.5 * forward.min(reverse));
-    let refused = fixture.idmesh(&[&arguments[..], &[below.as_str()]].concat());
+    let refused = every_network(&fixture, &[&arguments[..], &[below.as_str()]].concat());
     assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
 }

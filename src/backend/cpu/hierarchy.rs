@@ -14,10 +14,8 @@ use crate::backend::packed::Packed;
 use crate::backend::vectors::Vectors;
 use crate::backend::{BackendError, DeviceNetwork, LevelData, Measure, Sweep};
 use crate::constraint::Constraint;
-use crate::kernels::constraint::project;
 use crate::kernels::convergence::BLOCK;
-use crate::kernels::row::residual;
-use crate::kernels::{Real, accelerate};
+use crate::kernels::{Real, accelerate, accelerate_double, hand_over};
 
 /// A hierarchy in f32, the twin of the GPU's.
 pub(super) struct SingleHierarchy {
@@ -39,6 +37,10 @@ impl SingleHierarchy {
 }
 
 impl DeviceNetwork for SingleHierarchy {
+    fn epsilon(&self) -> f64 {
+        f64::from(f32::EPSILON)
+    }
+
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
         levels::constrain(&mut self.levels, constraint);
         Ok(())
@@ -109,35 +111,19 @@ impl DoubleHierarchy {
     /// Sets the load of the next cycle: the residual of the correction.
     fn hand_over(&mut self) {
         let rows = self.finest.rows();
-        let (e, is_zero) = (&*self.e, self.is_zero);
+        let e = (!self.is_zero).then_some(&*self.e);
         let (_, load) = self.levels[0].packed.constraint_and_load();
-        in_chunks(load, |first, load| {
-            for (row, load) in (first..).zip(load) {
-                let left = if is_zero { rows.load[row] } else { residual(&rows, e, row) };
-                let [x, y, z, _] = project(&rows.constraint[row], left);
-                *load = [x as f32, y as f32, z as f32, load[3]];
-            }
-        });
+        in_chunks(load, |first, load| hand_over::run(first, &rows, e, load));
     }
 
     /// `e_new = e + P (relaxation * correction of the cycle + momentum (e - previous))`, and the
-    /// largest change: see [`accelerate::run`].
-    fn accelerate(&mut self, &Sweep { relaxation, momentum }: &Sweep) {
+    /// largest change: see [`accelerate_double::run`].
+    fn accelerate(&mut self, sweep: &Sweep) {
+        let factors = [sweep.relaxation, sweep.momentum];
         let (constraint, inverse_length) = (self.finest.rows().constraint, self.finest.inverse_length());
         let (e, of_cycle) = (&*self.e, &*self.levels[0].e);
         in_chunks_with(&mut self.previous, &mut self.largest, |first, previous, largest| {
-            for (block, (previous, largest)) in previous.chunks_mut(BLOCK).zip(largest).enumerate() {
-                *largest = 0.0;
-                for (row, previous) in (first + block * BLOCK..).zip(previous) {
-                    let (now, found) = (e[row], of_cycle[row]);
-                    let update = [0, 1, 2]
-                        .map(|axis| relaxation * f64::from(found[axis]) + momentum * (now[axis] - previous[axis]));
-                    let [x, y, z] = project(&constraint[row], update);
-                    *previous = [now[0] + x, now[1] + y, now[2] + z, 0.0];
-                    let squared = [x, y, z].iter().map(|step| (step * inverse_length[row]).powi(2)).sum();
-                    *largest = largest.max_magnitude(squared);
-                }
-            }
+            accelerate_double::run(factors, first, constraint, inverse_length, e, of_cycle, previous, largest);
         });
         mem::swap(&mut self.e, &mut self.previous);
         self.is_zero = false;
@@ -145,6 +131,10 @@ impl DoubleHierarchy {
 }
 
 impl DeviceNetwork for DoubleHierarchy {
+    fn epsilon(&self) -> f64 {
+        f64::EPSILON
+    }
+
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
         self.finest.constrain(&constraint[..self.e.len()]);
         levels::constrain(&mut self.levels, constraint);

@@ -8,9 +8,8 @@ use crate::backend::packed::Packed;
 use crate::backend::vectors::Vectors;
 use crate::backend::{LevelData, Sweep, Transfer};
 use crate::constraint::Constraint;
-use crate::kernels::constraint::project;
 use crate::kernels::transfer::Weights;
-use crate::kernels::{defect, relax_sweep, transfer};
+use crate::kernels::{defect, first_sweep, relax_sweep, transfer};
 
 /// A level of a hierarchy.
 pub(super) struct Level {
@@ -97,12 +96,7 @@ impl Level {
     fn smooth_from_zero(&mut self) {
         let rows = self.packed.rows();
         let relaxation = self.sweeps.first().map_or(0.0, |sweep| sweep.relaxation as f32);
-        in_chunks(&mut self.e, |first, e| {
-            for (row, e) in (first..).zip(e) {
-                let [x, y, z, _] = rows.load[row];
-                *e = project(&rows.constraint[row], [relaxation * x, relaxation * y, relaxation * z, 0.0]);
-            }
-        });
+        in_chunks(&mut self.e, |first, e| first_sweep::run(first, &rows, relaxation, e));
         in_chunks(&mut self.spare, |_, previous| previous.fill([0.0; 4]));
         self.sweep_from(1);
     }

@@ -7,9 +7,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 mod chunks;
+mod edge_stiffness;
 mod hierarchy;
 mod levels;
 
+pub use crate::backend::Precision;
 use crate::backend::packed::{Packed, PackedEdges};
 use crate::backend::smoother::CpuSmoother;
 use crate::backend::vectors::Vectors;
@@ -19,24 +21,14 @@ use crate::backend::{
 };
 use crate::constraint::Constraint;
 use crate::kernels::convergence::BLOCK;
-use crate::kernels::edge_stiffness::Edges;
-use crate::kernels::{Real, convergence, edge_stiffness, relax_sweep};
+use crate::kernels::{Real, convergence, relax_sweep};
 use chunks::{CHUNK, in_chunks, in_chunks_with};
+use edge_stiffness::Edges;
 use hierarchy::{DoubleHierarchy, SingleHierarchy};
 
 /// Tets evaluated at a time for the stiffness of edges: enough for many threads, with little
 /// memory.
 const TETS: usize = 32 * CHUNK;
-
-/// Number type of the CPU backend.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// Double precision: the reference.
-    #[default]
-    F64,
-    /// Single precision, as on a GPU.
-    F32,
-}
 
 /// The CPU backend. It uses rayon's current thread pool.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,22 +47,12 @@ impl CpuBackend {
 impl Backend for CpuBackend {
     fn info(&self) -> BackendInfo {
         let threads = rayon::current_num_threads();
-        let precision = match self.precision {
-            Precision::F64 => "f64",
-            Precision::F32 => "f32",
-        };
         let plural = if threads == 1 { "" } else { "s" };
         BackendInfo {
             kind: "cpu",
-            adapter: format!("{} ({threads} thread{plural}, {precision})", processor()),
+            adapter: format!("{} ({threads} thread{plural}, {})", processor(), self.precision.name()),
             driver: String::new(),
-        }
-    }
-
-    fn epsilon(&self) -> f64 {
-        match self.precision {
-            Precision::F64 => f64::EPSILON,
-            Precision::F32 => f64::from(f32::EPSILON),
+            arithmetic: self.precision,
         }
     }
 
@@ -97,8 +79,8 @@ impl Backend for CpuBackend {
 
     fn smoother(&self) -> Box<dyn DeviceSmoother> {
         match self.precision {
-            Precision::F64 => Box::new(CpuSmoother::<f64>::new(self.epsilon())),
-            Precision::F32 => Box::new(CpuSmoother::<f32>::new(self.epsilon())),
+            Precision::F64 => Box::new(CpuSmoother::<f64>::new(self.precision.epsilon())),
+            Precision::F32 => Box::new(CpuSmoother::<f32>::new(self.precision.epsilon())),
         }
     }
 }
@@ -107,8 +89,7 @@ fn stiffness_of_edges<T: Real>(input: &EdgeStiffness) -> Vec<f64> {
     let packed = PackedEdges::<T>::new(input);
     let edges = Edges { tet_edges: input.tet_edges, edge_vector: &packed.edge_vector };
     let mut stiffness = vec![T::ZERO; input.edge_vector.len()];
-    // A tet is evaluated once for its six edges. Contributions are added in the order of the tets,
-    // as in the kernel.
+    // A tet is evaluated once for its six edges. Contributions are added in the order of the tets.
     let mut facing = vec![[T::ZERO; 6]; TETS.min(input.tet_edges.len())];
     for (block, of_block) in input.tet_edges.chunks(TETS).enumerate() {
         let facing = &mut facing[..of_block.len()];
@@ -149,6 +130,10 @@ impl<T: Real> CpuNetwork<T> {
 }
 
 impl<T: Real> DeviceNetwork for CpuNetwork<T> {
+    fn epsilon(&self) -> f64 {
+        T::EPSILON.to_f64()
+    }
+
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
         self.packed.constrain(constraint);
         Ok(())

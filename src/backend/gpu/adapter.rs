@@ -1,8 +1,8 @@
 //! Choice of the adapter.
 
-use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Instance, InstanceDescriptor, InstanceFlags, Limits};
+use wgpu::{Adapter, AdapterInfo, Backends, DeviceType, Features, Instance, InstanceDescriptor, InstanceFlags, Limits};
 
-use super::super::{AdapterSummary, BackendError};
+use super::super::{AdapterSummary, BackendError, Precision};
 
 /// The adapters that may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,9 @@ pub enum Choice {
 }
 
 /// The system's adapters that can run the kernels, the preferred one first.
-pub fn adapters() -> Vec<AdapterSummary> {
+///
+/// - `arithmetic`: the number type in which an adapter corrects displacements
+pub(super) fn adapters(arithmetic: impl Fn(&Adapter) -> Precision) -> Vec<AdapterSummary> {
     let adapters = usable();
     let summary = |(place, adapter): (usize, &Adapter)| {
         let info = adapter.get_info();
@@ -29,6 +31,7 @@ pub fn adapters() -> Vec<AdapterSummary> {
             driver: driver(&info),
             api: info.backend.to_string(),
             max_array_bytes: max_binding(&adapter.limits()),
+            arithmetic: arithmetic(adapter),
             auto: place == 0 && is_hardware(&info),
             name: info.name,
         }
@@ -60,6 +63,11 @@ pub(super) fn driver(info: &AdapterInfo) -> String {
     format!("{} {}", info.driver, info.driver_info).trim().to_owned()
 }
 
+/// The feature of numbers in f64 if the adapter has it, otherwise none.
+pub(super) fn double(adapter: &Adapter) -> Features {
+    adapter.features() & Features::SHADER_F64
+}
+
 /// Most bytes of one array.
 pub(super) fn max_binding(limits: &Limits) -> u64 {
     limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
@@ -84,13 +92,17 @@ fn usable() -> Vec<Adapter> {
     });
     let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY));
     adapters.retain(|adapter| required_limits(adapter).check_limits(&adapter.limits()));
-    // The sort is stable, so equal adapters keep the system's order.
-    adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
-        DeviceType::DiscreteGpu => 0,
-        DeviceType::IntegratedGpu => 1,
-        DeviceType::VirtualGpu => 2,
-        DeviceType::Other => 3,
-        DeviceType::Cpu => 4,
+    // On Windows a card is there twice, and has f64 through Vulkan alone. The sort is stable, so
+    // equal adapters keep the system's order.
+    adapters.sort_by_key(|adapter| {
+        let of_kind = match adapter.get_info().device_type {
+            DeviceType::DiscreteGpu => 0,
+            DeviceType::IntegratedGpu => 1,
+            DeviceType::VirtualGpu => 2,
+            DeviceType::Other => 3,
+            DeviceType::Cpu => 4,
+        };
+        (of_kind, double(adapter).is_empty())
     });
     adapters
 }

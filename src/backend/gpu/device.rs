@@ -1,20 +1,22 @@
 //! An open device: its buffers, its errors, and the transfer of data from it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use bytemuck::{NoUninit, Pod, cast_slice, pod_collect_to_vec};
 use wgpu::{
-    Adapter, AdapterInfo, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
-    DeviceDescriptor, ErrorFilter, MapMode, PollType, Queue,
+    Adapter, AdapterInfo, BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
+    ComputePass, DeviceDescriptor, ErrorFilter, MapMode, PollType, Queue,
 };
 
-use super::adapter::{max_binding, required_limits};
-use super::pipeline::Pipeline;
+use super::adapter::{double, max_binding, required_limits};
+use super::pipeline::{Pipeline, Window};
 use super::{BackendError, Bounds};
-use crate::kernels::{OfKernels, place};
+use crate::backend::{DeviceWork, Precision};
+use crate::kernels::{OfDoubleKernels, OfKernels, place};
 
 /// Most neighbours or tets in a loop of one invocation. Mesa's software adapter silently ends an
 /// invocation after 65 535 iterations of all its loops together. The reduction in a workgroup takes
@@ -39,6 +41,25 @@ pub(super) struct Device {
     /// Most workgroups in one dimension of a dispatch.
     max_workgroups: u32,
     pub(super) pipelines: OfKernels<Pipeline>,
+    /// The kernels with numbers in f64; `None` if the device does not compute in f64.
+    pub(super) double_pipelines: Option<OfDoubleKernels<Pipeline>>,
+    work: Counters,
+}
+
+/// See [`DeviceWork`].
+#[derive(Debug, Default)]
+struct Counters {
+    bytes_up: AtomicU64,
+    bytes_down: AtomicU64,
+    submissions: AtomicU64,
+    reads: AtomicU64,
+    dispatches: AtomicU64,
+    copies: AtomicU64,
+    clears: AtomicU64,
+}
+
+fn count(counter: &AtomicU64, by: u64) {
+    counter.fetch_add(by, Ordering::Relaxed);
 }
 
 impl Device {
@@ -48,6 +69,7 @@ impl Device {
         let descriptor = DeviceDescriptor {
             label: Some("idmesh"),
             required_limits: required_limits(adapter),
+            required_features: double(adapter),
             ..DeviceDescriptor::default()
         };
         let (device, queue) =
@@ -68,16 +90,48 @@ impl Device {
         if let Some(message) = error {
             return Err(fail(message));
         }
-        Ok(Self {
+        let mut opened = Self {
             max_chunk: bounds.matrix_bytes.unwrap_or(max_array).min(max_array),
             max_workgroups: bounds.workgroups.unwrap_or(u32::MAX).min(limits.max_compute_workgroups_per_dimension),
             pipelines: pipelines.map_err(fail)?,
+            double_pipelines: None,
+            work: Counters::default(),
             device,
             queue,
             failure,
             max_array,
             info,
-        })
+        };
+        if !double(adapter).is_empty() && bounds.arithmetic != Some(Precision::F32) {
+            let of_device = &opened.device;
+            // An adapter that cannot compile these kernels computes in f32.
+            let (kernels, error) =
+                catching(of_device, || OfDoubleKernels::new(|kernel| Pipeline::new(of_device, kernel)));
+            if let (Ok(kernels), None) = (kernels, error) {
+                opened.double_pipelines = Some(kernels);
+            }
+        }
+        Ok(opened)
+    }
+
+    /// Compiles a kernel of this text.
+    #[cfg(test)]
+    pub(super) fn compile(&self, name: &'static str, source: &str) -> Result<Pipeline, String> {
+        let source = String::leak(source.to_owned());
+        Pipeline::new(&self.device, &crate::kernels::Kernel { name, parts: &[], source })
+    }
+
+    /// The number type of the loads and corrections of cycles.
+    pub(super) fn arithmetic(&self) -> Precision {
+        if self.double_pipelines.is_some() { Precision::F64 } else { Precision::F32 }
+    }
+
+    /// The work since the device was opened.
+    pub(super) fn work(&self) -> DeviceWork {
+        let Counters { bytes_up, bytes_down, submissions, reads, dispatches, copies, clears } = &self.work;
+        let [bytes_up, bytes_down, submissions, reads, dispatches, copies, clears] =
+            [bytes_up, bytes_down, submissions, reads, dispatches, copies, clears].map(|of| of.load(Ordering::Relaxed));
+        DeviceWork { bytes_up, bytes_down, submissions, reads, dispatches, copies, clears }
     }
 
     /// The error of the device with this message.
@@ -143,12 +197,23 @@ impl Device {
     /// Replaces a buffer's contents before the commands of the next submission.
     pub(super) fn write<T: NoUninit>(&self, buffer: &Buffer, data: &[T]) {
         if !data.is_empty() {
+            count(&self.work.bytes_up, size_of_val(data) as u64);
             self.queue.write_buffer(buffer, 0, cast_slice(data));
         }
     }
 
-    pub(super) fn bind(&self, pipeline: &Pipeline, buffers: &[(&str, &Buffer)]) -> wgpu::BindGroup {
-        pipeline.bind(&self.device, buffers)
+    pub(super) fn bind(&self, pipeline: &Pipeline, buffers: &[(&str, &Buffer)]) -> BindGroup {
+        self.bind_windows(pipeline, buffers, &[])
+    }
+
+    /// [`Self::bind`] with buffers of which a part is bound.
+    pub(super) fn bind_windows(
+        &self,
+        pipeline: &Pipeline,
+        buffers: &[(&str, &Buffer)],
+        windows: &[(&str, Window)],
+    ) -> BindGroup {
+        pipeline.bind(&self.device, buffers, windows)
     }
 
     pub(super) fn encoder(&self) -> CommandEncoder {
@@ -156,12 +221,37 @@ impl Device {
     }
 
     pub(super) fn submit(&self, encoder: CommandEncoder) {
+        count(&self.work.submissions, 1);
         self.queue.submit([encoder.finish()]);
     }
 
-    /// Number of workgroups in x and y that cover this many invocations of a kernel.
-    pub(super) fn workgroups(&self, n_invocations: usize, pipeline: &Pipeline) -> (u32, u32) {
-        place::workgroups(n_invocations as u32, pipeline.workgroup_size, self.max_workgroups)
+    /// Records a kernel with so many invocations.
+    ///
+    /// - `offset`: of its parameters in their buffer, in bytes
+    pub(super) fn dispatch(
+        &self,
+        pass: &mut ComputePass,
+        pipeline: &Pipeline,
+        (group, offset): (&BindGroup, u32),
+        n_invocations: usize,
+    ) {
+        pass.set_pipeline(&pipeline.pipeline);
+        pass.set_bind_group(0, group, &[offset]);
+        let (x, y) = place::workgroups(n_invocations as u32, pipeline.workgroup_size, self.max_workgroups);
+        pass.dispatch_workgroups(x, y, 1);
+        count(&self.work.dispatches, 1);
+    }
+
+    /// Records the copy of the first bytes of an array.
+    pub(super) fn copy(&self, encoder: &mut CommandEncoder, from: &Buffer, to: &Buffer, bytes: u64) {
+        encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
+        count(&self.work.copies, 1);
+    }
+
+    /// Records that an array is set to zero.
+    pub(super) fn clear(&self, encoder: &mut CommandEncoder, buffer: &Buffer) {
+        encoder.clear_buffer(buffer, 0, None);
+        count(&self.work.clears, 1);
     }
 
     /// Submits the commands, waits, and returns the first `n` elements of `source`, through the
@@ -174,11 +264,15 @@ impl Device {
         n: usize,
     ) -> Result<Vec<T>, BackendError> {
         let size = (n * size_of::<T>()) as u64;
-        encoder.copy_buffer_to_buffer(source, 0, staging, 0, size);
+        if n > 0 {
+            self.copy(&mut encoder, source, staging, size);
+        }
         self.submit(encoder);
         if n == 0 {
             return Ok(Vec::new());
         }
+        count(&self.work.reads, 1);
+        count(&self.work.bytes_down, size);
         let (sender, receiver) = channel();
         // The receiver outlives the wait below. If it does not, nobody needs the message.
         staging.map_async(MapMode::Read, 0..size, move |result| drop(sender.send(result)));

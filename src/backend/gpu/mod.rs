@@ -1,38 +1,68 @@
-//! The GPU backend: WGSL compute shaders through wgpu, in f32.
+//! The GPU backend: WGSL compute shaders through wgpu.
 //!
-//! It runs on any adapter with WebGPU's default limits and uses no optional feature. A network's
-//! matrix may be larger than one storage binding. It is then split into chunks of rows, each with
-//! buffers of its own.
+//! It runs on any adapter with WebGPU's default limits. Where the adapter has numbers in f64 and
+//! passes a test at its start, loads and corrections of multigrid cycles are in f64, as on the CPU;
+//! elsewhere all is in f32. A network's matrix may be larger than one storage binding. It is then
+//! split into chunks of rows, each with buffers of its own.
 
 mod adapter;
 mod device;
-mod edges;
+mod double_hierarchy;
 mod hierarchy;
+mod levels;
 mod network;
 mod pipeline;
 mod smoother;
+mod start_test;
 
 use std::sync::Arc;
 
-pub use adapter::{Choice, adapters};
+pub use adapter::Choice;
 use device::Device;
+use wgpu::Adapter;
 
-use super::{Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, NetworkData};
+use super::{
+    AdapterSummary, Backend, BackendError, BackendInfo, CpuBackend, DeviceNetwork, DeviceSmoother, DeviceWork,
+    EdgeStiffness, LevelData, NetworkData, Precision,
+};
+
+/// Number of moving vertices from which a network is relaxed on the GPU. The sweeps of a smaller
+/// network take the CPU less time than a GPU's answers take. Not measured on hardware.
+const LEAST_VERTICES: usize = 10_000;
 
 /// Bounds tighter than the adapter's own. With them tests reach code that otherwise only the
-/// largest meshes reach.
+/// largest meshes or other adapters reach.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bounds {
-    /// Most bytes in one binding of a matrix or of a chunk of edges.
+    /// Most bytes in one binding of a matrix.
     pub matrix_bytes: Option<u64>,
     /// Most workgroups in one dimension.
     pub workgroups: Option<u32>,
+    /// `F32`: the arithmetic of an adapter without f64.
+    pub arithmetic: Option<Precision>,
+    /// Number of moving vertices from which the GPU relaxes a network.
+    pub least_vertices: Option<usize>,
 }
 
 /// The GPU backend.
 #[derive(Clone, Debug)]
 pub struct GpuBackend {
     device: Arc<Device>,
+    least_vertices: usize,
+}
+
+/// The system's adapters that can run the kernels, the preferred one first. Each is opened, because
+/// its arithmetic shows only then.
+pub fn adapters() -> Vec<AdapterSummary> {
+    adapter::adapters(|adapter| open(adapter, Bounds::default()).map_or(Precision::F32, |device| device.arithmetic()))
+}
+
+/// Opens an adapter, and tests its arithmetic.
+fn open(adapter: &Adapter, bounds: Bounds) -> Result<Device, BackendError> {
+    let mut device = Device::open(adapter, bounds)?;
+    let kernels = device.double_pipelines.take();
+    device.double_pipelines = kernels.filter(|kernels| start_test::computes_in_double(&device, kernels));
+    Ok(device)
 }
 
 impl GpuBackend {
@@ -50,7 +80,8 @@ impl GpuBackend {
     /// # Errors
     /// As for [`GpuBackend::new`].
     pub fn with_bounds(choice: Choice, bounds: Bounds) -> Result<Self, BackendError> {
-        Ok(Self { device: Arc::new(Device::open(&adapter::choose(choice)?, bounds)?) })
+        let device = Arc::new(open(&adapter::choose(choice)?, bounds)?);
+        Ok(Self { device, least_vertices: bounds.least_vertices.unwrap_or(LEAST_VERTICES) })
     }
 
     /// Whether the adapter is a software adapter, which runs on the CPU. A software adapter rounds
@@ -62,15 +93,24 @@ impl GpuBackend {
 
 impl Backend for GpuBackend {
     fn info(&self) -> BackendInfo {
-        BackendInfo { kind: "gpu", adapter: self.device.info.name.clone(), driver: adapter::driver(&self.device.info) }
+        BackendInfo {
+            kind: "gpu",
+            adapter: self.device.info.name.clone(),
+            driver: adapter::driver(&self.device.info),
+            arithmetic: self.device.arithmetic(),
+        }
     }
 
-    fn epsilon(&self) -> f64 {
-        f64::from(f32::EPSILON)
+    fn work(&self) -> Option<DeviceWork> {
+        Some(self.device.work())
+    }
+
+    fn takes(&self, n_moving: usize) -> bool {
+        n_moving >= self.least_vertices
     }
 
     fn edge_stiffness(&self, input: &EdgeStiffness) -> Result<Vec<f64>, BackendError> {
-        edges::stiffness(&self.device, input)
+        CpuBackend::new(Precision::F64).edge_stiffness(input)
     }
 
     fn upload(&self, network: &NetworkData) -> Result<Box<dyn DeviceNetwork>, BackendError> {
@@ -78,7 +118,11 @@ impl Backend for GpuBackend {
     }
 
     fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError> {
-        Ok(Box::new(hierarchy::GpuHierarchy::new(Arc::clone(&self.device), levels)?))
+        let device = Arc::clone(&self.device);
+        Ok(match self.device.arithmetic() {
+            Precision::F64 => Box::new(double_hierarchy::GpuDoubleHierarchy::new(device, levels)?),
+            Precision::F32 => Box::new(hierarchy::GpuHierarchy::new(device, levels)?),
+        })
     }
 
     fn smoother(&self) -> Box<dyn DeviceSmoother> {

@@ -1,4 +1,4 @@
-//! A spring network on a GPU.
+//! A spring network on a GPU, for sweeps in f32.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ impl GpuNetwork {
         let packed = Packed::new(network);
         device.fits(16 * packed.n_vertices() as u64, device.max_array)?;
         device.rows_fit(packed.rows().row_start, 1, "vertex")?;
-        let plan = plan(packed.rows().row_start, &device)?;
+        let plan = plan(packed.rows().row_start, 4, &device)?;
         let of_device = Arc::clone(&device);
         of_device.guarded(|| Ok(Self::allocate(device, packed, &plan)))
     }
@@ -124,13 +124,11 @@ impl GpuNetwork {
         });
         self.device.write(&self.sweep_params, &slots(params));
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        pass.set_pipeline(&self.device.pipelines.relax_sweep.pipeline);
         let mut slot = 0;
         for _ in sweeps {
             for chunk in &self.chunks {
-                pass.set_bind_group(0, &chunk.relax_sweep[self.current], &[slot]);
-                let (x, y) = self.device.workgroups(chunk.n_rows, &self.device.pipelines.relax_sweep);
-                pass.dispatch_workgroups(x, y, 1);
+                let bound = (&chunk.relax_sweep[self.current], slot);
+                self.device.dispatch(&mut pass, &self.device.pipelines.relax_sweep, bound, chunk.n_rows);
                 slot += SLOT as u32;
             }
             self.current = 1 - self.current;
@@ -140,19 +138,21 @@ impl GpuNetwork {
     /// Records the measure, and the copy of the correction for the next measure.
     fn record_measure(&self, encoder: &mut CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        pass.set_pipeline(&self.device.pipelines.convergence.pipeline);
         for (place, chunk) in self.chunks.iter().enumerate() {
-            pass.set_bind_group(0, &chunk.convergence[self.current], &[(place * SLOT) as u32]);
-            let (x, y) = self.device.workgroups(chunk.n_rows, &self.device.pipelines.convergence);
-            pass.dispatch_workgroups(x, y, 1);
+            let bound = (&chunk.convergence[self.current], (place * SLOT) as u32);
+            self.device.dispatch(&mut pass, &self.device.pipelines.convergence, bound, chunk.n_rows);
         }
         drop(pass);
         let bytes = 16 * self.packed.n_vertices() as u64;
-        encoder.copy_buffer_to_buffer(&self.e[self.current], 0, &self.snapshot, 0, bytes);
+        self.device.copy(encoder, &self.e[self.current], &self.snapshot, bytes);
     }
 }
 
 impl DeviceNetwork for GpuNetwork {
+    fn epsilon(&self) -> f64 {
+        f64::from(f32::EPSILON)
+    }
+
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
         self.packed.constrain(constraint);
         self.device.guarded(|| {
@@ -167,7 +167,7 @@ impl DeviceNetwork for GpuNetwork {
             self.device.write(&self.load, self.packed.rows().load);
             let mut encoder = self.device.encoder();
             for buffer in [&self.e[0], &self.e[1], &self.snapshot] {
-                encoder.clear_buffer(buffer, 0, None);
+                self.device.clear(&mut encoder, buffer);
             }
             self.device.submit(encoder);
             Ok(())
@@ -203,11 +203,13 @@ impl DeviceNetwork for GpuNetwork {
 
 /// Ranges of rows whose part of the matrix fits one binding. They consist of whole blocks, so a
 /// block's partial sum does not depend on the split.
-pub(super) fn plan(row_start: &[u32], device: &Device) -> Result<Vec<Range<usize>>, BackendError> {
+///
+/// - `row_bytes`: most bytes of a row in an array of rows
+pub(super) fn plan(row_start: &[u32], row_bytes: u64, device: &Device) -> Result<Vec<Range<usize>>, BackendError> {
     let n_rows = row_start.len() - 1;
     let bytes = |first: usize, end: usize| {
         let entries = u64::from(row_start[end] - row_start[first]) * size_of::<Entry>() as u64;
-        entries.max(4 * (end - first + 1) as u64)
+        entries.max(row_bytes * (end - first + 1) as u64)
     };
     let mut plan: Vec<Range<usize>> = Vec::new();
     for first in (0..n_rows).step_by(BLOCK) {

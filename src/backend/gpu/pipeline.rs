@@ -21,6 +21,16 @@ struct Variable {
     read_only: bool,
 }
 
+/// A part of a buffer.
+#[derive(Clone, Copy)]
+pub(super) struct Window<'a> {
+    pub(super) buffer: &'a Buffer,
+    /// First byte, a multiple of 256.
+    pub(super) first: u64,
+    /// Number of bytes.
+    pub(super) bytes: u64,
+}
+
 /// A compiled kernel.
 #[derive(Debug)]
 pub(super) struct Pipeline {
@@ -65,17 +75,24 @@ impl Pipeline {
         Ok(Self { pipeline, workgroup_size: x, layout, variables })
     }
 
-    /// Binds a buffer to each variable of the kernel.
+    /// Binds a buffer, or a part of one, to each variable of the kernel.
     ///
     /// # Panics
     /// A variable has no buffer.
-    pub(super) fn bind(&self, device: &Device, buffers: &[(&str, &Buffer)]) -> BindGroup {
+    pub(super) fn bind(&self, device: &Device, buffers: &[(&str, &Buffer)], windows: &[(&str, Window)]) -> BindGroup {
         let entry = |variable: &Variable| {
-            let found = buffers.iter().find(|(name, _)| *name == variable.name);
-            let (_, buffer) = found.unwrap_or_else(|| panic!("no buffer for `{}`", variable.name));
-            let size = variable.parameters.and_then(BufferSize::new);
-            let resource = BindingResource::Buffer(BufferBinding { buffer, offset: 0, size });
-            BindGroupEntry { binding: variable.binding, resource }
+            let window = windows.iter().find(|(name, _)| *name == variable.name);
+            let whole = || buffers.iter().find(|(name, _)| *name == variable.name);
+            let bound = match (window, whole) {
+                (Some((_, Window { buffer, first, bytes })), _) => {
+                    BufferBinding { buffer, offset: *first, size: BufferSize::new(*bytes) }
+                }
+                (None, whole) => {
+                    let (_, buffer) = whole().unwrap_or_else(|| panic!("no buffer for `{}`", variable.name));
+                    BufferBinding { buffer, offset: 0, size: variable.parameters.and_then(BufferSize::new) }
+                }
+            };
+            BindGroupEntry { binding: variable.binding, resource: BindingResource::Buffer(bound) }
         };
         let entries: Vec<_> = self.variables.iter().map(entry).collect();
         device.create_bind_group(&BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries })

@@ -82,11 +82,9 @@ impl GpuSmoother {
         for batch in dispatches.chunks(BATCH) {
             let mut encoder = self.device.encoder();
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-            pass.set_pipeline(&pipeline.pipeline);
             for &colour in batch {
-                pass.set_bind_group(0, group, &[(colour * SLOT) as u32]);
-                let (x, y) = self.device.workgroups(patch.colours[colour].len(), pipeline);
-                pass.dispatch_workgroups(x, y, 1);
+                let bound = (group, (colour * SLOT) as u32);
+                self.device.dispatch(&mut pass, pipeline, bound, patch.colours[colour].len());
             }
             drop(pass);
             self.device.submit(encoder);

@@ -1,20 +1,10 @@
-//! Torsional stiffness of the edges of a tet mesh. Twin of `kernels/edge_stiffness.wgsl`.
+//! Torsional stiffness of the edges of a tet mesh.
 
-use bytemuck::{Pod, Zeroable};
-
-use super::Real;
-use super::vector::{cross, dot};
+use crate::kernels::Real;
+use crate::kernels::vector::{cross, dot};
 use crate::mesh::edges::EDGE;
 
-/// Parameters of one dispatch.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Params {
-    /// Number of edges to compute.
-    pub n_edges: u32,
-}
-
-/// Edges and tets in the layout of the twin.
+/// Edges and tets.
 #[derive(Clone, Copy, Debug)]
 pub struct Edges<'a, T> {
     /// Edges 01 02 03 12 13 23 of each tet `[n_tets]`, each stored as `edge * 2 + reversed`.
@@ -38,8 +28,7 @@ const STAR: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 4], [1, 3, 5], [2, 4, 5]];
 
 /// Contributions of a chunk of tets to the torsional stiffness of their edges.
 ///
-/// The stiffness of an edge is the sum over its tets, in their order. The kernel computes a tet's
-/// contribution again for each of the tet's edges.
+/// The stiffness of an edge is the sum over its tets, in their order.
 ///
 /// - `first_tet`: tet of the chunk's first element
 /// - `facing` `[tets of the chunk]`: receives `1 / sin^2` of the dihedral angle that faces each of

@@ -1,0 +1,3 @@
+// The number type of a kernel in single precision.
+alias real = f32;
+
