@@ -20,7 +20,8 @@
 //! wider, and follows in steps ([`SurfaceNetwork::follow`]).
 //!
 //! Nothing is done where the glued curve fits the carried part already. `surfaces` has what slides
-//! on what, `products` the derivative of slides on wings. The paper names parts that hang from wings as future work.
+//! on what, `products` the derivative of slides on wings. The paper names parts that hang from
+//! wings as future work.
 
 mod products;
 mod surfaces;
