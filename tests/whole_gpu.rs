@@ -63,7 +63,7 @@ fn gpu_moves_a_small_aircraft_as_the_cpu_does() {
 /// The surfaces of a pylon that slides on its nacelle.
 #[test]
 fn gpu_slides_a_pylon_on_its_nacelle_as_the_cpu_does() {
-    let Some(backend) = gpu(Bounds::default()) else { return };
+    let Some(backend) = single() else { return };
     let shift = DVec3::new(0.0, 0.0, -0.05);
     let motion = RigidMotion::Given { turn: DVec3::ZERO, about: DVec3::ZERO, shift };
     let pylon = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Glued };
