@@ -122,3 +122,6 @@ impl TargetSurface {
         if on.distance_squared.sqrt() < 0.1 * start.distance_squared.sqrt() { on.point } else { crossing() }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -289,33 +289,9 @@ impl Shares {
 mod tests {
     use super::*;
     use crate::projection::curved::Beside;
+    use crate::projection::tests::{lattice, noise};
 
-    /// A curved lattice with a hole of 4 x 3 cells, whose rim runs clockwise. The point 22 is the
-    /// third of the third row.
-    fn lattice() -> (Vec<DVec3>, Vec<[u32; 3]>, Vec<u32>) {
-        let (n, h) = (9u32, 0.1);
-        let number = |[i, j]: [u32; 2]| j * (n + 1) + i;
-        let at = |i: u32, j: u32| {
-            let [x, y] = [f64::from(i) * h, f64::from(j) * h + 0.01 * f64::from(i * i % 5)];
-            DVec3::new(x - 0.3 * y, y + 0.1 * x, -0.6 * x * x - 0.3 * x * y - 0.5 * y * y)
-        };
-        let points = (0..=n).flat_map(|j| (0..=n).map(move |i| at(i, j))).collect();
-        let in_hole = |i: u32, j: u32| (3..7).contains(&i) && (3..6).contains(&j);
-        let cells = (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|&(i, j)| !in_hole(i, j));
-        let of_cell = |(i, j)| {
-            let [a, b, c, d] = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(number);
-            [[a, b, c], [a, c, d]]
-        };
-        let (left, right) = ((3..6).map(|j| [3, j]), (4..7).rev().map(|j| [7, j]));
-        let (top, bottom) = ((3..7).map(|i| [i, 6]), (4..8).rev().map(|i| [i, 3]));
-        let rim = left.chain(top).chain(right).chain(bottom).map(number).collect();
-        (points, cells.flat_map(of_cell).collect(), rim)
-    }
-
-    fn noise(k: usize) -> DVec3 {
-        let t = k as f64;
-        DVec3::new((1.3 * t + 0.2).sin(), (2.9 * t).cos(), (0.7 * t * t + 1.1).sin())
-    }
+    const HEIGHT: fn(f64, f64) -> f64 = |x, y| -0.6 * x * x - 0.3 * x * y - 0.5 * y * y;
 
     /// Points above triangles, the hole, an edge and a corner, which bulge, and points below
     /// triangles: central differences of foot and height by the point and by the surface, and the
@@ -324,7 +300,7 @@ mod tests {
     /// Fails if the normals at corners, or the turn of the facet, count for nothing.
     #[test]
     fn foot_and_height_follow_the_point_and_the_surface() {
-        let (points, triangles, rim) = lattice();
+        let (points, triangles, rim) = lattice(HEIGHT);
         let rims = [rim];
         let made = |by: f64| {
             let moved = points.iter().enumerate().map(|(k, at)| *at + noise(k) * by).collect();
@@ -378,7 +354,7 @@ mod tests {
     /// it, which differ by the square of the angles between them.
     #[test]
     fn at_a_point_the_tangent_plane_counts() {
-        let (points, triangles, rim) = lattice();
+        let (points, triangles, rim) = lattice(HEIGHT);
         let change = CurvedChange::new(points.clone(), triangles, &[rim]).unwrap();
         let start = change.start_at(22).unwrap();
         let found = change.tangent_change(start);
