@@ -358,3 +358,22 @@ fn a_body_that_is_torn_from_its_wing_is_told_of() {
     assert!(strained.by == "wing" && strained.distance > 0.2 * strained.edge, "{strained:?}");
     assert!(outcome.check().unwrap_err().message.contains("the rigid family `pylon` is torn from `wing`"));
 }
+
+/// The rear half of the nacelle goes elsewhere than its front half, which tears the seam.
+#[test]
+fn a_body_that_is_torn_from_another_is_told_of() {
+    let given = |z: f64| RigidMotion::Given { turn: DVec3::ZERO, about: DVec3::ZERO, shift: DVec3::Z * z };
+    let run = |of_rear: f64| {
+        let mesh = parts::halved(mesh("nacelle"), "nacelle", DVec3::X * 0.4);
+        let parts = [("pylon", ATTACHED), ("nacelle", rigid(given(0.0))), ("nacelle_rear", rigid(given(of_rear)))];
+        let builder = parts::builder(mesh, profiles("nacelle", "old"), &parts).quality(None);
+        update(&mut builder.build(cpu()).unwrap(), profiles("nacelle", "small"))
+    };
+    assert!(run(0.0).strained.is_empty());
+    let torn = run(0.02);
+    let (family, strained) = torn.strained.first_key_value().unwrap();
+    let other = if family == "nacelle" { "nacelle_rear" } else { "nacelle" };
+    assert!(strained.by == other && (strained.distance - 0.02).abs() < 1e-12, "{family}: {strained:?}");
+    let expected = format!("the rigid family `{family}` is torn from `{other}`");
+    assert!(torn.check().unwrap_err().message.contains(&expected));
+}

@@ -4,12 +4,12 @@
 mod common;
 
 use common::aircraft::{Anyway, cpu, triangles_of, vertices_of};
-use common::parts::{builder, mesh, profiles, rigid};
+use common::parts::{builder, builder_of_wing, halved, mesh, profiles, rigid};
 use glam::{DQuat, DVec3};
 use idmesh::families::{Junction, RigidMotion, Role, SetupError, TipStart};
 use idmesh::geometry::{closest_on_triangle, fitted_motion::FittedMotion};
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, MoveError, Mover, NotDifferentiable, Outcome, StageError};
+use idmesh::mover::{Design, MoveError, Mover, MoverBuilder, NotDifferentiable, Outcome, StageError};
 use idmesh::profile::Profile;
 
 fn attached(junction: Junction) -> Role {
@@ -251,6 +251,40 @@ fn a_pylon_slides_on_its_nacelle() {
         let glued = update(&mut self::mover(Junction::Glued, given(degrees, shift)), profiles("nacelle", "small"));
         assert!(off(glued.vertices()) > 1e-2, "{shift}: {:e}", off(glued.vertices()));
     }
+}
+
+/// Families of one body, and of one wing, are one surface: a seam through the junction changes
+/// nothing.
+///
+/// Fails if vertices on several families stay.
+#[test]
+fn a_junction_slides_over_seams() {
+    let surfaces = |builder: MoverBuilder, set: &str| -> Vec<DVec3> {
+        let mut mover = builder.quality(None).build(cpu()).unwrap();
+        let outcome = update(&mut mover, profiles("nacelle", set));
+        let of_case = mover.mesh().families.iter();
+        let families = of_case.filter(|name| ["pylon", "nacelle", "wing"].iter().any(|part| name.starts_with(part)));
+        let mut vertices: Vec<usize> = families.flat_map(|name| vertices_of(mover.mesh(), name)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.into_iter().map(|vertex| outcome.vertices()[vertex]).collect()
+    };
+    let check = |split: MoverBuilder, whole: MoverBuilder, set: &str| {
+        let (split, whole) = (surfaces(split, set), surfaces(whole, set));
+        let off = split.iter().zip(whole).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+        assert!(off < 1e-9, "{set}: {off:e}");
+    };
+    let old = || profiles("nacelle", "old");
+    let body = || sliding_body(given(3.0, DVec3::new(0.0, 0.0, -0.05)));
+    let parts = [("pylon", attached(Junction::Glued)), ("nacelle", body()), ("nacelle_rear", body())];
+    let split = builder(halved(mesh("nacelle"), "nacelle", DVec3::X * 0.45), old(), &parts);
+    check(split, builder(mesh("nacelle"), old(), &parts[..2]), "small");
+
+    let body = rigid(RigidMotion::Root);
+    let parts = [("pylon", attached(Junction::Slide)), ("nacelle", body), ("wing_rear", Role::Wing)];
+    let wing = halved(mesh("nacelle"), "wing", DVec3::Y * 1.6);
+    let split = builder_of_wing(wing, (old(), &["wing", "wing_rear"]), &parts);
+    check(split, builder(mesh("nacelle"), old(), &parts[..2]), "planform");
 }
 
 /// A body that goes with the root of its assembly slides nothing, to the bit; nor does one that is

@@ -361,8 +361,17 @@ impl Families {
 
     /// The first family that places a vertex.
     pub fn holder(&self, surface: &Surface, vertex: u32) -> Option<FamilyId> {
-        let placed_by = self.placed_by[vertex as usize];
-        self.families_of(placed_by).find(|&family| surface.vertices_of(family).binary_search(&vertex).is_ok())
+        self.holders(surface, vertex).next()
+    }
+
+    /// The first family but one that places a vertex.
+    pub fn other_holder(&self, surface: &Surface, vertex: u32, but: FamilyId) -> Option<FamilyId> {
+        self.holders(surface, vertex).find(|&family| family != but)
+    }
+
+    fn holders<'a>(&'a self, surface: &'a Surface, vertex: u32) -> impl Iterator<Item = FamilyId> + 'a {
+        let of_stage = self.families_of(self.placed_by[vertex as usize]);
+        of_stage.filter(move |&family| surface.vertices_of(family).binary_search(&vertex).is_ok())
     }
 
     /// Whether a vertex must stay on the surface of a carenage.

@@ -133,7 +133,8 @@ pub struct Outcome {
     pub parted: BTreeMap<String, Deviation>,
     /// Vertices that the design moves with one family, and that a fixed or prescribed family holds.
     pub held_back: Vec<HeldBack>,
-    /// Rigid families that touch a wing, a prescribed or a fixed family and go elsewhere than the
+    /// Rigid families that touch a wing, a prescribed, a fixed or another rigid family and go
+    /// elsewhere than the
     /// shared vertices by more than [`super::STRAINED`] of an edge, by name.
     pub strained: BTreeMap<String, Strained>,
     /// Wings whose junctions miss the surfaces that they share with other families, by name. The

@@ -415,7 +415,7 @@ fn remedy(outcome: &Outcome) -> String {
     }
     if outcome.families.values().any(|family| family.max_slide.is_some_and(|slide| slide > 0.0)) {
         return "junction = \"glued\" in the tables of the parts whose junctions slide asks less of the surface beside them; or a \
-                smaller change of the chord"
+                smaller change of the chord, or of the place of a body"
             .to_owned();
     }
     if outcome.inverted == 0 && !outcome.missed.is_empty() {

@@ -242,7 +242,7 @@ impl Mover {
             if distance <= STRAINED * edge {
                 return None;
             }
-            let by = self.families.holder(&self.surface, vertex)?;
+            let by = self.families.other_holder(&self.surface, vertex, body.family)?;
             let name = |family: FamilyId| self.mesh.families[family.index()].clone();
             let at = self.ordered.vertices[vertex as usize];
             Some((name(body.family), Strained { by: name(by), at, distance, edge }))

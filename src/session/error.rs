@@ -316,7 +316,8 @@ impl SessionError {
                 "every family of the mesh needs a table [family.NAME] with a role"
             }
             Self::Load(error) if matches!(error.of_mover(), Some(MoveError::Stage(StageError::Junction { .. }))) => {
-                "junction = \"glued\" in the part's table keeps the curve where the wing has it"
+                "junction = \"glued\" keeps the curve where the surface under it has it: in the table of the rigid family, if \
+                 the curve slides on one, else in the part's table"
             }
             Self::Load(error) if matches!(error.of_mover(), Some(MoveError::Stage(_))) => {
                 "max_steps = 1 under [volume] makes do with one jump, come what may"

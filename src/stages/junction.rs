@@ -256,8 +256,8 @@ impl Host {
             strips.iter().any(|(curve, width)| curve.vertices.iter().any(|&on| at(on).distance(at(vertex)) < *width))
         };
         let may_move = |vertex: u32| {
-            let one_family = around.get(&vertex).is_some_and(|of| of.len() == 1);
-            one_family
+            let is_inside = around.get(&vertex).is_some_and(|of| of.iter().all(|family| own.contains(family)));
+            is_inside
                 && families.placed_by[vertex as usize] == on.placed_by()
                 && families.shapes_at(vertex).next().is_none()
                 && !families.partners.is_tied(vertex)

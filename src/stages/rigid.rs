@@ -3,12 +3,10 @@
 //! Each family with the role rigid goes with the best rigid motion of its assembly's root, with the
 //! root's mean displacement, or with the motion that its user gives
 //! ([`RigidMotion`](crate::families::RigidMotion)). Its vertices keep their distances to rounding.
-//! Vertices of the root belong to the wing, whatever the motion: a body without a pylon gives way
-//! there, which [`Body::strain`] measures.
+//! Vertices of the root belong to the wing, whatever the motion, and common vertices of two bodies
+//! to one of them: a body without a pylon gives way there, which [`Body::strain`] measures.
 //!
 //! The paper has no such stage.
-
-use std::collections::BTreeMap;
 
 use glam::DVec3;
 
@@ -43,12 +41,12 @@ pub struct Body {
     pub vertices: Vec<u32>,
     /// The motion.
     pub motion: FittedMotion,
-    /// The root vertex of the body that is farthest from where the motion has it, by its
-    /// shortest edge. `None` if the body has no vertex of the root.
+    /// The vertex of the body that is farthest from where the motion has it, by its shortest
+    /// edge. `None` if all are there.
     pub strain: Option<Strain>,
 }
 
-/// A vertex of a rigid family that an earlier stage places elsewhere.
+/// A vertex of a rigid family that an earlier stage, or another body, places elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strain {
     /// The vertex, in the mover's order.
@@ -90,6 +88,7 @@ impl Stage for Rigids {
             self.carried.push(Carried { motion, residual: residual.fold(0.0, f64::max) });
             // The root's displacement is that of earlier stages, so no family changes the motion of
             // another.
+            let first = self.bodies.len();
             for &family in &assembly.families {
                 let Role::Rigid { motion, .. } = &families.roles[family.index()] else { continue };
                 let motion = assembly.rigid_motion(mesh, displacement, motion);
@@ -97,17 +96,20 @@ impl Stage for Rigids {
                 for vertex in placed(families, surface, assembly, family) {
                     displacement[vertex as usize] = motion.displacement(mesh.vertices[vertex as usize]);
                 }
-                let root = own.iter().filter(|&&vertex| families.placed_by[vertex as usize] < PlacedBy::Rigid);
-                let root: Vec<u32> = root.copied().collect();
-                let edges =
-                    if root.is_empty() { BTreeMap::new() } else { surface.shortest_edges(&mesh.vertices, family) };
-                let strain = |vertex: u32| {
-                    let edge = edges[&vertex];
-                    Strain { vertex, distance: off(&motion, displacement, vertex), edge }
-                };
+                self.bodies.push(Body { family, vertices: own, motion, strain: None });
+            }
+            // Of two bodies that touch the last one places the common vertices.
+            for Body { family, vertices, motion, strain } in &mut self.bodies[first..] {
+                let off = |vertex: u32| off(motion, displacement, vertex);
+                let elsewhere = vertices.iter().copied().filter(|&vertex| off(vertex) > 0.0);
+                let elsewhere: Vec<u32> = elsewhere.collect();
+                if elsewhere.is_empty() {
+                    continue;
+                }
+                let edges = surface.shortest_edges(&mesh.vertices, *family);
+                let of_vertex = |vertex: u32| Strain { vertex, distance: off(vertex), edge: edges[&vertex] };
                 let ratio = |strain: &Strain| strain.distance / strain.edge;
-                let strain = root.into_iter().map(strain).max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
-                self.bodies.push(Body { family, vertices: own, motion, strain });
+                *strain = elsewhere.into_iter().map(of_vertex).max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
             }
         }
         Ok(Convergence::nothing_to_do())
