@@ -7,14 +7,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 #[cfg(feature = "gpu")]
-use common::adapter::gpu;
+use common::adapter::single;
 use common::aircraft::{Anyway, cpu, file};
 use common::block::{block, builder};
 use common::brick::noise_vector;
 use glam::{DQuat, DVec3};
 use idmesh::backend::Backend;
-#[cfg(feature = "gpu")]
-use idmesh::backend::gpu::Bounds;
 use idmesh::families::Role;
 use idmesh::formats;
 use idmesh::mover::{Derivative, Design, Mover, MoverBuilder, Outcome, Start};
@@ -403,9 +401,7 @@ fn a_product_has_no_unit() {
 #[cfg(feature = "gpu")]
 #[test]
 fn a_gpu_has_the_same_products() {
-    let single =
-        Bounds { arithmetic: Some(idmesh::backend::Precision::F32), least_vertices: Some(0), ..Bounds::default() };
-    let Some(backend) = gpu(single) else { return };
+    let Some(backend) = single() else { return };
     let backend: Arc<dyn Backend> = Arc::new(backend);
     for (name, method, case) in
         [("on planes", Method::Chebyshev, on_planes as fn() -> Case), ("hybrid", Method::Multigrid, hybrid)]

@@ -8,12 +8,11 @@ mod common;
 
 use std::sync::Arc;
 
-use common::adapter::gpu;
+use common::adapter::single;
 use common::aircraft::*;
 use common::faults::faults;
 use common::{Mismatch, compare, parts};
 use glam::DVec3;
-use idmesh::backend::gpu::{Bounds, GpuBackend};
 use idmesh::backend::{Backend, CpuBackend, Precision};
 use idmesh::families::{Junction, RigidMotion, Role, TipStart};
 use idmesh::mover::{Mover, Outcome};
@@ -23,11 +22,6 @@ use idmesh::relaxation::{Method, Stopping};
 /// vertex is within 1e-4 of its shortest edge, and the shortest edges are a few hundredths of the
 /// largest displacement.
 const TOLERANCE: f64 = 1e-5;
-
-/// The adapter under test in f32, for networks of every size.
-fn single() -> Option<GpuBackend> {
-    gpu(Bounds { arithmetic: Some(Precision::F32), least_vertices: Some(0), ..Bounds::default() })
-}
 
 fn on_gpu(aircraft: Aircraft) -> Option<Mover> {
     let backend = Arc::new(single()?);

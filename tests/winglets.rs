@@ -486,9 +486,8 @@ fn the_first_table_of_a_case_has_the_shared_curve() {
 #[cfg(feature = "gpu")]
 #[test]
 fn gpu_moves_wing_and_winglet_as_the_cpu_does() {
-    use idmesh::backend::gpu::Bounds;
     use idmesh::relaxation::Method;
-    let Some(gpu) = common::adapter::gpu(Bounds::default()) else { return };
+    let Some(gpu) = common::adapter::single() else { return };
     let gpu: Arc<dyn Backend> = Arc::new(gpu);
     let new = profiles("fence", "planform");
     for design in [Design::of_wing("outer", new.clone()), two(&new)] {

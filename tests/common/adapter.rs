@@ -1,6 +1,12 @@
 //! The adapter GPU tests run on.
 
+use idmesh::backend::Precision;
 use idmesh::backend::gpu::{Bounds, Choice, GpuBackend};
+
+/// The adapter under test in f32, for networks of every size.
+pub fn single() -> Option<GpuBackend> {
+    gpu(Bounds { arithmetic: Some(Precision::F32), least_vertices: Some(0), ..Bounds::default() })
+}
 
 /// The adapter under test; none where the user said so.
 pub fn gpu(bounds: Bounds) -> Option<GpuBackend> {
