@@ -375,5 +375,10 @@ fn a_body_that_is_torn_from_another_is_told_of() {
     let other = if family == "nacelle" { "nacelle_rear" } else { "nacelle" };
     assert!(strained.by == other && (strained.distance - 0.02).abs() < 1e-12, "{family}: {strained:?}");
     let expected = format!("the rigid family `{family}` is torn from `{other}`");
-    assert!(torn.check().unwrap_err().message.contains(&expected));
+    let refused = torn.check().unwrap_err();
+    assert!(refused.message.contains(&expected), "{refused}");
+    assert!(
+        refused.hint.as_ref().unwrap().starts_with(&format!("give `{family}` the motion of `{other}`")),
+        "{refused:?}"
+    );
 }

@@ -250,3 +250,26 @@ fn vertices_that_are_nowhere_pierce_nothing() {
     moved[through] = DVec3::NAN;
     assert!(crossings.newly_self_intersecting(&mesh.vertices, &moved).is_empty());
 }
+
+/// The top behind y = 2 is raised to a slope of 70 degrees. So the edges along y = 2 turn by 70
+/// degrees, and those at the end of the block too; no other edge turns.
+#[test]
+fn edges_that_turn_are_found_with_their_angle() {
+    let (mesh, surface) = block();
+    let angles = faults::EdgeAngles::new(&mesh.vertices, &surface.triangles, &surface.opposite);
+    let slope = 70.0_f64.to_radians().tan();
+    let raised = |at: &DVec3| if at.z == 3.0 { *at + DVec3::Z * slope * (at.y - 2.0).max(0.0) } else { *at };
+    for turn in rotations() {
+        let moved: Vec<DVec3> = mesh.vertices.iter().map(|at| turn * raised(at)).collect();
+        let changed = |degrees| angles.changed(degrees, &moved, &surface.triangles, &surface.opposite);
+        let edges = changed(69.9);
+        assert_eq!(edges.len(), 10, "{edges:?}");
+        for (half_edge, degrees) in edges {
+            let ends = [half_edge, surface.opposite[half_edge as usize]].map(|end| surface.origin(end));
+            let ends = ends.map(|vertex| mesh.vertices[vertex as usize]);
+            assert!(ends.iter().all(|at| at.z == 3.0 && (at.y == 2.0 || at.y == 5.0)) && ends[0].y == ends[1].y);
+            assert!((degrees - 70.0).abs() < 1e-9, "{degrees}");
+        }
+        assert!(changed(70.1).is_empty());
+    }
+}

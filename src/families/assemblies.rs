@@ -340,6 +340,32 @@ fn given(motion: &RigidMotion) -> FittedMotion {
     }
 }
 
+/// Two given motions are one if they move no corner of the mesh's box apart by more than this
+/// fraction of the box's size.
+const SAME: f64 = 1e-12;
+
+/// Writes motions that are the same alike: a point of the axis may be any, and a motion that moves
+/// nothing may be given or not. So families that move as one body are known by equal motions.
+pub(super) fn write_alike(mesh: &TetMesh, roles: &mut [Role]) {
+    let low = mesh.vertices.iter().copied().reduce(DVec3::min).unwrap_or_default();
+    let high = mesh.vertices.iter().copied().reduce(DVec3::max).unwrap_or_default();
+    // Affine motions that agree at these four points agree everywhere.
+    let corners = [low, low.with_x(high.x), low.with_y(high.y), low.with_z(high.z)];
+    let moved = |motion: &RigidMotion| corners.map(|corner| given(motion).displacement(corner));
+    let mut known: Vec<(RigidMotion, [DVec3; 4])> = Vec::new();
+    for role in roles {
+        let Role::Rigid { motion: motion @ (RigidMotion::None | RigidMotion::Given { .. }), .. } = role else {
+            continue;
+        };
+        let own = moved(motion);
+        let apart = |other: &[DVec3; 4]| own.iter().zip(other).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        match known.iter().find(|(_, other)| apart(other) <= SAME * low.distance(high)) {
+            Some(&(same, _)) => *motion = same,
+            None => known.push((*motion, own)),
+        }
+    }
+}
+
 /// Mirrors at right angles, three at most, whose common points are those of the planes.
 ///
 /// Planes that meet at less than a tenth of a degree count as one plane, as they do for the

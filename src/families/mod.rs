@@ -295,7 +295,8 @@ impl Families {
     /// # Errors
     /// A plane family is not flat, a hole cannot be closed, planes that shall be partners do not
     /// match, or the motion of an assembly is not known.
-    pub fn new(mesh: &TetMesh, surface: &Surface, roles: Vec<Role>) -> Result<Self, SetupError> {
+    pub fn new(mesh: &TetMesh, surface: &Surface, mut roles: Vec<Role>) -> Result<Self, SetupError> {
+        assemblies::write_alike(mesh, &mut roles);
         let mut placed_by = vec![PlacedBy::Volume; mesh.vertices.len()];
         let mut touching = Vec::new();
         let mut shapes = Vec::with_capacity(roles.len());

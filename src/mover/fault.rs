@@ -37,6 +37,8 @@ pub enum FaultKind {
     HeldBack,
     /// A rigid family is torn from a family that it hangs from. Counts rigid families.
     Strained,
+    /// The surface of a rigid family is creased beside a junction that slides. Counts edges.
+    Creased,
     /// The junction of a wing misses the surface that it shares with the wing. Counts vertices.
     MissedSurface,
     /// A wing misses its new profiles. Counts wings.
@@ -58,6 +60,7 @@ impl FaultKind {
             Self::Parted => "parted",
             Self::HeldBack => "held-back",
             Self::Strained => "strained",
+            Self::Creased => "creased",
             Self::MissedSurface => "missed-surface",
             Self::MissedProfiles => "missed-profiles",
             Self::BeyondLimit => "beyond-limit",

@@ -12,6 +12,7 @@
 //! order of the mesh that was given.
 
 mod builder;
+mod creases;
 mod design;
 mod differentiable;
 mod error;
@@ -51,6 +52,7 @@ pub use crate::{
 };
 pub use builder::MoverBuilder;
 use builder::Progress;
+pub use creases::{CREASED, Crease};
 pub use design::Design;
 pub use differentiable::Derivative;
 use differentiable::Differentiable;
@@ -433,6 +435,10 @@ impl Mover {
             .wings
             .missed(&design.profiles, &vertices)
             .map_err(|(family, error)| MoveError::Profiles { family, error })?;
+        let creases = self.creases(&vertices);
+        let mut warnings = self.warnings(&vertices, &held_back, design, &missed, (&folded, creases.others), smoothed);
+        let longest = families.iter().filter_map(|(family, report)| Some((family, report.edge_ratios?[1])));
+        warnings.extend(warnings::stretched(longest));
         let (profiles, sections) = self.profile_reports(&vertices, design, &missed, &self.stages.wings.flat_cuts());
         Ok(Outcome {
             differentiable: Differentiable::new(
@@ -445,7 +451,8 @@ impl Mover {
             parted: self.parted(&vertices),
             strained: self.strained(),
             missed_surfaces: self.missed_surfaces(),
-            warnings: self.warnings(&vertices, &held_back, design, &missed, &folded, smoothed),
+            warnings,
+            creased: creases.bodies,
             held_back,
             families,
             profiles,

@@ -13,7 +13,7 @@ use std::{
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{HeldBack, Warning, differentiable::Differentiable, meter::Meter};
+use super::{Crease, HeldBack, Warning, differentiable::Differentiable, meter::Meter};
 use crate::{
     backend::DeviceWork,
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
@@ -134,9 +134,11 @@ pub struct Outcome {
     /// Vertices that the design moves with one family, and that a fixed or prescribed family holds.
     pub held_back: Vec<HeldBack>,
     /// Rigid families that touch a wing, a prescribed, a fixed or another rigid family and go
-    /// elsewhere than the
-    /// shared vertices by more than [`super::STRAINED`] of an edge, by name.
+    /// elsewhere than the shared vertices by more than [`super::STRAINED`] of an edge, by name.
     pub strained: BTreeMap<String, Strained>,
+    /// Rigid families on which junctions slide, and whose surface is creased beside a junction, by
+    /// name.
+    pub creased: BTreeMap<String, Crease>,
     /// Wings whose junctions miss the surfaces that they share with other families, by name. The
     /// vertices are numbered in the mesh's order.
     pub missed_surfaces: BTreeMap<String, MissedSurface>,
@@ -206,6 +208,7 @@ impl Outcome {
             && self.missed.is_empty()
             && self.parted.is_empty()
             && self.strained.is_empty()
+            && self.creased.is_empty()
             && self.missed_surfaces.is_empty()
             && self.held_back.iter().all(|held| held.beyond.is_none());
         self.found = Found { is_valid, converged: self.converged };
@@ -236,6 +239,7 @@ impl Outcome {
     /// - The junctions of wings reach their surfaces along the span, within
     ///   [`super::MISSED_SURFACE`] of the chord.
     /// - No rigid family is strained by more than [`super::STRAINED`] of an edge.
+    /// - No edge of a rigid family is creased by more than [`super::CREASED`] degrees.
     /// - No measure of a solver is beyond its limit in [`super::Settings::limits`].
     ///
     /// A valid mesh may come from relaxations that did not converge; see [`Outcome::converged`].
@@ -337,7 +341,7 @@ pub struct FamilyReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
     /// Of an attached family: largest distance of its vertices from its original surface, carried
-    /// by the root's best rigid motion.
+    /// by the root's best rigid motion and continued beyond junctions that slide.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_distance_to_carried_surface: Option<f64>,
     /// Of an attached family whose junction slides on a wing, or of a rigid one on which junctions
@@ -345,6 +349,10 @@ pub struct FamilyReport {
     /// glued.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_slide: Option<f64>,
+    /// Of an attached family, or of a rigid one on which junctions slide: the smallest and the
+    /// largest ratio of an edge's length to its length before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edge_ratios: Option<[f64; 2]>,
     /// Of a rigid family: the angle of its turn, in degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turn_degrees: Option<f64>,

@@ -11,8 +11,8 @@ use thiserror::Error;
 use super::fault::{Fault, FaultKind, Place};
 use super::simplex_view::SimplexView;
 use super::{
-    Beyond, Deviation, Exceeded, MISSED, MISSED_SURFACE, Moved, Outcome, STRAINED, StageName, Strained, Warning,
-    warnings::counts,
+    Beyond, CREASED, Crease, Deviation, Exceeded, MISSED, MISSED_SURFACE, Moved, Outcome, STRAINED, StageName,
+    Strained, Warning, warnings::counts,
 };
 use crate::geometry::triangle_normal;
 use crate::mesh::{self, CellName, HybridMesh, KindQuality, TetMesh, WorstCorner};
@@ -197,6 +197,14 @@ impl Outcome {
                 Shortest(short(*edge))
             );
             add(FaultKind::Strained, 1, Some(Place::new(*at, Some(family))), message);
+        }
+        for (family, Crease { edges, degrees, at }) in &self.creased {
+            let message = format!(
+                "the rigid family `{family}` is creased beside the junction that slides on it: {edges} edges turn by up to \
+                 {degrees:.0} degrees, the worst at {}, allowed are {CREASED}",
+                short_place(*at)
+            );
+            add(FaultKind::Creased, *edges, Some(Place::new(*at, Some(family))), message);
         }
         for (wing, missed) in &self.missed_surfaces {
             let at = moved[missed.vertex as usize];
@@ -396,16 +404,26 @@ fn remedy(outcome: &Outcome) -> String {
         return format!("the relaxation did not converge either: {} in [solver] first", more_sweeps(outcome));
     }
     if !outcome.self_intersecting.is_empty() {
-        return "no volume fits a surface that passes through itself: correct its profiles or displacements first"
+        return format!("no volume fits a surface that passes through itself: {} first", correct(outcome));
+    }
+    if !outcome.creased.is_empty() {
+        return "a smaller motion of the body against its wing; junction = \"glued\" in its table leaves its surface as it is"
             .to_owned();
+    }
+    if let Some((family, Strained { by, .. })) = outcome.strained.first_key_value() {
+        return format!(
+            "give `{family}` the motion of `{by}`, or put a family with the role attached between the two; one that slides \
+             leaves both as they are"
+        );
     }
     if !outcome.parted.is_empty() {
         return "partners that a design prescribes must move alike: correct their displacements first".to_owned();
     }
     if !outcome.folded.is_empty() {
         return format!(
-            "the moved surface itself is folded ({}), and no volume fits it: correct its profiles or displacements first",
-            counts(&outcome.folded)
+            "the moved surface itself is folded ({}), and no volume fits it: {} first",
+            counts(&outcome.folded),
+            correct(outcome)
         );
     }
     if outcome.off_surface.values().any(|by| by.prescribed.is_some()) {
@@ -435,6 +453,14 @@ fn remedy(outcome: &Outcome) -> String {
             .to_owned();
     }
     "a smaller change of the surface, or the same in another place, keeps more tets valid".to_owned()
+}
+
+/// What a user may correct of a surface.
+fn correct(outcome: &Outcome) -> &'static str {
+    match outcome.families.values().any(|family| family.turn_degrees.is_some()) {
+        true => "correct its profiles, its displacements or the motions of its bodies",
+        false => "correct its profiles or displacements",
+    }
 }
 
 /// What may help a relaxation that did not converge.

@@ -195,14 +195,18 @@ impl Mover {
         let role = |family: FamilyId| Some(families.roles[family.index()].name());
         let larger = |a: Option<f64>, b: f64| Some(a.map_or(b, |a| a.max(b)));
         let mut reports: BTreeMap<FamilyId, FamilyReport> = BTreeMap::new();
-        for (assembly, carried) in families.assemblies.iter().zip(self.stages.rigids.carried()) {
+        for (index, (assembly, carried)) in families.assemblies.iter().zip(self.stages.rigids.carried()).enumerate() {
             let is_attached = |family: &FamilyId| matches!(families.roles[family.index()], Role::Attached { .. });
+            let back = |vertex: u32| carried.motion.back(vertices[vertex as usize]);
+            let continued = self.stages.attached.continuation(index, &self.ordered, back);
             for family in assembly.families.iter().copied().filter(is_attached) {
-                let still = TargetSurface::new(original, self.surface.corners_of(family).collect());
+                let corners = |t: [u32; 3]| t.map(|vertex| original[vertex as usize]);
+                let corners = self.surface.corners_of(family).map(corners).chain(continued.iter().copied());
+                let points: Vec<DVec3> = corners.flatten().collect();
+                let triangles = (0..points.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+                let still = TargetSurface::new(&points, triangles);
                 let own: Vec<u32> = assembly.vertices_of(&self.surface, family).collect();
-                let distance = own.par_iter().map(|&vertex| {
-                    still.closest(carried.motion.back(vertices[vertex as usize])).distance_squared.sqrt()
-                });
+                let distance = own.par_iter().map(|&vertex| still.closest(back(vertex)).distance_squared.sqrt());
                 let distance = distance.reduce(|| 0.0, f64::max);
                 let report = reports.entry(family).or_default();
                 report.role = role(family);
@@ -223,7 +227,19 @@ impl Mover {
             report.max_slide = self.stages.attached.slides().get(&body.family).copied();
             (report.turn_degrees, report.shift) = (Some(turn), Some(shift.to_array()));
         }
+        for (&family, report) in &mut reports {
+            let gives_way = report.residual.is_some() || report.max_slide.is_some();
+            report.edge_ratios = gives_way.then(|| self.edge_ratios(family, vertices));
+        }
         reports.into_iter().map(|(family, report)| (self.mesh.families[family.index()].clone(), report)).collect()
+    }
+
+    /// The smallest and the largest ratio of an edge's length to its length before, in a family.
+    fn edge_ratios(&self, family: FamilyId, vertices: &[DVec3]) -> [f64; 2] {
+        let length = |positions: &[DVec3], [a, b]: [u32; 2]| positions[a as usize].distance(positions[b as usize]);
+        let edges = self.surface.edges_of(self.surface.triangles_of(family));
+        let ratios = edges.into_iter().map(|edge| length(vertices, edge) / length(&self.ordered.vertices, edge));
+        ratios.fold([f64::INFINITY, 0.0], |[low, high], ratio| [low.min(ratio), high.max(ratio)])
     }
 
     /// Wings whose junctions miss their surfaces, with vertices in the order of the mesh that was

@@ -9,7 +9,7 @@ use std::{
 
 use glam::DVec3;
 
-use super::{Design, HeldBack, Mover};
+use super::{CREASED, Crease, Design, HeldBack, Mover};
 use crate::families::{Misplaced, Role};
 use crate::profile::cut::Gap;
 use crate::profile::{Missed, Remark};
@@ -23,6 +23,9 @@ const PARTED: f64 = 1e-6;
 
 /// A warning tells of layers that local optimisation changed by more than this share.
 const LAYERS: f64 = 0.04;
+/// A warning tells of edges that become longer than so many times their length. Beside the acute
+/// corner of a pylon on its nacelle, motions of a tenth of the chord stretch edges five times.
+const STRETCHED: f64 = 6.0;
 /// A warning tells of a curve that two wings move differently by more than this share of the chord.
 const DIFFERENT: f64 = 5e-3;
 
@@ -34,6 +37,18 @@ pub enum Warning {
     Folded {
         /// The number of these triangles, by family name; see [`crate::quality::faults::folded`].
         families: BTreeMap<String, usize>,
+    },
+    /// Edges of the surface turn by more than [`super::CREASED`] degrees in families that are not
+    /// folded.
+    Creased {
+        /// The edges, by family name. Edges between two families count in the one that is placed
+        /// later.
+        families: BTreeMap<String, Crease>,
+    },
+    /// Edges of attached families, or of bodies on which junctions slide, become much longer.
+    Stretched {
+        /// The largest ratio of an edge's length to its length before, by family name.
+        families: BTreeMap<String, f64>,
     },
     /// Two plane families matched vertex for vertex and no longer match. No role makes them
     /// partners.
@@ -105,6 +120,23 @@ impl fmt::Display for Warning {
         match self {
             Self::Folded { families } => {
                 write!(f, "surface triangles turned over against those around them: {}", counts(families))
+            }
+            Self::Creased { families } => {
+                let of_family = |(family, Crease { edges, degrees, at }): (&String, &Crease)| {
+                    format!("{edges} of `{family}`, by up to {degrees:.0} degrees at {}", place(*at))
+                };
+                let families: Vec<String> = families.iter().map(of_family).collect();
+                write!(
+                    f,
+                    "edges of the surface turn by more than {CREASED} degrees: {}; the surface has a crease there that it had \
+                     not, or has lost one",
+                    families.join("; ")
+                )
+            }
+            Self::Stretched { families } => {
+                let of_family = |(family, ratio): (&String, &f64)| format!("`{family}` {ratio:.1} times");
+                let families: Vec<String> = families.iter().map(of_family).collect();
+                write!(f, "edges are stretched, so that triangles are coarse there: {}", families.join(", "))
             }
             Self::Parted { families: [one, other], distance, at } => write!(
                 f,
@@ -198,6 +230,15 @@ fn odd<'a>(remarks: impl Iterator<Item = (&'a str, &'a Remark)>) -> Vec<Warning>
     warnings
 }
 
+/// The warning of edges that become much longer, if some do.
+///
+/// - `longest`: the largest ratio of an edge's length to its length before, by family
+pub(super) fn stretched<'a>(longest: impl Iterator<Item = (&'a String, f64)>) -> Option<Warning> {
+    let too_long = longest.filter(|&(_, ratio)| ratio > STRETCHED);
+    let families: BTreeMap<String, f64> = too_long.map(|(family, ratio)| (family.clone(), ratio)).collect();
+    (!families.is_empty()).then_some(Warning::Stretched { families })
+}
+
 /// A list of counts by family, such as `wing 3, wingtip 1`.
 pub(super) fn counts(of: &BTreeMap<String, usize>) -> String {
     of.iter().map(|(family, count)| format!("{family} {count}")).collect::<Vec<_>>().join(", ")
@@ -209,7 +250,8 @@ impl Mover {
     /// - `vertices` `[n_vertices]`: moved positions in the mover's order, in the mesh's unit
     /// - `missed`: the worst vertex of each profile, by wing; profiles with planes that cross no
     ///   edge are left out
-    /// - `folded`: the number of folded triangles of each family that has some
+    /// - `folded`, `creased`: the number of folded triangles and the creased edges of each family
+    ///   that has some
     /// - `smoothed`: what local optimisation did
     pub(super) fn warnings(
         &self,
@@ -217,9 +259,11 @@ impl Mover {
         held_back: &[HeldBack],
         design: &Design,
         missed: &BTreeMap<String, Vec<Missed>>,
-        folded: &BTreeMap<String, usize>,
+        (folded, mut creased): (&BTreeMap<String, usize>, BTreeMap<String, Crease>),
         smoothed: Option<Smoothed>,
     ) -> Vec<Warning> {
+        creased.retain(|family, _| !folded.contains_key(family));
+        let creases = (!creased.is_empty()).then_some(Warning::Creased { families: creased });
         let folds = (!folded.is_empty()).then(|| Warning::Folded { families: folded.clone() });
         let name = |family: &crate::mesh::FamilyId| self.mesh.families[family.index()].clone();
         let original = &self.ordered.vertices;
@@ -257,6 +301,7 @@ impl Mover {
             different.map(|(wing, curve)| Warning::SharedCurve { wing: wing.to_owned(), curve: curve.clone() });
         folds
             .into_iter()
+            .chain(creases)
             .chain(layers)
             .chain(bridged)
             .chain(odd(self.stages.wings.remarks()))

@@ -181,6 +181,24 @@ impl EdgeAngles {
         }
         turned_over(original, triangles, opposite, &turned)
     }
+
+    /// The edges whose angle changes by more than so many degrees, ascending, each by its lower
+    /// half-edge and with the change in degrees.
+    ///
+    /// - `moved` `[n_vertices]`: positions, in the mesh's unit
+    /// - `triangles`, `opposite`: of the surface that these angles were measured on
+    pub fn changed(&self, degrees: f64, moved: &[DVec3], triangles: &[[u32; 3]], opposite: &[u32]) -> Vec<(u32, f64)> {
+        let normals: Vec<DVec3> =
+            triangles.par_iter().with_min_len(EDGES).map(|&triangle| normal(moved, triangle)).collect();
+        let least = degrees.to_radians().cos();
+        let change = |&(half_edge, before): &(u32, DVec2)| {
+            let twin = opposite[half_edge as usize] as usize;
+            let after = edge_angle(moved, &normals, triangles, half_edge as usize, twin);
+            let is_changed = before.dot(after) < least * before.length() * after.length();
+            is_changed.then(|| (half_edge, before.angle_to(after).abs().to_degrees()))
+        };
+        self.edges.par_iter().with_min_len(EDGES).filter_map(change).collect()
+    }
 }
 
 /// The triangles turned over, ascending, given the turned half-edges `[3 * n_triangles]`; see

@@ -116,6 +116,12 @@ impl AttachedFamilies {
         self.junctions.take_on_bodies()
     }
 
+    /// Triangles that continue the attached families of an assembly beyond the curves that slide,
+    /// in the mesh's unit; see [`Junctions::continuation`].
+    pub fn continuation(&self, assembly: usize, mesh: &TetMesh, back: impl Fn(u32) -> DVec3) -> Vec<[DVec3; 3]> {
+        self.junctions.continuation(assembly, mesh, back)
+    }
+
     /// The families of each assembly that no vertex of an earlier stage moves.
     pub fn loose(&self) -> impl Iterator<Item = &[FamilyId]> {
         self.sets.iter().filter(|set| set.placed.is_empty()).map(|set| &set.families[..])

@@ -37,7 +37,7 @@ use super::surface_network::SurfaceNetwork;
 use crate::constraint::Constraint;
 use crate::families::SetupError;
 use crate::geometry::fitted_motion::FittedMotion;
-use crate::mesh::{Displacement, FamilyId};
+use crate::mesh::{Displacement, FamilyId, TetMesh};
 use crate::projection::curved::{Beside, CurvedSurface, Start};
 use crate::relaxation::Convergence;
 use crate::stage::{SetUp, StageError};
@@ -175,6 +175,27 @@ impl Junctions {
     /// unit.
     pub fn before(&self) -> &[(u32, DVec3)] {
         &self.before
+    }
+
+    /// Triangles that continue the part of an assembly by its rulings beyond the curves that slide,
+    /// before the motion, in the mesh's unit. They reach beyond each curve as far as the curve is
+    /// off the part, and half as far again.
+    ///
+    /// - `back`: the place of a moved vertex before the motion of the assembly
+    pub fn continuation(&self, assembly: usize, mesh: &TetMesh, back: impl Fn(u32) -> DVec3) -> Vec<[DVec3; 3]> {
+        let at = |vertex: u32| mesh.vertices[vertex as usize];
+        let mut triangles = Vec::new();
+        for curve in self.hosts.iter().flat_map(|host| &host.curves).filter(|curve| curve.assembly == assembly) {
+            let n = curve.vertices.len();
+            let reach =
+                1.5 * curve.vertices.iter().map(|&vertex| back(vertex).distance(at(vertex))).fold(0.0, f64::max);
+            for (k, next) in (0..n).map(|k| (k, (k + 1) % n)).filter(|_| reach > 0.0) {
+                let [near, near_next] = [k, next].map(|k| at(curve.vertices[k]));
+                let [far, far_next] = [k, next].map(|k| at(curve.vertices[k]) + reach * curve.directions[k]);
+                triangles.extend([[near_next, near, far], [near_next, far, far_next]]);
+            }
+        }
+        triangles
     }
 
     /// The vertices that may slide on rigid bodies. Empty if they were taken.
