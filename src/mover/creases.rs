@@ -1,7 +1,7 @@
 //! [`Crease`]: edges of the surface whose angle a motion changes by far.
 //!
-//! A crease in a body that keeps its shape is a fault. In a family that gives way it is a warning: a
-//! wing whose profiles ask for another edge may be right.
+//! A crease in a body that keeps its shape is a fault. In a family that gives way it is a warning:
+//! a wing whose profiles ask for another edge may be right.
 
 use std::collections::BTreeMap;
 
