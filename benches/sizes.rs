@@ -5,9 +5,12 @@
 //! order of their sizes; the last is refined N times. Without any those of the tests and the
 //! example, the last refined once. A mesh's surfaces pitch by 10 degrees, but for families
 //! `symmetry`, `..._plane` and `farfield`. The GPU may be a software adapter; it is named. Where
-//! there is none its rows are left out. `RAYON_NUM_THREADS` limits the CPU's threads.
+//! there is none its rows are left out. `RAYON_NUM_THREADS` limits the CPU's threads. The last
+//! columns tell how well the order of the vertices suits a GPU; see `RowBlocks`.
 
 mod common;
+#[path = "../tests/common/row_blocks.rs"]
+mod row_blocks;
 
 use std::{
     fs,
@@ -32,6 +35,7 @@ use idmesh::{
     mover::{Design, Mover},
     relaxation::FreeRows,
 };
+use row_blocks::RowBlocks;
 
 /// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] cells
 /// one.
@@ -71,6 +75,9 @@ fn run() -> Result<(), Failure> {
         "submissions",
         "reads",
         "commands",
+        "columns a row",
+        "most in 256 rows",
+        "padding of 32",
     ])];
     let mut costs = Vec::new();
     for (at, file) in files.iter().enumerate() {
@@ -163,6 +170,7 @@ struct Cost {
     copying: f64,
     /// What the last update asked of the device; nothing of the CPU.
     work: Option<DeviceWork>,
+    blocks: RowBlocks,
 }
 
 impl Cost {
@@ -210,15 +218,18 @@ impl Cost {
         drop(mover);
 
         let hybrid = HybridMesh { mesh, others };
-        let order = Order::breadth_first(hybrid);
+        let mut is_held = vec![false; mesh.vertices.len()];
+        let on_surface = mesh.triangles.iter().flatten().chain(others.quadrilaterals.iter().flatten());
+        on_surface.for_each(|&vertex| is_held[vertex as usize] = true);
+        let order = Order::new(hybrid, &is_held);
         let (mesh, others) = (order.of(mesh), order.of_others(others));
         let (simplices, cells) = CornerCells::new(HybridMesh { mesh: &mesh, others: &others });
-        let mut constraint = vec![Constraint::Free; mesh.vertices.len()];
-        let on_surface = mesh.triangles.iter().flatten().chain(others.quadrilaterals.iter().flatten());
-        on_surface.for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
+        let may = |is_held: bool| if is_held { Constraint::Held } else { Constraint::Free };
+        let constraint = order.to_vertices(&is_held).into_iter().map(may).collect();
         let edges = Edges::of_cells(&mesh.vertices, &simplices.tets, |edges| cells.real_edges(edges));
         let moving = FreeRows::new(&edges.network(&CpuBackend::default(), constraint)?);
         let sweep = sweep_speed(&moving, backend.as_ref())?;
+        let blocks = RowBlocks::new(&moving.network.graph);
         let (n_vertices, kind) = (mesh.vertices.len(), backend.info().kind);
         let copying = copy_bandwidth()?;
         Ok(Self {
@@ -233,6 +244,7 @@ impl Cost {
             bandwidth: sweep.bandwidth,
             copying,
             work,
+            blocks,
         })
     }
 
@@ -256,6 +268,9 @@ impl Cost {
             of_work(|work| work.submissions.to_string()),
             of_work(|work| work.reads.to_string()),
             of_work(|work| (work.dispatches + work.copies + work.clears).to_string()),
+            format!("{:.2}", self.blocks.columns_a_row),
+            self.blocks.most_columns.to_string(),
+            format!("{:.1} %", 100.0 * self.blocks.padding),
         ]
     }
 }

@@ -4,7 +4,7 @@
 mod meshes;
 
 use glam::DVec3;
-use idmesh::mesh::{FamilyId, MeshError, Order, TetMesh, edges, validate};
+use idmesh::mesh::{FamilyId, MeshError, TetMesh, edges, validate};
 use idmesh::quality;
 use meshes::{brick, two_tets};
 
@@ -388,40 +388,4 @@ fn statistics_count_what_is_not_positive() {
         assert_eq!(s.inverted, if many[at] > 0.0 { 22 } else { 21 }, "{at}");
     }
     assert!(quality::Statistics::new(&[]).mean.is_nan());
-}
-
-#[test]
-fn an_order_is_a_way_there_and_back() {
-    let mut mesh = brick(24);
-    // Another number for each vertex, one without tets among them; and the tets backwards.
-    mesh.vertices.push(DVec3::splat(2.0));
-    let n = mesh.vertices.len() as u32;
-    let renumbered = |vertex: u32| (vertex * 701 + 5) % n;
-    let mut vertices = mesh.vertices.clone();
-    (0..n).for_each(|vertex| vertices[renumbered(vertex) as usize] = mesh.vertices[vertex as usize]);
-    mesh.vertices = vertices;
-    mesh.tets.reverse();
-    mesh.tets.iter_mut().for_each(|tet| *tet = tet.map(renumbered));
-    mesh.triangles.iter_mut().for_each(|triangle| *triangle = triangle.map(renumbered));
-
-    let order = Order::breadth_first(&mesh);
-    let ordered = order.of(&mesh);
-    assert!((0..n).all(|vertex| order.vertex(order.place(vertex)) == vertex));
-    assert_eq!(order.of_vertices(&ordered.vertices), mesh.vertices);
-    assert_eq!(order.to_vertices(&mesh.vertices), ordered.vertices);
-    let at = |mesh: &TetMesh, corners: [u32; 3]| corners.map(|vertex| mesh.vertices[vertex as usize]);
-    assert!((0..mesh.triangles.len()).all(|i| at(&mesh, mesh.triangles[i]) == at(&ordered, ordered.triangles[i])));
-    let sizes =
-        |mesh: &TetMesh| quality::betas(&mesh.vertices.iter().map(|at| *at * *at).collect::<Vec<_>>(), &mesh.tets);
-    assert_eq!(order.of_tets(&sizes(&ordered)), sizes(&mesh));
-
-    let mut around = vec![0; n as usize];
-    ordered.tets.iter().flatten().for_each(|&vertex| around[vertex as usize] += 1);
-    assert!(around.chunks(1024).all(|block| block.is_sorted()), "vertices with as many tets stand together");
-
-    let gap = |mesh: &TetMesh| mesh.tets.iter().map(|tet| tet.iter().max().unwrap() - tet.iter().min().unwrap()).max();
-    // Two shells of the lattice around any vertex have less than half of the vertices of three
-    // sides each; and then vertices are sorted within a thousand.
-    assert!(gap(&ordered).unwrap() <= 2 * 3 * 25 * 25 + 1024, "{:?}", gap(&ordered));
-    assert!(gap(&mesh).unwrap() > 15_000, "{:?}", gap(&mesh));
 }

@@ -26,9 +26,11 @@ const REPEATS: usize = 5;
 /// A piece of work is repeated until this many seconds are over, for each repetition.
 const LEAST_SECONDS: f64 = 0.1;
 
-/// The mesh in the order in which a mover has it.
+/// The mesh in the order in which a mover has it that holds the surfaces.
 pub fn in_order(mesh: &TetMesh) -> TetMesh {
-    Order::breadth_first(mesh).of(mesh)
+    let mut is_held = vec![false; mesh.vertices.len()];
+    mesh.triangles.iter().flatten().for_each(|&vertex| is_held[vertex as usize] = true);
+    Order::new(mesh, &is_held).of(mesh)
 }
 
 /// The edges of a mesh's cells.

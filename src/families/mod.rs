@@ -24,7 +24,7 @@ pub use roles::{Junction, PlacedBy, ROLES, RigidMotion, Role, RoleOptions, RoleR
 use crate::{
     backend::BackendError,
     constraint::Constraint,
-    mesh::{FamilyId, TetMesh, csr::Csr, half_edge::Surface},
+    mesh::{FamilyId, HybridMesh, TetMesh, csr::Csr, half_edge::Surface},
     profile::ProfileError,
     projection::continuation::ContinuationError,
     text::nearest::{did_you_mean, quoted},
@@ -285,6 +285,21 @@ pub struct Families {
     pub misplaced: Vec<(FamilyId, Misplaced)>,
     /// Families that hang together from wings.
     pub assemblies: Vec<Assembly>,
+}
+
+/// Whether a vertex is on a face that the volume does not move `[n_vertices]`: a face of any family
+/// but planes, in which vertices slide, and families inside the volume.
+///
+/// - `roles` `[n_families]`
+pub fn held_by_roles(mesh: HybridMesh, roles: &[Role]) -> Vec<bool> {
+    let mut is_held = vec![false; mesh.vertices().len()];
+    for face in 0..mesh.n_faces() as u32 {
+        let role = mesh.family_of(face).and_then(|family| roles.get(family.index()));
+        if !matches!(role, Some(Role::Plane { .. } | Role::Interior)) {
+            mesh.face_vertices(face).iter().for_each(|&vertex| is_held[vertex as usize] = true);
+        }
+    }
+    is_held
 }
 
 impl Families {

@@ -17,6 +17,7 @@ mod error;
 pub mod half_edge;
 #[doc(hidden)]
 pub mod half_face;
+mod hilbert;
 mod hybrid;
 mod order;
 mod other_cells;
@@ -153,6 +154,20 @@ const PIECE: usize = 2048;
 pub(crate) fn in_pieces<T: Send>(n_items: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let pieces = 0..n_items.div_ceil(PIECE);
     pieces.into_par_iter().map(|piece| work(piece * PIECE..n_items.min((piece + 1) * PIECE))).collect()
+}
+
+/// The items of all pieces, one piece after another, copied in parallel.
+pub(crate) fn joined<T: Copy + Default + Send + Sync>(pieces: &[Vec<T>]) -> Vec<T> {
+    let mut all = vec![T::default(); pieces.iter().map(Vec::len).sum()];
+    let mut rest = &mut all[..];
+    let mut places = Vec::with_capacity(pieces.len());
+    for piece in pieces {
+        let (place, others) = rest.split_at_mut(piece.len());
+        places.push(place);
+        rest = others;
+    }
+    places.into_par_iter().zip(pieces).for_each(|(place, piece)| place.copy_from_slice(piece));
+    all
 }
 
 /// Displacement of every vertex of the mesh `[n_vertices]`, in the unit of length of the mesh.

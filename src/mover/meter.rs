@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-use crate::mesh::{HybridMesh, Order, OtherCells, TetMesh};
+use crate::mesh::{HybridMesh, OtherCells, TetMesh};
 use crate::solver_measures::{Connections, Limits, SolverMeasures};
 
 /// Measures a mesh before and after motions. What they share is made once, when first asked for.
@@ -12,7 +12,6 @@ use crate::solver_measures::{Connections, Limits, SolverMeasures};
 pub(super) struct Meter {
     mesh: Arc<TetMesh>,
     others: Arc<OtherCells>,
-    order: Arc<Order>,
     /// Values beyond these limits are counted.
     pub(super) limits: Limits,
     connections: OnceLock<Connections>,
@@ -20,9 +19,9 @@ pub(super) struct Meter {
 }
 
 impl Meter {
-    /// A meter of a mesh that has passed [`crate::mesh::validate`], and of its breadth-first order.
-    pub(super) fn new(mesh: Arc<TetMesh>, others: Arc<OtherCells>, order: Arc<Order>, limits: Limits) -> Self {
-        Self { mesh, others, order, limits, connections: OnceLock::new(), original: OnceLock::new() }
+    /// A meter of a mesh that has passed [`crate::mesh::validate`].
+    pub(super) fn new(mesh: Arc<TetMesh>, others: Arc<OtherCells>, limits: Limits) -> Self {
+        Self { mesh, others, limits, connections: OnceLock::new(), original: OnceLock::new() }
     }
 
     /// The measures of the original mesh.
@@ -35,7 +34,7 @@ impl Meter {
     /// - `vertices` `[n_vertices]`: in the mesh's unit and order
     pub(super) fn of(&self, vertices: &[DVec3]) -> SolverMeasures {
         let mesh = HybridMesh { mesh: &self.mesh, others: &self.others };
-        let connect = || Connections::in_order(mesh, self.order.clone()).expect("a valid mesh has connections");
+        let connect = || Connections::new(mesh).expect("a valid mesh has connections");
         SolverMeasures::of(self.connections.get_or_init(connect), vertices, &self.limits)
     }
 }

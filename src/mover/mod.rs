@@ -74,7 +74,7 @@ pub use warnings::Warning;
 
 use crate::{
     backend::Backend,
-    families::{Families, PlacedBy, Role, SetupError},
+    families::{Families, PlacedBy, Role, SetupError, held_by_roles},
     memory::check_memory,
     mesh::Displacement,
     mesh::{
@@ -155,7 +155,7 @@ impl Mover {
         }
         let given = HybridMesh { mesh: &mesh, others: &others };
         mesh::check(given)?;
-        let order = Arc::new(Order::breadth_first(given));
+        let order = Arc::new(Order::new(given, &held_by_roles(given, &roles)));
         let (of_tets, of_others) = (order.of(&mesh), order.of_others(&others));
         let hybrid = HybridMesh { mesh: &of_tets, others: &of_others };
         // A mesh of tets is not copied.
@@ -202,7 +202,7 @@ impl Mover {
         Ok(Self {
             family_vertices: (0..mesh.families.len() as u16).map(family_vertices).collect(),
             original_kinds,
-            meter: Arc::new(Meter::new(mesh.clone(), others.clone(), order.clone(), limits)),
+            meter: Arc::new(Meter::new(mesh.clone(), others.clone(), limits)),
             mesh,
             others,
             progress: observer,
