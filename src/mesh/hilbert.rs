@@ -12,25 +12,35 @@ pub(super) const BITS: u32 = 21;
 ///
 /// Source: Skilling (AIP Conf. Proc. 707, 2004, 381-387).
 pub(super) fn place(mut cell: [u32; 3], bits: u32) -> u64 {
-    // Undoes the turns of the smaller cubes, from the largest cube to the smallest.
+    // Undoes the turns of the smaller cubes, from the largest cube to the smallest. Masks, because
+    // a processor cannot predict the bits.
     for bit in (1..bits).rev() {
         let lower = (1 << bit) - 1;
         for axis in 0..3 {
-            if cell[axis] >> bit & 1 == 1 {
-                cell[0] ^= lower;
-            } else {
-                let different = (cell[0] ^ cell[axis]) & lower;
-                cell[0] ^= different;
-                cell[axis] ^= different;
-            }
+            let is_set = (cell[axis] >> bit & 1).wrapping_neg();
+            let different = (cell[0] ^ cell[axis]) & lower & !is_set;
+            cell[0] ^= different | lower & is_set;
+            cell[axis] ^= different;
         }
     }
     // Gray code.
     cell[1] ^= cell[0];
     cell[2] ^= cell[1];
-    let turned = (1..bits).filter(|bit| cell[2] >> bit & 1 == 1).fold(0, |turned, bit| turned ^ ((1 << bit) - 1));
-    let bits_of = |bit: u32| cell.map(|along| u64::from((along ^ turned) >> bit & 1));
-    (0..bits).rev().flat_map(bits_of).fold(0, |place, bit| place << 1 | bit)
+    let turned = [1, 2, 4, 8, 16].into_iter().fold(cell[2] >> 1, |turned, by| turned ^ turned >> by);
+    let [x, y, z] = cell.map(|along| spread(along ^ turned));
+    x << 2 | y << 1 | z
+}
+
+/// A number with two zeros before each of its [`BITS`] bits.
+fn spread(number: u32) -> u64 {
+    let steps = [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ];
+    steps.into_iter().fold(u64::from(number), |spread, (by, mask)| (spread | spread << by) & mask)
 }
 
 #[cfg(test)]
