@@ -7,7 +7,12 @@
 //! both ends are widened a little. Chebyshev sweeps converge with a lower bound that is wrong by a
 //! factor of two either way, but diverge if an eigenvalue exceeds the upper bound.
 
+use rayon::prelude::*;
+
 use super::Network;
+
+/// Rows of a parallel piece.
+const ROWS: usize = 4096;
 
 /// Bounds on the eigenvalues of `D^-1 A`, or of `M^-1 A`, where `M^-1` maps a load to the
 /// correction of a multigrid cycle.
@@ -64,9 +69,10 @@ impl Spectrum {
             network.scaled_product(&scale, &vector, &mut product);
             let last = off_diagonal.last().copied().unwrap_or(0.0);
             let along = dot(&vector, &product);
-            for row in 0..n {
-                product[row] -= along * vector[row] + last * previous[row];
-            }
+            let earlier = vector.par_iter().zip(&previous).with_min_len(ROWS);
+            product.par_iter_mut().zip(earlier).for_each(|(product, (vector, previous))| {
+                *product -= along * vector + last * previous;
+            });
             diagonal.push(along);
             let beta = dot(&product, &product).sqrt();
             let finished = beta < 1e-10;
@@ -78,10 +84,8 @@ impl Spectrum {
                 }
             }
             off_diagonal.push(beta);
-            for row in 0..n {
-                previous[row] = vector[row];
-                vector[row] = product[row] / beta;
-            }
+            std::mem::swap(&mut previous, &mut vector);
+            vector.par_iter_mut().zip(&product).with_min_len(ROWS).for_each(|(x, product)| *x = product / beta);
         }
         Some(Self::around(bounds))
     }
@@ -128,8 +132,11 @@ fn extremes(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
     (bisect(1), bisect(diagonal.len()))
 }
 
+/// Sums pieces of fixed size, so that the sum does not depend on the number of threads.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    let of_piece = |(a, b): (&[f64], &[f64])| a.iter().zip(b).map(|(x, y)| x * y).sum();
+    let sums: Vec<f64> = a.par_chunks(ROWS).zip(b.par_chunks(ROWS)).map(of_piece).collect();
+    sums.iter().sum()
 }
 
 /// A reproducible number in `[-1, 1]` for each row (the finaliser of SplitMix64).

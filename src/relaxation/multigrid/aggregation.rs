@@ -4,10 +4,12 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use super::super::Network;
+use super::rows::by_rows;
+use crate::backend::Transfer;
 use crate::constraint::Constraint;
-use crate::mesh::csr::Csr;
 
 /// Two constraints differ if the squared Frobenius norm of the difference of their projections
 /// exceeds this number: about 25 degrees between two normals.
@@ -45,6 +47,10 @@ pub(super) struct Aggregates {
     pub(super) count: usize,
 }
 
+/// Rows of a block, whose inside is aggregated before rows beside other blocks. The number is
+/// fixed, so the aggregates do not depend on the number of threads.
+const BLOCK: usize = 8192;
+
 /// The springs along which vertices join: strong springs between vertices with similar constraints.
 ///
 /// A coarse displacement is also smoothed along these springs. So it keeps the constraints of all
@@ -52,26 +58,25 @@ pub(super) struct Aggregates {
 pub(super) fn strong(network: &Network) -> Network {
     let springs = |row: usize| network.graph.row(row).iter().zip(&network.stiffness[network.graph.range(row)]);
     let of_row = |row: usize| springs(row).fold(0.0, |stiffest: f64, (_, &k)| stiffest.max(k));
-    let stiffest: Vec<f64> = (0..network.len()).map(of_row).collect();
-    let mut row_start = Vec::with_capacity(network.len() + 1);
-    let (mut entries, mut stiffness) = (Vec::new(), Vec::new());
-    row_start.push(0);
-    for row in 0..network.len() {
-        for (&other, &k) in springs(row) {
-            let at = other as usize;
-            // Squares give the same bits from either end.
-            let is_strong = k > 0.0 && k * k >= STRONG * STRONG * (stiffest[row] * stiffest[at]);
-            if is_strong && alike(&network.constraint[row], &network.constraint[at]) {
-                entries.push(other);
-                stiffness.push(k);
+    let stiffest: Vec<f64> = (0..network.len()).into_par_iter().map(of_row).collect();
+    let Transfer { sources, weights } = by_rows(
+        network.len(),
+        || (),
+        |row, (), entries, stiffness| {
+            for (&other, &k) in springs(row) {
+                let at = other as usize;
+                // Squares give the same bits from either end.
+                let is_strong = k > 0.0 && k * k >= STRONG * STRONG * (stiffest[row] * stiffest[at]);
+                if is_strong && alike(&network.constraint[row], &network.constraint[at]) {
+                    entries.push(other);
+                    stiffness.push(k);
+                }
             }
-        }
-        row_start.push(entries.len() as u32);
-    }
-    let graph = Arc::new(Csr { row_start, entries });
+        },
+    );
     Network::from_rows(
-        graph,
-        stiffness,
+        Arc::new(sources),
+        weights,
         network.anchor.clone(),
         network.constraint.clone(),
         network.inverse_length.clone(),
@@ -80,57 +85,69 @@ pub(super) fn strong(network: &Network) -> Network {
 
 impl Aggregates {
     /// Joins each vertex with all its neighbours along strong springs. The order of the vertices
-    /// decides, not the threads.
+    /// decides, not the threads: first inside blocks of rows, then between them.
     ///
     /// - `strong`: the strong springs of the network; see [`strong`]
     ///
     /// Source: Vanek, Mandel and Brezina (Computing 56, 1996), algorithm 5.1.
     pub(super) fn new(network: &Network, strong: &Network) -> Self {
         let n = strong.len();
-        let mut of_vertex = vec![NONE; n];
-        let mut count = 0;
-        let is_anchored = |row: usize| network.anchor[row] * network.inverse_total[row] > ANCHORED;
+        let is_anchored: Vec<bool> = network
+            .anchor
+            .par_iter()
+            .zip(&network.inverse_total)
+            .map(|(anchor, of_total)| anchor * of_total > ANCHORED)
+            .collect();
         let joined = |row: usize| {
             let springs = strong.graph.row(row).iter().zip(&strong.stiffness[strong.graph.range(row)]);
-            springs.map(|(&other, &k)| (other as usize, k)).filter(|&(other, _)| !is_anchored(other))
+            springs.map(|(&other, &k)| (other as usize, k)).filter(|&(other, _)| !is_anchored[other])
         };
-        // First, whole neighbourhoods without a vertex in another aggregate.
-        for row in 0..n {
-            let mut alone = true;
-            if of_vertex[row] == NONE && !is_anchored(row) && joined(row).all(|(other, _)| of_vertex[other] == NONE) {
-                for (other, _) in joined(row) {
-                    of_vertex[other] = count;
-                    alone = false;
+        // The vertex from which the aggregate of each vertex was made.
+        let mut root = vec![NONE; n];
+        // First, whole neighbourhoods without a vertex in another aggregate. `root` begins with the
+        // vertex `first`.
+        let join_around = |row: usize, first: usize, root: &mut [u32]| {
+            let is_free = |other: usize| other.checked_sub(first).and_then(|at| root.get(at)) == Some(&NONE);
+            let is_alone = joined(row).next().is_none();
+            if !is_alone && !is_anchored[row] && is_free(row) && joined(row).all(|(other, _)| is_free(other)) {
+                for other in joined(row).map(|(other, _)| other).chain([row]) {
+                    root[other - first] = row as u32;
                 }
             }
-            if !alone {
-                of_vertex[row] = count;
-                count += 1;
-            }
-        }
+        };
+        root.par_chunks_mut(BLOCK).enumerate().for_each(|(block, root)| {
+            let first = block * BLOCK;
+            (first..first + root.len()).for_each(|row| join_around(row, first, root));
+        });
+        (0..n).for_each(|row| join_around(row, 0, &mut root));
         // Second, a remaining vertex joins the aggregate to which its stiffest spring leads.
-        let whole = of_vertex.clone();
-        for row in 0..n {
-            if whole[row] == NONE && !is_anchored(row) {
+        let whole = root.clone();
+        root.par_iter_mut().enumerate().filter(|(row, root)| **root == NONE && !is_anchored[*row]).for_each(
+            |(row, root)| {
                 let candidates = joined(row).filter(|&(other, _)| whole[other] != NONE);
                 let nearest = candidates.reduce(|best, other| if other.1 > best.1 { other } else { best });
-                if let Some((other, _)) = nearest {
-                    of_vertex[row] = whole[other];
-                }
-            }
-        }
+                *root = nearest.map_or(NONE, |(other, _)| whole[other]);
+            },
+        );
         // Third, the vertices that are left join among themselves.
         for row in 0..n {
-            if of_vertex[row] == NONE && !is_anchored(row) {
-                of_vertex[row] = count;
+            if root[row] == NONE && !is_anchored[row] {
+                root[row] = row as u32;
                 for (other, _) in joined(row) {
-                    if of_vertex[other] == NONE {
-                        of_vertex[other] = count;
+                    if root[other] == NONE {
+                        root[other] = row as u32;
                     }
                 }
-                count += 1;
             }
         }
+        // Aggregates stand in the order of their vertices.
+        let mut number = vec![NONE; n];
+        let mut count = 0;
+        for row in (0..n).filter(|&row| root[row] == row as u32) {
+            number[row] = count;
+            count += 1;
+        }
+        let of_vertex = root.par_iter().map(|&root| number.get(root as usize).copied().unwrap_or(NONE)).collect();
         Self { of_vertex, count: count as usize }
     }
 
@@ -182,6 +199,7 @@ fn common(mean: DMat3) -> Constraint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::csr::Csr;
 
     /// Aggregates of a vertex in a plane and a free vertex, with a spring of stiffness 2 between
     /// them.
@@ -199,5 +217,42 @@ mod tests {
             assert_eq!(aggregates(anchor), [0, NONE], "{anchor:e}");
         }
         assert_eq!(aggregates(18.1), [NONE, NONE]);
+    }
+
+    /// A lattice of more rows than a block has. Every vertex joins an aggregate, which is a
+    /// neighbourhood of one of its vertices and what is beside it.
+    #[test]
+    fn aggregates_are_small_and_do_not_depend_on_threads() {
+        const SIDE: u32 = 24;
+        let at = |vertex: u32| [vertex % SIDE, vertex / SIDE % SIDE, vertex / (SIDE * SIDE)];
+        let apart = |a: u32, b: u32| (0..3).map(|axis| at(a)[axis].abs_diff(at(b)[axis])).sum::<u32>();
+        let n = SIDE * SIDE * SIDE;
+        let pairs = (0..n).flat_map(|vertex| {
+            [1, SIDE, SIDE * SIDE]
+                .into_iter()
+                .flat_map(move |step| [vertex.checked_sub(step), Some(vertex + step)])
+                .flatten()
+                .map(move |other| (vertex, other))
+        });
+        let graph = Csr::from_pairs(n as usize, pairs.filter(|&(a, b)| b < n && apart(a, b) == 1));
+        let springs = vec![1.0; graph.entries.len()];
+        let [zero, one] = [0.0, 1.0].map(|value| vec![value; n as usize]);
+        let network = Network::from_rows(Arc::new(graph), springs, zero, vec![Constraint::Free; n as usize], one);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Aggregates::new(&network, &strong(&network)))
+        };
+        let aggregates = on(1);
+        let mut vertices = vec![Vec::new(); aggregates.count];
+        (0..n).for_each(|vertex| vertices[aggregates.of_vertex[vertex as usize] as usize].push(vertex));
+        for of_aggregate in &vertices {
+            let reach = |&root: &u32| of_aggregate.iter().map(|&other| apart(root, other)).max();
+            assert!(of_aggregate.iter().filter_map(reach).min().is_some_and(|reach| reach <= 2), "{of_aggregate:?}");
+        }
+        // A neighbourhood has 7 vertices.
+        assert!((n as usize / 10..n as usize / 5).contains(&aggregates.count), "{}", aggregates.count);
+        for threads in [2, 3] {
+            assert_eq!(on(threads).of_vertex, aggregates.of_vertex, "{threads} threads");
+        }
     }
 }

@@ -6,12 +6,10 @@ use rayon::prelude::*;
 
 use super::super::Network;
 use super::aggregation::{Aggregates, NONE};
+use super::rows::by_rows;
 use crate::backend::Transfer;
 use crate::constraint::Constraint;
 use crate::mesh::csr::Csr;
-
-/// Rows per parallel piece. The size is fixed, so no result depends on the number of threads.
-const ROWS: usize = 1024;
 
 /// The prolongation, which carries a coarse displacement to the fine network. Each vertex takes its
 /// aggregate's displacement, smoothed by one Jacobi sweep with relaxation `4 / (3 highest)`. A
@@ -23,7 +21,7 @@ const ROWS: usize = 1024;
 /// Source: Vanek, Mandel and Brezina (Computing 56, 1996), section 4.
 pub(super) fn prolongation(strong: &Network, aggregates: &Aggregates, highest: f64) -> Transfer {
     let relaxation = 4.0 / (3.0 * highest);
-    by_rows(strong.len(), aggregates.count, |row, out| {
+    sums_by_rows(strong.len(), aggregates.count, |row, out| {
         let of = |vertex: usize| Some(aggregates.of_vertex[vertex]).filter(|&aggregate| aggregate != NONE);
         let Some(own) = of(row) else { return };
         if strong.graph.row(row).is_empty() {
@@ -40,25 +38,33 @@ pub(super) fn prolongation(strong: &Network, aggregates: &Aggregates, highest: f
 
 /// The transpose of a prolongation.
 pub(super) fn transpose(transfer: &Transfer, n_columns: usize) -> Transfer {
-    let entries = &transfer.sources.entries;
-    let rows = 0..transfer.sources.n_rows();
-    let pairs = rows.flat_map(|row| transfer.sources.range(row).map(move |entry| (entry, row as u32)));
-    let by_column = pairs.clone().map(|(entry, row)| (entries[entry], row));
-    let sources = Csr::from_pairs(n_columns, by_column);
-    let of_entry = Csr::from_pairs(n_columns, pairs.map(|(entry, _)| (entries[entry], entry as u32)));
-    Transfer { sources, weights: of_entry.entries.iter().map(|&entry| transfer.weights[entry as usize]).collect() }
+    let Transfer { sources: Csr { entries, .. }, weights: of_entries } = transfer;
+    let mut row_start = vec![0; n_columns + 1];
+    entries.iter().for_each(|&column| row_start[column as usize + 1] += 1);
+    (0..n_columns).for_each(|column| row_start[column + 1] += row_start[column]);
+    let mut next = row_start.clone();
+    let (mut sources, mut weights) = (vec![0; entries.len()], vec![0.0; entries.len()]);
+    for row in 0..transfer.sources.n_rows() {
+        for entry in transfer.sources.range(row) {
+            let place = &mut next[entries[entry] as usize];
+            sources[*place as usize] = row as u32;
+            weights[*place as usize] = of_entries[entry];
+            *place += 1;
+        }
+    }
+    Transfer { sources: Csr { row_start, entries: sources }, weights }
 }
 
 /// The coarse network `P^T A P`, without constraints.
 pub(super) fn galerkin(network: &Network, prolongation: &Transfer, restriction: &Transfer) -> Network {
     let n_coarse = restriction.sources.n_rows();
-    let image = by_rows(network.len(), n_coarse, |row, out| {
+    let image = sums_by_rows(network.len(), n_coarse, |row, out| {
         out.add_row(prolongation, row, 1.0 / network.inverse_total[row]);
         for (&neighbour, &k) in network.graph.row(row).iter().zip(&network.stiffness[network.graph.range(row)]) {
             out.add_row(prolongation, neighbour as usize, -k);
         }
     });
-    let matrix = by_rows(n_coarse, n_coarse, |row, out| {
+    let matrix = sums_by_rows(n_coarse, n_coarse, |row, out| {
         let range = restriction.sources.range(row);
         for (&fine, &weight) in restriction.sources.row(row).iter().zip(&restriction.weights[range]) {
             out.add_row(&image, fine as usize, weight);
@@ -71,24 +77,20 @@ pub(super) fn galerkin(network: &Network, prolongation: &Transfer, restriction: 
 /// anchor is the sum of a row.
 fn as_springs(matrix: &Transfer) -> Network {
     let n = matrix.sources.n_rows();
-    let mut anchor = Vec::with_capacity(n);
-    let mut row_start = vec![0];
-    let mut entries = Vec::with_capacity(matrix.weights.len());
-    let mut stiffness = Vec::with_capacity(matrix.weights.len());
-    for row in 0..n {
-        let mut sum = 0.0;
-        for (&column, &value) in matrix.sources.row(row).iter().zip(&matrix.weights[matrix.sources.range(row)]) {
-            sum += value;
-            if column as usize != row {
+    let row_of = |row: usize| matrix.sources.row(row).iter().zip(&matrix.weights[matrix.sources.range(row)]);
+    let anchor = (0..n).into_par_iter().map(|row| row_of(row).map(|(_, value)| value).sum()).collect();
+    let springs = by_rows(
+        n,
+        || (),
+        |row, (), entries, stiffness| {
+            for (&column, &value) in row_of(row).filter(|&(&column, _)| column as usize != row) {
                 entries.push(column);
                 stiffness.push(-value);
             }
-        }
-        anchor.push(sum);
-        row_start.push(entries.len() as u32);
-    }
+        },
+    );
     let constraint = vec![Constraint::Free; n];
-    Network::from_rows(Arc::new(Csr { row_start, entries }), stiffness, anchor, constraint, vec![0.0; n])
+    Network::from_rows(Arc::new(springs.sources), springs.weights, anchor, constraint, vec![0.0; n])
 }
 
 /// A sparse row under construction.
@@ -120,37 +122,16 @@ impl Row {
     }
 }
 
-/// Builds the rows of a sparse matrix in parallel.
-fn by_rows(n_rows: usize, n_columns: usize, of_row: impl Fn(usize, &mut Row) + Sync) -> Transfer {
+/// Builds the rows of a sparse matrix in parallel, each a sum.
+fn sums_by_rows(n_rows: usize, n_columns: usize, of_row: impl Fn(usize, &mut Row) + Sync) -> Transfer {
     let empty = || Row { columns: Vec::new(), values: Vec::new(), place: vec![0; n_columns] };
-    let pieces: Vec<(Vec<u32>, Vec<u32>, Vec<f64>)> = (0..n_rows.div_ceil(ROWS))
-        .into_par_iter()
-        .map_init(empty, |row, piece| {
-            let (mut lengths, mut columns, mut values) = (Vec::with_capacity(ROWS), Vec::new(), Vec::new());
-            for at in piece * ROWS..n_rows.min((piece + 1) * ROWS) {
-                row.columns.clear();
-                row.values.clear();
-                of_row(at, row);
-                lengths.push(row.columns.len() as u32);
-                columns.extend_from_slice(&row.columns);
-                values.extend_from_slice(&row.values);
-            }
-            (lengths, columns, values)
-        })
-        .collect();
-    let mut row_start = Vec::with_capacity(n_rows + 1);
-    let (mut entries, mut weights) = (Vec::new(), Vec::new());
-    let mut end = 0;
-    row_start.push(end);
-    for (lengths, columns, values) in pieces {
-        for length in lengths {
-            end += length;
-            row_start.push(end);
-        }
-        entries.extend(columns);
-        weights.extend(values);
-    }
-    Transfer { sources: Csr { row_start, entries }, weights }
+    by_rows(n_rows, empty, |at, row, columns, values| {
+        row.columns.clear();
+        row.values.clear();
+        of_row(at, row);
+        columns.extend_from_slice(&row.columns);
+        values.extend_from_slice(&row.values);
+    })
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@
 
 mod aggregation;
 mod coarsening;
+mod rows;
 
 use aggregation::{Aggregates, strong};
 
