@@ -232,8 +232,8 @@ fn breadth_first(mesh: HybridMesh, around: &Csr) -> Order {
     Order { vertices, places, tets, others }
 }
 
-/// Number of neighbours of each vertex that are not held `[n_vertices]`, 0 for a vertex that is held
-/// or in no cell. With other cells than tets a number that grows with it.
+/// Number of neighbours of each vertex that are not held `[n_vertices]`; 0 for a vertex that is
+/// held or in no cell. With other cells than tets a number that grows with it.
 fn row_lengths(mesh: HybridMesh, around: &Csr, is_held: &[bool]) -> Vec<u32> {
     // In a mesh of tets, an inner vertex with n tets around it has n / 2 + 2 neighbours (Euler).
     let neighbours = |(vertex, &is_held): (usize, &bool)| match around.row(vertex).len() as u32 {
