@@ -107,7 +107,7 @@ fn every_cell_keeps_a_place() {
 
 /// The order of a brick, whose vertices lie on the planes of a lattice, and of a wing.
 #[test]
-fn neither_the_unit_nor_a_turn_changes_the_order() {
+fn neither_the_unit_nor_a_turn_nor_a_mirror_changes_the_order() {
     let turn = DQuat::from_axis_angle(DVec3::new(0.3, -1.0, 0.7).normalize(), 0.7);
     for mesh in [shuffled(), wing()] {
         let is_held = on_surface(&mesh);
@@ -122,6 +122,8 @@ fn neither_the_unit_nor_a_turn_changes_the_order() {
         }
         let vertices = mesh.vertices.iter().map(|&at| turn * at * 1000.0 + DVec3::new(300.0, -70.0, 11.0));
         assert!(order_of(vertices.collect()) == expected, "turned and moved away");
+        let vertices = mesh.vertices.iter().map(|&at| DVec3::new(at.x, -at.y, at.z));
+        assert!(order_of(vertices.collect()) == expected, "mirrored");
     }
 }
 

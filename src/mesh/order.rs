@@ -4,9 +4,9 @@
 //! The numbers in files are random for a processor's caches. [`Order::new`] follows Hilbert's curve
 //! through the mesh. So some hundred vertices that follow one another fill a ball, and most of
 //! their neighbours are among them: a device keeps what they need in fast memory. The curve needs
-//! the places of the vertices, but neither the unit of length nor where the mesh stands and how it
-//! is turned changes the order. [`Order::breadth_first`] depends on the cells alone: a mesh has the
-//! same order before and after a motion.
+//! the places of the vertices, but neither the unit of length, nor where the mesh stands and how it
+//! is turned, nor a mirror changes the order. [`Order::breadth_first`] depends on the cells alone:
+//! a mesh has the same order before and after a motion.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -274,7 +274,8 @@ fn row_lengths(mesh: HybridMesh, around: &Csr, is_held: &[bool]) -> Vec<u32> {
 ///
 /// The cube stands as the mesh stands: its axes lead from the first vertex to others. And the faces
 /// of its cells are at no simple fraction of the mesh, so rounding does not decide where vertices
-/// of a regular mesh lie. So a mesh that is turned, or in another unit, has the same cells.
+/// of a regular mesh lie. So a mesh that is turned or mirrored, or in another unit, has the same
+/// cells.
 fn cells_of_cube(points: &[DVec3]) -> Vec<[u32; 3]> {
     let Some(&origin) = points.first() else { return Vec::new() };
     let direction = |from_axis: &(dyn Fn(DVec3) -> DVec3 + Sync)| {
@@ -284,7 +285,9 @@ fn cells_of_cube(points: &[DVec3]) -> Vec<[u32; 3]> {
     };
     let x = direction(&|away| away).unwrap_or(DVec3::X);
     let y = direction(&|away| away.reject_from_normalized(x)).unwrap_or_else(|| x.any_orthonormal_vector());
-    let axes = DMat3::from_cols(x, y, x.cross(y)).transpose();
+    let across = x.cross(y);
+    let z = direction(&|away| across * away.dot(across)).unwrap_or(across);
+    let axes = DMat3::from_cols(x, y, z).transpose();
     let placed: Vec<DVec3> = points.par_iter().map(|point| axes * (*point - origin)).collect();
     let none = || [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let bounds = |[low, high]: [DVec3; 2], place: &DVec3| [low.min(*place), high.max(*place)];
