@@ -18,6 +18,7 @@ pub use cpu::CpuBackend;
 pub use select::{Selection, adapters, select};
 pub use smoother::{Ball, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -40,6 +41,26 @@ pub struct NetworkData<'a> {
     pub inverse_length: &'a [f64],
     /// Constraint of each vertex `[n_vertices]`.
     pub constraint: &'a [Constraint],
+}
+
+/// A network that its owner keeps, and whose rows that move are on a device. A device in the CPU's
+/// memory reads the springs here instead of a copy.
+#[derive(Clone, Debug)]
+pub struct WholeNetwork {
+    /// Neighbours of each vertex: `n_vertices` rows.
+    pub graph: Arc<Csr>,
+    /// Spring stiffness `[n_entries]`, one per entry of `graph`.
+    pub stiffness: Arc<Vec<f64>>,
+    /// The vertex of each row that moves, ascending. The neighbours of a row that move stand in the
+    /// order of `graph`. `None` if every vertex is a row.
+    pub moving: Option<Arc<Vec<u32>>>,
+}
+
+impl WholeNetwork {
+    /// The entries of a row that moves, those of held neighbours among them.
+    pub(crate) fn range(&self, row: usize) -> Range<usize> {
+        self.graph.range(self.moving.as_ref().map_or(row, |moving| moving[row] as usize))
+    }
 }
 
 /// The coefficients of one sweep.
@@ -272,6 +293,21 @@ pub trait Backend: Send + Sync {
     /// # Errors
     /// The device failed, or the networks do not fit.
     fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError>;
+
+    /// [`Self::upload_hierarchy`] of the rows that move of a network that the caller keeps.
+    ///
+    /// - `whole`: the network. By default it is not used
+    ///
+    /// # Errors
+    /// As for [`Self::upload_hierarchy`].
+    fn upload_hierarchy_of(
+        &self,
+        whole: &WholeNetwork,
+        levels: &[LevelData],
+    ) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        let _ = whole;
+        self.upload_hierarchy(levels)
+    }
 
     /// The device's local optimisation.
     fn smoother(&self) -> Box<dyn DeviceSmoother>;

@@ -4,8 +4,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
-use super::constraint::project;
 use super::convergence::BLOCK;
+use super::row::DoubleRows;
 
 /// Parameters of one dispatch.
 #[repr(C)]
@@ -33,7 +33,7 @@ pub const LARGEST: f64 = 1.7e308;
 /// so there is no other twin.
 ///
 /// - `first_row`: first row of the first block, a multiple of [`BLOCK`]
-/// - `constraint` `[n_vertices]`: `P` is [`project`]
+/// - `rows`: `P` is [`DoubleRows::project`]
 /// - `inverse_length` `[n_vertices]`: one over the length of each vertex's shortest edge
 /// - `e` `[n_vertices]`: correction before the cycle, in the unit of a displacement
 /// - `of_cycle` `[n_vertices]`: correction of the cycle, which began at zero
@@ -47,7 +47,7 @@ pub const LARGEST: f64 = 1.7e308;
 pub fn run(
     [relaxation, momentum]: [f64; 2],
     first_row: usize,
-    constraint: &[[f64; 4]],
+    mut rows: impl DoubleRows,
     inverse_length: &[f64],
     e: &[[f64; 4]],
     of_cycle: &[[f32; 4]],
@@ -60,7 +60,7 @@ pub fn run(
             let (now, found) = (e[row], of_cycle[row]);
             let update =
                 [0, 1, 2].map(|axis| relaxation * f64::from(found[axis]) + momentum * (now[axis] - previous[axis]));
-            let [x, y, z] = project(&constraint[row], update);
+            let [x, y, z] = rows.project(row, update);
             *previous = [now[0] + x, now[1] + y, now[2] + z, 0.0];
             let squared = [x, y, z].iter().map(|step| (step * inverse_length[row]).powi(2)).sum();
             *largest = largest.max_magnitude(squared);

@@ -3,8 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::constraint::project;
-use super::row::{Rows, residual};
+use super::row::DoubleRows;
 
 /// Parameters of one dispatch.
 #[repr(C)]
@@ -28,13 +27,16 @@ pub struct Params {
 ///   everywhere. The residual is then the load, and no spring is read
 /// - `handed` `[n_rows of the chunk]`: receives `P r`, see [`project`] and [`residual`]; the fourth
 ///   component does not change
-pub fn run(first_row: usize, rows: &Rows<f64>, e: Option<&[[f64; 4]]>, handed: &mut [[f32; 4]]) {
+///
+/// [`project`]: super::constraint::project
+/// [`residual`]: super::row::residual
+pub fn run(first_row: usize, mut rows: impl DoubleRows, e: Option<&[[f64; 4]]>, handed: &mut [[f32; 4]]) {
     for (row, handed) in (first_row..).zip(handed) {
         let left = match e {
-            None => rows.load[row],
-            Some(e) => residual(rows, e, row),
+            None => rows.load(row),
+            Some(e) => rows.residual(e, row),
         };
-        let [x, y, z, _] = project(&rows.constraint[row], left);
+        let [x, y, z, _] = rows.project(row, left);
         *handed = [x as f32, y as f32, z as f32, handed[3]];
     }
 }

@@ -4,6 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Real;
+use super::constraint::project;
 
 /// One spring of a row in the layout of the GPU.
 #[repr(C)]
@@ -47,19 +48,62 @@ pub struct Rows<'a, T> {
 /// Source: Jacobi's method for the equilibrium of linear springs (Batina 1990), in residual form.
 #[inline(always)]
 pub fn residual<T: Real>(rows: &Rows<T>, e: &[[T; 4]], row: usize) -> [T; 4] {
-    let own = e[row];
     let range = rows.row_start[row] as usize..rows.row_start[row + 1] as usize;
+    let springs = rows.columns[range.clone()].iter().zip(&rows.stiffness[range]);
+    residual_of(springs.map(|(&column, &stiffness)| (column, stiffness)), rows.load[row], e, row)
+}
+
+/// [`residual`] of a row however its springs are stored.
+///
+/// - `springs`: neighbour and stiffness over the row's total, in CSR order
+/// - `load`: as [`Rows::load`]
+#[inline(always)]
+pub fn residual_of<T: Real>(springs: impl Iterator<Item = (u32, T)>, load: [T; 4], e: &[[T; 4]], row: usize) -> [T; 4] {
+    let own = e[row];
     let mut sum = [T::ZERO; 4];
-    for (&column, &stiffness) in rows.columns[range.clone()].iter().zip(&rows.stiffness[range]) {
+    for (column, stiffness) in springs {
         let other = &e[column as usize];
         for axis in 0..4 {
             sum[axis] = sum[axis] + stiffness * (other[axis] - own[axis]);
         }
     }
-    let [x, y, z, anchor] = rows.load[row];
+    let [x, y, z, anchor] = load;
     let load = [x, y, z, T::ZERO];
     for axis in 0..4 {
         sum[axis] = sum[axis] - anchor * own[axis] + load[axis];
     }
     sum
+}
+
+/// Rows in f64, one after another. The CPU stores the rows of its hierarchies otherwise than the
+/// GPU; with this trait both have the same twins.
+///
+/// Rows are asked for in ascending order, none left out: each for its residual and its projection,
+/// or each for its projection alone.
+pub trait DoubleRows {
+    /// As [`Rows::load`].
+    fn load(&self, row: usize) -> [f64; 4];
+
+    /// As [`residual`].
+    fn residual(&mut self, e: &[[f64; 4]], row: usize) -> [f64; 4];
+
+    /// [`project`] with the row's constraint.
+    fn project<const N: usize>(&mut self, row: usize, v: [f64; N]) -> [f64; N];
+}
+
+impl DoubleRows for Rows<'_, f64> {
+    #[inline(always)]
+    fn load(&self, row: usize) -> [f64; 4] {
+        self.load[row]
+    }
+
+    #[inline(always)]
+    fn residual(&mut self, e: &[[f64; 4]], row: usize) -> [f64; 4] {
+        residual(self, e, row)
+    }
+
+    #[inline(always)]
+    fn project<const N: usize>(&mut self, row: usize, v: [f64; N]) -> [f64; N] {
+        project(&self.constraint[row], v)
+    }
 }

@@ -99,15 +99,14 @@ impl VertexGraph {
         let some = edges.iter().enumerate().filter(move |&(edge, _)| counts(edge));
         let both = some.flat_map(|(edge, &[a, b])| [(a, edge as u32), (b, edge as u32)]);
         let Csr { row_start, entries: entry_edge } = Csr::from_pairs(n_vertices, both);
-        let other = |(row, edge): (usize, &u32)| {
-            let [a, b] = edges[*edge as usize];
-            if a as usize == row { b } else { a }
-        };
-        let rows = row_start.windows(2).enumerate();
-        let entries = rows
-            .flat_map(|(row, ends)| entry_edge[ends[0] as usize..ends[1] as usize].iter().map(move |edge| (row, edge)))
-            .map(other)
-            .collect();
+        // A collected iterator of unknown length would take twice the memory.
+        let mut entries = Vec::with_capacity(entry_edge.len());
+        for (row, ends) in row_start.windows(2).enumerate() {
+            entries.extend(entry_edge[ends[0] as usize..ends[1] as usize].iter().map(|&edge| {
+                let [a, b] = edges[edge as usize];
+                if a as usize == row { b } else { a }
+            }));
+        }
         Self { neighbours: Arc::new(Csr { row_start, entries }), entry_edge }
     }
 }

@@ -353,7 +353,7 @@ impl Mover {
         observer(STAGES[0].name);
         let (mut displacement, wanted) =
             place_given(mesh, order, &self.family_vertices, families, &mut stages.wings, design)?;
-        let deformed = displaced(&mesh.vertices, &displacement);
+        let mut deformed = displaced(&mesh.vertices, &displacement);
         let mut deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
 
@@ -373,11 +373,14 @@ impl Mover {
             if is_stopped.get() {
                 return Err(MoveError::Stopped);
             }
+            // The positions are not needed while the stage works.
+            drop(std::mem::take(&mut here));
             ends.push((row.name, (row.of)(stages).run(&set_up, &mut displacement, &observer)?));
             here = end(row.name, row.placed_by, &mut displacement);
             if row.placed_by == PlacedBy::Plane {
                 let corrected_beta =
                     quality::betas_after(std::mem::take(&mut deformed_beta), &deformed, &here, &mesh.tets);
+                deformed = Vec::new();
                 watch.record(StageName::Corrected, &corrected_beta);
             }
         }
@@ -387,6 +390,7 @@ impl Mover {
         let VolumeResult { vertices, beta, convergence: volume, path, smoothed, kept, jump_converged } =
             stages.volume.take_result().expect("the volume is the last stage");
         let beta = quality::betas_after(beta, &vertices, &here, &mesh.tets);
+        drop(vertices);
         let vertices = here;
         let mut inverted = watch.record(StageName::Final, &beta).inverted;
         let given = HybridMesh { mesh: &self.mesh, others: &self.others };
@@ -440,6 +444,13 @@ impl Mover {
         let longest = families.iter().filter_map(|(family, report)| Some((family, report.edge_ratios?[1])));
         warnings.extend(warnings::stretched(longest));
         let (profiles, sections) = self.profile_reports(&vertices, design, &missed, &self.stages.wings.flat_cuts());
+        let parted = self.parted(&vertices);
+        // Each array in the order of the mover is freed before the next one is brought into the
+        // order of the mesh.
+        let of_tets = |ordered: Vec<f64>| self.order.of_tets(&ordered[..self.cells.n_tets]);
+        let of_vertices = |ordered: Vec<DVec3>| self.order.of_vertices(&ordered);
+        let beta = of_tets(beta);
+        let moved = Moved { displacement: of_vertices(displacement), vertices: of_vertices(vertices) };
         Ok(Outcome {
             differentiable: Differentiable::new(
                 kept,
@@ -448,7 +459,7 @@ impl Mover {
                 products::kinked(&self.stages.wings),
             ),
             off_surface: self.off_surface(&distances_off),
-            parted: self.parted(&vertices),
+            parted,
             strained: self.strained(),
             missed_surfaces: self.missed_surfaces(),
             warnings,
@@ -465,7 +476,7 @@ impl Mover {
             device_work: self.backend.work().map(|work| work.since(work_before)),
             stages: watch.stages,
             original_beta: self.order.of_tets(&self.original_beta[..self.cells.n_tets]),
-            beta: self.order.of_tets(&beta[..self.cells.n_tets]),
+            beta,
             cell_measures: measures,
             kinds,
             original_kinds: self.original_kinds.clone(),
@@ -477,10 +488,7 @@ impl Mover {
             self_intersecting: self.surface.in_mesh(&self_intersecting),
             path,
             smoothed,
-            moved: Moved {
-                displacement: self.order.of_vertices(&displacement),
-                vertices: self.order.of_vertices(&vertices),
-            },
+            moved,
             mesh: self.mesh.clone(),
             others: self.others.clone(),
             optimises: self.optimises,

@@ -4,9 +4,10 @@ use crate::mesh::HybridMesh;
 use crate::profile::SECTIONS_AT_ONCE;
 use crate::stages::WingProfiles;
 
-/// Bytes that a mover takes at most for each tet, updates included and the given mesh excluded.
-/// Measured with 6.5 million tets.
-const OF_TET: u64 = 600;
+/// Bytes that a mover takes at most for each tet, updates included and the given mesh excluded. A
+/// jump alone takes half of it on the heap; local optimisation and what the allocator keeps come on
+/// top.
+const OF_TET: u64 = 530;
 
 /// Bytes for each corner tet of a cell that is no tet: its share of edges, rows and local
 /// optimisation, counted from the sizes of these arrays.

@@ -27,7 +27,7 @@ mod relaxer;
 mod schedule;
 mod spectrum;
 
-pub use free_rows::FreeRows;
+pub use free_rows::{FreeRows, MovingGraph};
 pub use history::{History, Relaxation};
 pub use network::Network;
 pub use relaxer::{Convergence, Relaxer};

@@ -20,8 +20,9 @@ const ROWS: usize = 2048;
 pub struct Network {
     /// Neighbours of each vertex: `n_vertices` rows. Networks of one mesh may share them.
     pub graph: Arc<Csr>,
-    /// Stiffness of the spring of each entry of `graph` `[n_entries]`, `>= 0`.
-    pub stiffness: Vec<f64>,
+    /// Stiffness of the spring of each entry of `graph` `[n_entries]`, `>= 0`. A device in the
+    /// CPU's memory shares it.
+    pub stiffness: Arc<Vec<f64>>,
     /// Stiffness of each vertex's anchor `[n_vertices]`: a spring to displacement zero.
     pub anchor: Vec<f64>,
     /// Constraint of each vertex `[n_vertices]`.
@@ -74,7 +75,7 @@ impl Network {
                 if total > 0.0 { 1.0 / total } else { 0.0 }
             })
             .collect();
-        Self { graph, stiffness, anchor, constraint, inverse_length, inverse_total }
+        Self { graph, stiffness: Arc::new(stiffness), anchor, constraint, inverse_length, inverse_total }
     }
 
     /// Number of vertices.

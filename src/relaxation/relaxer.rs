@@ -1,20 +1,22 @@
 //! Runs sweeps or cycles on a device until the displacement is close enough to equilibrium.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::{
-    FreeRows, History, Method, Network, Relaxation, Spectrum, Stopping,
+    FreeRows, History, Method, MovingGraph, Network, Relaxation, Spectrum, Stopping,
     multigrid::{AggregateMaps, Hierarchy},
     schedule::{self, Schedule},
 };
-use crate::backend::{Backend, BackendError, CpuBackend, DeviceNetwork, Precision, Sweep};
+use crate::backend::{Backend, BackendError, CpuBackend, DeviceNetwork, Precision, Sweep, WholeNetwork};
 use crate::constraint::Constraint;
 
 /// A network on a device. Set up once, relaxed many times.
 pub struct Relaxer {
     network: Network,
     /// The vertices that move, in the order of the device.
-    moving: Vec<u32>,
+    moving: Arc<Vec<u32>>,
     /// Only with multigrid.
     aggregate_maps: Option<AggregateMaps>,
     spectrum: Option<Spectrum>,
@@ -81,9 +83,23 @@ impl Relaxer {
     /// # Errors
     /// The device failed, or the network does not fit the device.
     pub fn new(network: Network, backend: &dyn Backend, method: Method) -> Result<Self, BackendError> {
+        let graph = MovingGraph::new(&network);
+        Self::along(network, &graph, backend, method)
+    }
+
+    /// [`Self::new`], which shares the graph of another network if the same vertices move in both.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn along(
+        network: Network,
+        graph: &MovingGraph,
+        backend: &dyn Backend,
+        method: Method,
+    ) -> Result<Self, BackendError> {
         // The data on the device is not kept here as well: for a large mesh it is most of the
         // memory.
-        let FreeRows { network: of_moving, vertices: moving } = FreeRows::new(&network);
+        let FreeRows { network: of_moving, vertices: moving } = FreeRows::along(&network, graph);
         let reference = CpuBackend::new(Precision::F64);
         let backend = if backend.takes(moving.len()) { backend } else { &reference };
         // The bounds cost a fraction of the sweeps that they save.
@@ -92,7 +108,9 @@ impl Relaxer {
         let hierarchy = (method == Method::Multigrid).then(|| Hierarchy::new(&of_moving));
         let (aggregate_maps, device, spectrum) = match hierarchy.filter(|hierarchy| hierarchy.depth() > 1) {
             Some(hierarchy) => {
-                let device = backend.upload_hierarchy(&hierarchy.data(&of_moving))?;
+                let (graph, stiffness) = (Arc::clone(&network.graph), Arc::clone(&network.stiffness));
+                let whole = WholeNetwork { graph, stiffness, moving: Some(Arc::clone(&moving)) };
+                let device = backend.upload_hierarchy_of(&whole, &hierarchy.data(&of_moving))?;
                 (Some(hierarchy.aggregate_maps()), device, Some(Spectrum::OF_CYCLES))
             }
             None => {

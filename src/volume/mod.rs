@@ -41,18 +41,18 @@ pub use start::Start;
 
 use optimisation::{ENOUGH, IMPROVED, MovedMesh, Smoothing, after};
 use route::{Bodies, OnBody};
-use sliding::SurfaceFreedom;
-use springs::VolumeNetwork;
+use springs::{VolumeNetwork, constraint};
 use stepping::Stepping;
 
 use crate::{
     backend::BackendError,
     constraint::Constraint,
+    families::Families,
     mesh::{Displacement, TetMesh},
     projection::crossing::Crossings,
     quality::{Statistics, faults},
     relaxation::{Convergence, Method, Stopping},
-    smoothing::{Merit, QualityTarget, Smoothed, Smoother, moved},
+    smoothing::{Merit, QualityTarget, Smoothed, moved},
     springs::Springs,
     stage::{Kept, NoProduct, Products, SetUp, Stage, StageError},
 };
@@ -66,7 +66,8 @@ pub struct VolumeStage {
     /// `None` after a path of steps, whose networks needed its memory. The next design sets it up
     /// again.
     volume: Option<VolumeNetwork>,
-    constraint: Vec<Constraint>,
+    /// Vertices without springs to a held vertex, ascending. They are held.
+    floating: Vec<u32>,
     method: Method,
     start: Start,
     bodies: Bodies,
@@ -201,39 +202,22 @@ impl VolumeStage {
         lowest: f64,
         shaped: &[u32],
     ) -> Result<Self, BackendError> {
-        let SetUp { mesh, cells, surface, families, backend, .. } = *set_up;
+        let SetUp { mesh, cells, surface, families, .. } = *set_up;
         let VolumeSettings { springs, quality, max_steps } = settings;
         let (volume, crossings) = rayon::join(
             || VolumeNetwork::last(set_up, edge_graph, springs),
             || Crossings::new(&mesh.vertices, &surface.triangles),
         );
         let volume = volume?;
-        let constraint = volume.constraint().to_vec();
-        let (enough, goal) = match quality {
-            Some(QualityTarget::Improve) => (IMPROVED * lowest, IMPROVED * lowest),
-            Some(QualityTarget::Original) | None => (ENOUGH * lowest, lowest),
-        };
+        let floating = volume.floating(families);
+        let enough = if quality == Some(QualityTarget::Improve) { IMPROVED } else { ENOUGH } * lowest;
         let merit = Merit::new(cells.clone(), &mesh.tets, &mesh.vertices, enough);
-        let smoothing = match quality {
-            None => None,
-            Some(target) => {
-                let freedom_of_surfaces = SurfaceFreedom::new(mesh, surface, families, shaped);
-                // A vertex with a partner is held: moved alone it would leave its partner.
-                let may = |(vertex, may): (u32, &Constraint)| {
-                    if families.partners.is_tied(vertex) { Constraint::Held } else { *may }
-                };
-                let may: Vec<Constraint> = (0..).zip(&constraint).map(may).collect();
-                let slides = freedom_of_surfaces.vertices();
-                let smoother =
-                    Smoother::new(backend, &mesh.tets, &mesh.vertices, &may, &slides, target).with_merit(merit.clone());
-                Some(Smoothing { smoother, freedom_of_surfaces, goal, enough })
-            }
-        };
+        let smoothing = quality.map(|target| Smoothing::new(set_up, target, lowest, merit.clone(), shaped, &floating));
         let stepping = Stepping { springs, lowest, max_steps, merit };
         let (method, start) = (volume.method(), Start::default());
         Ok(Self {
             volume: Some(volume),
-            constraint,
+            floating,
             method,
             start,
             bodies: Bodies::new(set_up),
@@ -295,8 +279,8 @@ impl VolumeStage {
     }
 
     /// Whether a tet with held vertices only is inverted. Then no path of steps helps.
-    fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh) -> bool {
-        let held = |&vertex: &u32| self.constraint[vertex as usize] == Constraint::Held;
+    fn surfaces_invert(&self, state: &MovedMesh, mesh: &TetMesh, families: &Families) -> bool {
+        let held = |&vertex: &u32| constraint(families, &self.floating, vertex) == Constraint::Held;
         mesh.tets.iter().zip(&state.beta).any(|(tet, &beta)| faults::is_inverted(beta) && tet.iter().all(held))
     }
 }
@@ -331,7 +315,7 @@ impl Stage for VolumeStage {
             && !stuck
             && !self.refusal_expected
             && self.stepping.max_steps > 1
-            && !self.surfaces_invert(&state, mesh)
+            && !self.surfaces_invert(&state, mesh, set_up.families)
         {
             // Optimisation of inverted corners of other cells changes the thickness of layers, so
             // steps come first there. It follows below if they do not reach the end.

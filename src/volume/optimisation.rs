@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 
-use super::sliding::SurfaceFreedom;
+use super::{sliding::SurfaceFreedom, springs::constraint};
 use crate::{
     backend::BackendError,
+    constraint::Constraint,
     quality::Statistics,
-    smoothing::{Goal, Merit, Raised, Smoothed, Smoother},
+    smoothing::{Goal, Merit, QualityTarget, Raised, Smoothed, Smoother},
     stage::SetUp,
 };
 
@@ -62,22 +63,79 @@ impl MovedMesh {
     }
 }
 
-/// Local optimisation of a mesh, set up once.
+/// Local optimisation of a mesh. Most meshes do not need it, so it is set up when a result first
+/// calls for it; in meshes of tets its arrays are a seventh of the memory otherwise.
 pub(super) struct Smoothing {
-    pub(super) smoother: Smoother,
-    pub(super) freedom_of_surfaces: SurfaceFreedom,
+    target: QualityTarget,
     /// The smallest beta to reach.
-    pub(super) goal: f64,
+    goal: f64,
     /// Local optimisation runs only if the smallest beta is lower.
     pub(super) enough: f64,
+    merit: Merit,
+    /// Vertices that give wings their profiles: they do not slide.
+    shaped: Vec<u32>,
+    /// Vertices that have no springs to a held vertex, ascending; see [`Network::new`].
+    ///
+    /// [`Network::new`]: crate::relaxation::Network::new
+    floating: Vec<u32>,
+    ready: Option<Ready>,
+}
+
+/// What is set up once per mesh.
+struct Ready {
+    smoother: Smoother,
+    freedom_of_surfaces: SurfaceFreedom,
 }
 
 impl Smoothing {
+    /// - `lowest`: the undeformed mesh's smallest beta; any positive number if no cell is a tet
+    /// - `shaped`: vertices that give wings their profiles: they do not slide
+    /// - `floating`: vertices without springs to a held vertex, ascending
+    pub(super) fn new(
+        set_up: &SetUp,
+        target: QualityTarget,
+        lowest: f64,
+        merit: Merit,
+        shaped: &[u32],
+        floating: &[u32],
+    ) -> Self {
+        let (enough, goal) = match target {
+            QualityTarget::Improve => (IMPROVED * lowest, IMPROVED * lowest),
+            QualityTarget::Original => (ENOUGH * lowest, lowest),
+        };
+        let (shaped, floating) = (shaped.to_vec(), floating.to_vec());
+        let mut smoothing = Self { target, goal, enough, merit, shaped, floating, ready: None };
+        // Every result of other cells than tets is searched for flat corners.
+        if !set_up.cells.are_tets() {
+            smoothing.ready(set_up);
+        }
+        smoothing
+    }
+
+    fn ready(&mut self, set_up: &SetUp) -> &mut Ready {
+        let Self { target, merit, shaped, floating, ready, .. } = self;
+        ready.get_or_insert_with(|| {
+            let SetUp { mesh, surface, families, backend, .. } = *set_up;
+            let freedom_of_surfaces = SurfaceFreedom::new(mesh, surface, families, shaped);
+            // A vertex with a partner is held: moved alone it would leave its partner.
+            let may = |vertex: u32| match families.partners.is_tied(vertex) {
+                true => Constraint::Held,
+                false => constraint(families, floating, vertex),
+            };
+            let may: Vec<Constraint> = (0..mesh.vertices.len() as u32).map(may).collect();
+            let slides = freedom_of_surfaces.vertices();
+            let smoother = Smoother::new(backend, &mesh.tets, &mesh.vertices, &may, &slides, *target);
+            Ready { smoother: smoother.with_merit(merit.clone()), freedom_of_surfaces }
+        })
+    }
+
     /// Optimises a mesh whose surfaces have reached their places. Vertices of surfaces may slide.
+    ///
+    /// - `set_up`: of the undeformed mesh
     pub(super) fn run(&mut self, set_up: &SetUp, state: &MovedMesh) -> Result<(MovedMesh, Smoothed), BackendError> {
-        let Self { smoother, freedom_of_surfaces, goal, .. } = self;
+        let goal = Goal { beta: self.goal, max_sweeps: MOST_SWEEPS };
+        let Ready { smoother, freedom_of_surfaces } = self.ready(set_up);
         let sliding = freedom_of_surfaces.on(set_up.mesh, set_up.surface, set_up.families, &state.vertices);
-        let goal = Goal { beta: *goal, max_sweeps: MOST_SWEEPS };
         let (mut vertices, mut beta) = (state.vertices.clone(), state.beta.clone());
         let smoothed = smoother.run(&mut vertices, &mut beta, &goal, Some(&sliding))?;
         Ok((MovedMesh::of(vertices, beta), smoothed))
@@ -85,10 +143,17 @@ impl Smoothing {
 
     /// Optimises the inside of a mesh on the path of steps, up to the beta `enough`, with the
     /// surfaces held.
-    pub(super) fn repair(&mut self, state: MovedMesh, enough: f64) -> Result<(MovedMesh, Smoothed), BackendError> {
+    ///
+    /// - `set_up`: of the undeformed mesh
+    pub(super) fn repair(
+        &mut self,
+        set_up: &SetUp,
+        state: MovedMesh,
+        enough: f64,
+    ) -> Result<(MovedMesh, Smoothed), BackendError> {
         let MovedMesh { mut vertices, mut beta, .. } = state;
         let goal = Goal { beta: enough, max_sweeps: REPAIR_SWEEPS };
-        let smoothed = self.smoother.run(&mut vertices, &mut beta, &goal, None)?;
+        let smoothed = self.ready(set_up).smoother.run(&mut vertices, &mut beta, &goal, None)?;
         Ok((MovedMesh::of(vertices, beta), smoothed))
     }
 
@@ -97,8 +162,10 @@ impl Smoothing {
     ///
     /// - `smoothed`: of the run before, if there was one; returned with the vertices of both
     pub(super) fn raise_flat_corners(&self, state: &mut MovedMesh, smoothed: Option<Smoothed>) -> Option<Smoothed> {
+        // A mesh of tets has no such corners.
+        let Some(Ready { smoother, .. }) = &self.ready else { return smoothed };
         let most = MOST_FLAT.max((LOCAL * state.beta.len() as f64) as usize);
-        let raised = self.smoother.raise_flat_corners(&mut state.vertices, &mut state.beta, most);
+        let raised = smoother.raise_flat_corners(&mut state.vertices, &mut state.beta, most);
         if raised.moved == 0 {
             return smoothed;
         }

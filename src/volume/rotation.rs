@@ -22,7 +22,7 @@ use crate::{
     constraint::Constraint,
     families::PlacedBy,
     mesh::{Displacement, edges::VertexGraph},
-    relaxation::{Convergence, Network, Relaxer, Stopping},
+    relaxation::{Convergence, MovingGraph, Network, Relaxer, Stopping},
     stage::{NoProduct, SetUp},
 };
 
@@ -39,15 +39,12 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// Sets up the network.
+    /// The network's springs.
     ///
     /// - `graph`: the tets' edges
     /// - `edge_stiffness` `[n_edges]`: stiffness for rotations
-    ///
-    /// # Errors
-    /// The backend failed, or the mesh does not fit the device.
-    pub fn new(set_up: &SetUp, graph: &VertexGraph, edge_stiffness: &[f64]) -> Result<Self, BackendError> {
-        let SetUp { mesh, families, backend, method, .. } = *set_up;
+    pub(super) fn network(set_up: &SetUp, graph: &VertexGraph, edge_stiffness: &[f64]) -> Network {
+        let SetUp { mesh, families, .. } = *set_up;
         let n = mesh.vertices.len();
         let constraint = (0..n as u32)
             .map(|vertex| match families.placed_by[vertex as usize] {
@@ -62,8 +59,18 @@ impl Rotation {
             .collect();
         // Length 1 for each edge, so errors are in radians.
         let lengths = vec![1.0; edge_stiffness.len()];
-        let network = Network::new(graph, edge_stiffness, &lengths, constraint, vec![0.0; n]);
-        let relaxer = Relaxer::new(network, backend, method)?;
+        Network::new(graph, edge_stiffness, &lengths, constraint, vec![0.0; n])
+    }
+
+    /// Sets up the network.
+    ///
+    /// - `network`: of [`Self::network`]
+    /// - `moving`: the moving graph of the displacements, which is shared if it is the same
+    ///
+    /// # Errors
+    /// The backend failed, or the mesh does not fit the device.
+    pub(super) fn new(set_up: &SetUp, network: Network, moving: &MovingGraph) -> Result<Self, BackendError> {
+        let relaxer = Relaxer::along(network, moving, set_up.backend, set_up.method)?;
         Ok(Self { relaxer, last: Equilibrium::default(), surfaces: SurfaceTurns::new(set_up) })
     }
 

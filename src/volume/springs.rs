@@ -19,9 +19,9 @@ use super::{
 use crate::{
     backend::BackendError,
     constraint::Constraint,
-    families::{PlacedBy, even},
+    families::{Families, PlacedBy, even},
     mesh::{Displacement, edges::VertexGraph},
-    relaxation::{Convergence, Method, Network, Relaxer, Stopping},
+    relaxation::{Convergence, Method, MovingGraph, Network, Relaxer, Stopping},
     springs::Springs,
     stage::SetUp,
 };
@@ -42,17 +42,60 @@ pub(super) struct Tied {
     pub(super) sets: Vec<Vec<u32>>,
 }
 
+/// The springs for displacements, and for rotations if the springs are rotation-aware.
+struct Networks {
+    displacement: Network,
+    /// With the sets of partners in periodic planes held; see [`Tied`].
+    tied: Option<(Network, Vec<Vec<u32>>)>,
+    rotation: Option<Network>,
+}
+
+impl Networks {
+    fn new(set_up: &SetUp, graph: &VertexGraph, springs: EdgeSprings) -> Self {
+        let SetUp { mesh, families, .. } = *set_up;
+        let EdgeSprings { length, stiffness, rotation_stiffness } = springs;
+        let network = |held: &[Vec<u32>]| {
+            let n_vertices = mesh.vertices.len();
+            let mut constraint: Vec<Constraint> =
+                (0..n_vertices as u32).map(|vertex| constraint(families, &[], vertex)).collect();
+            held.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
+            Network::new(graph, &stiffness, &length, constraint, vec![0.0; n_vertices])
+        };
+        let sets = families.partners.sliding(&families.placed_by);
+        let tied = (!sets.is_empty()).then(|| (network(&sets), sets));
+        let (displacement, rotation) = rayon::join(
+            || network(&[]),
+            || rotation_stiffness.map(|stiffness| Rotation::network(set_up, graph, &stiffness)),
+        );
+        Self { displacement, tied, rotation }
+    }
+}
+
+/// Constraint of a vertex after the surfaces have moved.
+///
+/// - `floating`: vertices without springs to a held vertex, ascending
+pub(super) fn constraint(families: &Families, floating: &[u32], vertex: u32) -> Constraint {
+    if floating.binary_search(&vertex).is_ok() {
+        return Constraint::Held;
+    }
+    match families.placed_by[vertex as usize] {
+        PlacedBy::Volume => Constraint::Free,
+        PlacedBy::Plane => families.plane_constraint(vertex),
+        _ => Constraint::Held,
+    }
+}
+
 impl VolumeNetwork {
     /// Evaluates the springs at the vertices of `set_up`'s mesh and sets up the networks.
     ///
     /// # Errors
     /// The backend failed, or the mesh does not fit the device.
     pub fn new(set_up: &SetUp, edge_graph: &EdgeGraph, springs: &Springs) -> Result<Self, BackendError> {
-        Self::of(set_up, &edge_graph.graph, EdgeSprings::new(set_up, &edge_graph.tets, springs)?)
+        let of_edges = EdgeSprings::new(set_up, &edge_graph.tets, springs)?;
+        Self::of(set_up, Networks::new(set_up, &edge_graph.graph, of_edges))
     }
 
-    /// [`Self::new`], which takes the edges and frees most of their memory before it makes the
-    /// networks.
+    /// [`Self::new`], which takes the edges and frees their memory before it relaxes anything.
     ///
     /// # Errors
     /// As for [`Self::new`].
@@ -60,31 +103,22 @@ impl VolumeNetwork {
         let EdgeGraph { tets, graph } = edge_graph;
         let of_edges = EdgeSprings::new(set_up, &tets, springs)?;
         drop(tets);
-        Self::of(set_up, &graph, of_edges)
+        let networks = Networks::new(set_up, &graph, of_edges);
+        drop(graph);
+        Self::of(set_up, networks)
     }
 
-    fn of(set_up: &SetUp, graph: &VertexGraph, springs: EdgeSprings) -> Result<Self, BackendError> {
-        let SetUp { mesh, families, backend, method, .. } = *set_up;
-        let EdgeSprings { length, stiffness, rotation_stiffness } = springs;
-        let constraint: Vec<Constraint> = (0..mesh.vertices.len() as u32)
-            .map(|vertex| match families.placed_by[vertex as usize] {
-                PlacedBy::Volume => Constraint::Free,
-                PlacedBy::Plane => families.plane_constraint(vertex),
-                _ => Constraint::Held,
-            })
-            .collect();
-        let anchor = vec![0.0; mesh.vertices.len()];
-        let sets = families.partners.sliding(&families.placed_by);
-        let tied = (!sets.is_empty()).then(|| {
-            let mut constraint = constraint.clone();
-            sets.iter().flatten().for_each(|&vertex| constraint[vertex as usize] = Constraint::Held);
-            let network = Network::new(graph, &stiffness, &length, constraint, anchor.clone());
+    fn of(set_up: &SetUp, networks: Networks) -> Result<Self, BackendError> {
+        let SetUp { backend, method, .. } = *set_up;
+        let Networks { displacement, tied, rotation } = networks;
+        let tied = tied.map(|(network, sets)| {
             Ok::<_, BackendError>(Tied { relaxer: Relaxer::new(network, backend, method)?, sets })
         });
+        let moving = MovingGraph::new(&displacement);
         // The two networks are independent, so they are made in parallel.
         let (rotation, relaxer) = rayon::join(
-            || rotation_stiffness.map(|stiffness| Rotation::new(set_up, graph, &stiffness)).transpose(),
-            || Relaxer::new(Network::new(graph, &stiffness, &length, constraint, anchor), backend, method),
+            || rotation.map(|network| Rotation::new(set_up, network, &moving)).transpose(),
+            || Relaxer::along(displacement, &moving, backend, method),
         );
         Ok(Self { relaxer: relaxer?, tied: tied.transpose()?, last: Equilibrium::default(), rotation: rotation? })
     }
@@ -92,6 +126,14 @@ impl VolumeNetwork {
     /// Constraint of each vertex after the surfaces have moved `[n_vertices]`.
     pub fn constraint(&self) -> &[Constraint] {
         &self.relaxer.network().constraint
+    }
+
+    /// The vertices that are held because no chain of springs ties them to a held vertex,
+    /// ascending.
+    pub(super) fn floating(&self, families: &Families) -> Vec<u32> {
+        let is_held = |(_, constraint): &(u32, &Constraint)| **constraint == Constraint::Held;
+        let held = (0..).zip(self.constraint()).filter(is_held).map(|(vertex, _)| vertex);
+        held.filter(|&vertex| constraint(families, &[], vertex) != Constraint::Held).collect()
     }
 
     /// The method that relaxes the springs; never [`Method::Auto`].

@@ -135,7 +135,7 @@ impl Stepping {
                 && tried.is_local()
             {
                 let by;
-                (tried, by) = smoothing.repair(tried, REPAIR.1 * self.lowest)?;
+                (tried, by) = smoothing.repair(set_up, tried, REPAIR.1 * self.lowest)?;
                 on_the_way = Some(after(on_the_way, by));
                 told.optimised(&tried);
             }

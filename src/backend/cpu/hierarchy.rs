@@ -9,10 +9,10 @@ use std::mem;
 use glam::DVec3;
 
 use super::chunks::{in_chunks, in_chunks_with};
+use super::finest::Finest;
 use super::levels::{self, Level, cycle, cycle_from_zero};
-use crate::backend::packed::Packed;
 use crate::backend::vectors::Vectors;
-use crate::backend::{BackendError, DeviceNetwork, LevelData, Measure, Sweep};
+use crate::backend::{BackendError, DeviceNetwork, LevelData, Measure, Sweep, WholeNetwork};
 use crate::constraint::Constraint;
 use crate::kernels::convergence::BLOCK;
 use crate::kernels::{Real, accelerate, accelerate_double, hand_over};
@@ -82,9 +82,10 @@ impl DeviceNetwork for SingleHierarchy {
 
 /// A hierarchy with load and correction in f64.
 pub(super) struct DoubleHierarchy {
-    finest: Packed<f64>,
+    finest: Finest,
     /// Finest first.
     levels: Vec<Level>,
+    /// The correction. It is made by the first pass, when the memory of the set-up is free.
     e: Vectors<f64>,
     /// The correction one cycle earlier.
     previous: Vectors<f64>,
@@ -94,36 +95,30 @@ pub(super) struct DoubleHierarchy {
 }
 
 impl DoubleHierarchy {
-    pub(super) fn new(levels: &[LevelData]) -> Self {
-        let finest = Packed::new(&levels[0].network);
-        let n_vertices = finest.n_vertices();
-        let zero = || Vectors::zero(n_vertices);
-        Self {
-            levels: levels::levels(levels),
-            e: zero(),
-            previous: zero(),
-            is_zero: true,
-            largest: vec![0.0; n_vertices.div_ceil(BLOCK)],
-            finest,
-        }
+    pub(super) fn new(levels: &[LevelData], whole: &WholeNetwork) -> Self {
+        let of_levels = levels::levels(levels);
+        let finest = Finest::new(&levels[0].network, whole);
+        let largest = vec![0.0; finest.n_rows().div_ceil(BLOCK)];
+        let [e, previous] = [0, 0].map(Vectors::zero);
+        Self { levels: of_levels, e, previous, is_zero: true, largest, finest }
     }
 
     /// Sets the load of the next cycle: the residual of the correction.
     fn hand_over(&mut self) {
-        let rows = self.finest.rows();
-        let e = (!self.is_zero).then_some(&*self.e);
+        let (finest, e) = (&self.finest, (!self.is_zero).then_some(&*self.e));
         let (_, load) = self.levels[0].packed.constraint_and_load();
-        in_chunks(load, |first, load| hand_over::run(first, &rows, e, load));
+        in_chunks(load, |first, load| hand_over::run(first, finest.rows_from(first), e, load));
     }
 
     /// `e_new = e + P (relaxation * correction of the cycle + momentum (e - previous))`, and the
     /// largest change: see [`accelerate_double::run`].
     fn accelerate(&mut self, sweep: &Sweep) {
         let factors = [sweep.relaxation, sweep.momentum];
-        let (constraint, inverse_length) = (self.finest.rows().constraint, self.finest.inverse_length());
+        let (finest, inverse_length) = (&self.finest, self.finest.inverse_length());
         let (e, of_cycle) = (&*self.e, &*self.levels[0].e);
         in_chunks_with(&mut self.previous, &mut self.largest, |first, previous, largest| {
-            accelerate_double::run(factors, first, constraint, inverse_length, e, of_cycle, previous, largest);
+            let rows = finest.rows_from(first);
+            accelerate_double::run(factors, first, rows, inverse_length, e, of_cycle, previous, largest);
         });
         mem::swap(&mut self.e, &mut self.previous);
         self.is_zero = false;
@@ -136,15 +131,20 @@ impl DeviceNetwork for DoubleHierarchy {
     }
 
     fn constrain(&mut self, constraint: &[Constraint]) -> Result<(), BackendError> {
-        self.finest.constrain(&constraint[..self.e.len()]);
+        self.finest.constrain(&constraint[..self.finest.n_rows()]);
         levels::constrain(&mut self.levels, constraint);
         Ok(())
     }
 
     fn start(&mut self, load: &[DVec3]) -> Result<(), BackendError> {
         self.finest.start(load);
-        self.e.fill([0.0; 4]);
-        self.previous.fill([0.0; 4]);
+        for e in [&mut self.e, &mut self.previous] {
+            if e.len() == load.len() {
+                e.fill([0.0; 4]);
+            } else {
+                *e = Vectors::zero(load.len());
+            }
+        }
         self.is_zero = true;
         Ok(())
     }

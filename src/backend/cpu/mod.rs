@@ -2,12 +2,14 @@
 
 use std::fs;
 use std::mem;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 mod chunks;
 mod edge_stiffness;
+mod finest;
 mod hierarchy;
 mod levels;
 
@@ -17,7 +19,7 @@ use crate::backend::smoother::CpuSmoother;
 use crate::backend::vectors::Vectors;
 use crate::backend::{
     Backend, BackendError, BackendInfo, DeviceNetwork, DeviceSmoother, EdgeStiffness, LevelData, Measure, NetworkData,
-    Sweep,
+    Sweep, WholeNetwork,
 };
 use crate::constraint::Constraint;
 use crate::kernels::convergence::BLOCK;
@@ -72,9 +74,25 @@ impl Backend for CpuBackend {
 
     fn upload_hierarchy(&self, levels: &[LevelData]) -> Result<Box<dyn DeviceNetwork>, BackendError> {
         Ok(match self.precision {
-            Precision::F64 => Box::new(DoubleHierarchy::new(levels)),
+            Precision::F64 => {
+                let NetworkData { graph, stiffness, .. } = levels[0].network;
+                let stiffness = Arc::new(stiffness.to_vec());
+                let whole = WholeNetwork { graph: Arc::clone(graph), stiffness, moving: None };
+                Box::new(DoubleHierarchy::new(levels, &whole))
+            }
             Precision::F32 => Box::new(SingleHierarchy::new(levels)),
         })
+    }
+
+    fn upload_hierarchy_of(
+        &self,
+        whole: &WholeNetwork,
+        levels: &[LevelData],
+    ) -> Result<Box<dyn DeviceNetwork>, BackendError> {
+        match self.precision {
+            Precision::F64 => Ok(Box::new(DoubleHierarchy::new(levels, whole))),
+            Precision::F32 => self.upload_hierarchy(levels),
+        }
     }
 
     fn smoother(&self) -> Box<dyn DeviceSmoother> {

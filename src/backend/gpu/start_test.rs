@@ -129,7 +129,7 @@ impl Sample {
 
     fn is_handed_over(&self, found: &[[f32; 4]]) -> bool {
         let mut expected = vec![[0f32; 4]; N_ROWS];
-        hand_over::run(0, &self.rows(), Some(&self.e), &mut expected);
+        hand_over::run(0, self.rows(), Some(&self.e), &mut expected);
         let numbers = expected.iter().flatten().zip(found.iter().flatten());
         let is_near = |(expected, found): (&f32, &f32)| {
             let (expected, found) = (f64::from(*expected), f64::from(*found));
@@ -180,8 +180,8 @@ impl Sample {
 
     fn is_accelerated(&self, found: &[[f64; 3]], of_blocks: &[f64]) -> bool {
         let (mut expected, mut largest) = (self.e_previous.clone(), vec![0.0; N_ROWS / BLOCK]);
-        let Self { constraint, inverse_length, e, of_cycle, .. } = self;
-        accelerate_double::run(FACTORS, 0, constraint, inverse_length, e, of_cycle, &mut expected, &mut largest);
+        let Self { inverse_length, e, of_cycle, .. } = self;
+        accelerate_double::run(FACTORS, 0, self.rows(), inverse_length, e, of_cycle, &mut expected, &mut largest);
         let is_near = |(expected, found): (&f64, &f64)| (expected - found).abs() <= ALLOWED;
         let (of_rows, last) = (N_ROWS - 1, N_ROWS / BLOCK - 1);
         three(&expected)[..of_rows].iter().flatten().zip(found.iter().flatten()).all(is_near)
