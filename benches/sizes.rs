@@ -9,6 +9,8 @@
 //! columns tell how well the order of the vertices suits a GPU; see `RowBlocks`.
 
 mod common;
+#[path = "../tests/common/heap.rs"]
+mod heap;
 #[path = "../tests/common/row_blocks.rs"]
 mod row_blocks;
 
@@ -36,6 +38,10 @@ use idmesh::{
     relaxation::FreeRows,
 };
 use row_blocks::RowBlocks;
+
+/// Counts the bytes in use.
+#[global_allocator]
+static HEAP: heap::Counting = heap::Counting;
 
 /// Updates a figure is the median of, after a first one that is not counted; above [`LARGE`] cells
 /// one.
@@ -67,6 +73,7 @@ fn run() -> Result<(), Failure> {
         "update s",
         "cycles",
         "MB",
+        "heap B/cell",
         "ms/sweep",
         "GB/s",
         "of copying",
@@ -165,6 +172,9 @@ struct Cost {
     cycles: usize,
     /// Most memory of the process during set-up and updates; NaN where the system does not tell.
     megabytes: f64,
+    /// Most bytes for each cell on the heap during set-up and first update, the mesh included and
+    /// its file not. What a driver takes does not count.
+    heap: f64,
     sweep: f64,
     bandwidth: f64,
     copying: f64,
@@ -181,12 +191,17 @@ impl Cost {
             plane if plane.ends_with("_plane") => Role::PLANE,
             _ => Role::Prescribed,
         };
-        let mut builder = Mover::builder(mesh.clone()).other_cells(others.clone());
+        let before = heap::in_use();
+        let mut given = mesh.clone();
+        // A mesh that is shared and turned would be there twice.
+        given.turn_tets();
+        let mut builder = Mover::builder(given).other_cells(others.clone());
         for family in &mesh.families {
             builder = builder.role(family, role(family));
         }
         let n_cells = mesh.tets.len() + others.n_cells();
         forget_peak_memory();
+        heap::forget_peak();
         let start = Instant::now();
         let mut mover = builder.build(Arc::clone(backend))?;
         let set_up = start.elapsed().as_secs_f64();
@@ -202,6 +217,7 @@ impl Cost {
             design.prescribed.insert(name.clone(), vertices.map(moves).collect());
         }
         let mut times = Vec::new();
+        let mut of_heap = 0;
         let updates = if n_cells > LARGE { 1 } else { UPDATES };
         let (mut cycles, mut work) = (0, None);
         for _ in 0..=updates {
@@ -209,6 +225,9 @@ impl Cost {
             let outcome = mover.update(&design)?;
             times.push(start.elapsed().as_secs_f64());
             (cycles, work) = (outcome.solver.sweeps, outcome.device_work);
+            if of_heap == 0 {
+                of_heap = heap::peak() - before;
+            }
             if outcome.inverted > 0 || !outcome.converged {
                 return Err("the mesh did not come out well, so its times mean nothing".into());
             }
@@ -240,6 +259,7 @@ impl Cost {
             update,
             cycles,
             megabytes,
+            heap: of_heap as f64 / n_cells as f64,
             sweep: sweep.seconds,
             bandwidth: sweep.bandwidth,
             copying,
@@ -260,6 +280,7 @@ impl Cost {
             format!("{:.4}", self.update),
             self.cycles.to_string(),
             format!("{:.0}", self.megabytes),
+            format!("{:.0}", self.heap),
             format!("{:.3}", 1e3 * self.sweep),
             format!("{:.1}", 1e-9 * self.bandwidth),
             format!("{:.0} %", 100.0 * self.bandwidth / self.copying),
