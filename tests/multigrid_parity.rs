@@ -21,8 +21,13 @@ const F64: CpuBackend = CpuBackend { precision: Precision::F64 };
 const TWIN: CpuBackend = CpuBackend { precision: Precision::F32 };
 
 /// The arithmetic of adapters without f64.
-const SINGLE: Bounds =
-    Bounds { matrix_bytes: None, workgroups: None, arithmetic: Some(Precision::F32), least_vertices: Some(0) };
+const SINGLE: Bounds = Bounds {
+    matrix_bytes: None,
+    workgroups: None,
+    arithmetic: Some(Precision::F32),
+    least_vertices: Some(0),
+    times: false,
+};
 
 const CYCLES: [Sweep; 4] = [
     Sweep { relaxation: 1.1, momentum: 0.0 },

@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use idmesh::backend::DeviceWork;
 use idmesh::mesh::{FamilyId, TetMesh};
-use idmesh::mover::{FamilyReport, MovedSection, ProfileReport, Solver, StageName, StageQuality, StageRelaxation};
+use idmesh::mover::{
+    FamilyReport, MovedSection, ProfileReport, Solver, StageName, StageQuality, StageRelaxation, StageSeconds,
+};
 use idmesh::profile::ProfileMatch;
 use idmesh::quality::Statistics;
 use idmesh::relaxation::Relaxation;
@@ -177,6 +179,10 @@ fn report() -> RunReport {
             copies: 6,
             clears: 7,
         }),
+        stage_seconds: Some(vec![
+            StageSeconds::new("planes", 0.5, 0.0, None),
+            StageSeconds::new("volume", 2.0, 1.5, Some(1.25)),
+        ]),
         path: Some(Path { steps: 3, given_up: 1, reached: 1.0, tried: vec![step] }),
         smoothing: Some(Smoothing { sweeps: 12, moved: 345 }),
         warnings: vec!["mind the gap".into()],
@@ -243,6 +249,10 @@ fn json_has_the_promised_names() {
         "device_work": {
             "bytes_up": 1, "bytes_down": 2, "submissions": 3, "reads": 4, "dispatches": 5, "copies": 6, "clears": 7
         },
+        "stage_seconds": [
+            { "stage": "planes", "seconds": 0.5, "waiting": 0.0 },
+            { "stage": "volume", "seconds": 2.0, "waiting": 1.5, "kernels": 1.25 }
+        ],
         "warnings": ["mind the gap"],
         "checksums": { "case": { "case.toml": null }, "mesh": {}, "inputs": {}, "design": {}, "outputs": {} },
         "reasons": {

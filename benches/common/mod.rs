@@ -1,6 +1,7 @@
 //! What the benchmarks share: the example, the machine, medians and tables.
 #![allow(dead_code, reason = "each benchmark uses a part of it")]
 
+pub mod cost;
 pub mod network;
 
 use std::{error::Error, fs, path::PathBuf, process::ExitCode, thread};
@@ -22,10 +23,13 @@ pub fn example() -> Result<LoadedCase, Failure> {
     Ok(Case::load(root().join("examples/wing-body/case.toml"))?)
 }
 
-/// The folder of the repository: where Cargo says it is, else, for benchmarks carried to another
-/// machine, the current one.
+/// The folder of the repository: where Cargo says it is. For benchmarks carried to another machine
+/// the folder of their executables, if it has the meshes, else the current one.
 pub fn root() -> PathBuf {
-    std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(PathBuf::new, PathBuf::from)
+    let of_program = || Some(std::env::current_exe().ok()?.parent()?.to_owned());
+    let carried = || of_program().filter(|folder| folder.join("examples").is_dir());
+    let of_cargo = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+    of_cargo.or_else(carried).unwrap_or_default()
 }
 
 /// A brick of `n` cubes of side 1 in each direction, each six tets around its main diagonal: its

@@ -199,6 +199,26 @@ impl DeviceWork {
     }
 }
 
+/// Seconds of a device since it was opened. Sessions that share a device count together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviceTimes {
+    /// Seconds of waiting for the device's answers.
+    pub waiting: f64,
+    /// Seconds of the device's kernels, by its own clock. `None`: nobody asked for them, or the
+    /// device has no clock.
+    pub kernels: Option<f64>,
+}
+
+impl DeviceTimes {
+    /// The seconds since an earlier moment.
+    pub fn since(self, earlier: Self) -> Self {
+        Self {
+            waiting: self.waiting - earlier.waiting,
+            kernels: self.kernels.map(|kernels| kernels - earlier.kernels.unwrap_or(0.0)),
+        }
+    }
+}
+
 /// An adapter of the system.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterSummary {
@@ -263,6 +283,21 @@ pub trait Backend: Send + Sync {
     /// The work of the device since it was opened. `None` for the CPU.
     fn work(&self) -> Option<DeviceWork> {
         None
+    }
+
+    /// The times of the device since it was opened. `None` for the CPU.
+    fn times(&self) -> Option<DeviceTimes> {
+        None
+    }
+
+    /// Bytes a second that the device reads and writes when it copies an array, for benchmarks.
+    /// `None` for the CPU.
+    ///
+    /// # Errors
+    /// The device failed.
+    #[doc(hidden)]
+    fn copying(&self) -> Result<Option<f64>, BackendError> {
+        Ok(None)
     }
 
     /// Whether the device relaxes a network with so many moving vertices. All others are relaxed on

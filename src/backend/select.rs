@@ -20,11 +20,16 @@ pub enum Selection {
 #[cfg(feature = "gpu")]
 const VERTICES: &str = "IDMESH_GPU_VERTICES";
 
+/// The variable of the environment that has a GPU time its kernels, with the value `1`.
+#[cfg(feature = "gpu")]
+const TIMES: &str = "IDMESH_GPU_TIMES";
+
 /// The backend for a selection. `Gpu` never falls back to the CPU, because the user would report a
 /// wrong timing.
 ///
 /// # Errors
-/// - [`BackendError::Variable`]: `IDMESH_GPU_VERTICES` is no number of vertices
+/// - [`BackendError::Variable`]: `IDMESH_GPU_VERTICES` is no number of vertices, or
+///   `IDMESH_GPU_TIMES` neither `0` nor `1`
 /// - [`BackendError::NoAdapter`]: the user chose a GPU and there is none
 /// - [`BackendError::Device`]: the selected adapter does not start
 pub fn select(selection: Selection) -> Result<Box<dyn Backend>, BackendError> {
@@ -50,15 +55,26 @@ fn hardware_gpu() -> Result<Box<dyn Backend>, BackendError> {
 
 #[cfg(feature = "gpu")]
 fn bounds() -> Result<super::gpu::Bounds, BackendError> {
-    let wrong = |value: String| BackendError::Variable { name: VERTICES, value, expected: "a number of vertices" };
-    let least_vertices = match std::env::var_os(VERTICES) {
-        None => None,
-        Some(value) => {
-            let value = value.to_string_lossy().into_owned();
-            Some(value.parse().map_err(|_| wrong(value))?)
-        }
-    };
-    Ok(super::gpu::Bounds { least_vertices, ..super::gpu::Bounds::default() })
+    let least_vertices = variable(VERTICES, "a number of vertices", |value| value.parse().ok())?;
+    let times = variable(TIMES, "`0` or `1`", |value| ["0", "1"].iter().position(|&word| word == value))?;
+    Ok(super::gpu::Bounds { least_vertices, times: times == Some(1), ..super::gpu::Bounds::default() })
+}
+
+/// The meaning of a variable of the environment; `None` if it is not set.
+///
+/// - `expected`: what it may be
+#[cfg(feature = "gpu")]
+fn variable<T>(
+    name: &'static str,
+    expected: &'static str,
+    meaning: impl Fn(&str) -> Option<T>,
+) -> Result<Option<T>, BackendError> {
+    let Some(value) = std::env::var_os(name) else { return Ok(None) };
+    let value = value.to_string_lossy().into_owned();
+    match meaning(&value) {
+        Some(meaning) => Ok(Some(meaning)),
+        None => Err(BackendError::Variable { name, value, expected }),
+    }
 }
 
 #[cfg(feature = "gpu")]

@@ -30,6 +30,7 @@ mod refused;
 mod reports;
 mod settings;
 mod simplex_view;
+mod stage_clock;
 mod warnings;
 
 use std::{
@@ -70,6 +71,8 @@ pub use product_error::{NotDifferentiable, ProductError};
 pub use products::Gradient;
 pub use refused::{Refused, Why};
 pub use settings::Settings;
+use stage_clock::StageClock;
+pub use stage_clock::StageSeconds;
 pub use warnings::Warning;
 
 use crate::{
@@ -333,6 +336,7 @@ impl Mover {
         };
         let (backend, method, stopping) = (self.backend.as_ref(), self.method, self.stopping);
         let set_up = SetUp { mesh, cells, surface, families, backend, method, stopping };
+        let mut clock = StageClock::start(backend);
         let mut watch = StageWatch { cells: cells.clone(), last: Instant::now(), stages: Vec::new() };
         let mut fold_check = FoldCheck::new(mesh, surface, edge_angles, families);
         let mut end = |stage: &'static str, last: PlacedBy, displacement: &mut Displacement| {
@@ -383,6 +387,7 @@ impl Mover {
                 deformed = Vec::new();
                 watch.record(StageName::Corrected, &corrected_beta);
             }
+            clock.end(row.name);
         }
         if is_stopped.get() {
             return Err(MoveError::Stopped);
@@ -474,6 +479,7 @@ impl Mover {
             nearest_to_refusal: self.stages.wings.nearest_to_refusal(),
             solver: self.solver_report(&volume),
             device_work: self.backend.work().map(|work| work.since(work_before)),
+            stage_seconds: clock.stop(),
             stages: watch.stages,
             original_beta: self.order.of_tets(&self.original_beta[..self.cells.n_tets]),
             beta,

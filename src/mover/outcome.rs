@@ -13,7 +13,7 @@ use std::{
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{Crease, HeldBack, Warning, differentiable::Differentiable, meter::Meter};
+use super::{Crease, HeldBack, StageSeconds, Warning, differentiable::Differentiable, meter::Meter};
 use crate::{
     backend::DeviceWork,
     mesh::{CellMeasures, Displacement, FamilyId, KindQuality, OtherCells, TetMesh},
@@ -113,6 +113,8 @@ pub struct Outcome {
     /// What passed between the CPU and the device, and what the device was told to do. Updates at
     /// the same time on the same device count together. `None` for the CPU.
     pub device_work: Option<DeviceWork>,
+    /// Seconds of each stage, in order, and of the measures of the result.
+    pub stage_seconds: Vec<StageSeconds>,
     /// The work of local optimisation. `None` if it was off or not needed.
     pub smoothed: Option<Smoothed>,
     /// Whether every relaxation reached its tolerance.

@@ -9,7 +9,7 @@ use super::{Backend, Checksums, Kind, Mesh, Outline, SolverQualities, WorstCell,
 use crate::backend::DeviceWork;
 use crate::mover::{
     FamilyReport, Fault, MovedSection, Outcome, Place, ProfileReport, Refused, Solver, StageName, StageQuality,
-    StageRelaxation,
+    StageRelaxation, StageSeconds,
 };
 use crate::profile::Profile;
 use crate::volume::Path;
@@ -69,6 +69,8 @@ pub struct RunReport {
     pub relaxations: Option<Vec<StageRelaxation>>,
     /// What the update asked of the device. `None` for the CPU.
     pub device_work: Option<DeviceWork>,
+    /// Seconds of each stage of the update, in order, and of the measures of the result.
+    pub stage_seconds: Option<Vec<StageSeconds>>,
     /// The steps of the volume stage.
     pub path: Option<Path>,
     /// Local optimisation, if it ran.
@@ -224,6 +226,7 @@ impl RunReport {
             solver: None,
             relaxations: None,
             device_work: None,
+            stage_seconds: None,
             path: None,
             smoothing: None,
             warnings: Vec::new(),
@@ -252,6 +255,7 @@ impl RunReport {
         self.solver = Some(outcome.solver.clone());
         self.relaxations = Some(outcome.relaxations.clone());
         self.device_work = outcome.device_work;
+        self.stage_seconds = Some(outcome.stage_seconds.clone());
         self.path = Some(outcome.path.clone());
         self.smoothing = outcome.smoothed.map(|done| Smoothing { sweeps: done.sweeps, moved: done.moved });
         self.warnings = outcome.warnings.iter().map(ToString::to_string).collect();

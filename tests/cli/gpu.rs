@@ -1,6 +1,7 @@
 //! With and without a GPU.
 
 use crate::fixture::*;
+use crate::schema::assert_report;
 
 #[test]
 fn no_gpu_is_an_error_only_where_one_is_asked_for() {
@@ -115,6 +116,58 @@ fn small_networks_are_left_to_the_cpu() {
     let wrong = command(fixture.folder.path(), &run).env("IDMESH_GPU_VERTICES", "many").output().unwrap();
     assert_eq!(wrong.status.code(), Some(6));
     assert!(stderr(&wrong).contains("IDMESH_GPU_VERTICES is `many`, expected a number"), "{}", stderr(&wrong));
+}
+
+/// Times of kernels are in the report where they are asked for, and change no other byte and no
+/// other command. Stages follow one another, so their seconds are not more than the update's.
+#[test]
+fn kernels_are_timed_only_where_that_is_asked_for() {
+    if gpu_tests_are_off() {
+        return;
+    }
+    let fixture = Fixture::new();
+    let run = ["run", "case.toml", "--backend", "gpu", "--json", "report.json", "-q"];
+    let with = |times: Option<&str>| {
+        let mut command = command(fixture.folder.path(), &run);
+        command.env("IDMESH_GPU_VERTICES", "0").env_remove("IDMESH_GPU_TIMES");
+        if let Some(times) = times {
+            command.env("IDMESH_GPU_TIMES", times);
+        }
+        command.output().unwrap()
+    };
+    let report = |times| -> serde_json::Value {
+        assert_good(&with(times));
+        let report = serde_json::from_str(&fixture.read("report.json")).unwrap();
+        assert_report(&report);
+        report
+    };
+    let figures = |report: &serde_json::Value, key: &str| -> Vec<f64> {
+        report["stage_seconds"].as_array().unwrap().iter().filter_map(|stage| stage[key].as_f64()).collect()
+    };
+    let plain = report(None);
+    let mesh = std::fs::read(fixture.path("moved.msh")).unwrap();
+    assert!(figures(&plain, "kernels").is_empty() && plain["device_work"]["reads"].as_u64().unwrap() > 0);
+    let timed = report(Some("1"));
+    assert_eq!(std::fs::read(fixture.path("moved.msh")).unwrap(), mesh);
+    assert_eq!(timed["device_work"], plain["device_work"]);
+    let names: Vec<_> =
+        timed["stage_seconds"].as_array().unwrap().iter().map(|stage| stage["stage"].as_str().unwrap()).collect();
+    assert_eq!(names, ["wing", "trailing edge", "rigid", "attached", "carenage", "planes", "volume", "checks"]);
+    let [seconds, waiting, kernels] = ["seconds", "waiting", "kernels"].map(|key| figures(&timed, key));
+    assert!(seconds.iter().sum::<f64>() <= timed["seconds"]["update"].as_f64().unwrap(), "{timed}");
+    assert!(waiting.iter().zip(&seconds).all(|(waiting, seconds)| waiting <= seconds), "{timed}");
+    assert!(waiting[6] > 0.0, "{timed}");
+    // An adapter without time stamps has no times. Mesa's software adapter has them, and runs its
+    // kernels at no other time than between a submission and its answer.
+    if kernels.is_empty() {
+        assert!(!stdout(&fixture.idmesh(&["adapters"])).contains("llvmpipe"));
+    } else {
+        assert!(kernels.len() == seconds.len() && kernels[6] > 0.0 && kernels[7] == 0.0, "{timed}");
+        assert!(kernels.iter().zip(&seconds).all(|(kernels, seconds)| *kernels <= 1.01 * seconds), "{timed}");
+    }
+    let wrong = with(Some("yes"));
+    assert_eq!(wrong.status.code(), Some(6));
+    assert!(stderr(&wrong).contains("IDMESH_GPU_TIMES is `yes`, expected `0` or `1`"), "{}", stderr(&wrong));
 }
 
 /// Products of both backends agree to 1e-6 of their norms where updates are solved to 1e-8, and on

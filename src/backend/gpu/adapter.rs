@@ -68,6 +68,11 @@ pub(super) fn double(adapter: &Adapter) -> Features {
     adapter.features() & Features::SHADER_F64
 }
 
+/// The feature of time stamps if the adapter has it, otherwise none.
+pub(super) fn times(adapter: &Adapter) -> Features {
+    adapter.features() & Features::TIMESTAMP_QUERY
+}
+
 /// Most bytes of one array.
 pub(super) fn max_binding(limits: &Limits) -> u64 {
     limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)

@@ -4,18 +4,19 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bytemuck::{NoUninit, Pod, cast_slice, pod_collect_to_vec};
 use wgpu::{
-    Adapter, AdapterInfo, BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
-    ComputePass, DeviceDescriptor, ErrorFilter, MapMode, PollType, Queue,
+    Adapter, AdapterInfo, BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePass,
+    DeviceDescriptor, ErrorFilter, Features, MapMode, PollType, Queue,
 };
 
-use super::adapter::{double, max_binding, required_limits};
+use super::adapter::{double, max_binding, required_limits, times};
+use super::commands::{Clock, Commands};
 use super::pipeline::{Pipeline, Window};
-use super::{BackendError, Bounds};
-use crate::backend::{DeviceWork, Precision};
+use super::{BackendError, Bounds, StartTest};
+use crate::backend::{DeviceTimes, DeviceWork, Precision};
 use crate::kernels::{OfDoubleKernels, OfKernels, place};
 
 /// Most neighbours or tets in a loop of one invocation. Mesa's software adapter silently ends an
@@ -43,7 +44,13 @@ pub(super) struct Device {
     pub(super) pipelines: OfKernels<Pipeline>,
     /// The kernels with numbers in f64; `None` if the device does not compute in f64.
     pub(super) double_pipelines: Option<OfDoubleKernels<Pipeline>>,
+    /// What the tests of these kernels found.
+    pub(super) start_tests: Vec<StartTest>,
     work: Counters,
+    /// Nanoseconds of waiting for answers.
+    waiting: AtomicU64,
+    /// The times of kernels, if they are wanted and the device has them.
+    clock: Option<Clock>,
 }
 
 /// See [`DeviceWork`].
@@ -66,10 +73,11 @@ impl Device {
     pub(super) fn open(adapter: &Adapter, bounds: Bounds) -> Result<Self, BackendError> {
         let info = adapter.get_info();
         let fail = |message: String| BackendError::Device { adapter: info.name.clone(), message };
+        let wanted_times = if bounds.times { times(adapter) } else { Features::empty() };
         let descriptor = DeviceDescriptor {
             label: Some("idmesh"),
             required_limits: required_limits(adapter),
-            required_features: double(adapter),
+            required_features: double(adapter) | wanted_times,
             ..DeviceDescriptor::default()
         };
         let (device, queue) =
@@ -95,7 +103,10 @@ impl Device {
             max_workgroups: bounds.workgroups.unwrap_or(u32::MAX).min(limits.max_compute_workgroups_per_dimension),
             pipelines: pipelines.map_err(fail)?,
             double_pipelines: None,
+            start_tests: Vec::new(),
             work: Counters::default(),
+            waiting: AtomicU64::new(0),
+            clock: (!wanted_times.is_empty()).then(|| Clock::new(&queue)),
             device,
             queue,
             failure,
@@ -132,6 +143,12 @@ impl Device {
         let [bytes_up, bytes_down, submissions, reads, dispatches, copies, clears] =
             [bytes_up, bytes_down, submissions, reads, dispatches, copies, clears].map(|of| of.load(Ordering::Relaxed));
         DeviceWork { bytes_up, bytes_down, submissions, reads, dispatches, copies, clears }
+    }
+
+    /// Seconds since the device was opened.
+    pub(super) fn times(&self) -> DeviceTimes {
+        let waiting = 1e-9 * self.waiting.load(Ordering::Relaxed) as f64;
+        DeviceTimes { waiting, kernels: self.clock.as_ref().map(Clock::seconds) }
     }
 
     /// The error of the device with this message.
@@ -216,13 +233,14 @@ impl Device {
         pipeline.bind(&self.device, buffers, windows)
     }
 
-    pub(super) fn encoder(&self) -> CommandEncoder {
-        self.device.create_command_encoder(&CommandEncoderDescriptor::default())
+    pub(super) fn encoder(&self) -> Commands {
+        let encoder = self.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        Commands::new(&self.device, encoder, self.clock.is_some())
     }
 
-    pub(super) fn submit(&self, encoder: CommandEncoder) {
+    pub(super) fn submit(&self, commands: Commands) {
         count(&self.work.submissions, 1);
-        self.queue.submit([encoder.finish()]);
+        Clock::submit(self.clock.as_ref(), &self.device, &self.queue, commands);
     }
 
     /// Records a kernel with so many invocations.
@@ -243,13 +261,13 @@ impl Device {
     }
 
     /// Records the copy of the first bytes of an array.
-    pub(super) fn copy(&self, encoder: &mut CommandEncoder, from: &Buffer, to: &Buffer, bytes: u64) {
+    pub(super) fn copy(&self, encoder: &mut Commands, from: &Buffer, to: &Buffer, bytes: u64) {
         encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
         count(&self.work.copies, 1);
     }
 
     /// Records that an array is set to zero.
-    pub(super) fn clear(&self, encoder: &mut CommandEncoder, buffer: &Buffer) {
+    pub(super) fn clear(&self, encoder: &mut Commands, buffer: &Buffer) {
         encoder.clear_buffer(buffer, 0, None);
         count(&self.work.clears, 1);
     }
@@ -258,7 +276,7 @@ impl Device {
     /// buffer `staging`.
     pub(super) fn read<T: Pod>(
         &self,
-        mut encoder: CommandEncoder,
+        mut encoder: Commands,
         source: &Buffer,
         staging: &Buffer,
         n: usize,
@@ -277,7 +295,9 @@ impl Device {
         // The receiver outlives the wait below. If it does not, nobody needs the message.
         staging.map_async(MapMode::Read, 0..size, move |result| drop(sender.send(result)));
         // wgpu panics if the device is lost during the wait.
+        let begin = Instant::now();
         let waited = catch_unwind(AssertUnwindSafe(|| self.device.poll(PollType::wait_indefinitely())));
+        count(&self.waiting, begin.elapsed().as_nanos() as u64);
         match waited {
             Err(_) => return Err(self.error("device lost")),
             Ok(Err(error)) => return Err(self.error(error.to_string())),
@@ -288,6 +308,7 @@ impl Device {
             Ok(Ok(())) => {}
             _ => return Err(self.error("the device did not hand back its results")),
         }
+        self.clock.iter().for_each(Clock::collect);
         let mapped = staging.get_mapped_range(0..size).map_err(|error| self.error(error.to_string()))?;
         let data = pod_collect_to_vec(&mapped);
         drop(mapped);

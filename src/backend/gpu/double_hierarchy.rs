@@ -5,8 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
-use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor};
+use wgpu::{BindGroup, Buffer, BufferUsages};
 
+use super::commands::Commands;
 use super::device::Device;
 use super::levels::{BATCH, Levels, Start, measures, uniform, vector};
 use super::network::{SLOT, slots};
@@ -134,7 +135,7 @@ impl GpuDoubleHierarchy {
     }
 
     /// Commands for a submission, first those that begin a pass.
-    fn encoder(&mut self) -> CommandEncoder {
+    fn encoder(&mut self) -> Commands {
         let mut encoder = self.device.encoder();
         if std::mem::take(&mut self.begins) {
             self.e.iter().for_each(|e| self.device.clear(&mut encoder, e));
@@ -174,17 +175,17 @@ impl GpuDoubleHierarchy {
     }
 
     /// Records a cycle of a batch.
-    fn record(&self, cycle: usize, encoder: &mut CommandEncoder) -> Result<(), BackendError> {
+    fn record(&self, cycle: usize, encoder: &mut Commands) -> Result<(), BackendError> {
         let Self { device, chunks, current, .. } = self;
         let kernels = kernels(device)?;
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        let mut pass = encoder.pass();
         for chunk in chunks {
             let bound = (&chunk.hand_over[*current], (usize::from(self.is_zero) * SLOT) as u32);
             device.dispatch(&mut pass, &kernels.hand_over, bound, chunk.rows.len());
         }
         drop(pass);
         self.levels.record_cycle(device, encoder);
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        let mut pass = encoder.pass();
         for (at, chunk) in chunks.iter().enumerate() {
             let bound = (&chunk.accelerate[*current], ((cycle * chunks.len() + at) * SLOT) as u32);
             device.dispatch(&mut pass, &kernels.accelerate_double, bound, chunk.rows.len());

@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor};
+use wgpu::{BindGroup, Buffer, BufferUsages};
 
+use super::commands::Commands;
 use super::device::Device;
 use super::levels::{BATCH, Levels, Start, measures, uniform, vector};
 use super::network::{SLOT, slots};
@@ -63,7 +64,7 @@ impl GpuHierarchy {
     }
 
     /// Commands for a submission, first those that begin a pass.
-    fn encoder(&mut self) -> CommandEncoder {
+    fn encoder(&mut self) -> Commands {
         let mut encoder = self.device.encoder();
         if std::mem::take(&mut self.begins) {
             let [e, e_previous] = &self.levels.finest().e;
@@ -98,7 +99,7 @@ impl GpuHierarchy {
     }
 
     /// Records a cycle of a batch.
-    fn record(&self, cycle: usize, encoder: &mut CommandEncoder) {
+    fn record(&self, cycle: usize, encoder: &mut Commands) {
         let Self { device, levels, start, previous, .. } = self;
         let finest = levels.finest();
         let n_vertices = finest.packed.n_vertices();
@@ -106,7 +107,7 @@ impl GpuHierarchy {
         device.copy(encoder, start, previous, bytes);
         device.copy(encoder, &finest.e[0], start, bytes);
         levels.record_cycle(device, encoder);
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        let mut pass = encoder.pass();
         let bound = (&self.end, (cycle * SLOT) as u32);
         device.dispatch(&mut pass, &device.pipelines.accelerate, bound, n_vertices);
         drop(pass);

@@ -6,8 +6,9 @@
 use std::ops::Range;
 
 use bytemuck::NoUninit;
-use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor};
+use wgpu::{BindGroup, Buffer, BufferUsages};
 
+use super::commands::Commands;
 use super::device::Device;
 use super::network::{SLOT, matrix, plan, slots};
 use super::pipeline::Pipeline;
@@ -113,12 +114,12 @@ impl Levels {
     }
 
     /// Records a cycle.
-    pub(super) fn record_cycle(&self, device: &Device, encoder: &mut CommandEncoder) {
+    pub(super) fn record_cycle(&self, device: &Device, encoder: &mut Commands) {
         self.record_from(0, device, encoder);
     }
 
     /// Records a level's way down, the cycle of the coarser levels, and the level's way up.
-    fn record_from(&self, at: usize, device: &Device, encoder: &mut CommandEncoder) {
+    fn record_from(&self, at: usize, device: &Device, encoder: &mut Commands) {
         record_dispatches(device, &self.levels[at].down, encoder);
         if at + 1 < self.levels.len() {
             self.record_from(at + 1, device, encoder);
@@ -127,8 +128,8 @@ impl Levels {
     }
 }
 
-fn record_dispatches(device: &Device, dispatches: &[Dispatch], encoder: &mut CommandEncoder) {
-    let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+fn record_dispatches(device: &Device, dispatches: &[Dispatch], encoder: &mut Commands) {
+    let mut pass = encoder.pass();
     for Dispatch { kernel, n_rows, bound } in dispatches {
         device.dispatch(&mut pass, kernel.pipeline(device), (bound, 0), *n_rows);
     }

@@ -6,6 +6,8 @@
 //! split into chunks of rows, each with buffers of its own.
 
 mod adapter;
+mod commands;
+mod copying;
 mod device;
 mod double_hierarchy;
 mod hierarchy;
@@ -19,19 +21,20 @@ use std::sync::Arc;
 
 pub use adapter::Choice;
 use device::Device;
+pub use start_test::StartTest;
 use wgpu::Adapter;
 
 use super::{
-    AdapterSummary, Backend, BackendError, BackendInfo, CpuBackend, DeviceNetwork, DeviceSmoother, DeviceWork,
-    EdgeStiffness, LevelData, NetworkData, Precision,
+    AdapterSummary, Backend, BackendError, BackendInfo, CpuBackend, DeviceNetwork, DeviceSmoother, DeviceTimes,
+    DeviceWork, EdgeStiffness, LevelData, NetworkData, Precision,
 };
 
 /// Number of moving vertices from which a network is relaxed on the GPU. The sweeps of a smaller
 /// network take the CPU less time than a GPU's answers take. Not measured on hardware.
 const LEAST_VERTICES: usize = 10_000;
 
-/// Bounds tighter than the adapter's own. With them tests reach code that otherwise only the
-/// largest meshes or other adapters reach.
+/// Bounds tighter than the adapter's own, and what is measured. With the bounds tests reach code
+/// that otherwise only the largest meshes or other adapters reach.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bounds {
     /// Most bytes in one binding of a matrix.
@@ -42,6 +45,8 @@ pub struct Bounds {
     pub arithmetic: Option<Precision>,
     /// Number of moving vertices from which the GPU relaxes a network.
     pub least_vertices: Option<usize>,
+    /// Whether the GPU times its kernels, where the adapter has time stamps.
+    pub times: bool,
 }
 
 /// The GPU backend.
@@ -61,7 +66,10 @@ pub fn adapters() -> Vec<AdapterSummary> {
 fn open(adapter: &Adapter, bounds: Bounds) -> Result<Device, BackendError> {
     let mut device = Device::open(adapter, bounds)?;
     let kernels = device.double_pipelines.take();
-    device.double_pipelines = kernels.filter(|kernels| start_test::computes_in_double(&device, kernels));
+    if let Some(kernels) = kernels {
+        device.start_tests = start_test::run(&device, &kernels).to_vec();
+        device.double_pipelines = Some(kernels).filter(|_| device.start_tests.iter().all(|test| test.passes));
+    }
     Ok(device)
 }
 
@@ -84,6 +92,11 @@ impl GpuBackend {
         Ok(Self { device, least_vertices: bounds.least_vertices.unwrap_or(LEAST_VERTICES) })
     }
 
+    /// What the tests of the kernels in f64 found when the adapter was opened. Empty if it has no f64.
+    pub fn start_tests(&self) -> &[StartTest] {
+        &self.device.start_tests
+    }
+
     /// Whether the adapter is a software adapter, which runs on the CPU. A software adapter rounds
     /// each operation as the CPU does; hardware may contract `a * b + c`.
     pub fn is_software(&self) -> bool {
@@ -103,6 +116,14 @@ impl Backend for GpuBackend {
 
     fn work(&self) -> Option<DeviceWork> {
         Some(self.device.work())
+    }
+
+    fn times(&self) -> Option<DeviceTimes> {
+        Some(self.device.times())
+    }
+
+    fn copying(&self) -> Result<Option<f64>, BackendError> {
+        copying::copying(&self.device).map(Some)
     }
 
     fn takes(&self, n_moving: usize) -> bool {

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use bytemuck::bytes_of;
 use glam::DVec3;
-use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor};
+use wgpu::{BindGroup, Buffer, BufferUsages};
 
+use super::commands::Commands;
 use super::device::Device;
 use crate::backend::packed::Packed;
 use crate::backend::{BackendError, DeviceNetwork, Measure, NetworkData, Sweep};
@@ -113,7 +114,7 @@ impl GpuNetwork {
 
     /// Records a batch of sweeps. Their parameters are written at once, so a batch must be
     /// submitted before the next is recorded.
-    fn record(&mut self, sweeps: &[Sweep], encoder: &mut CommandEncoder) {
+    fn record(&mut self, sweeps: &[Sweep], encoder: &mut Commands) {
         let params = sweeps.iter().flat_map(|sweep| {
             self.chunks.iter().map(|chunk| relax_sweep::Params {
                 first_row: chunk.first_row as u32,
@@ -123,7 +124,7 @@ impl GpuNetwork {
             })
         });
         self.device.write(&self.sweep_params, &slots(params));
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        let mut pass = encoder.pass();
         let mut slot = 0;
         for _ in sweeps {
             for chunk in &self.chunks {
@@ -136,8 +137,8 @@ impl GpuNetwork {
     }
 
     /// Records the measure, and the copy of the correction for the next measure.
-    fn record_measure(&self, encoder: &mut CommandEncoder) {
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+    fn record_measure(&self, encoder: &mut Commands) {
+        let mut pass = encoder.pass();
         for (place, chunk) in self.chunks.iter().enumerate() {
             let bound = (&chunk.convergence[self.current], (place * SLOT) as u32);
             self.device.dispatch(&mut pass, &self.device.pipelines.convergence, bound, chunk.n_rows);

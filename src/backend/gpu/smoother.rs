@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytemuck::NoUninit;
 use glam::DVec3;
-use wgpu::{BindGroup, Buffer, BufferUsages, ComputePassDescriptor};
+use wgpu::{BindGroup, Buffer, BufferUsages};
 
 use super::device::Device;
 use super::network::{SLOT, slots};
@@ -81,7 +81,7 @@ impl GpuSmoother {
         let dispatches: Vec<usize> = (0..count).flat_map(|_| 0..patch.colours.len()).collect();
         for batch in dispatches.chunks(BATCH) {
             let mut encoder = self.device.encoder();
-            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+            let mut pass = encoder.pass();
             for &colour in batch {
                 let bound = (group, (colour * SLOT) as u32);
                 self.device.dispatch(&mut pass, pipeline, bound, patch.colours[colour].len());
