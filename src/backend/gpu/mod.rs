@@ -92,7 +92,8 @@ impl GpuBackend {
         Ok(Self { device, least_vertices: bounds.least_vertices.unwrap_or(LEAST_VERTICES) })
     }
 
-    /// What the tests of the kernels in f64 found when the adapter was opened. Empty if it has no f64.
+    /// What the tests of the kernels in f64 found when the adapter was opened. Empty if it has no
+    /// f64.
     pub fn start_tests(&self) -> &[StartTest] {
         &self.device.start_tests
     }
