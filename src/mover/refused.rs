@@ -431,6 +431,10 @@ fn remedy(outcome: &Outcome) -> String {
                 its vertices displacements that lead along the surface"
             .to_owned();
     }
+    if outcome.inverted > 0 && !outcome.optimises {
+        return "target = \"original\" in [quality] repairs tets; a smaller change of the surface keeps more of them valid"
+            .to_owned();
+    }
     if outcome.families.values().any(|family| family.max_slide.is_some_and(|slide| slide > 0.0)) {
         return "junction = \"glued\" in the tables of the parts whose junctions slide asks less of the surface beside them; or a \
                 smaller change of the chord, or of the place of a body"
@@ -447,10 +451,6 @@ fn remedy(outcome: &Outcome) -> String {
             false => "no motion mends what the original mesh has itself: give limits in [quality] that it keeps",
         }
         .to_owned();
-    }
-    if !outcome.optimises {
-        return "target = \"original\" in [quality] repairs tets; a smaller change of the surface keeps more of them valid"
-            .to_owned();
     }
     "a smaller change of the surface, or the same in another place, keeps more tets valid".to_owned()
 }

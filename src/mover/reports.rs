@@ -200,8 +200,12 @@ impl Mover {
             let back = |vertex: u32| carried.motion.back(vertices[vertex as usize]);
             let continued = self.stages.attached.continuation(index, &self.ordered, back);
             for family in assembly.families.iter().copied().filter(is_attached) {
+                // A part that slides is one surface: its vertices slide over the seams of families.
+                let is_of = |other: &FamilyId| *other == family || !continued.is_empty();
+                let of = assembly.families.iter().copied().filter(is_attached).filter(is_of);
                 let corners = |t: [u32; 3]| t.map(|vertex| original[vertex as usize]);
-                let corners = self.surface.corners_of(family).map(corners).chain(continued.iter().copied());
+                let corners = of.flat_map(|family| self.surface.corners_of(family)).map(corners);
+                let corners = corners.chain(continued.iter().copied());
                 let points: Vec<DVec3> = corners.flatten().collect();
                 let triangles = (0..points.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
                 let still = TargetSurface::new(&points, triangles);

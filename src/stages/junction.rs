@@ -137,7 +137,10 @@ impl Junctions {
                 }
                 let loops = rulings::loops(surface, half_edges.iter().copied()).ok_or_else(|| {
                     let [family, _] = families_at(set_up, half_edges[0]);
-                    refused(set_up, family, format!("its curve on `{}` is not closed", behind(set_up, half_edges[0])))
+                    let behind = behind(set_up, half_edges[0]);
+                    let body = "; families of one body all slide, and have the same motion";
+                    let hint = if on == On::Wings { "" } else { body };
+                    refused(set_up, family, format!("its curve on `{behind}` is not closed{hint}"))
                 })?;
                 for half_edges in loops {
                     let curve = Curve::new(set_up, (assembly, parts.len()), &half_edges)?;
@@ -321,7 +324,9 @@ impl Host {
             return Ok((Vec::new(), Convergence::nothing_to_do()));
         }
         let surface = CurvedSurface::new(self.points(set_up, displacement), self.triangles.clone(), &self.rims)
-            .map_err(|error| self.curves[0].missed(set_up, 0, &error.to_string()))?;
+            .map_err(|error| {
+                self.curves[0].missed(set_up, 0, &format!("leaves a hole in it that cannot be closed, {error}"))
+            })?;
         let mut slide = vec![DVec3::ZERO; mesh.vertices.len()];
         let mut placed: Vec<(u32, DVec3)> = Vec::new();
         for (curve, &gap) in self.curves.iter().zip(&gaps).filter(|(_, gap)| **gap > 0.0) {

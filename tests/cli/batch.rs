@@ -27,6 +27,7 @@ fn names(lines: &[Value]) -> Vec<&str> {
 /// A line without what differs from run to run.
 fn timeless(mut line: Value) -> Value {
     line.as_object_mut().unwrap().remove("seconds");
+    line.as_object_mut().unwrap().remove("stage_seconds");
     line.as_object_mut().unwrap().remove("checksums");
     line.as_object_mut().unwrap().remove("reasons");
     for stage in line["stages"].as_array_mut().into_iter().flatten() {
