@@ -396,4 +396,42 @@ pub trait DeviceNetwork: Send {
     /// # Errors
     /// The device failed.
     fn correction(&mut self) -> Result<Vec<DVec3>, BackendError>;
+
+    /// Makes room for the corrections of several designs, in place of the one of
+    /// [`DeviceNetwork::start`]. `None` if the device takes one design after another, as for one
+    /// design.
+    ///
+    /// - `designs`: at most [`MOST_TOGETHER`]
+    fn together(&mut self, designs: usize) -> Option<&mut dyn Together> {
+        let _ = designs;
+        None
+    }
+}
+
+/// Most designs whose corrections a device relaxes at once. Vectors of more designs fall out of the
+/// CPU's cache.
+pub const MOST_TOGETHER: usize = 4;
+
+/// The corrections of several designs on one network, whose springs a cycle reads once for all of
+/// them. Each correction has the bits that it has alone.
+pub trait Together {
+    /// [`DeviceNetwork::start`] for one of the designs.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn start(&mut self, design: usize, load: &[DVec3]) -> Result<(), BackendError>;
+
+    /// One cycle of each design. Returns the change of each; see [`Measure::change`].
+    ///
+    /// - `sweeps` `[designs]`: with factors 0 and 0 a correction stays
+    ///
+    /// # Errors
+    /// The device failed.
+    fn cycle(&mut self, sweeps: &[Sweep]) -> Result<Vec<f64>, BackendError>;
+
+    /// [`DeviceNetwork::correction`] of one of the designs.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn correction(&self, design: usize) -> Result<Vec<DVec3>, BackendError>;
 }

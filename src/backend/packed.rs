@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::vectors::Vectors;
 use super::{EdgeStiffness, Measure, NetworkData};
 use crate::constraint::Constraint;
 use crate::kernels::Real;
@@ -61,21 +62,21 @@ impl<T: Real> Packed<T> {
             let scale = scale(row);
             stiffness.extend(network.stiffness[network.graph.range(row)].iter().map(|&k| T::from_f64(k * scale)));
         }
-        let anchor = network.anchor.iter().enumerate().map(|(row, &of_row)| T::from_f64(of_row * scale(row))).collect();
+        let anchors = network.anchor.iter().enumerate();
+        let anchor: Vec<T> = anchors.map(|(row, &of_row)| T::from_f64(of_row * scale(row))).collect();
         let inverse_length_unit = power_of_two(network.inverse_length.iter().copied().fold(0.0, f64::max));
         let mut packed = Self {
             graph: Arc::clone(network.graph),
             stiffness,
+            load: anchor.iter().map(|&anchor| [T::ZERO, T::ZERO, T::ZERO, anchor]).collect(),
             anchor,
             loose,
             constraint: Vec::new(),
-            load: vec![[T::ZERO; 4]; n_vertices],
             inverse_length: network.inverse_length.iter().map(|&l| T::from_f64(l / inverse_length_unit)).collect(),
             inverse_length_unit,
             load_unit: 1.0,
         };
         packed.constrain(network.constraint);
-        packed.start(&vec![DVec3::ZERO; n_vertices]);
         packed
     }
 
@@ -94,26 +95,43 @@ impl<T: Real> Packed<T> {
 
     /// Sets the load of a pass `[n_vertices]`.
     pub(super) fn start(&mut self, load: &[DVec3]) {
-        assert_eq!(load.len(), self.n_vertices(), "one load per vertex");
-        let greatest = |greatest: f64, v: &DVec3| greatest.max(v.abs().max_element());
-        self.load_unit =
-            power_of_two(load.par_iter().with_min_len(ROWS).fold(|| 0.0, greatest).reduce(|| 0.0, f64::max));
-        let scale = self.load_unit.recip();
-        let rows = self.load.par_iter_mut().zip(load).zip(&self.anchor).with_min_len(ROWS);
-        rows.for_each(|((packed, v), &anchor)| {
-            let [x, y, z] = (*v * scale).to_array().map(T::from_f64);
-            *packed = [x, y, z, anchor];
-        });
+        self.load_unit = scale_into(load, 0, &mut self.load);
     }
 
     pub(super) fn rows(&self) -> Rows<'_, T> {
+        self.rows_of(&self.load)
+    }
+
+    /// The rows with the loads of one or several designs `[n_vertices]`; see [`Rows`].
+    pub(super) fn rows_of<'a, const N: usize>(&'a self, load: &'a [[T; N]]) -> Rows<'a, T, N> {
         Rows {
             row_start: if self.graph.row_start.is_empty() { &[0] } else { &self.graph.row_start },
             columns: &self.graph.entries,
             stiffness: &self.stiffness,
             constraint: &self.constraint,
-            load: &self.load,
+            load,
+            anchor: &self.anchor,
         }
+    }
+
+    /// Loads of zero for one or several designs `[n_vertices]`, with the anchors where [`Rows`] has
+    /// them.
+    pub(super) fn no_load<const N: usize>(&self) -> Vectors<T, N> {
+        let mut load = Vectors::zero(self.n_vertices());
+        if N == 4 {
+            load.iter_mut().zip(&self.anchor).for_each(|(load, &anchor): (&mut [T; N], _)| load[3] = anchor);
+        }
+        load
+    }
+
+    /// Drops the load, for owners that keep the loads of their designs.
+    pub(super) fn forget_load(&mut self) {
+        self.load = Vec::new();
+    }
+
+    /// Drops the lengths, for owners that measure no change here.
+    pub(super) fn forget_lengths(&mut self) {
+        self.inverse_length = Vec::new();
     }
 
     /// Drops the stiffness. A device that has received the network needs it here no more.
@@ -122,9 +140,8 @@ impl<T: Real> Packed<T> {
         self.stiffness = Vec::new();
     }
 
-    /// The constraints, and the load for writing.
-    pub(super) fn constraint_and_load(&mut self) -> (&[[T; 4]], &mut [[T; 4]]) {
-        (&self.constraint, &mut self.load)
+    pub(super) fn constraint(&self) -> &[[T; 4]] {
+        &self.constraint
     }
 
     pub(super) fn inverse_length(&self) -> &[T] {
@@ -144,16 +161,53 @@ impl<T: Real> Packed<T> {
 
     /// The largest change in shortest edges, from its square in the device's units.
     pub(super) fn change(&self, squared: f64) -> f64 {
-        f64::sqrt(squared) * self.load_unit * self.inverse_length_unit
+        self.change_of(squared, self.load_unit)
+    }
+
+    /// [`change_of`] a design.
+    pub(super) fn change_of(&self, squared: f64, load_unit: f64) -> f64 {
+        change_of(squared, load_unit, self.inverse_length_unit)
     }
 
     /// The correction in the caller's unit.
     ///
     /// - `e` `[n_vertices]`, `N >= 3`: further components are not used
     pub(super) fn correction<const N: usize>(&self, e: &[[T; N]]) -> Vec<DVec3> {
-        let in_unit = |e: &[T; N]| DVec3::new(e[0].to_f64(), e[1].to_f64(), e[2].to_f64()) * self.load_unit;
-        e.par_iter().with_min_len(ROWS).map(in_unit).collect()
+        correction_of(e, 0, self.load_unit)
     }
+}
+
+/// Writes the load of one of the designs of a pass, divided by its unit, which it returns.
+///
+/// - `load` `[n_vertices]`: in the caller's unit
+/// - `packed` `[n_vertices]`: further components do not change
+pub(super) fn scale_into<T: Real, const N: usize>(load: &[DVec3], design: usize, packed: &mut [[T; N]]) -> f64 {
+    assert_eq!(load.len(), packed.len(), "one load per vertex");
+    let greatest = |greatest: f64, v: &DVec3| greatest.max(v.abs().max_element());
+    let unit = power_of_two(load.par_iter().with_min_len(ROWS).fold(|| 0.0, greatest).reduce(|| 0.0, f64::max));
+    let scale = unit.recip();
+    packed.par_iter_mut().zip(load).with_min_len(ROWS).for_each(|(packed, v)| {
+        let scaled = (*v * scale).to_array().map(T::from_f64);
+        packed[3 * design..3 * design + 3].copy_from_slice(&scaled);
+    });
+    unit
+}
+
+/// The largest change of a design in shortest edges, from its square in the device's units.
+///
+/// - `load_unit`: of [`scale_into`]
+/// - `inverse_length_unit`: in the caller's unit
+pub(super) fn change_of(squared: f64, load_unit: f64, inverse_length_unit: f64) -> f64 {
+    f64::sqrt(squared) * load_unit * inverse_length_unit
+}
+
+/// The correction of one of the designs of a pass, in the caller's unit.
+///
+/// - `load_unit`: of [`scale_into`]
+pub(super) fn correction_of<T: Real, const N: usize>(e: &[[T; N]], design: usize, load_unit: f64) -> Vec<DVec3> {
+    let axes = [0, 1, 2].map(|axis| 3 * design + axis);
+    let in_unit = |e: &[T; N]| DVec3::from_array(axes.map(|axis| e[axis].to_f64())) * load_unit;
+    e.par_iter().with_min_len(ROWS).map(in_unit).collect()
 }
 
 /// Edge vectors in a device's number type, in a unit near the mean edge length.

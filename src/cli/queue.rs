@@ -28,12 +28,14 @@ impl Queue<'_> {
     /// The next design, with its claim if jobs share the designs; `None` if none is left.
     ///
     /// - `is_over`: whether the batch has failed meanwhile
+    /// - `may_wait`: whether to wait for designs of other jobs, if all jobs wait
     ///
     /// # Errors
     /// The claims cannot be read or written.
     pub(super) fn next(
         &self,
         is_over: &dyn Fn() -> bool,
+        may_wait: bool,
         console: &Console,
     ) -> Result<Option<(usize, Option<Held>)>, Failure> {
         let (claims, waits) = match self {
@@ -41,7 +43,7 @@ impl Queue<'_> {
                 let place = next.fetch_add(1, Relaxed);
                 return Ok(left.get(place).filter(|_| !is_over()).map(|&index| (index, None)));
             }
-            Self::Shared { claims, waits } => (claims, *waits),
+            Self::Shared { claims, waits } => (claims, *waits && may_wait),
         };
         let mut pause = SHORTEST;
         let mut has_told = false;

@@ -2,10 +2,9 @@
 //! another. The movers share the mesh and the device.
 
 use std::fmt::Display;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::console::Console;
 use super::failure::Failure;
@@ -13,10 +12,10 @@ use super::lines::Lines;
 use super::queue::Queue;
 use super::threads;
 use crate::case::LoadedCase;
+use crate::mover::{Design, Outcome};
 use crate::report::{Checksums, RunReport, beta_text};
 use crate::session::{
-    ClaimError, DesignFiles, Done, EarlierResults, Finished, Held, Job, Outputs, ReplacedInputs, Session, SessionError,
-    of_design,
+    ClaimError, DesignFiles, Done, EarlierResults, Held, Job, Outputs, ReplacedInputs, Session, SessionError, of_design,
 };
 
 /// The worst measures of a result in words, for its line on a terminal.
@@ -37,6 +36,8 @@ pub(super) struct Batch<'a> {
     pub(super) pattern: Outputs,
     pub(super) earlier: EarlierResults,
     pub(super) queue: Queue<'a>,
+    /// The most designs that a worker moves together.
+    pub(super) together: usize,
     pub(super) lines: Mutex<Lines<'a>>,
     /// Checksums of the case's files, if there are lines or claims to hold them.
     pub(super) checksums: Option<Checksums>,
@@ -72,7 +73,7 @@ impl<'a> Batch<'a> {
         let failed = AtomicUsize::new(0);
         let is_over = AtomicBool::new(false);
         // Designs that are done take no mover.
-        let Some(piece) = self.next(&is_over)? else { return Ok(0) };
+        let Some(piece) = self.next(&is_over, true)? else { return Ok(0) };
         let mut session = first()?;
         let work = |session: &mut Session<'a>, piece: Option<Piece>| {
             let result = self.work(session, piece, &failed, &is_over);
@@ -109,8 +110,8 @@ impl<'a> Batch<'a> {
         Ok(failed.into_inner())
     }
 
-    fn next(&self, is_over: &AtomicBool) -> Result<Option<Piece>, Failure> {
-        while let Some((index, held)) = self.queue.next(&|| is_over.load(Relaxed), self.console)? {
+    fn next(&self, is_over: &AtomicBool, may_wait: bool) -> Result<Option<Piece>, Failure> {
+        while let Some((index, held)) = self.queue.next(&|| is_over.load(Relaxed), may_wait, self.console)? {
             let design = &self.designs[index];
             match (held, self.earlier.line(design), &self.queue) {
                 // A batch without claims has done the design before.
@@ -131,9 +132,40 @@ impl<'a> Batch<'a> {
         failed: &AtomicUsize,
         is_over: &AtomicBool,
     ) -> Result<(), Failure> {
-        let mut piece = first.map_or_else(|| self.next(is_over), |first| Ok(Some(first)))?;
-        while let Some((index, held)) = piece {
-            let (end, report) = self.finish(session, &self.designs[index], held.as_ref())?;
+        let mut piece = first.map_or_else(|| self.next(is_over, true), |first| Ok(Some(first)))?;
+        while let Some(first) = piece {
+            let mut group = vec![first];
+            // Designs that are in hand do not wait for those of other jobs.
+            while group.len() < self.together
+                && let Some(more) = self.next(is_over, false)?
+            {
+                group.push(more);
+            }
+            self.move_group(session, group, failed)?;
+            piece = self.next(is_over, true)?;
+        }
+        Ok(())
+    }
+
+    /// Moves the mesh to some designs, writes their outputs and their lines, and prints remarks.
+    ///
+    /// # Errors
+    /// Failures that would stop every other design too: a line cannot be written, or the backend
+    /// failed.
+    fn move_group(&self, session: &mut Session, group: Vec<Piece>, failed: &AtomicUsize) -> Result<(), Failure> {
+        let read: Vec<_> = group.iter().map(|(index, held)| self.read(*index, held.as_ref())).collect();
+        let designs: Vec<&Design> = read.iter().flatten().map(|ready| &ready.design).collect();
+        let mut moved = session.update_many(&designs).into_iter();
+        let moved: Vec<_> = read
+            .into_iter()
+            .map(|ready| {
+                let ready = ready?;
+                let moved = moved.next().expect("each design that was read has its outcome")?;
+                Ok((ready, moved))
+            })
+            .collect();
+        for ((index, held), moved) in group.into_iter().zip(moved) {
+            let (end, report) = self.finish(session, &self.designs[index], held.as_ref(), moved)?;
             match (&self.queue, held, end) {
                 (Queue::Shared { claims, .. }, Some(held), End::Done(_)) => {
                     claims.done(index, held, Done::from(&report))?
@@ -143,28 +175,31 @@ impl<'a> Batch<'a> {
             }
             failed.fetch_add(usize::from(end == End::Done(false)), Relaxed);
             self.console.advance();
-            piece = self.next(is_over)?;
         }
         Ok(())
     }
 
-    /// Moves the mesh to one design, writes its outputs and its line, and prints remarks.
+    /// Writes the outputs of one design and its line, and prints remarks.
     ///
     /// # Errors
-    /// Failures that would stop every other design too: the line cannot be written, or the backend
-    /// failed.
+    /// As for [`Self::move_group`].
     fn finish(
         &self,
         session: &mut Session,
         design: &DesignFiles,
         held: Option<&Held>,
+        moved: Result<(Ready, (Outcome, f64)), SessionError>,
     ) -> Result<(End, RunReport), Failure> {
         let (name, console) = (design.name.as_str(), self.console);
         let checksums = self.checksums.as_ref().map(|case| of_design(case, design));
-        let moved = match held.and_then(Held::given_up) {
-            Some(given_up) => Err(given_up.into()),
-            None => self.move_to(session, design, checksums.as_ref(), held),
-        };
+        let moved = moved.and_then(|(ready, moved)| {
+            // What passed since then is the time of other designs too.
+            let own = ready.seconds + moved.1;
+            let started = Duration::try_from_secs_f64(own).ok().and_then(|own| Instant::now().checked_sub(own));
+            let job = ready.job(name, started.unwrap_or_else(Instant::now), checksums.as_ref(), held);
+            session.write(job, moved)
+        });
+        let moved = moved.map_err(|error| self.replaced.about(design, error));
         let is_lost = |error: &SessionError| matches!(error, SessionError::Claim(ClaimError::Lost { .. }));
         let finished = match moved {
             Ok(finished) => finished,
@@ -207,14 +242,13 @@ impl<'a> Batch<'a> {
         self.lines.lock().unwrap_or_else(PoisonError::into_inner).append(report)
     }
 
-    fn move_to(
-        &self,
-        session: &mut Session,
-        files: &DesignFiles,
-        checksums: Option<&Checksums>,
-        held: Option<&Held>,
-    ) -> Result<Finished, SessionError> {
+    /// Reads a design, and removes the files of its earlier result.
+    fn read(&self, index: usize, held: Option<&Held>) -> Result<Ready, SessionError> {
+        if let Some(given_up) = held.and_then(Held::given_up) {
+            return Err(given_up.into());
+        }
         let started = Instant::now();
+        let files = &self.designs[index];
         let outputs = self.pattern.named(&files.name)?;
         // A design that cannot be read leaves no mesh of an earlier one either. The files of a
         // claimed design may be those of a job that has taken it over.
@@ -222,18 +256,27 @@ impl<'a> Batch<'a> {
             outputs.remove_earlier(&self.case.inputs, None)?;
         }
         let design = self.replaced.read(self.case, files)?;
-        let read_seconds = started.elapsed().as_secs_f64();
-        let name = Some(files.name.as_str());
-        let job = Job {
-            design: &design,
-            name,
-            started,
-            read_seconds,
-            outputs: &outputs,
-            report: None::<&Path>,
-            checksums,
-            claim: held,
-        };
-        session.finish(job).map_err(|error| self.replaced.about(files, error))
+        Ok(Ready { design, outputs, seconds: started.elapsed().as_secs_f64() })
+    }
+}
+
+/// A design that was read.
+struct Ready {
+    design: Design,
+    outputs: Outputs,
+    /// Time for reading, s.
+    seconds: f64,
+}
+
+impl Ready {
+    fn job<'j>(
+        &'j self,
+        name: &'j str,
+        started: Instant,
+        checksums: Option<&'j Checksums>,
+        claim: Option<&'j Held>,
+    ) -> Job<'j> {
+        let Self { design, outputs, seconds } = self;
+        Job { design, name: Some(name), started, read_seconds: *seconds, outputs, report: None, checksums, claim }
     }
 }

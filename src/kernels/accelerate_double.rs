@@ -32,6 +32,7 @@ pub const LARGEST: f64 = 1.7e308;
 /// e_previous))`, with the correction `c` of the cycle. Both number types are those of the kernel,
 /// so there is no other twin.
 ///
+/// - `relaxation`, `momentum`: of each component. Of a design whose factors are 0 nothing changes
 /// - `first_row`: first row of the first block, a multiple of [`BLOCK`]
 /// - `rows`: `P` is [`DoubleRows::project`]
 /// - `inverse_length` `[n_vertices]`: one over the length of each vertex's shortest edge
@@ -39,31 +40,39 @@ pub const LARGEST: f64 = 1.7e308;
 /// - `of_cycle` `[n_vertices]`: correction of the cycle, which began at zero
 /// - `e_previous` `[rows of the blocks]`: on entry the correction one cycle earlier, on exit the
 ///   new correction
-/// - `largest` `[blocks]`: receives the largest `|P (...) * inverse_length|^2` of each block, NaN
-///   if the block has a NaN
+/// - `largest` `[blocks]`: receives the largest `|P (...) * inverse_length|^2` of each block, one
+///   number for each design, NaN if the block has a NaN. Components that are left are 0
 ///
 /// Source: Chebyshev semi-iteration (Golub and Varga 1961) with a cycle in place of a sweep.
 #[allow(clippy::too_many_arguments)]
-pub fn run(
-    [relaxation, momentum]: [f64; 2],
+pub fn run<const N: usize>(
+    [relaxation, momentum]: [[f64; N]; 2],
     first_row: usize,
-    mut rows: impl DoubleRows,
+    mut rows: impl DoubleRows<N>,
     inverse_length: &[f64],
-    e: &[[f64; 4]],
-    of_cycle: &[[f32; 4]],
-    e_previous: &mut [[f64; 4]],
-    largest: &mut [f64],
+    e: &[[f64; N]],
+    of_cycle: &[[f32; N]],
+    e_previous: &mut [[f64; N]],
+    largest: &mut [[f64; N]],
 ) {
     for (block, (previous, largest)) in e_previous.chunks_mut(BLOCK).zip(largest).enumerate() {
-        *largest = 0.0;
+        *largest = [0.0; N];
         for (row, previous) in (first_row + block * BLOCK..).zip(previous) {
             let (now, found) = (e[row], of_cycle[row]);
-            let update =
-                [0, 1, 2].map(|axis| relaxation * f64::from(found[axis]) + momentum * (now[axis] - previous[axis]));
-            let [x, y, z] = rows.project(row, update);
-            *previous = [now[0] + x, now[1] + y, now[2] + z, 0.0];
-            let squared = [x, y, z].iter().map(|step| (step * inverse_length[row]).powi(2)).sum();
-            *largest = largest.max_magnitude(squared);
+            let mut update = [0.0; N];
+            for axis in 0..N {
+                update[axis] =
+                    relaxation[axis] * f64::from(found[axis]) + momentum[axis] * (now[axis] - previous[axis]);
+            }
+            let step = rows.project(row, update);
+            for axis in 0..N {
+                previous[axis] = now[axis] + step[axis];
+            }
+            for design in 0..N / 3 {
+                let d = [0, 1, 2].map(|axis| step[3 * design + axis] * inverse_length[row]);
+                let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                largest[design] = largest[design].max_magnitude(squared);
+            }
         }
     }
 }

@@ -15,7 +15,7 @@ pub mod kind {
     pub const ON_LINE: f64 = 3.0;
 }
 
-/// Projects a vector on the directions that a constraint allows.
+/// Projects the vector of each design on the directions that a constraint allows.
 ///
 /// | kind | result |
 /// |---|---|
@@ -24,24 +24,30 @@ pub mod kind {
 /// | in a plane with normal `n` | `v - n (n . v)` |
 /// | on a line with direction `d` | `d (d . v)` |
 ///
-/// - `v` `[N]`, `N >= 3`: the vector in its first three components. Further components change at
-///   held vertices only
+/// - `v` `[N]`: a vector of three components for each of `N / 3` designs. A component that is left
+///   changes at held vertices only
 #[inline(always)]
 pub fn project<T: Real, const N: usize>(constraint: &[T; 4], mut v: [T; N]) -> [T; N] {
     let [x, y, z, of_kind] = *constraint;
-    let along = x * v[0] + y * v[1] + z * v[2];
+    let along = |v: &[T; N], first: usize| x * v[first] + y * v[first + 1] + z * v[first + 2];
     if of_kind == T::from_f64(kind::FREE) {
         return v;
     }
     if of_kind == T::from_f64(kind::IN_PLANE) {
-        for axis in 0..3 {
-            v[axis] = v[axis] - along * constraint[axis];
+        for first in (0..N / 3).map(|design| 3 * design) {
+            let along = along(&v, first);
+            for axis in 0..3 {
+                v[first + axis] = v[first + axis] - along * constraint[axis];
+            }
         }
         return v;
     }
     if of_kind == T::from_f64(kind::ON_LINE) {
-        for axis in 0..3 {
-            v[axis] = along * constraint[axis];
+        for first in (0..N / 3).map(|design| 3 * design) {
+            let along = along(&v, first);
+            for axis in 0..3 {
+                v[first + axis] = along * constraint[axis];
+            }
         }
         return v;
     }

@@ -21,9 +21,9 @@ pub struct Params {
 ///
 /// - `first_row`: row of the chunk's first element
 /// - `e` `[n_vertices]`: correction, in the unit of a displacement
-/// - `defect` `[n_rows of the chunk]`: receives `P r`, see [`project`] and [`residual`]; the fourth
-///   component is 0
-pub fn run<T: Real>(first_row: usize, rows: &Rows<T>, e: &[[T; 4]], defect: &mut [[T; 4]]) {
+/// - `defect` `[n_rows of the chunk]`: receives `P r`, see [`project`] and [`residual`]; with
+///   `N = 4` the fourth component is 0
+pub fn run<T: Real, const N: usize>(first_row: usize, rows: &Rows<T, N>, e: &[[T; N]], defect: &mut [[T; N]]) {
     for (row, defect) in (first_row..).zip(defect) {
         *defect = project(&rows.constraint[row], residual(rows, e, row));
     }

@@ -28,9 +28,8 @@ pub struct Params {
 /// - `first_row`: row of the chunk's first element
 /// - `e` `[n_rows of the chunk]`: receives the correction, in the unit of a displacement. The
 ///   kernel sets the correction before the sweep to zero too, the CPU backend does so by itself
-pub fn run<T: Real>(first_row: usize, rows: &Rows<T>, relaxation: T, e: &mut [[T; 4]]) {
+pub fn run<T: Real, const N: usize>(first_row: usize, rows: &Rows<T, N>, relaxation: T, e: &mut [[T; N]]) {
     for (row, e) in (first_row..).zip(e) {
-        let [x, y, z, _] = rows.load[row];
-        *e = project(&rows.constraint[row], [relaxation * x, relaxation * y, relaxation * z, T::ZERO]);
+        *e = project(&rows.constraint[row], rows.load(row).map(|load| relaxation * load));
     }
 }

@@ -25,18 +25,25 @@ pub struct Params {
 /// - `first_row`: row of the chunk's first element
 /// - `e` `[n_vertices]`: correction, in the unit of a displacement; `None` if it is zero
 ///   everywhere. The residual is then the load, and no spring is read
-/// - `handed` `[n_rows of the chunk]`: receives `P r`, see [`project`] and [`residual`]; the fourth
-///   component does not change
+/// - `handed` `[n_rows of the chunk]`: receives `P r`, see [`project`] and [`residual`]; with
+///   `N = 4` the fourth component does not change
 ///
 /// [`project`]: super::constraint::project
 /// [`residual`]: super::row::residual
-pub fn run(first_row: usize, mut rows: impl DoubleRows, e: Option<&[[f64; 4]]>, handed: &mut [[f32; 4]]) {
+pub fn run<const N: usize>(
+    first_row: usize,
+    mut rows: impl DoubleRows<N>,
+    e: Option<&[[f64; N]]>,
+    handed: &mut [[f32; N]],
+) {
     for (row, handed) in (first_row..).zip(handed) {
         let left = match e {
             None => rows.load(row),
             Some(e) => rows.residual(e, row),
         };
-        let [x, y, z, _] = rows.project(row, left);
-        *handed = [x as f32, y as f32, z as f32, handed[3]];
+        let left = rows.project(row, left);
+        for axis in 0..N / 3 * 3 {
+            handed[axis] = left[axis] as f32;
+        }
     }
 }

@@ -25,31 +25,31 @@ pub struct Params {
 /// - `first_row`: row of the chunk's first element
 /// - `e` `[n_vertices]`: correction, in the unit of a displacement
 /// - `e_previous` `[n_rows of the chunk]`: on entry the correction one sweep earlier, on exit the
-///   new correction. A row reads only its own element. The fourth components of `e` and
-///   `e_previous` are 0
+///   new correction. A row reads only its own element. With `N = 4` the fourth components of `e`
+///   and `e_previous` are 0
 ///
 /// `r` is [`residual`], `P` is [`project`]. A row without stiffness keeps its correction, and so
 /// does a held one.
 ///
 /// Source: weighted Jacobi for `momentum = 0`; with both factors the second-order recurrence of
 /// Chebyshev semi-iteration (Golub and Varga 1961).
-pub fn run<T: Real>(
+pub fn run<T: Real, const N: usize>(
     first_row: usize,
-    rows: &Rows<T>,
+    rows: &Rows<T, N>,
     relaxation: T,
     momentum: T,
-    e: &[[T; 4]],
-    e_previous: &mut [[T; 4]],
+    e: &[[T; N]],
+    e_previous: &mut [[T; N]],
 ) {
     for (row, previous) in (first_row..).zip(e_previous) {
         let own = e[row];
         let r = residual(rows, e, row);
-        let mut update = [T::ZERO; 4];
-        for axis in 0..4 {
+        let mut update = [T::ZERO; N];
+        for axis in 0..N {
             update[axis] = relaxation * r[axis] + momentum * (own[axis] - previous[axis]);
         }
         let step = project(&rows.constraint[row], update);
-        for axis in 0..4 {
+        for axis in 0..N {
             previous[axis] = own[axis] + step[axis];
         }
     }

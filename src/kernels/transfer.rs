@@ -35,29 +35,31 @@ pub struct Weights<'a, T> {
 ///
 /// - `first_row`: row of the chunk's first element
 /// - `constraint` `[n_targets]`: `P` is [`project`]
-/// - `source` `[n_sources]`: in the unit of a displacement; the fourth component is 0
-/// - `target` `[n_rows of the chunk]`: the fourth component does not change
-pub fn run<T: Real>(
+/// - `source` `[n_sources]`: in the unit of a displacement; with `N = 4` the fourth component is 0
+/// - `target` `[n_rows of the chunk]`: with `N = 4` the fourth component does not change
+pub fn run<T: Real, const N: usize>(
     first_row: usize,
     weights: &Weights<T>,
     constraint: &[[T; 4]],
     keep: T,
-    source: &[[T; 4]],
-    target: &mut [[T; 4]],
+    source: &[[T; N]],
+    target: &mut [[T; N]],
 ) {
     for (row, target) in (first_row..).zip(target) {
         let range = weights.row_start[row] as usize..weights.row_start[row + 1] as usize;
         // Four components, one of them idle, fill whole vector registers.
-        let mut sum = [T::ZERO; 4];
+        let mut sum = [T::ZERO; N];
         for (&column, &weight) in weights.columns[range.clone()].iter().zip(&weights.weights[range]) {
             let source = &source[column as usize];
-            for axis in 0..4 {
+            for axis in 0..N {
                 sum[axis] = sum[axis] + weight * source[axis];
             }
         }
         let sum = project(&constraint[row], sum);
         // What is not kept is not read either: a pass that diverged may have left a NaN.
-        let [x, y, z, w] = if keep == T::ZERO { [T::ZERO, T::ZERO, T::ZERO, target[3]] } else { *target };
-        *target = [keep * x + sum[0], keep * y + sum[1], keep * z + sum[2], w + sum[3]];
+        for axis in 0..N / 3 * 3 {
+            let old = if keep == T::ZERO { T::ZERO } else { target[axis] };
+            target[axis] = keep * old + sum[axis];
+        }
     }
 }

@@ -19,6 +19,7 @@ mod error;
 mod fault;
 mod fold_check;
 mod held_back;
+mod in_work;
 mod meter;
 mod needs;
 mod outcome;
@@ -31,13 +32,14 @@ mod reports;
 mod settings;
 mod simplex_view;
 mod stage_clock;
+mod stopwatch;
+mod together;
 mod warnings;
 
 use std::{
     collections::BTreeMap,
     ops::ControlFlow,
     sync::{Arc, OnceLock},
-    time::Instant,
 };
 
 use glam::DVec3;
@@ -61,6 +63,7 @@ pub use error::MoveError;
 pub use fault::{Fault, FaultKind, Place};
 use fold_check::FoldCheck;
 pub use held_back::{Beyond, HeldBack};
+use in_work::{Amend, InWork, Listener, StageWatch, end_stage};
 use meter::Meter;
 use outcome::Found;
 pub use outcome::{
@@ -84,8 +87,8 @@ use crate::{
         self, CornerCells, FamilyId, HybridMesh, KindQuality, Order, OtherCells, TetMesh, Topology, half_edge::Surface,
     },
     quality::{self, Statistics, faults::EdgeAngles},
-    stage::{Kept, SetUp, Wanted},
-    stages::{STAGES, Stages, WingProfiles, Wings},
+    stage::{Kept, SetUp, Stage, Wanted},
+    stages::{MadeBySurfaces, STAGES, Stages, WingProfiles, Wings},
     volume::{EdgeGraph, VolumeResult, VolumeSettings, displaced},
 };
 
@@ -324,34 +327,27 @@ impl Mover {
         mut amend: Option<&mut Amend>,
         tell: &dyn Fn(&str) -> ControlFlow<()>,
     ) -> Result<Outcome, MoveError> {
+        let work = self.move_surfaces(design, amend.as_deref_mut(), tell)?;
+        self.move_inside(design, work, amend, tell)
+    }
+
+    /// The part of an update before the volume.
+    fn move_surfaces(
+        &mut self,
+        design: &Design,
+        mut amend: Option<&mut Amend>,
+        tell: &dyn Fn(&str) -> ControlFlow<()>,
+    ) -> Result<InWork, MoveError> {
         self.check_names(design)?;
-        let work_before = self.backend.work().unwrap_or_default();
+        let device_work = self.backend.work().unwrap_or_default();
         let Self { ordered: mesh, cells, order, surface, edge_angles, families, stages, progress, .. } = self;
-        let is_stopped = std::cell::Cell::new(false);
-        let observer = |what: &str| {
-            progress(what);
-            if tell(what).is_break() {
-                is_stopped.set(true);
-            }
-        };
+        let listener = Listener::new(progress, tell);
+        let observer = |what: &str| listener.hear(what);
         let (backend, method, stopping) = (self.backend.as_ref(), self.method, self.stopping);
         let set_up = SetUp { mesh, cells, surface, families, backend, method, stopping };
         let mut clock = StageClock::start(backend);
-        let mut watch = StageWatch { cells: cells.clone(), last: Instant::now(), stages: Vec::new() };
-        let mut fold_check = FoldCheck::new(mesh, surface, edge_angles, families);
-        let mut end = |stage: &'static str, last: PlacedBy, displacement: &mut Displacement| {
-            if last < PlacedBy::Volume {
-                families.partners.even(families, displacement);
-            }
-            if let Some(amend) = &mut amend {
-                let mut given = order.of_vertices(displacement);
-                amend(stage, &mut given);
-                *displacement = order.to_vertices(&given);
-            }
-            let here = displaced(&mesh.vertices, displacement);
-            fold_check.fold_check(stage, last, &here);
-            here
-        };
+        let mut watch = StageWatch::new(cells.clone());
+        let mut fold_check = FoldCheck::new(mesh, surface);
         watch.record(StageName::Original, &self.original_beta);
 
         observer(STAGES[0].name);
@@ -361,37 +357,53 @@ impl Mover {
         let mut deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
         watch.record(StageName::Deformed, &deformed_beta);
 
-        let mut here = Vec::new();
-        let mut held_back = Vec::new();
         let mut ends = Vec::with_capacity(STAGES.len());
-        for row in STAGES {
+        for row in STAGES.iter().filter(|row| row.placed_by < PlacedBy::Volume) {
             // The first stage began with the interpolation of the profiles.
             if row.placed_by > PlacedBy::Wing {
                 observer(row.name);
             }
-            if row.placed_by == PlacedBy::Volume {
-                // Vertices that are held have their final displacement since the wing's stage.
-                held_back = held_back::held_back(mesh, surface, families, &wanted, &displacement);
-                stages.volume.expect_refusal(held_back.iter().any(|held| held.beyond.is_some()));
-            }
-            if is_stopped.get() {
-                return Err(MoveError::Stopped);
-            }
-            // The positions are not needed while the stage works.
-            drop(std::mem::take(&mut here));
+            listener.go_on()?;
             ends.push((row.name, (row.of)(stages).run(&set_up, &mut displacement, &observer)?));
-            here = end(row.name, row.placed_by, &mut displacement);
+            let here = end_stage(&set_up, order, row, amend.as_deref_mut(), &mut displacement);
+            fold_check.fold_check(&set_up, edge_angles, row, &here);
             if row.placed_by == PlacedBy::Plane {
                 let corrected_beta =
                     quality::betas_after(std::mem::take(&mut deformed_beta), &deformed, &here, &mesh.tets);
                 deformed = Vec::new();
                 watch.record(StageName::Corrected, &corrected_beta);
             }
-            clock.end(row.name);
+            clock.end(backend, row.name);
         }
-        if is_stopped.get() {
-            return Err(MoveError::Stopped);
-        }
+        // Vertices that are held have their final displacement since the wing's stage.
+        let held_back = held_back::held_back(mesh, surface, families, &wanted, &displacement);
+        let made = MadeBySurfaces::default();
+        Ok(InWork { displacement, held_back, ends, watch, clock, fold_check, device_work, made })
+    }
+
+    /// The part of an update from the volume on.
+    fn move_inside(
+        &mut self,
+        design: &Design,
+        work: InWork,
+        amend: Option<&mut Amend>,
+        tell: &dyn Fn(&str) -> ControlFlow<()>,
+    ) -> Result<Outcome, MoveError> {
+        let InWork { mut displacement, held_back, mut ends, mut watch, mut clock, mut fold_check, device_work, .. } =
+            work;
+        let Self { ordered: mesh, cells, order, surface, edge_angles, families, stages, progress, .. } = self;
+        let listener = Listener::new(progress, tell);
+        let (backend, method, stopping) = (self.backend.as_ref(), self.method, self.stopping);
+        let set_up = SetUp { mesh, cells, surface, families, backend, method, stopping };
+        let row = &STAGES[STAGES.len() - 1];
+        listener.hear(row.name);
+        stages.volume.expect_refusal(held_back.iter().any(|held| held.beyond.is_some()));
+        listener.go_on()?;
+        ends.push((row.name, stages.volume.run(&set_up, &mut displacement, &|what| listener.hear(what))?));
+        let here = end_stage(&set_up, order, row, amend, &mut displacement);
+        fold_check.fold_check(&set_up, edge_angles, row, &here);
+        clock.end(backend, row.name);
+        listener.go_on()?;
         let VolumeResult { vertices, beta, convergence: volume, path, smoothed, kept, jump_converged } =
             stages.volume.take_result().expect("the volume is the last stage");
         let beta = quality::betas_after(beta, &vertices, &here, &mesh.tets);
@@ -478,8 +490,8 @@ impl Mover {
             missed: self.beyond(missed),
             nearest_to_refusal: self.stages.wings.nearest_to_refusal(),
             solver: self.solver_report(&volume),
-            device_work: self.backend.work().map(|work| work.since(work_before)),
-            stage_seconds: clock.stop(),
+            device_work: self.backend.work().map(|work| work.since(device_work)),
+            stage_seconds: clock.stop(self.backend.as_ref()),
             stages: watch.stages,
             original_beta: self.order.of_tets(&self.original_beta[..self.cells.n_tets]),
             beta,
@@ -558,30 +570,4 @@ fn check_inside(mesh: HybridMesh, surface: &Surface, roles: &[Role]) -> Result<(
         }
     }
     Ok(())
-}
-
-/// A function that gets a stage's name and may change the displacements after the stage.
-type Amend<'a> = dyn FnMut(&str, &mut Displacement) + 'a;
-
-struct StageWatch {
-    cells: Arc<CornerCells>,
-    last: Instant,
-    stages: Vec<StageQuality>,
-}
-
-impl StageWatch {
-    /// Records the quality at a stage, and the time since the stage before in s. The time includes
-    /// the measurement of quality.
-    ///
-    /// - `betas` `[n_simplices]`: of the tets and the corner tets
-    fn record(&mut self, name: StageName, betas: &[f64]) -> Statistics {
-        let mut statistics = Statistics::new(&betas[..self.cells.n_tets]);
-        if !self.cells.are_tets() {
-            statistics.inverted = self.cells.n_inverted(betas);
-        }
-        let seconds = if self.stages.is_empty() { 0.0 } else { self.last.elapsed().as_secs_f64() };
-        self.stages.push(StageQuality::new(name, &statistics, seconds));
-        self.last = Instant::now();
-        statistics
-    }
 }

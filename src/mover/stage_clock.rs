@@ -1,9 +1,8 @@
 //! The seconds of each stage of an update, and those that its device took.
 
-use std::time::Instant;
-
 use serde::Serialize;
 
+use super::stopwatch::Stopwatch;
 use crate::backend::{Backend, DeviceTimes};
 
 /// The last row of [`Outcome::stage_seconds`](super::Outcome::stage_seconds).
@@ -33,30 +32,28 @@ impl StageSeconds {
 }
 
 /// Measures one stage after another.
-pub(super) struct StageClock<'a> {
-    backend: &'a dyn Backend,
-    last: Instant,
+pub(super) struct StageClock {
+    pub(super) time: Stopwatch,
     times: DeviceTimes,
     stages: Vec<StageSeconds>,
 }
 
-impl<'a> StageClock<'a> {
-    pub(super) fn start(backend: &'a dyn Backend) -> Self {
-        let times = backend.times().unwrap_or_default();
-        Self { backend, last: Instant::now(), times, stages: Vec::new() }
+impl StageClock {
+    pub(super) fn start(backend: &dyn Backend) -> Self {
+        Self { time: Stopwatch::start(), times: backend.times().unwrap_or_default(), stages: Vec::new() }
     }
 
     /// Ends a stage, at which the next begins.
-    pub(super) fn end(&mut self, stage: &'static str) {
-        let (now, times) = (Instant::now(), self.backend.times().unwrap_or_default());
+    pub(super) fn end(&mut self, backend: &dyn Backend, stage: &'static str) {
+        let (seconds, times) = (self.time.lap(), backend.times().unwrap_or_default());
         let DeviceTimes { waiting, kernels } = times.since(self.times);
-        self.stages.push(StageSeconds::new(stage, (now - self.last).as_secs_f64(), waiting, kernels));
-        (self.last, self.times) = (now, times);
+        self.stages.push(StageSeconds::new(stage, seconds, waiting, kernels));
+        self.times = times;
     }
 
     /// Ends the last stage.
-    pub(super) fn stop(mut self) -> Vec<StageSeconds> {
-        self.end(CHECKS);
+    pub(super) fn stop(mut self, backend: &dyn Backend) -> Vec<StageSeconds> {
+        self.end(backend, CHECKS);
         self.stages
     }
 }

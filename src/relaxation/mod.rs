@@ -22,6 +22,7 @@ mod free_rows;
 mod history;
 pub mod multigrid;
 mod network;
+mod pass;
 mod products;
 mod relaxer;
 mod schedule;
@@ -30,7 +31,7 @@ mod spectrum;
 pub use free_rows::{FreeRows, MovingGraph};
 pub use history::{History, Relaxation};
 pub use network::Network;
-pub use relaxer::{Convergence, Relaxer};
+pub use relaxer::{Convergence, Relaxer, Unrelaxed};
 pub use schedule::Method;
 pub use spectrum::Spectrum;
 

@@ -7,9 +7,12 @@ use glam::DVec3;
 use super::{
     FreeRows, History, Method, MovingGraph, Network, Relaxation, Spectrum, Stopping,
     multigrid::{AggregateMaps, Hierarchy},
-    schedule::{self, Schedule},
+    pass::{Ended, Pass, Verdict},
+    schedule::Schedule,
 };
-use crate::backend::{Backend, BackendError, CpuBackend, DeviceNetwork, Precision, Sweep, WholeNetwork};
+use crate::backend::{
+    Backend, BackendError, CpuBackend, DeviceNetwork, MOST_TOGETHER, Precision, Sweep, Together, WholeNetwork,
+};
 use crate::constraint::Constraint;
 
 /// A network on a device. Set up once, relaxed many times.
@@ -62,19 +65,25 @@ impl Convergence {
     }
 }
 
-/// Lower bound of the factor by which a batch shrinks the error in the estimate. The modes that
-/// change most may hide slower modes for a while.
-const FASTEST: f64 = 0.25;
+/// A design to be relaxed.
+pub struct Unrelaxed<'a> {
+    /// `[n_vertices]`: on entry the start, on exit the result, in the mesh's unit.
+    pub displacement: &'a mut [DVec3],
+    /// Forces on the vertices `[n_vertices]`, in the unit of stiffness times displacement.
+    pub force: Option<&'a [DVec3]>,
+}
 
-/// Most batches that are planned at once.
-const MOST_AHEAD: usize = 16;
-
-/// A pass ends after so many batches that did not halve the change. The slowest cycles measured, on
-/// an O-grid, halve it in 20.
-const STALLED: usize = 100;
-
-/// A pass tells how far it is after so many batches. Cycles of multigrid end before.
-const TOLD: usize = 64;
+/// A design in work.
+struct Run<'a> {
+    design: Unrelaxed<'a>,
+    /// Residual of the displacement `[n_vertices]`. Empty during a pass.
+    residual: Vec<DVec3>,
+    /// Norm of the residual at the start.
+    first_norm: f64,
+    result: Convergence,
+    relaxation: Relaxation,
+    is_over: bool,
+}
 
 impl Relaxer {
     /// Brings a network to the backend, or to the CPU if the backend leaves it there (see
@@ -179,216 +188,168 @@ impl Relaxer {
         stopping: &Stopping,
         tell: &dyn Fn(f64),
     ) -> Result<Convergence, BackendError> {
-        let mut residual = self.network.residual(displacement, force);
-        let first_norm = norm(&residual);
-        let Some(spectrum) = self.spectrum.filter(|_| first_norm > 0.0) else {
-            return Ok(Convergence::nothing_to_do());
-        };
-        let mut result = Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() };
-        let (of, method) = ("displacement", self.method.name());
-        let mut relaxation = Relaxation { of, method, residuals: vec![(0, 1.0)], ..Relaxation::default() };
+        let results = self.relax_together(vec![Unrelaxed { displacement, force }], stopping, tell)?;
+        Ok(results.into_iter().next().unwrap_or_default())
+    }
+
+    /// [`Self::relax_and_tell`] for several designs. Each has the result that it has alone, to the
+    /// bit: every design keeps its own schedule and stopping rule. Multigrid cycles on the CPU in
+    /// f64 read the springs once for up to [`MOST_TOGETHER`] designs; elsewhere one design follows
+    /// the other.
+    ///
+    /// # Errors
+    /// As for [`Self::relax`].
+    pub fn relax_together(
+        &mut self,
+        designs: Vec<Unrelaxed>,
+        stopping: &Stopping,
+        tell: &dyn Fn(f64),
+    ) -> Result<Vec<Convergence>, BackendError> {
+        let mut runs: Vec<Run> = designs.into_iter().map(|design| self.begin(design)).collect();
         // A pass in f32 gains about five digits. After more than a handful of passes nothing more
         // is gained.
         for _ in 0..8 {
-            let pass = self.pass(&residual, spectrum, stopping, &mut relaxation, tell)?;
-            let correction = self.device.correction()?;
-            let mut furthest: f64 = 0.0;
-            for (&row, e) in self.moving.iter().zip(&correction) {
-                let row = row as usize;
-                // Rounding on the device must not lift a vertex off its plane.
-                displacement[row] += self.network.constraint[row].limit(*e);
-                let moved = e.length() * self.network.inverse_length[row];
-                furthest = if moved.is_nan() { f64::NAN } else { furthest.max(moved) };
-            }
-            residual = self.network.residual(displacement, force);
-            // Bound of the rounding error that a pass may leave: a few roundoffs on meshes of 20
-            // 000 to 100 000 tets.
-            let rounding = 8.0 * self.device.epsilon() * furthest;
-            result.sweeps += pass.sweeps;
-            result.relative_residual = norm(&residual) / first_norm;
-            relaxation.residuals.push((result.sweeps, result.relative_residual));
-            result.error = if furthest.is_nan() { f64::NAN } else { pass.error.max(rounding) };
-            result.converged = result.error <= stopping.tolerance;
-            if !pass.settled || result.converged || residual.iter().all(|r| *r == DVec3::ZERO) {
+            let mut left: Vec<&mut Run> = runs.iter_mut().filter(|run| !run.is_over).collect();
+            if left.is_empty() {
                 break;
             }
+            for group in left.chunks_mut(MOST_TOGETHER) {
+                self.pass(group, stopping, tell)?;
+            }
+        }
+        Ok(runs.into_iter().map(|run| self.end(run)).collect())
+    }
+
+    fn begin<'a>(&self, design: Unrelaxed<'a>) -> Run<'a> {
+        let residual = self.network.residual(design.displacement, design.force);
+        let first_norm = norm(&residual);
+        let is_over = self.spectrum.is_none() || first_norm == 0.0;
+        let (of, method) = ("displacement", self.method.name());
+        Run {
+            design,
+            residual,
+            first_norm,
+            result: Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() },
+            relaxation: Relaxation { of, method, residuals: vec![(0, 1.0)], ..Relaxation::default() },
+            is_over,
+        }
+    }
+
+    /// The result of a design.
+    fn end(&self, Run { mut result, mut relaxation, first_norm, .. }: Run) -> Convergence {
+        if self.spectrum.is_none() || first_norm == 0.0 {
+            return Convergence::nothing_to_do();
         }
         result.failed = (!result.converged).then_some(self.method);
         relaxation.converged = result.converged;
         result.history = History::of(relaxation);
-        Ok(result)
+        result
     }
 
     /// The values of the vertices that move, from the values of all vertices of the network.
     fn gather<T: Copy>(&self, of_whole: &[T]) -> Vec<T> {
-        self.moving.iter().map(|&vertex| of_whole[vertex as usize]).collect()
+        gather(&self.moving, of_whole)
     }
 
-    fn pass(
-        &mut self,
-        load: &[DVec3],
-        spectrum: Spectrum,
-        stopping: &Stopping,
-        relaxation: &mut Relaxation,
-        tell: &dyn Fn(f64),
-    ) -> Result<Pass, BackendError> {
-        let mut schedule = Schedule::new(self.method, spectrum);
-        let batch = schedule.batch();
-        let load = self.gather(load);
-        self.device.start(&load)?;
-        let done = relaxation.sweeps;
-        let mut sweeps = 0;
-        let mut largest_change: f64 = 0.0;
-        let mut last = Change { measured: f64::INFINITY, bound: f64::INFINITY, ratio: f64::INFINITY };
-        let mut progress = Progress { change: f64::INFINITY, batches: 0 };
-        let (mut batches, mut first_error) = (0, 0.0);
-        let mut made = Vec::new();
-        loop {
-            let left = stopping.max_sweeps.saturating_sub(done + sweeps);
-            let count = batch.min(left);
-            if count == 0 {
-                return Ok(Pass { sweeps, error: f64::INFINITY, settled: false });
-            }
-            let rate = schedule.rate().powi(batch as i32);
-            let noise = 100.0 * self.device.epsilon() * largest_change;
-            let ahead = last.batches_to(stopping.tolerance, noise, rate).min(left / batch);
-            let ahead = ahead.min(self.device.most_batches()).max(1);
-            let mut planned = schedule.clone();
-            let next: Vec<Vec<Sweep>> = (0..ahead).map(|_| planned.next(count)).collect();
-            let measures = self.device.sweep_batches(&next)?;
-            // The rule is applied batch by batch. If it ends the pass or changes the schedule
-            // before the last of these batches, the device goes back to the batch at which it did.
-            for (at, (next, measure)) in next.into_iter().zip(measures).enumerate() {
-                let is_last = at + 1 == ahead;
-                let measured = measure.change;
-                schedule.next(count);
-                if self.device.most_batches() > 1 {
-                    made.extend(next);
-                }
-                sweeps += count;
-                relaxation.sweeps = done + sweeps;
-                relaxation.add_change(done + sweeps, measured);
-                if !measured.is_finite() {
-                    return Ok(Pass { sweeps, error: f64::NAN, settled: false });
-                }
-                largest_change = largest_change.max(measured);
-                // Chebyshev's polynomials oscillate. A change far below the promise of the bounds
-                // is a coincidence, unless it is zero.
-                let promised = rate * last.bound;
-                let bound = if measured > 0.0 && promised.is_finite() { measured.max(promised) } else { measured };
-                let ratio = bound / last.bound;
-                // The remaining error is the sum of a geometric series of further batches.
-                let shrinks = if count < batch { 1.0 } else { ratio.clamp(FASTEST, 0.99) };
-                let error = bound * shrinks / (1.0 - shrinks).max(0.01);
-                let noise = 100.0 * self.device.epsilon() * largest_change;
-                let at_roundoff = measured >= 0.5 * last.measured && measured <= noise;
-                if error <= stopping.tolerance || at_roundoff || progress.has_ended(measured) {
-                    if !is_last {
-                        self.repeat(&load, &made)?;
-                    }
-                    return Ok(Pass { sweeps, error, settled: true });
-                }
-                batches += 1;
-                if batches == 1 {
-                    first_error = error;
-                }
-                if batches % TOLD == 0 && first_error > stopping.tolerance {
-                    tell(((error / first_error).ln() / (stopping.tolerance / first_error).ln()).clamp(0.0, 1.0));
-                }
-                let is_new = schedule.adapt([last.ratio, ratio]);
-                last = Change { measured, bound, ratio };
-                if is_new && !is_last {
-                    self.repeat(&load, &made)?;
-                    break;
-                }
-            }
-        }
-    }
-
-    /// Runs the sweeps of a pass again: the device has made more of them than were needed.
-    fn repeat(&mut self, load: &[DVec3], sweeps: &[Sweep]) -> Result<(), BackendError> {
-        self.device.start(load)?;
-        self.device.sweep(sweeps).map(drop)
-    }
-}
-
-/// The largest change of a vertex by the last batch of sweeps, as a fraction of its shortest edge.
-#[derive(Clone, Copy)]
-struct Change {
-    measured: f64,
-    /// The change in the estimate: not much less than the bounds of the spectrum promise.
-    bound: f64,
-    /// `bound` over the `bound` of the batch before.
-    ratio: f64,
-}
-
-impl Change {
-    /// Number of batches that are needed at least until the estimated error is within the tolerance
-    /// or the changes are noise: no bound falls faster than the bounds of the spectrum promise, and
-    /// no batch counts for more than [`FASTEST`].
+    /// One pass of each design.
     ///
-    /// - `noise`: change below which rounding errors may end a pass
-    /// - `rate`: factor by which a batch shrinks the error at best
-    fn batches_to(&self, tolerance: f64, noise: f64, rate: f64) -> usize {
-        let enough = (tolerance * (1.0 - FASTEST) / FASTEST).max(noise);
-        // After a slow batch the next may change the schedule.
-        if !(self.bound.is_finite() && rate < 1.0) || schedule::is_slow(self.ratio) {
-            return 1;
+    /// - `runs`: at most [`MOST_TOGETHER`]
+    fn pass(&mut self, runs: &mut [&mut Run], stopping: &Stopping, tell: &dyn Fn(f64)) -> Result<(), BackendError> {
+        let Some(spectrum) = self.spectrum else { return Ok(()) };
+        let Self { moving, method, device, .. } = self;
+        let epsilon = device.epsilon();
+        let (loads, passes): (Vec<_>, Vec<_>) = runs
+            .iter_mut()
+            .map(|run| {
+                let load = gather(moving, &std::mem::take(&mut run.residual));
+                (load, Pass::new(Schedule::new(*method, spectrum), &mut run.relaxation, stopping, epsilon))
+            })
+            .unzip();
+        // Only a hierarchy takes designs together. Its batches are single cycles.
+        let ended = match device.together(passes.len()) {
+            Some(device) => passes_together(device, passes, loads, tell)?,
+            None => {
+                let alone = passes.into_iter().zip(loads).map(|(pass, load)| {
+                    let ended = pass.run(device.as_mut(), &load, tell)?;
+                    Ok((ended, device.correction()?))
+                });
+                alone.collect::<Result<Vec<_>, BackendError>>()?
+            }
+        };
+        for (run, (ended, correction)) in runs.iter_mut().zip(ended) {
+            self.end_pass(run, ended, correction, stopping);
         }
-        let mut batches = 1;
-        let mut bound = self.bound * rate;
-        while bound > enough && batches < MOST_AHEAD {
-            bound *= rate;
-            batches += 1;
+        Ok(())
+    }
+
+    /// Adds the correction of a pass to the displacement, and measures what is left.
+    fn end_pass(&self, run: &mut Run, pass: Ended, correction: Vec<DVec3>, stopping: &Stopping) {
+        let Run { design: Unrelaxed { displacement, force }, result, .. } = run;
+        let mut furthest: f64 = 0.0;
+        for (&row, e) in self.moving.iter().zip(&correction) {
+            let row = row as usize;
+            // Rounding on the device must not lift a vertex off its plane.
+            displacement[row] += self.network.constraint[row].limit(*e);
+            let moved = e.length() * self.network.inverse_length[row];
+            furthest = if moved.is_nan() { f64::NAN } else { furthest.max(moved) };
         }
-        batches
+        drop(correction);
+        run.residual = self.network.residual(displacement, *force);
+        // Bound of the rounding error that a pass may leave: a few roundoffs on meshes of 20 000 to
+        // 100 000 tets.
+        let rounding = 8.0 * self.device.epsilon() * furthest;
+        result.sweeps += pass.sweeps;
+        result.relative_residual = norm(&run.residual) / run.first_norm;
+        run.relaxation.residuals.push((result.sweeps, result.relative_residual));
+        result.error = if furthest.is_nan() { f64::NAN } else { pass.error.max(rounding) };
+        result.converged = result.error <= stopping.tolerance;
+        run.is_over = !pass.settled || result.converged || run.residual.iter().all(|r| *r == DVec3::ZERO);
     }
 }
 
-/// The progress of a pass: when the changes have last halved.
-struct Progress {
-    /// The change then.
-    change: f64,
-    /// Batches since then.
-    batches: usize,
-}
-
-impl Progress {
-    /// Whether no batch of the last [`STALLED`] halved the change. On tight pairs of vertices
-    /// between weak springs the rounding errors of f32 are larger than those of a regular mesh, and
-    /// a pass would go on until it has no sweeps left.
-    fn has_ended(&mut self, change: f64) -> bool {
-        if change <= 0.5 * self.change {
-            *self = Self { change, batches: 0 };
-            return false;
+/// One pass of several designs at once. Returns the end and the correction of each.
+///
+/// - `loads`: of each design `[n_vertices of the device]`
+fn passes_together(
+    device: &mut dyn Together,
+    mut passes: Vec<Pass>,
+    loads: Vec<Vec<DVec3>>,
+    tell: &dyn Fn(f64),
+) -> Result<Vec<(Ended, Vec<DVec3>)>, BackendError> {
+    for (design, load) in loads.into_iter().enumerate() {
+        device.start(design, &load)?;
+    }
+    let mut ended: Vec<Option<(Ended, Vec<DVec3>)>> = passes.iter().map(|_| None).collect();
+    loop {
+        // A design that has ended rests until the last one ends.
+        let mut sweeps = vec![Sweep { relaxation: 0.0, momentum: 0.0 }; passes.len()];
+        for (design, pass) in passes.iter().enumerate() {
+            if ended[design].is_some() {
+                continue;
+            }
+            match pass.next_batch().as_deref() {
+                Some([sweep, ..]) => sweeps[design] = *sweep,
+                _ => ended[design] = Some((pass.out_of_sweeps(), device.correction(design)?)),
+            }
         }
-        self.batches += 1;
-        self.batches >= STALLED
+        if ended.iter().all(Option::is_some) {
+            return Ok(ended.into_iter().flatten().collect());
+        }
+        let changes = device.cycle(&sweeps)?;
+        for (design, (pass, change)) in passes.iter_mut().zip(changes).enumerate() {
+            if ended[design].is_none()
+                && let Verdict::Ends(end) = pass.judge(change, tell)
+            {
+                ended[design] = Some((end, device.correction(design)?));
+            }
+        }
     }
 }
 
-struct Pass {
-    sweeps: usize,
-    error: f64,
-    /// The pass reached its end. It did not run out of sweeps or diverge.
-    settled: bool,
+fn gather<T: Copy>(moving: &[u32], of_whole: &[T]) -> Vec<T> {
+    moving.iter().map(|&vertex| of_whole[vertex as usize]).collect()
 }
 
 fn norm(vectors: &[DVec3]) -> f64 {
     vectors.iter().map(|v| v.length_squared()).sum::<f64>().sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A pass goes on while the change halves in 20 batches, and ends where it stays.
-    ///
-    /// Fails if `STALLED` is 10 or 10 000.
-    #[test]
-    fn a_slow_pass_goes_on() {
-        let mut progress = Progress { change: f64::INFINITY, batches: 0 };
-        assert!((0..1000).all(|batch| !progress.has_ended(0.5f64.powf(f64::from(batch) / 20.0))));
-        assert!((0..1000).any(|_| progress.has_ended(0.5f64.powi(50))));
-    }
 }

@@ -196,6 +196,18 @@ impl<'a> Session<'a> {
         Ok((outcome, start.elapsed().as_secs_f64()))
     }
 
+    /// [`Session::update`] for several designs, whose springs are read together; see
+    /// [`Mover::update_many`]. The time of a design is its share of the time for all.
+    pub fn update_many(&mut self, designs: &[&Design]) -> Vec<Result<(Outcome, f64), SessionError>> {
+        let start = Instant::now();
+        let outcomes = self.mover.update_many(designs);
+        let share = start.elapsed().as_secs_f64() / designs.len().max(1) as f64;
+        let of_design = |(outcome, design): (Result<Outcome, _>, &&Design)| {
+            outcome.map(|outcome| (outcome, share)).map_err(|error| self.case.about_design(error, design).into())
+        };
+        outcomes.into_iter().zip(designs).map(of_design).collect()
+    }
+
     /// The mover, for products with the derivative of an outcome.
     pub fn mover(&mut self) -> &mut Mover {
         &mut self.mover
@@ -217,12 +229,32 @@ impl<'a> Session<'a> {
     /// file cannot be written, or the claim was lost. Without finite positions
     /// ([`SessionError::Refused`]) the report and its page are written, and no mesh.
     pub fn finish(&mut self, job: Job) -> Result<Finished, SessionError> {
+        self.clear(&job)?;
+        let moved = self.update(job.design)?;
+        self.write(job, moved)
+    }
+
+    /// Removes the files of an earlier result.
+    ///
+    /// # Errors
+    /// A file cannot be removed.
+    pub fn clear(&self, job: &Job) -> Result<(), SessionError> {
         // The files of a claimed design may be those of a job that has taken it over: they stay
         // until it is sure that none has.
         if job.claim.is_none() {
             job.outputs.remove_earlier(&self.case.inputs, None)?;
         }
-        let (outcome, update) = self.update(job.design)?;
+        Ok(())
+    }
+
+    /// The part of [`Session::finish`] after the motion.
+    ///
+    /// - `moved`: of [`Session::update`] or [`Session::update_many`]
+    ///
+    /// # Errors
+    /// As for [`Session::finish`].
+    pub fn write(&mut self, job: Job, moved: (Outcome, f64)) -> Result<Finished, SessionError> {
+        let (outcome, update) = moved;
         if let Err(refused) = outcome.check()
             && refused.why == Why::NotFinite
         {

@@ -49,7 +49,7 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 
-use super::junction::Junctions;
+use super::junction::{Junctions, MadeByJunctions};
 use super::surface_network::SurfaceNetwork;
 use crate::families::{Assembly, Families, Junction, PlacedBy, RigidMotion, Role, RootChange, SetupError, TipStart};
 use crate::mesh::Displacement;
@@ -109,6 +109,11 @@ impl AttachedFamilies {
     /// mesh's unit. Only families whose junctions slide are there.
     pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
         self.junctions.slides()
+    }
+
+    /// Exchanges what the junctions keep of their last design with what they kept of another one.
+    pub fn exchange(&mut self, made: &mut MadeByJunctions) {
+        self.junctions.exchange(made);
     }
 
     /// The vertices that may slide on rigid bodies. Empty if they were taken.

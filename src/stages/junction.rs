@@ -65,6 +65,12 @@ pub(super) struct Junctions {
     hosts: Vec<Host>,
     /// The undeformed surface of each part, with its vertices `[n_points]`, ascending.
     parts: Vec<(Vec<u32>, CurvedSurface)>,
+    last: MadeByJunctions,
+}
+
+/// What the junctions keep of their last design.
+#[derive(Default)]
+pub struct MadeByJunctions {
     slides: BTreeMap<FamilyId, f64>,
     before: Vec<(u32, DVec3)>,
 }
@@ -159,25 +165,25 @@ impl Junctions {
             parts.push((vertices, own));
         }
         let hosts = found.into_iter().map(|(on, curves)| Host::new(set_up, shaped, on, curves));
-        Ok(Self {
-            hosts: hosts.collect::<Result<_, SetupError>>()?,
-            parts,
-            slides: BTreeMap::new(),
-            before: Vec::new(),
-        })
+        Ok(Self { hosts: hosts.collect::<Result<_, SetupError>>()?, parts, last: MadeByJunctions::default() })
     }
 
     /// The largest distance by which a vertex slid from its glued place in the last run, in the
     /// mesh's unit, of each family whose junction slides: on a wing of the attached family, on a
     /// body of the rigid one.
     pub fn slides(&self) -> &BTreeMap<FamilyId, f64> {
-        &self.slides
+        &self.last.slides
     }
 
     /// The vertices that the last run moved, with their displacements before it, in the mesh's
     /// unit.
     pub fn before(&self) -> &[(u32, DVec3)] {
-        &self.before
+        &self.last.before
+    }
+
+    /// Exchanges what the junctions keep of their last design with what they kept of another one.
+    pub fn exchange(&mut self, made: &mut MadeByJunctions) {
+        std::mem::swap(&mut self.last, made);
     }
 
     /// Triangles that continue the part of an assembly by its rulings beyond the curves that slide,
@@ -219,14 +225,15 @@ impl Junctions {
         motions: &[FittedMotion],
         displacement: &mut Displacement,
     ) -> Result<Convergence, StageError> {
-        self.slides.clear();
-        self.before.clear();
+        let MadeByJunctions { slides, before } = &mut self.last;
+        slides.clear();
+        before.clear();
         let mut convergence = Convergence::nothing_to_do();
         for host in &mut self.hosts {
-            let (placed, of_host) = host.slide(set_up, motions, &self.parts, displacement, &mut self.slides)?;
+            let (placed, of_host) = host.slide(set_up, motions, &self.parts, displacement, slides)?;
             convergence = convergence.and(of_host);
             for (vertex, foot) in placed {
-                self.before.push((vertex, displacement[vertex as usize]));
+                before.push((vertex, displacement[vertex as usize]));
                 displacement[vertex as usize] = foot - set_up.mesh.vertices[vertex as usize];
             }
         }

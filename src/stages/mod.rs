@@ -34,6 +34,9 @@ pub mod wing;
 pub use shared_curve::SharedCurve;
 pub use wing::{MISSED_SURFACE, MissedSurface, WingProfiles, Wings};
 
+use junction::MadeByJunctions;
+use wing::MadeByWings;
+
 use attached::AttachedFamilies;
 use carenage::Carenages;
 use planes::Planes;
@@ -96,6 +99,24 @@ impl Stages {
         let (rigids, mut volume) = (Rigids::default(), volume?);
         volume.let_slide(attached.take_on_bodies());
         Ok(Self { wings, trailing_edges, rigids, attached, carenages, planes, volume })
+    }
+}
+
+/// What the stages of the surfaces keep of their last design, for reports and products.
+#[derive(Default)]
+pub struct MadeBySurfaces {
+    wings: MadeByWings,
+    rigids: Rigids,
+    junctions: MadeByJunctions,
+}
+
+impl Stages {
+    /// Exchanges what the stages of the surfaces keep of their last design with what they kept of
+    /// another one. So several designs can be in work at once.
+    pub fn exchange(&mut self, made: &mut MadeBySurfaces) {
+        self.wings.exchange(&mut made.wings);
+        std::mem::swap(&mut self.rigids, &mut made.rigids);
+        self.attached.exchange(&mut made.junctions);
     }
 }
 

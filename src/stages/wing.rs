@@ -122,6 +122,15 @@ pub struct Wings {
     products: Vec<WingProduct>,
 }
 
+/// What the wings keep of their last design.
+#[derive(Default)]
+pub struct MadeByWings {
+    moved: Vec<ProfileDisplacement>,
+    shared_curves: Vec<(String, SharedCurve)>,
+    missed_surfaces: BTreeMap<String, MissedSurface>,
+    before_slide: Vec<Vec<DVec3>>,
+}
+
 struct Wing {
     name: String,
     vertices: Vec<u32>,
@@ -299,6 +308,15 @@ impl Wings {
         };
         self.shared_curves = self.wings.iter().zip(&self.moved).flat_map(of_wing).collect();
         Ok(())
+    }
+
+    /// Exchanges what the wings keep of their last design with what they kept of another one.
+    pub fn exchange(&mut self, made: &mut MadeByWings) {
+        let MadeByWings { moved, shared_curves, missed_surfaces, before_slide } = made;
+        std::mem::swap(&mut self.moved, moved);
+        std::mem::swap(&mut self.shared_curves, shared_curves);
+        std::mem::swap(&mut self.missed_surfaces, missed_surfaces);
+        std::mem::swap(&mut self.before_slide, before_slide);
     }
 
     /// The wings whose junctions missed their surfaces in the last design, by name.

@@ -77,8 +77,20 @@ pub struct VolumeStage {
     crossings: Crossings,
     /// Whether the next result will be refused in any case.
     refusal_expected: bool,
+    /// The jump that the next run goes on from.
+    jump: Option<Jump>,
     /// What the last run made, until it is taken.
     result: Option<VolumeResult>,
+}
+
+/// The springs' jump from the undeformed mesh to a design.
+pub struct Jump {
+    /// Displacement of each vertex `[n_vertices]`, in the mesh's unit.
+    displacement: Displacement,
+    convergence: Convergence,
+    /// The rotation vector of each vertex `[n_vertices]`, in radians. Empty if the springs are not
+    /// rotation-aware.
+    rotations: Vec<DVec3>,
 }
 
 /// How the inside is moved.
@@ -225,6 +237,7 @@ impl VolumeStage {
             stepping,
             crossings,
             refusal_expected: false,
+            jump: None,
             result: None,
         })
     }
@@ -251,6 +264,39 @@ impl VolumeStage {
         if let Some(volume) = &mut self.volume {
             volume.start_from(start);
         }
+    }
+
+    /// The jumps of several designs, whose springs are read together. Each has the bits of the jump
+    /// that a run of its design makes, if the springs start from the undeformed mesh.
+    ///
+    /// - `surfaces`: displacements after the stages of the surfaces `[n_vertices]`, in the mesh's
+    ///   unit
+    /// - `observer`: as for [`Stage::run`]
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn jumps<'d>(
+        &mut self,
+        set_up: &SetUp,
+        surfaces: impl Iterator<Item = &'d Displacement>,
+        observer: &dyn Fn(&str),
+    ) -> Result<Vec<Jump>, BackendError> {
+        let mut displacements: Vec<Displacement> = surfaces.cloned().collect();
+        let tell = |share: f64| observer(&told(share));
+        let mut all: Vec<&mut Displacement> = displacements.iter_mut().collect();
+        let results = self.network(set_up)?.run_together(&set_up.mesh.vertices, &mut all, &set_up.stopping, &tell)?;
+        let jump = |(displacement, (convergence, rotations))| Jump { displacement, convergence, rotations };
+        Ok(displacements.into_iter().zip(results).map(jump).collect())
+    }
+
+    /// Lets the next run go on from the jump of its design.
+    pub fn go_on_from(&mut self, jump: Jump) {
+        self.jump = Some(jump);
+    }
+
+    /// The start of the springs.
+    pub fn start(&self) -> Start {
+        self.start
     }
 
     /// What the last run made; none before the first one, or if it was taken.
@@ -297,8 +343,16 @@ impl Stage for VolumeStage {
         let SetUp { mesh, stopping, .. } = set_up;
         self.result = None;
         let surfaces = displacement.clone();
-        let tell = |share: f64| observer(&format!("volume {:.0} %", 100.0 * share));
-        let (mut convergence, rotations) = self.network(set_up)?.run(&mesh.vertices, displacement, stopping, &tell)?;
+        let (mut convergence, rotations) = match self.jump.take() {
+            Some(Jump { displacement: jump, convergence, rotations }) => {
+                *displacement = jump;
+                (convergence, rotations)
+            }
+            None => {
+                let tell = |share: f64| observer(&told(share));
+                self.network(set_up)?.run(&mesh.vertices, displacement, stopping, &tell)?
+            }
+        };
         let jump_converged = convergence.converged;
         let mut state = MovedMesh::new(displaced(&mesh.vertices, displacement), &mesh.tets, &self.stepping.merit);
         let mut path = Path { steps: 1, tried: vec![TriedStep::of(0.0, 1.0, &state)], ..Path::default() };
@@ -425,6 +479,11 @@ impl Products for VolumeStage {
     ) -> Result<Convergence, NoProduct> {
         self.network(set_up)?.reverse(&set_up.mesh.vertices, kept, gradient, stopping)
     }
+}
+
+/// The progress of the springs in words.
+fn told(share: f64) -> String {
+    format!("volume {:.0} %", 100.0 * share)
 }
 
 /// Positions `[n_vertices]` plus displacements `[n_vertices]`, see [`moved`].

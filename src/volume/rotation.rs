@@ -22,7 +22,7 @@ use crate::{
     constraint::Constraint,
     families::PlacedBy,
     mesh::{Displacement, edges::VertexGraph},
-    relaxation::{Convergence, MovingGraph, Network, Relaxer, Stopping},
+    relaxation::{Convergence, MovingGraph, Network, Relaxer, Stopping, Unrelaxed},
     stage::{NoProduct, SetUp},
 };
 
@@ -79,10 +79,11 @@ impl Rotation {
         self.last.start_from(start);
     }
 
-    /// The rotation vector of every vertex `[n_vertices]`, in radians.
+    /// The rotation vector of every vertex `[n_vertices]`, in radians, for each of several designs.
     ///
     /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
-    /// - `displacement` `[n_vertices]`: displacement of the surfaces, in the mesh's unit
+    /// - `displacements`: displacement of the surfaces in each design `[n_vertices]`, in the mesh's
+    ///   unit
     /// - `stopping`: for displacements; the tolerance of the rotations follows from it
     /// - `tell`: gets the share of the work that is done, now and then, in a relaxation of many
     ///   sweeps
@@ -92,17 +93,23 @@ impl Rotation {
     pub fn spread(
         &mut self,
         vertices: &[DVec3],
-        displacement: &Displacement,
+        displacements: &[&mut Displacement],
         stopping: &Stopping,
         tell: &dyn Fn(f64),
-    ) -> Result<(Vec<DVec3>, Convergence), BackendError> {
-        let mut vectors = self.surfaces.turns(vertices, displacement);
+    ) -> Result<Vec<(Vec<DVec3>, Convergence)>, BackendError> {
+        let of_design = |displacement: &&mut Displacement| self.surfaces.turns(vertices, displacement);
+        let mut all: Vec<Vec<DVec3>> = displacements.iter().map(of_design).collect();
         let stopping = Stopping { tolerance: ANGLE * stopping.tolerance, ..*stopping };
-        self.last.recall(&self.relaxer.network().constraint, &mut vectors);
-        let mut convergence = self.relaxer.relax_and_tell(&mut vectors, None, &stopping, tell)?;
-        convergence.history = convergence.history.of_rotations();
-        self.last.keep(&convergence, &vectors);
-        Ok((vectors, convergence))
+        let constraint = &self.relaxer.network().constraint;
+        all.iter_mut().for_each(|vectors| self.last.recall(constraint, vectors));
+        let designs = all.iter_mut().map(|vectors| Unrelaxed { displacement: vectors, force: None }).collect();
+        let results = self.relaxer.relax_together(designs, &stopping, tell)?;
+        let with_result = |(vectors, mut convergence): (Vec<DVec3>, Convergence)| {
+            convergence.history = convergence.history.of_rotations();
+            self.last.keep(&convergence, &vectors);
+            (vectors, convergence)
+        };
+        Ok(all.into_iter().zip(results).map(with_result).collect())
     }
 
     /// Change of the rotation vector of every vertex `[n_vertices]`.

@@ -21,7 +21,7 @@ use crate::{
     constraint::Constraint,
     families::{Families, PlacedBy, even},
     mesh::{Displacement, edges::VertexGraph},
-    relaxation::{Convergence, Method, MovingGraph, Network, Relaxer, Stopping},
+    relaxation::{Convergence, Method, MovingGraph, Network, Relaxer, Stopping, Unrelaxed},
     springs::Springs,
     stage::SetUp,
 };
@@ -168,35 +168,89 @@ impl VolumeNetwork {
         stopping: &Stopping,
         tell: &dyn Fn(f64),
     ) -> Result<(Convergence, Vec<DVec3>), BackendError> {
+        let results = self.run_together(vertices, &mut [displacement], stopping, tell)?;
+        Ok(results.into_iter().next().unwrap_or_default())
+    }
+
+    /// [`Self::run`] for several designs. Each has the result that it has alone, to the bit, if
+    /// relaxations start from the undeformed mesh.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub fn run_together(
+        &mut self,
+        vertices: &[DVec3],
+        displacements: &mut [&mut Displacement],
+        stopping: &Stopping,
+        tell: &dyn Fn(f64),
+    ) -> Result<Vec<(Convergence, Vec<DVec3>)>, BackendError> {
+        let rests = |displacement: &Displacement| displacement.iter().all(|by| *by == DVec3::ZERO);
+        let n_rotations = if self.rotation.is_some() { vertices.len() } else { 0 };
+        let nothing = || (Convergence::nothing_to_do(), vec![DVec3::ZERO; n_rotations]);
+        let (mut results, mut moving) = (Vec::new(), Vec::new());
+        for displacement in displacements.iter_mut() {
+            if rests(displacement) {
+                results.push(Some(nothing()));
+            } else {
+                results.push(None);
+                moving.push(&mut **displacement);
+            }
+        }
+        let mut moved = self.run_moving(vertices, &mut moving, stopping, tell)?.into_iter();
+        Ok(results.into_iter().filter_map(|result| result.or_else(|| moved.next())).collect())
+    }
+
+    /// [`Self::run_together`] for designs that move something.
+    fn run_moving(
+        &mut self,
+        vertices: &[DVec3],
+        displacements: &mut [&mut Displacement],
+        stopping: &Stopping,
+        tell: &dyn Fn(f64),
+    ) -> Result<Vec<(Convergence, Vec<DVec3>)>, BackendError> {
         // The two relaxations take about the same time.
         let of_displacements = if self.rotation.is_some() { 0.5 } else { 1.0 };
-        if displacement.iter().all(|displacement| *displacement == DVec3::ZERO) {
-            let n_rotations = if self.rotation.is_some() { vertices.len() } else { 0 };
-            return Ok((Convergence::nothing_to_do(), vec![DVec3::ZERO; n_rotations]));
-        }
-        let (force, rotations, spread) = match &mut self.rotation {
-            None => (None, Vec::new(), Convergence::nothing_to_do()),
-            Some(rotation) => {
-                let (rotations, spread) =
-                    rotation.spread(vertices, displacement, stopping, &|share| tell(0.5 * share))?;
+        let mut forces: Vec<Option<Vec<DVec3>>> = vec![None; displacements.len()];
+        let mut results = vec![(Convergence::nothing_to_do(), Vec::new()); displacements.len()];
+        if let Some(rotation) = &mut self.rotation {
+            let turned = rotation.spread(vertices, displacements, stopping, &|share| tell(0.5 * share))?;
+            for (((rotations, spread), force), result) in turned.into_iter().zip(&mut forces).zip(&mut results) {
                 let turns = rotations_minus_identity(&rotations);
-                (Some(rest_force(self.relaxer.network(), vertices, &turns)), rotations, spread)
+                *force = Some(rest_force(self.relaxer.network(), vertices, &turns));
+                *result = (spread, rotations);
             }
-        };
+        }
         // The rotations of the surfaces depend on the displacement beside them, so the start of the
         // springs comes after them.
-        self.last.recall(&self.relaxer.network().constraint, displacement);
+        let constraint = &self.relaxer.network().constraint;
+        displacements.iter_mut().for_each(|displacement| self.last.recall(constraint, displacement));
         let tell = |share: f64| tell(1.0 - of_displacements * (1.0 - share));
-        let mut convergence = self.relaxer.relax_and_tell(displacement, force.as_deref(), stopping, &tell)?;
-        if self.rotation.is_some() {
+        let of_springs = self.relaxer.relax_together(unrelaxed(displacements, &forces), stopping, &tell)?;
+        for ((result, _), of_springs) in results.iter_mut().zip(of_springs) {
             // The rotations are relaxed first.
-            convergence = spread.and(convergence);
+            *result = match &self.rotation {
+                Some(_) => std::mem::take(result).and(of_springs),
+                None => of_springs,
+            };
         }
         if let Some(Tied { relaxer, sets }) = &mut self.tied {
-            sets.iter().for_each(|set| even(set, displacement, false));
-            convergence = convergence.and(relaxer.relax(displacement, force.as_deref(), stopping)?);
+            for displacement in displacements.iter_mut() {
+                sets.iter().for_each(|set| even(set, displacement, false));
+            }
+            let tied = relaxer.relax_together(unrelaxed(displacements, &forces), stopping, &|_| ())?;
+            for ((result, _), tied) in results.iter_mut().zip(tied) {
+                *result = std::mem::take(result).and(tied);
+            }
         }
-        self.last.keep(&convergence, displacement);
-        Ok((convergence, rotations))
+        for ((result, _), displacement) in results.iter().zip(displacements) {
+            self.last.keep(result, displacement);
+        }
+        Ok(results)
     }
+}
+
+/// The designs for a relaxer.
+fn unrelaxed<'a>(displacements: &'a mut [&mut Displacement], forces: &'a [Option<Vec<DVec3>>]) -> Vec<Unrelaxed<'a>> {
+    let of_designs = displacements.iter_mut().zip(forces);
+    of_designs.map(|(displacement, force)| Unrelaxed { displacement, force: force.as_deref() }).collect()
 }

@@ -64,6 +64,51 @@ fn a_batch_gives_what_single_runs_give() {
     }
 }
 
+/// Designs that fail, that are refused and that are good, in groups that are not full, also by
+/// several workers.
+///
+/// Fails if a design gets the outcome of another one of its group.
+#[test]
+fn designs_together_change_no_byte() {
+    let fixture = Fixture::with_raised_designs(&[("a", 0.06), ("c", 0.05), ("e", 0.03), ("f", 0.0), ("g", -0.04)]);
+    let case = fixture.read("case.toml").replace("[solver]", "[solver]\nmethod = \"multigrid\"");
+    fixture.write("case.toml", &case);
+    fixture.write("designs/b.csv", "profile,x,y,z\n0,1,zwei,3\n");
+    fixture.write("designs/d.csv", &profiles(&[(0, 0.3, 3.0), (1, 1.2, 3.0)]));
+    let sorted = |file: &str| {
+        let mut lines: Vec<Value> = lines(&fixture.read(file)).into_iter().map(timeless).collect();
+        lines.sort_by_key(|line| line["design"].to_string());
+        lines
+    };
+    let moved = |more: &[&str], number: usize| {
+        let (folder, file) = (format!("moved{number}"), format!("all{number}.jsonl"));
+        let output = batch(&fixture, &[&["--out", &folder, "--json", &file], more].concat());
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains("error: 2 of 7 designs failed"), "{}", stderr(&output));
+        (listed(&fixture, &folder), sorted(&file))
+    };
+    let (files, reports) = moved(&[], 0);
+    assert_eq!(reports.len(), 7);
+    let ways: [&[&str]; 4] = [
+        &["--together", "2"],
+        &["--together", "4"],
+        &["--together", "3", "--jobs", "2"],
+        &["--together", "3", "--claim", "claims"],
+    ];
+    for (more, number) in ways.into_iter().zip(1..) {
+        let (files_together, mut reports_together) = moved(more, number);
+        assert!(files_together == files, "{more:?}");
+        for (one, other) in reports_together.iter_mut().zip(&reports) {
+            // Messages name the files of results, which are in another folder.
+            let folder = format!("moved{number}/");
+            let text = one.to_string().replace(&folder, "moved0/");
+            assert_eq!(text, other.to_string(), "{more:?}");
+        }
+    }
+    let output = batch(&fixture, &["--together", "5"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+}
+
 #[test]
 fn designs_come_from_a_list_and_lines_go_to_standard_output() {
     let fixture = Fixture::with_raised_designs(&[("a", 0.06), ("b", 0.03)]);

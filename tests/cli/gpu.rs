@@ -53,6 +53,24 @@ fn a_good_run_says_nothing_on_standard_error() {
     }
 }
 
+/// A GPU takes one design after another, so it does not take them for designs in one solve.
+#[test]
+fn designs_together_are_refused_on_a_gpu() {
+    if gpu_tests_are_off() {
+        return;
+    }
+    let fixture = Fixture::with_designs(2);
+    let batch = |together: &str| {
+        let arguments = ["batch", "case.toml", "--backend", "gpu", "--designs", "designs", "--together", together];
+        fixture.idmesh(&arguments)
+    };
+    let output = batch("2");
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--together 2: several designs in one solve need the CPU"), "{}", stderr(&output));
+    assert!(!fixture.path("0.msh").exists());
+    assert_good(&batch("1"));
+}
+
 pub fn gpu_tests_are_off() -> bool {
     let off = !cfg!(feature = "gpu") || std::env::var("IDMESH_TEST_GPU").is_ok_and(|value| value == "off");
     if off {

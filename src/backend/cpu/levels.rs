@@ -1,5 +1,8 @@
 //! The levels of a hierarchy of networks in the CPU's memory, in f32. Multigrid cycles are made of
 //! the twins.
+//!
+//! A cycle serves one or several designs: the springs are those of the mesh, the vectors have the
+//! components of all designs. See [`Rows`](crate::kernels::row::Rows) for their number `N`.
 
 use std::mem;
 
@@ -13,15 +16,20 @@ use crate::kernels::{defect, first_sweep, relax_sweep, transfer};
 
 /// A level of a hierarchy.
 pub(super) struct Level {
-    /// The level's network.
+    /// The level's network, without a load.
     pub(super) packed: Packed<f32>,
     sweeps: Vec<Sweep>,
     /// The transfers to the load of the coarser level, and back.
     transfers: Option<[PackedTransfer; 2]>,
+}
+
+/// The vectors of a level.
+pub(super) struct LevelVectors<const N: usize> {
+    pub(super) load: Vectors<f32, N>,
     /// The correction.
-    pub(super) e: Vectors<f32>,
+    pub(super) e: Vectors<f32, N>,
     /// The correction one sweep earlier; also the defect.
-    spare: Vectors<f32>,
+    spare: Vectors<f32, N>,
 }
 
 struct PackedTransfer {
@@ -33,16 +41,29 @@ struct PackedTransfer {
 /// Makes the levels, finest first.
 pub(super) fn levels(levels: &[LevelData]) -> Vec<Level> {
     let level = |level: &LevelData| {
-        let packed = Packed::new(&level.network);
-        Level {
-            sweeps: level.sweeps.to_vec(),
-            transfers: level.transfers.map(|both| both.map(PackedTransfer::new)),
-            e: Vectors::zero(packed.n_vertices()),
-            spare: Vectors::zero(packed.n_vertices()),
-            packed,
-        }
+        let mut packed = Packed::new(&level.network);
+        packed.forget_load();
+        let transfers = level.transfers.map(|both| both.map(PackedTransfer::new));
+        Level { packed, sweeps: level.sweeps.to_vec(), transfers }
     };
     levels.iter().map(level).collect()
+}
+
+/// Vectors of zeros for these levels.
+pub(super) fn vectors<const N: usize>(levels: &[Level]) -> Vec<LevelVectors<N>> {
+    let of_level = |Level { packed, .. }: &Level| {
+        let zero = || Vectors::zero(packed.n_vertices());
+        LevelVectors { load: packed.no_load(), e: zero(), spare: zero() }
+    };
+    levels.iter().map(of_level).collect()
+}
+
+impl<const N: usize> LevelVectors<N> {
+    /// Sets the correction to zero. What a pass that diverged has left would outlive a factor of 0.
+    pub(super) fn clear(&mut self) {
+        self.e.fill([0.0; N]);
+        self.spare.fill([0.0; N]);
+    }
 }
 
 /// Replaces the constraints of all levels.
@@ -50,66 +71,71 @@ pub(super) fn levels(levels: &[LevelData]) -> Vec<Level> {
 /// - `constraint`: constraints of the levels, one level after another
 pub(super) fn constrain(levels: &mut [Level], mut constraint: &[Constraint]) {
     for level in levels {
-        let (own, coarser) = constraint.split_at(level.e.len());
+        let (own, coarser) = constraint.split_at(level.packed.n_vertices());
         level.packed.constrain(own);
         constraint = coarser;
     }
 }
 
 /// Replaces the correction of the finest of these levels by its correction after one cycle.
-pub(super) fn cycle(levels: &mut [Level]) {
-    if let Some(level) = levels.first_mut() {
-        level.smooth();
-        correct(levels);
+pub(super) fn cycle<const N: usize>(levels: &[Level], vectors: &mut [LevelVectors<N>]) {
+    if let (Some(level), Some(own)) = (levels.first(), vectors.first_mut()) {
+        level.smooth(own);
+        correct(levels, vectors);
     }
 }
 
 /// [`cycle`] with a start correction of zero.
-pub(super) fn cycle_from_zero(levels: &mut [Level]) {
-    if let Some(level) = levels.first_mut() {
-        level.smooth_from_zero();
-        correct(levels);
+pub(super) fn cycle_from_zero<const N: usize>(levels: &[Level], vectors: &mut [LevelVectors<N>]) {
+    if let (Some(level), Some(own)) = (levels.first(), vectors.first_mut()) {
+        level.smooth_from_zero(own);
+        correct(levels, vectors);
     }
 }
 
 /// The part of a cycle after a level's first sweeps: the coarser level's correction, and the sweeps
 /// again.
-fn correct(levels: &mut [Level]) {
-    let [level, coarser @ ..] = levels else { return };
-    let (Some([restriction, prolongation]), Some(next)) = (&level.transfers, coarser.first_mut()) else { return };
-    let rows = level.packed.rows();
-    let e = &*level.e;
-    in_chunks(&mut level.spare, |first, out| defect::run(first, &rows, e, out));
-    let (constraint, load) = next.packed.constraint_and_load();
-    restriction.run(constraint, 0.0, &level.spare, load);
-    cycle_from_zero(coarser);
-    prolongation.run(rows.constraint, 1.0, &coarser[0].e, &mut level.e);
-    level.smooth();
+fn correct<const N: usize>(levels: &[Level], vectors: &mut [LevelVectors<N>]) {
+    let ([level, coarser @ ..], [own, of_coarser @ ..]) = (levels, vectors) else { return };
+    let (Some([restriction, prolongation]), Some(next), Some(of_next)) =
+        (&level.transfers, coarser.first(), of_coarser.first_mut())
+    else {
+        return;
+    };
+    let LevelVectors { load, e, spare } = &mut *own;
+    let (rows, now) = (level.packed.rows_of(load), &**e);
+    in_chunks(spare, |first, out| defect::run(first, &rows, now, out));
+    restriction.run(next.packed.constraint(), 0.0, spare, &mut of_next.load);
+    cycle_from_zero(coarser, of_coarser);
+    prolongation.run(rows.constraint, 1.0, &of_coarser[0].e, e);
+    level.smooth(own);
 }
 
 impl Level {
-    fn smooth(&mut self) {
-        self.sweep_from(0);
+    fn smooth<const N: usize>(&self, vectors: &mut LevelVectors<N>) {
+        self.sweep_from(0, vectors);
     }
 
     /// The first sweep from a correction of zero takes a share of the load and reads no spring.
-    fn smooth_from_zero(&mut self) {
-        let rows = self.packed.rows();
+    fn smooth_from_zero<const N: usize>(&self, vectors: &mut LevelVectors<N>) {
+        let LevelVectors { load, e, spare } = &mut *vectors;
+        let rows = self.packed.rows_of(load);
         let relaxation = self.sweeps.first().map_or(0.0, |sweep| sweep.relaxation as f32);
-        in_chunks(&mut self.e, |first, e| first_sweep::run(first, &rows, relaxation, e));
-        in_chunks(&mut self.spare, |_, previous| previous.fill([0.0; 4]));
-        self.sweep_from(1);
+        in_chunks(e, |first, e| first_sweep::run(first, &rows, relaxation, e));
+        in_chunks(spare, |_, previous| previous.fill([0.0; N]));
+        self.sweep_from(1, vectors);
     }
 
-    fn sweep_from(&mut self, first_sweep: usize) {
-        let rows = self.packed.rows();
+    fn sweep_from<const N: usize>(&self, first_sweep: usize, vectors: &mut LevelVectors<N>) {
+        let LevelVectors { load, e, spare } = vectors;
+        let rows = self.packed.rows_of(load);
         for sweep in self.sweeps.iter().skip(first_sweep) {
             let (relaxation, momentum) = (sweep.relaxation as f32, sweep.momentum as f32);
-            let e = &*self.e;
-            in_chunks(&mut self.spare, |first, previous| {
-                relax_sweep::run(first, &rows, relaxation, momentum, e, previous);
+            let now = &**e;
+            in_chunks(spare, |first, previous| {
+                relax_sweep::run(first, &rows, relaxation, momentum, now, previous);
             });
-            mem::swap(&mut self.e, &mut self.spare);
+            mem::swap(e, spare);
         }
     }
 }
@@ -124,7 +150,7 @@ impl PackedTransfer {
     }
 
     /// See [`transfer::run`].
-    fn run(&self, constraint: &[[f32; 4]], keep: f32, source: &[[f32; 4]], target: &mut [[f32; 4]]) {
+    fn run<const N: usize>(&self, constraint: &[[f32; 4]], keep: f32, source: &[[f32; N]], target: &mut [[f32; N]]) {
         let weights = Weights { row_start: &self.row_start, columns: &self.columns, weights: &self.weights };
         in_chunks(target, |first, target| transfer::run(first, &weights, constraint, keep, source, target));
     }

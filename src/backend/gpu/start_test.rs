@@ -116,6 +116,7 @@ impl Sample {
             stiffness: &self.stiffness,
             constraint: &self.constraint,
             load: &self.load,
+            anchor: &[],
         }
     }
 
@@ -194,13 +195,15 @@ impl Sample {
     }
 
     fn is_accelerated(&self, found: &[[f64; 3]], of_blocks: &[f64]) -> StartTest {
-        let (mut expected, mut largest) = (self.e_previous.clone(), vec![0.0; N_ROWS / BLOCK]);
+        let (mut expected, mut largest) = (self.e_previous.clone(), vec![[0.0; 4]; N_ROWS / BLOCK]);
         let Self { inverse_length, e, of_cycle, .. } = self;
-        accelerate_double::run(FACTORS, 0, self.rows(), inverse_length, e, of_cycle, &mut expected, &mut largest);
+        let factors = FACTORS.map(|factor| [factor; 4]);
+        accelerate_double::run(factors, 0, self.rows(), inverse_length, e, of_cycle, &mut expected, &mut largest);
         let (of_rows, last) = (N_ROWS - 1, N_ROWS / BLOCK - 1);
         let expected = three(&expected);
         let of_e = expected[..of_rows].iter().flatten().zip(found.iter().flatten());
-        let pairs = of_e.chain(largest[..last].iter().zip(of_blocks)).map(|(&expected, &found)| (expected, found));
+        let largest = largest[..last].iter().map(|[of_design, ..]| of_design);
+        let pairs = of_e.chain(largest.zip(of_blocks)).map(|(&expected, &found)| (expected, found));
         let mut test = compared("accelerate_double", pairs, |_| ALLOWED);
         test.passes &= of_blocks[last] >= accelerate_double::LARGEST;
         test
