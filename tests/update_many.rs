@@ -123,6 +123,7 @@ fn all_of(outcome: Result<Outcome, MoveError>) -> String {
         Err(error) => format!("{error:?}"),
         Ok(mut outcome) => {
             outcome.stages.iter_mut().for_each(|stage| stage.seconds = 0.0);
+            outcome.stage_seconds.iter_mut().for_each(|stage| stage.seconds = 0.0);
             format!("{outcome:?}")
         }
     }
@@ -162,6 +163,29 @@ fn movers_move_designs_together_as_alone() {
         }
         assert!(mover.update_many(&[]).is_empty());
     }
+}
+
+/// Each design has its own time and its share of the time for its group, and no time counts twice.
+///
+/// Fails if a clock does not stop while the mover works on other designs, and if a design has no
+/// share or the whole time of its group.
+#[test]
+fn designs_share_the_time_of_their_group() {
+    let designs: Vec<Design> = (1..=4).map(|n| design("small_2", 0.01 * f64::from(n))).collect();
+    let mut mover = mover(None);
+    let start = std::time::Instant::now();
+    let outcomes = mover.update_many(&designs.iter().collect::<Vec<_>>());
+    let all = start.elapsed().as_secs_f64();
+    let outcomes: Vec<Outcome> = outcomes.into_iter().map(|outcome| outcome.unwrap()).collect();
+    let of_quality = |outcome: &Outcome| outcome.stages.iter().map(|stage| stage.seconds).sum::<f64>();
+    let of_stages = |outcome: &Outcome| outcome.stage_seconds.iter().map(|stage| stage.seconds).sum::<f64>();
+    let volumes = |outcome: &Outcome| outcome.stage_seconds.iter().find(|stage| stage.stage == "volume").cloned();
+    let least = outcomes.iter().map(|outcome| volumes(outcome).unwrap().seconds).fold(f64::INFINITY, f64::min);
+    for told in [outcomes.iter().map(of_quality).sum::<f64>(), outcomes.iter().map(of_stages).sum()] {
+        assert!((0.6 * all..all).contains(&told), "{told} s of {all} s");
+    }
+    assert!(outcomes.iter().all(|outcome| of_stages(outcome) < 0.6 * all), "{all} s");
+    assert!(least > 0.1 * all, "{least} s of {all} s");
 }
 
 /// From the last design's springs each design starts from the one before, as one after another.

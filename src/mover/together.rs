@@ -14,7 +14,8 @@ impl Mover {
     /// takes less time than one design after another. One design follows the other on a GPU, in a
     /// volume with few vertices, which sweeps relax, and after [`Mover::start_from`] with
     /// [`Start::LastDesign`]. Surfaces, paths of steps and local optimisation belong to one design
-    /// each. In [`Outcome::stages`] and [`Outcome::stage_seconds`] a design has its share of the time of its group.
+    /// each. In [`Outcome::stages`] and [`Outcome::stage_seconds`] a design has its share of the
+    /// time of its group.
     ///
     /// The designs of a group take some 400 bytes a vertex each, with their outcomes.
     pub fn update_many(&mut self, designs: &[&Design]) -> Vec<Result<Outcome, MoveError>> {
