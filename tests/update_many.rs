@@ -6,11 +6,13 @@ mod meshes;
 
 use common::aircraft::{SMALL, cpu};
 use common::brick::noise_vector as noise;
+use common::parts;
 use glam::DVec3;
 use idmesh::backend::cpu::{CpuBackend, Precision};
 use idmesh::constraint::Constraint;
+use idmesh::families::{Junction, RigidMotion, Role, TipStart};
 use idmesh::mesh::edges::{TetEdges, VertexGraph};
-use idmesh::mover::{Design, Method, MoveError, Mover, Outcome, QualityTarget, Start};
+use idmesh::mover::{Derivative, Design, Method, MoveError, Mover, Outcome, QualityTarget, Start};
 use idmesh::profile::Profile;
 use idmesh::relaxation::{Convergence, Network, Relaxer, Stopping, Unrelaxed};
 
@@ -186,6 +188,32 @@ fn designs_share_the_time_of_their_group() {
     }
     assert!(outcomes.iter().all(|outcome| of_stages(outcome) < 0.6 * all), "{all} s");
     assert!(least > 0.1 * all, "{least} s of {all} s");
+}
+
+/// A pylon that slides on the wing, with a nacelle that goes with it: reports of the motions, and
+/// products with the derivative of each outcome.
+///
+/// Fails if bodies, junctions or wings keep what they made of another design.
+#[test]
+fn parts_move_together_as_alone() {
+    let attached = Role::Attached { coefficient: 0.5, start: TipStart::Rigid, junction: Junction::Slide };
+    let roles = [("pylon", attached), ("nacelle", parts::rigid(RigidMotion::Root))];
+    let mover = || {
+        let builder = parts::builder(parts::mesh("nacelle"), parts::profiles("nacelle", "old"), &roles);
+        builder.method(Method::Multigrid).quality(None).build(cpu()).unwrap()
+    };
+    let [mut alone, mut together] = [mover(), mover()];
+    let designs = ["planform", "old", "twist"].map(|set| Design::of_wing("wing", parts::profiles("nacelle", set)));
+    let seed: Vec<DVec3> = (0..alone.mesh().vertices.len()).map(noise).collect();
+    let outcomes = together.update_many(&designs.each_ref());
+    for (number, (design, outcome)) in designs.iter().zip(outcomes).enumerate() {
+        let (expected, found) = (alone.update(design).unwrap(), outcome.unwrap());
+        let [of_expected, of_found] = [(&mut alone, &expected), (&mut together, &found)]
+            .map(|(mover, outcome)| format!("{:?}", mover.reverse(outcome, &seed, Derivative::Frozen)));
+        assert!(of_expected.starts_with("Ok"), "{of_expected}");
+        assert!(of_found == of_expected, "product of design {number}");
+        assert!(all_of(Ok(found)) == all_of(Ok(expected)), "design {number}");
+    }
 }
 
 /// From the last design's springs each design starts from the one before, as one after another.
