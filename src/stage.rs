@@ -96,7 +96,7 @@ pub struct Kept {
     /// The displacement of the surfaces before the volume stage `[n_vertices]`, in the mesh's unit.
     pub surfaces: Displacement,
     /// The rotation vector of each vertex `[n_vertices]`, in radians. Empty if the springs are not
-    /// rotation-aware.
+    /// rotation-aware, and if a device kept them; products then spread them again.
     pub rotations: Vec<DVec3>,
     /// The new profiles of each wing, by its name, in the order of the design.
     pub profiles: BTreeMap<String, Vec<Profile>>,

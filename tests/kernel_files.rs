@@ -7,8 +7,9 @@ use std::path::Path;
 
 use idmesh::kernels::row::Entry;
 use idmesh::kernels::{
-    DOUBLE_KERNELS, KERNELS, Kernel, NUMBER_TYPES, PARTS, accelerate, accelerate_double, convergence, defect,
-    first_sweep, hand_over, raise_worst_beta, relax_sweep, smooth_vertices, transfer,
+    DOUBLE_KERNELS, KERNELS, Kernel, NUMBER_TYPES, PARTS, accelerate, accelerate_double, add_correction, convergence,
+    defect, figures, first_sweep, hand_over, raise_worst_beta, relax_sweep, residual_double, rest_load,
+    smooth_vertices, squares, transfer, turn,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, TypeInner};
@@ -132,6 +133,12 @@ fn structs_are_laid_out_as_in_wgsl() {
         relaxation,
         momentum
     );
+    assert_layout!("turn", "Params", turn::Params, n_places, padding, unit);
+    assert_layout!("rest_load", "Params", rest_load::Params, first_row, n_rows, is_listed, padding, scale);
+    assert_layout!("residual_double", "Params", residual_double::Params, first_row, n_rows, is_listed, has_rest);
+    assert_layout!("add_correction", "Params", add_correction::Params, n_vertices, padding);
+    assert_layout!("squares", "Params", squares::Params, n_vertices, padding);
+    assert_layout!("figures", "Params", figures::Params, n_lists, length, first, padding);
     assert_layout!(
         "smooth_vertices",
         "Params",
@@ -148,7 +155,8 @@ fn structs_are_laid_out_as_in_wgsl() {
 
 #[test]
 fn the_block_of_the_twin_is_the_workgroup() {
-    for kernel in kernels().filter(|kernel| ["convergence", "accelerate", "accelerate_double"].contains(&kernel.name)) {
+    let reduce = ["convergence", "accelerate", "accelerate_double", "add_correction", "squares", "figures"];
+    for kernel in kernels().filter(|kernel| reduce.contains(&kernel.name)) {
         assert_eq!(parse(kernel.source, kernel.name).entry_points[0].workgroup_size, [convergence::BLOCK as u32, 1, 1]);
     }
 }

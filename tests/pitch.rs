@@ -134,7 +134,9 @@ fn assert_steps(outcome: &Outcome) {
     assert_eq!(at, *reached);
     if outcome.inverted == 0 {
         let last = tried.last().unwrap().worst.unwrap();
-        assert_eq!(last, outcome.beta.iter().copied().reduce(f64::min).unwrap());
+        // The result has displacements: added to the vertices they may round the last place.
+        let worst = outcome.beta.iter().copied().reduce(f64::min).unwrap();
+        assert!((last - worst).abs() <= 1e-13 * worst, "{last} {worst}");
     }
 }
 

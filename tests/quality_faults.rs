@@ -237,6 +237,31 @@ fn all_pierced_triangles_are_found() {
     }
 }
 
+/// A test after another one finds what a first test finds, wherever some vertices, all or none have
+/// moved since.
+#[test]
+fn a_later_test_finds_what_a_first_one_finds() {
+    let (mesh, surface) = block();
+    let mut later = Crossings::new(&mesh.vertices, &surface.triangles);
+    let mut moved = mesh.vertices.clone();
+    let mut counts = Vec::new();
+    for round in 0..12usize {
+        // All vertices, then every fifth, then one, then none; at last all go back.
+        for (n, (moved, &at)) in moved.iter_mut().zip(&mesh.vertices).enumerate() {
+            let goes = [n % 5 == round % 5, n == 7 * round, false, true][round % 4];
+            let x = (17 * n + 31 * round) as f64;
+            let thrown = DVec3::new(7.0 * x, 3.0 * x, 11.0 * x).map(|x| (x * x).sin());
+            if goes {
+                *moved = at + if round == 11 { DVec3::ZERO } else { 0.6 * thrown };
+            }
+        }
+        let first = Crossings::new(&mesh.vertices, &surface.triangles).self_intersecting(&moved);
+        counts.push(first.len());
+        assert_eq!(later.self_intersecting(&moved), first, "{round}");
+    }
+    assert!(counts[..11].iter().any(|&count| count > 10) && counts[11] == 0, "{counts:?}");
+}
+
 /// A relaxation that diverges leaves vertices nowhere: nothing is said of them, and nothing hangs.
 #[test]
 fn vertices_that_are_nowhere_pierce_nothing() {

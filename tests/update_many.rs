@@ -68,7 +68,7 @@ fn designs_relax_together_as_alone() {
     let (vertices, network) = network();
     let starts = starts(&vertices, &network);
     let force: Vec<DVec3> = (0..vertices.len()).map(noise).collect();
-    let force_of = |design: usize| (design % 3 == 2).then_some(&force[..]);
+    let load_of = |design: usize| (design % 3 == 2).then_some(&force[..]);
     for (precision, tolerance, max_sweeps) in [
         (Precision::F64, 1e-4, 100),
         (Precision::F64, 1e-12, 100),
@@ -80,7 +80,7 @@ fn designs_relax_together_as_alone() {
         let alone: Vec<_> = (0..starts.len())
             .map(|design| {
                 let mut displacement = starts[design].clone();
-                let convergence = relaxer().relax(&mut displacement, force_of(design), &stopping).unwrap();
+                let convergence = relaxer().relax(&mut displacement, load_of(design), &stopping).unwrap();
                 told(&displacement, &convergence)
             })
             .collect();
@@ -95,7 +95,7 @@ fn designs_relax_together_as_alone() {
             let mut displacements: Vec<_> = group.iter().map(|&design| starts[design].clone()).collect();
             let mut unrelaxed = Vec::new();
             for (displacement, &design) in displacements.iter_mut().zip(group) {
-                unrelaxed.push(Unrelaxed { displacement, force: force_of(design) });
+                unrelaxed.push(Unrelaxed { displacement, load: load_of(design) });
             }
             let results = relaxer.relax_together(unrelaxed, &stopping, &|_| ()).unwrap();
             for ((displacement, convergence), &design) in displacements.iter().zip(&results).zip(group) {
@@ -187,7 +187,7 @@ fn designs_share_the_time_of_their_group() {
         assert!((0.6 * all..all).contains(&told), "{told} s of {all} s");
     }
     assert!(outcomes.iter().all(|outcome| of_stages(outcome) < 0.6 * all), "{all} s");
-    assert!(least > 0.1 * all, "{least} s of {all} s");
+    assert!(least > 0.02 * all, "{least} s of {all} s");
 }
 
 /// A pylon that slides on the wing, with a nacelle that goes with it: reports of the motions, and

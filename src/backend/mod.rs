@@ -10,11 +10,13 @@ pub mod cpu;
 #[doc(hidden)]
 pub mod gpu;
 mod packed;
+mod resident;
 mod select;
 mod smoother;
 mod vectors;
 
 pub use cpu::CpuBackend;
+pub use resident::{EndOfPass, Resident, Surroundings};
 pub use select::{Selection, adapters, select};
 pub use smoother::{Ball, DeviceSmoother, SmoothingObjective, SmoothingPatch};
 
@@ -389,6 +391,21 @@ pub trait DeviceNetwork: Send {
     /// The device failed.
     fn sweep_batches(&mut self, batches: &[Vec<Sweep>]) -> Result<Vec<Measure>, BackendError> {
         batches.iter().map(|batch| self.sweep(batch)).collect()
+    }
+
+    /// Prepares relaxations whose values stay on the device. `false` if the device does not keep
+    /// them.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn reside(&mut self, around: &Surroundings) -> Result<bool, BackendError> {
+        let _ = around;
+        Ok(false)
+    }
+
+    /// The network as one whose values stay on the device, after [`Self::reside`].
+    fn resident(&mut self) -> Option<&mut dyn Resident> {
+        None
     }
 
     /// The present correction `e` `[n_vertices]`, in the unit of a displacement.

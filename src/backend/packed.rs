@@ -68,7 +68,7 @@ impl<T: Real> Packed<T> {
         let mut packed = Self {
             graph: Arc::clone(network.graph),
             stiffness,
-            load: anchor.iter().map(|&anchor| [T::ZERO, T::ZERO, T::ZERO, anchor]).collect(),
+            load: with_anchors(&anchor),
             anchor,
             loose,
             constraint: Vec::new(),
@@ -95,7 +95,18 @@ impl<T: Real> Packed<T> {
 
     /// Sets the load of a pass `[n_vertices]`.
     pub(super) fn start(&mut self, load: &[DVec3]) {
+        if self.load.is_empty() {
+            self.load = with_anchors(&self.anchor);
+        }
         self.load_unit = scale_into(load, 0, &mut self.load);
+    }
+
+    /// Sets the unit of a load that is made on the device.
+    ///
+    /// - `unit`: in the caller's unit, a power of two
+    #[cfg(feature = "gpu")]
+    pub(super) fn set_load_unit(&mut self, unit: f64) {
+        self.load_unit = unit;
     }
 
     pub(super) fn rows(&self) -> Rows<'_, T> {
@@ -134,10 +145,14 @@ impl<T: Real> Packed<T> {
         self.inverse_length = Vec::new();
     }
 
-    /// Drops the stiffness. A device that has received the network needs it here no more.
+    /// Drops what a device has received: stiffness, constraints, load and lengths. Load and
+    /// constraints are made again where they are replaced.
     #[cfg(feature = "gpu")]
-    pub(super) fn forget_stiffness(&mut self) {
+    pub(super) fn forget_received(&mut self) {
         self.stiffness = Vec::new();
+        self.constraint = Vec::new();
+        self.forget_load();
+        self.forget_lengths();
     }
 
     pub(super) fn constraint(&self) -> &[[T; 4]] {
@@ -236,6 +251,11 @@ impl<T: Real> PackedEdges<T> {
         };
         Self { edge_vector: input.edge_vector.iter().map(pack).collect() }
     }
+}
+
+/// Loads of zero, with their anchors.
+fn with_anchors<T: Real>(anchors: &[T]) -> Vec<[T; 4]> {
+    anchors.iter().map(|&anchor| [T::ZERO, T::ZERO, T::ZERO, anchor]).collect()
 }
 
 /// A constraint in the layout of the kernels.

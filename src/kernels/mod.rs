@@ -10,19 +10,26 @@
 
 pub mod accelerate;
 pub mod accelerate_double;
+pub mod add_correction;
+pub mod block;
 pub mod constraint;
 pub mod convergence;
 pub mod defect;
+pub mod figures;
 pub mod first_sweep;
 pub mod hand_over;
 pub mod place;
 pub mod raise_worst_beta;
 mod real;
 pub mod relax_sweep;
+pub mod residual_double;
+pub mod rest_load;
 pub mod row;
 pub mod smooth_vertices;
+pub mod squares;
 pub mod star;
 pub mod transfer;
+pub mod turn;
 pub(crate) mod vector;
 
 pub use real::Real;
@@ -109,10 +116,16 @@ kernels! {
     OfDoubleKernels:
     hand_over: place, double, constraint;
     accelerate_double: place, double, constraint;
+    turn: place;
+    rest_load: place;
+    residual_double: place, double, constraint;
+    add_correction: place, double, constraint, block;
+    squares: place, block;
+    figures: place, block;
 }
 
 /// Names of the files that several kernels share.
-pub const PARTS: [&str; 5] = ["place", "constraint", "vector", "row", "star"];
+pub const PARTS: [&str; 6] = ["place", "constraint", "vector", "row", "star", "block"];
 
 /// Names of the shared files that say in which number type a kernel computes.
 pub const NUMBER_TYPES: [&str; 2] = ["single", "double"];

@@ -22,6 +22,15 @@ pub struct Crossings {
     triangles: Vec<[u32; 3]>,
     /// The box around each triangle at the last test `[n_triangles]`, in the order of the tree.
     boxes: Vec<[DVec3; 2]>,
+    /// What the last test found, at the corners that the tree has. `None` before the first test.
+    last: Option<Vec<Pierced>>,
+}
+
+/// A triangle and another one, an edge of which passes through it, by their places in the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Pierced {
+    triangle: usize,
+    by: usize,
 }
 
 impl Crossings {
@@ -32,30 +41,47 @@ impl Crossings {
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let tree = TriangleTree::new(vertices, triangles);
         let triangles: Vec<_> = tree.order().iter().map(|&triangle| triangles[triangle as usize]).collect();
-        Self { tree, boxes: vec![[DVec3::ZERO; 2]; triangles.len()], triangles }
+        Self { tree, boxes: vec![[DVec3::ZERO; 2]; triangles.len()], triangles, last: None }
     }
 
-    /// The self-intersecting triangles, ascending.
+    /// The self-intersecting triangles, ascending. Pairs of triangles that both are where the last
+    /// test had them are not tested again.
     ///
     /// - `vertices` `[n_vertices]`: positions, finite, in the mesh's unit
     pub fn self_intersecting(&mut self, vertices: &[DVec3]) -> Vec<u32> {
-        if self.triangles.is_empty() {
-            return Vec::new();
+        let is_new = self.moved_since(vertices);
+        if is_new.contains(&true) {
+            self.tree.follow(vertices, &self.triangles);
+            for (around, corners) in self.boxes.iter_mut().zip(self.tree.corners()) {
+                *around = bounds(*corners).unwrap_or(NOWHERE);
+            }
+            let of_pair = |pair: [u32; 2]| {
+                let mut found = Vec::new();
+                self.tree.each_pair(pair, |a, b| self.add_intersecting(&a, &b, &is_new, &mut found));
+                found
+            };
+            let mut found: Vec<Pierced> = self.tree.pairs().into_par_iter().flat_map_iter(of_pair).collect();
+            let stays = |pierced: &Pierced| !is_new[pierced.triangle] && !is_new[pierced.by];
+            found.extend(self.last.iter().flatten().copied().filter(stays));
+            self.last = Some(found);
         }
-        self.tree.follow(vertices, &self.triangles);
-        for (around, corners) in self.boxes.iter_mut().zip(self.tree.corners()) {
-            *around = bounds(*corners).unwrap_or(NOWHERE);
-        }
-        let of_pair = |pair: [u32; 2]| {
-            let mut found = Vec::new();
-            self.tree.each_pair(pair, |a, b| self.add_intersecting(&a, &b, &mut found));
-            found
-        };
-        let found: Vec<usize> = self.tree.pairs().into_par_iter().flat_map_iter(of_pair).collect();
-        let mut found: Vec<u32> = found.into_iter().map(|place| self.tree.order()[place]).collect();
+        let pierced = self.last.iter().flatten();
+        let mut found: Vec<u32> = pierced.map(|pierced| self.tree.order()[pierced.triangle]).collect();
         found.sort_unstable();
         found.dedup();
         found
+    }
+
+    /// Whether each triangle is elsewhere than at the last test `[n_triangles]`, in the order of
+    /// the tree.
+    fn moved_since(&self, vertices: &[DVec3]) -> Vec<bool> {
+        if self.last.is_none() {
+            return vec![true; self.triangles.len()];
+        }
+        let elsewhere = |(triangle, corners): (&[u32; 3], &[DVec3; 3])| {
+            triangle.iter().zip(corners).any(|(&vertex, corner)| vertices[vertex as usize] != *corner)
+        };
+        self.triangles.iter().zip(self.tree.corners()).map(elsewhere).collect()
     }
 
     /// The triangles that are self-intersecting after a motion and were not before, ascending.
@@ -74,9 +100,10 @@ impl Crossings {
         now
     }
 
-    /// Adds the self-intersecting triangles of a pair of leaves, or of one leaf with itself, by
-    /// their places in the tree.
-    fn add_intersecting(&self, a: &Leaf, b: &Leaf, found: &mut Vec<usize>) {
+    /// Adds the self-intersecting triangles of a pair of leaves, or of one leaf with itself.
+    ///
+    /// - `is_new` `[n_triangles]`: pairs without such a triangle are left out
+    fn add_intersecting(&self, a: &Leaf, b: &Leaf, is_new: &[bool], found: &mut Vec<Pierced>) {
         for first in a.places.clone() {
             let around = self.boxes[first];
             if apart(around, b.bounds) {
@@ -84,6 +111,9 @@ impl Crossings {
             }
             let of_first = self.triangles[first];
             for second in b.places.clone() {
+                if !(is_new[first] || is_new[second]) {
+                    continue;
+                }
                 // Within a leaf each pair comes twice, and a triangle also with itself.
                 if (a.places == b.places && second <= first) || apart(around, self.boxes[second]) {
                     continue;
@@ -102,11 +132,11 @@ impl Crossings {
                     continue;
                 }
                 if above.passes(of_first, first_corners, of_second, second_corners) {
-                    found.push(second);
+                    found.push(Pierced { triangle: second, by: first });
                 }
                 let above = Heights::new(second_corners, first_corners);
                 if above.passes(of_second, second_corners, of_first, first_corners) {
-                    found.push(first);
+                    found.push(Pierced { triangle: first, by: second });
                 }
             }
         }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::{
     backend::NetworkData,
     constraint::Constraint,
+    kernels::residual_double,
     mesh::{csr::Csr, edges::VertexGraph},
 };
 
@@ -67,14 +68,17 @@ impl Network {
         constraint: Vec<Constraint>,
         inverse_length: Vec<f64>,
     ) -> Self {
-        let inverse_total = anchor
-            .iter()
-            .enumerate()
-            .map(|(row, anchor)| {
-                let total = stiffness[graph.range(row)].iter().sum::<f64>() + anchor;
-                if total > 0.0 { 1.0 / total } else { 0.0 }
-            })
-            .collect();
+        // The springs to held vertices are added as an anchor is, because they are the anchor of
+        // the rows that move (see [`super::FreeRows`]). So both have the same totals, to the bit.
+        let total = |(row, &anchor): (usize, &f64)| {
+            let springs = graph.row(row).iter().zip(&stiffness[graph.range(row)]);
+            let (moving, tied) = springs.fold((0.0, anchor), |(moving, tied), (&neighbour, &k)| {
+                if constraint[neighbour as usize] == Constraint::Held { (moving, tied + k) } else { (moving + k, tied) }
+            });
+            moving + tied
+        };
+        let inverse = |total: f64| if total > 0.0 { 1.0 / total } else { 0.0 };
+        let inverse_total = anchor.iter().enumerate().map(|row| inverse(total(row))).collect();
         Self { graph, stiffness: Arc::new(stiffness), anchor, constraint, inverse_length, inverse_total }
     }
 
@@ -99,13 +103,21 @@ impl Network {
         }
     }
 
+    /// The springs of a row: neighbour, and stiffness over the row's total stiffness.
+    pub fn springs(&self, row: usize) -> impl Iterator<Item = (u32, f64)> {
+        let scale = self.inverse_total[row];
+        let stiffness = self.stiffness[self.graph.range(row)].iter();
+        self.graph.row(row).iter().zip(stiffness).map(move |(&neighbour, &stiffness)| (neighbour, stiffness * scale))
+    }
+
     /// Residual of a displacement `[n_vertices]`, in the unit of the displacement. Each row is
     /// divided by its total stiffness and projected on the directions of its constraint: `P ((sum_j
-    /// k_ij (u_j - u_i) - anchor_i u_i + force_i) / (sum_j k_ij + anchor_i))`
+    /// k_ij (u_j - u_i) - anchor_i u_i) / (sum_j k_ij + anchor_i) + load_i)`
     ///
     /// - `displacement` `[n_vertices]`: in the mesh's unit
-    /// - `force` `[n_vertices]`: in the unit of stiffness times displacement
-    pub fn residual(&self, displacement: &[DVec3], force: Option<&[DVec3]>) -> Vec<DVec3> {
+    /// - `load` `[n_vertices]`: forces over the row's total stiffness, in the unit of the
+    ///   displacement; see [`Self::loads`]
+    pub fn residual(&self, displacement: &[DVec3], load: Option<&[DVec3]>) -> Vec<DVec3> {
         let mut residual = vec![DVec3::ZERO; self.len()];
         residual.par_chunks_mut(ROWS).enumerate().for_each(|(piece, rows)| {
             for (within, out) in rows.iter_mut().enumerate() {
@@ -113,15 +125,21 @@ impl Network {
                 if self.constraint[row] == Constraint::Held {
                     continue;
                 }
-                let here = displacement[row];
-                let pull: DVec3 = self.graph.row(row).iter().zip(&self.stiffness[self.graph.range(row)]).fold(
-                    force.map_or(DVec3::ZERO, |force| force[row]) - self.anchor[row] * here,
-                    |sum, (&neighbour, &stiffness)| sum + stiffness * (displacement[neighbour as usize] - here),
-                );
-                *out = self.constraint[row].limit(pull * self.inverse_total[row]);
+                let anchor = self.anchor[row] * self.inverse_total[row];
+                let load = load.map(|load| load[row]);
+                let pull = residual_double::run(self.springs(row), anchor, load, displacement, row);
+                *out = self.constraint[row].limit(pull);
             }
         });
         residual
+    }
+
+    /// The loads of forces `[n_vertices]`, times a factor.
+    ///
+    /// - `force` `[n_vertices]`: in the unit of stiffness times displacement
+    pub(super) fn loads(&self, force: &[DVec3], factor: f64) -> Vec<DVec3> {
+        let load = |(force, total): (&DVec3, &f64)| *force * factor * *total;
+        force.iter().zip(&self.inverse_total).map(load).collect()
     }
 
     /// `y = D^-1/2 A D^-1/2 x` on the rows that may move; other rows are zero. For the spectrum

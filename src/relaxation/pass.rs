@@ -157,17 +157,17 @@ impl<'a> Pass<'a> {
 
     /// Runs a pass of one design to its end.
     ///
-    /// - `load` `[n_vertices of the device]`
+    /// - `load` `[n_vertices of the device]`; `None`: the residual of values that the device keeps
     ///
     /// # Errors
     /// The device failed.
     pub(super) fn run(
         mut self,
         device: &mut dyn DeviceNetwork,
-        load: &[DVec3],
+        load: Option<&[DVec3]>,
         tell: &dyn Fn(f64),
     ) -> Result<Ended, BackendError> {
-        device.start(load)?;
+        start(device, load)?;
         let mut made = Vec::new();
         loop {
             let Some(next) = self.next_batches(device.most_batches()) else { return Ok(self.out_of_sweeps()) };
@@ -200,9 +200,19 @@ impl<'a> Pass<'a> {
     }
 }
 
+/// Begins a pass with a load, or with the residual of the values that the device keeps.
+fn start(device: &mut dyn DeviceNetwork, load: Option<&[DVec3]>) -> Result<(), BackendError> {
+    match (load, device.resident()) {
+        (Some(load), _) => device.start(load)?,
+        (None, Some(resident)) => resident.start_pass(),
+        (None, None) => {}
+    }
+    Ok(())
+}
+
 /// Runs the sweeps of a pass again: the device has made more of them than were needed.
-fn repeat(device: &mut dyn DeviceNetwork, load: &[DVec3], sweeps: &[Sweep]) -> Result<(), BackendError> {
-    device.start(load)?;
+fn repeat(device: &mut dyn DeviceNetwork, load: Option<&[DVec3]>, sweeps: &[Sweep]) -> Result<(), BackendError> {
+    start(device, load)?;
     device.sweep(sweeps).map(drop)
 }
 

@@ -36,8 +36,8 @@ impl Relaxer {
         }
         let unit = self.unit(change, force);
         let mut scaled: Vec<DVec3> = change.iter().map(|change| *change * unit).collect();
-        let force: Option<Vec<DVec3>> = force.map(|force| force.iter().map(|force| *force * unit).collect());
-        let convergence = self.relax_relative(&mut scaled, force.as_deref(), stopping)?;
+        let load = force.map(|force| self.network().loads(force, unit));
+        let convergence = self.relax_relative(&mut scaled, load.as_deref(), stopping)?;
         for ((change, scaled), constraint) in change.iter_mut().zip(scaled).zip(&self.network().constraint) {
             if *constraint != Constraint::Held {
                 *change = scaled / unit;
@@ -62,7 +62,7 @@ impl Relaxer {
     ) -> Result<(Vec<DVec3>, Convergence), BackendError> {
         let mut by_force = vec![DVec3::ZERO; gradient.len()];
         let unit = self.unit(&by_force, Some(gradient));
-        let load: Vec<DVec3> = gradient.iter().map(|gradient| *gradient * unit).collect();
+        let load = self.network().loads(gradient, unit);
         let convergence = self.relax_relative(&mut by_force, Some(&load), stopping)?;
         by_force.iter_mut().for_each(|by_force| *by_force /= unit);
         let network = self.network();
@@ -84,10 +84,10 @@ impl Relaxer {
     fn relax_relative(
         &mut self,
         displacement: &mut [DVec3],
-        force: Option<&[DVec3]>,
+        load: Option<&[DVec3]>,
         stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
-        let mut total = self.relax(displacement, force, stopping)?;
+        let mut total = self.relax(displacement, load, stopping)?;
         let mut tolerance = stopping.tolerance;
         for _ in 1..ROUNDS {
             if !total.converged || total.relative_residual <= stopping.tolerance {
@@ -95,7 +95,7 @@ impl Relaxer {
             }
             tolerance *= 0.5 * stopping.tolerance / total.relative_residual;
             let max_sweeps = stopping.max_sweeps.saturating_sub(total.sweeps);
-            let round = self.relax(displacement, force, &Stopping { tolerance, max_sweeps })?;
+            let round = self.relax(displacement, load, &Stopping { tolerance, max_sweeps })?;
             total.sweeps += round.sweeps;
             total.relative_residual *= round.relative_residual;
             total.history = total.history.and(round.history);
@@ -108,7 +108,8 @@ impl Relaxer {
     /// The factor by which the largest load becomes one shortest edge.
     fn unit(&self, displacement: &[DVec3], force: Option<&[DVec3]>) -> f64 {
         let network = self.network();
-        let loads = network.residual(displacement, force);
+        let load = force.map(|force| network.loads(force, 1.0));
+        let loads = network.residual(displacement, load.as_deref());
         let loads = loads.iter().zip(&network.inverse_length).map(|(load, inverse)| load.abs().max_element() * inverse);
         let largest = loads.fold(0.0, f64::max);
         if largest > 0.0 { 1.0 / largest.max(f64::MIN_POSITIVE) } else { 1.0 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::{
     FreeRows, History, Method, MovingGraph, Network, Relaxation, Spectrum, Stopping,
@@ -11,9 +12,13 @@ use super::{
     schedule::Schedule,
 };
 use crate::backend::{
-    Backend, BackendError, CpuBackend, DeviceNetwork, MOST_TOGETHER, Precision, Sweep, Together, WholeNetwork,
+    Backend, BackendError, CpuBackend, DeviceNetwork, MOST_TOGETHER, Precision, Surroundings, Sweep, Together,
+    WholeNetwork,
 };
 use crate::constraint::Constraint;
+use crate::kernels::convergence::BLOCK;
+use crate::kernels::figures::finite_or_nan;
+use crate::kernels::{add_correction, figures, squares};
 
 /// A network on a device. Set up once, relaxed many times.
 pub struct Relaxer {
@@ -65,12 +70,17 @@ impl Convergence {
     }
 }
 
+/// Most passes of a relaxation. A pass in f32 gains about five digits. After more than a handful of
+/// passes nothing more is gained.
+const PASSES: usize = 8;
+
 /// A design to be relaxed.
 pub struct Unrelaxed<'a> {
     /// `[n_vertices]`: on entry the start, on exit the result, in the mesh's unit.
     pub displacement: &'a mut [DVec3],
-    /// Forces on the vertices `[n_vertices]`, in the unit of stiffness times displacement.
-    pub force: Option<&'a [DVec3]>,
+    /// Forces on the vertices over the total stiffness of their rows `[n_vertices]`, in the mesh's
+    /// unit.
+    pub load: Option<&'a [DVec3]>,
 }
 
 /// A design in work.
@@ -160,18 +170,18 @@ impl Relaxer {
     /// Moves the free vertices of `displacement` `[n_vertices]` to equilibrium with the held ones.
     ///
     /// - `displacement` `[n_vertices]`: on entry the start, on exit the result, in the mesh's unit
-    /// - `force` `[n_vertices]`: forces on the vertices, in the unit of stiffness times
-    ///   displacement
+    /// - `load` `[n_vertices]`: forces on the vertices over the total stiffness of their rows, in
+    ///   the mesh's unit
     ///
     /// # Errors
     /// The device failed. A relaxation that does not converge is no error: see [`Convergence`].
     pub fn relax(
         &mut self,
         displacement: &mut [DVec3],
-        force: Option<&[DVec3]>,
+        load: Option<&[DVec3]>,
         stopping: &Stopping,
     ) -> Result<Convergence, BackendError> {
-        self.relax_and_tell(displacement, force, stopping, &|_| ())
+        self.relax_and_tell(displacement, load, stopping, &|_| ())
     }
 
     /// As [`Self::relax`].
@@ -184,11 +194,11 @@ impl Relaxer {
     pub fn relax_and_tell(
         &mut self,
         displacement: &mut [DVec3],
-        force: Option<&[DVec3]>,
+        load: Option<&[DVec3]>,
         stopping: &Stopping,
         tell: &dyn Fn(f64),
     ) -> Result<Convergence, BackendError> {
-        let results = self.relax_together(vec![Unrelaxed { displacement, force }], stopping, tell)?;
+        let results = self.relax_together(vec![Unrelaxed { displacement, load }], stopping, tell)?;
         Ok(results.into_iter().next().unwrap_or_default())
     }
 
@@ -206,9 +216,7 @@ impl Relaxer {
         tell: &dyn Fn(f64),
     ) -> Result<Vec<Convergence>, BackendError> {
         let mut runs: Vec<Run> = designs.into_iter().map(|design| self.begin(design)).collect();
-        // A pass in f32 gains about five digits. After more than a handful of passes nothing more
-        // is gained.
-        for _ in 0..8 {
+        for _ in 0..PASSES {
             let mut left: Vec<&mut Run> = runs.iter_mut().filter(|run| !run.is_over).collect();
             if left.is_empty() {
                 break;
@@ -221,25 +229,160 @@ impl Relaxer {
     }
 
     fn begin<'a>(&self, design: Unrelaxed<'a>) -> Run<'a> {
-        let residual = self.network.residual(design.displacement, design.force);
-        let first_norm = norm(&residual);
+        let residual = self.network.residual(design.displacement, design.load);
+        let first_norm = self.norm(&residual);
         let is_over = self.spectrum.is_none() || first_norm == 0.0;
-        let (of, method) = ("displacement", self.method.name());
-        Run {
-            design,
-            residual,
-            first_norm,
-            result: Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() },
-            relaxation: Relaxation { of, method, residuals: vec![(0, 1.0)], ..Relaxation::default() },
-            is_over,
-        }
+        let (result, relaxation) = self.begun();
+        Run { design, residual, first_norm, result, relaxation, is_over }
     }
 
     /// The result of a design.
-    fn end(&self, Run { mut result, mut relaxation, first_norm, .. }: Run) -> Convergence {
+    fn end(&self, Run { result, relaxation, first_norm, .. }: Run) -> Convergence {
         if self.spectrum.is_none() || first_norm == 0.0 {
             return Convergence::nothing_to_do();
         }
+        self.ended(result, relaxation)
+    }
+
+    /// Prepares [`Self::relax_on_device`]. `false` if the device does not keep the values, or the
+    /// network has anchors of its own.
+    ///
+    /// - `further`: vertices that do not move, whose values another network needs
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn reside(&mut self, further: Vec<u32>) -> Result<bool, BackendError> {
+        if self.network.anchor.iter().any(|&anchor| anchor != 0.0) {
+            return Ok(false);
+        }
+        let around = self.surroundings(further);
+        self.device.reside(&around)
+    }
+
+    /// The vertices whose values are on the device, those that move first.
+    pub fn places(&mut self) -> Vec<u32> {
+        self.device.resident().map_or_else(Vec::new, |resident| resident.places().to_vec())
+    }
+
+    /// Gives the springs rest edges that turn with the rotation vectors of another network on the
+    /// same device; both were prepared by [`Self::reside`].
+    ///
+    /// - `positions` `[n_vertices]`: undeformed, in the mesh's unit
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn turn_with(&mut self, rotations: &mut Self, positions: &[DVec3]) -> Result<(), BackendError> {
+        match (self.device.resident(), rotations.device.resident()) {
+            (Some(own), Some(rotations)) => own.turn_with(rotations, positions),
+            _ => Ok(()),
+        }
+    }
+
+    /// The unit in which the device has the values; see [`Self::relax_on_device`].
+    pub fn unit_on_device(&mut self) -> Option<f64> {
+        self.device.resident().map(|resident| resident.unit())
+    }
+
+    /// [`Self::relax_and_tell`] from zero, with values that stay on the device. The result is the
+    /// same, to the bit, where the device computes as the CPU does.
+    ///
+    /// - `values` `[n_vertices]`: on entry of the vertices that are held, on exit of all if they
+    ///   are asked for
+    /// - `turns`: the unit of the rotations by which the rest edges turn, if they do
+    /// - `fetch`: whether the values are asked for
+    ///
+    /// # Errors
+    /// As for [`Self::relax`].
+    pub fn relax_on_device(
+        &mut self,
+        values: &mut [DVec3],
+        turns: Option<f64>,
+        fetch: bool,
+        stopping: &Stopping,
+        tell: &dyn Fn(f64),
+    ) -> Result<Convergence, BackendError> {
+        let (Some(spectrum), Some(resident)) = (self.spectrum, self.device.resident()) else {
+            return Ok(Convergence::nothing_to_do());
+        };
+        resident.begin(values, turns)?;
+        let (mut result, mut relaxation) = self.begun();
+        for _ in 0..PASSES {
+            let pass =
+                Pass::new(Schedule::new(self.method, spectrum), &mut relaxation, stopping, self.device.epsilon());
+            let pass = pass.run(self.device.as_mut(), None, tell)?;
+            let Some(resident) = self.device.resident() else { break };
+            let end = resident.end_pass(fetch)?;
+            if end.first_norm == 0.0 {
+                return Ok(Convergence::nothing_to_do());
+            }
+            for (&row, value) in self.moving.iter().zip(&end.values) {
+                values[row as usize] = *value;
+            }
+            let left = [end.norm, end.first_norm];
+            if self.is_over(pass, end.furthest, left, stopping, &mut result, &mut relaxation) {
+                break;
+            }
+        }
+        Ok(self.ended(result, relaxation))
+    }
+
+    fn surroundings(&self, further: Vec<u32>) -> Surroundings {
+        let mut around = Surroundings {
+            moving: Arc::clone(&self.moving),
+            rows: Vec::new(),
+            row_start: vec![0],
+            neighbours: Vec::new(),
+            stiffness: Vec::new(),
+            further,
+        };
+        let is_held = |neighbour: u32| self.network.constraint[neighbour as usize] == Constraint::Held;
+        for (&vertex, row) in self.moving.iter().zip(0..) {
+            let springs = || self.network.springs(vertex as usize);
+            if springs().any(|(neighbour, stiffness)| stiffness != 0.0 && is_held(neighbour)) {
+                around.rows.push(row);
+                for (neighbour, stiffness) in springs() {
+                    around.neighbours.push(neighbour);
+                    around.stiffness.push(stiffness);
+                }
+                around.row_start.push(around.neighbours.len() as u32);
+            }
+        }
+        around
+    }
+
+    /// A result and its history before the first pass.
+    fn begun(&self) -> (Convergence, Relaxation) {
+        let (of, method) = ("displacement", self.method.name());
+        let relaxation = Relaxation { of, method, residuals: vec![(0, 1.0)], ..Relaxation::default() };
+        (Convergence { relative_residual: 1.0, error: f64::INFINITY, ..Convergence::default() }, relaxation)
+    }
+
+    /// Adds a pass to a result. Returns whether no other pass has to follow.
+    ///
+    /// - `furthest`: largest correction by the pass, in shortest edges
+    /// - `norms`: of the residual now and at the start
+    fn is_over(
+        &self,
+        pass: Ended,
+        furthest: f64,
+        [norm, first_norm]: [f64; 2],
+        stopping: &Stopping,
+        result: &mut Convergence,
+        relaxation: &mut Relaxation,
+    ) -> bool {
+        // Bound of the rounding error that a pass may leave: a few roundoffs on meshes of 20 000 to
+        // 100 000 tets.
+        let rounding = 8.0 * self.device.epsilon() * furthest;
+        result.sweeps += pass.sweeps;
+        result.relative_residual = norm / first_norm;
+        relaxation.residuals.push((result.sweeps, result.relative_residual));
+        result.error = if furthest.is_nan() { f64::NAN } else { pass.error.max(rounding) };
+        result.converged = result.error <= stopping.tolerance;
+        !pass.settled || result.converged || norm == 0.0
+    }
+
+    /// A result after its last pass.
+    fn ended(&self, mut result: Convergence, mut relaxation: Relaxation) -> Convergence {
         result.failed = (!result.converged).then_some(self.method);
         relaxation.converged = result.converged;
         result.history = History::of(relaxation);
@@ -249,6 +392,24 @@ impl Relaxer {
     /// The values of the vertices that move, from the values of all vertices of the network.
     fn gather<T: Copy>(&self, of_whole: &[T]) -> Vec<T> {
         gather(&self.moving, of_whole)
+    }
+
+    /// Norm of a residual `[n_vertices]`.
+    fn norm(&self, residual: &[DVec3]) -> f64 {
+        let of_block = |rows: &[u32]| squares::run(rows.iter().map(|&row| residual[row as usize]));
+        let blocks: Vec<f64> = self.moving.par_chunks(BLOCK).map(of_block).collect();
+        finite_or_nan(figures::run(&blocks)[1]).sqrt()
+    }
+
+    /// The largest correction in shortest edges, of the corrections of the vertices that move.
+    fn furthest(&self, correction: &[DVec3]) -> f64 {
+        let inverse_length = &self.network.inverse_length;
+        let of_block = |(rows, correction): (&[u32], &[DVec3])| {
+            let lengths = rows.iter().map(|&row| inverse_length[row as usize]);
+            add_correction::run(correction.iter().copied().zip(lengths))
+        };
+        let blocks: Vec<f64> = self.moving.par_chunks(BLOCK).zip(correction.par_chunks(BLOCK)).map(of_block).collect();
+        finite_or_nan(figures::run(&blocks)[0]).sqrt()
     }
 
     /// One pass of each design.
@@ -270,7 +431,7 @@ impl Relaxer {
             Some(device) => passes_together(device, passes, loads, tell)?,
             None => {
                 let alone = passes.into_iter().zip(loads).map(|(pass, load)| {
-                    let ended = pass.run(device.as_mut(), &load, tell)?;
+                    let ended = pass.run(device.as_mut(), Some(&load), tell)?;
                     Ok((ended, device.correction()?))
                 });
                 alone.collect::<Result<Vec<_>, BackendError>>()?
@@ -284,26 +445,17 @@ impl Relaxer {
 
     /// Adds the correction of a pass to the displacement, and measures what is left.
     fn end_pass(&self, run: &mut Run, pass: Ended, correction: Vec<DVec3>, stopping: &Stopping) {
-        let Run { design: Unrelaxed { displacement, force }, result, .. } = run;
-        let mut furthest: f64 = 0.0;
+        let Run { design: Unrelaxed { displacement, load }, result, relaxation, .. } = run;
         for (&row, e) in self.moving.iter().zip(&correction) {
             let row = row as usize;
             // Rounding on the device must not lift a vertex off its plane.
             displacement[row] += self.network.constraint[row].limit(*e);
-            let moved = e.length() * self.network.inverse_length[row];
-            furthest = if moved.is_nan() { f64::NAN } else { furthest.max(moved) };
         }
+        let furthest = self.furthest(&correction);
         drop(correction);
-        run.residual = self.network.residual(displacement, *force);
-        // Bound of the rounding error that a pass may leave: a few roundoffs on meshes of 20 000 to
-        // 100 000 tets.
-        let rounding = 8.0 * self.device.epsilon() * furthest;
-        result.sweeps += pass.sweeps;
-        result.relative_residual = norm(&run.residual) / run.first_norm;
-        run.relaxation.residuals.push((result.sweeps, result.relative_residual));
-        result.error = if furthest.is_nan() { f64::NAN } else { pass.error.max(rounding) };
-        result.converged = result.error <= stopping.tolerance;
-        run.is_over = !pass.settled || result.converged || run.residual.iter().all(|r| *r == DVec3::ZERO);
+        run.residual = self.network.residual(displacement, *load);
+        let norms = [self.norm(&run.residual), run.first_norm];
+        run.is_over = self.is_over(pass, furthest, norms, stopping, result, relaxation);
     }
 }
 
@@ -348,8 +500,4 @@ fn passes_together(
 
 fn gather<T: Copy>(moving: &[u32], of_whole: &[T]) -> Vec<T> {
     moving.iter().map(|&vertex| of_whole[vertex as usize]).collect()
-}
-
-fn norm(vectors: &[DVec3]) -> f64 {
-    vectors.iter().map(|v| v.length_squared()).sum::<f64>().sqrt()
 }

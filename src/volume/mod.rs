@@ -21,6 +21,8 @@
 //!
 //! The paper moves the inside in one jump, without local optimisation.
 
+use std::thread;
+
 use glam::DVec3;
 use serde::Serialize;
 
@@ -284,7 +286,7 @@ impl VolumeStage {
         let mut displacements: Vec<Displacement> = surfaces.cloned().collect();
         let tell = |share: f64| observer(&told(share));
         let mut all: Vec<&mut Displacement> = displacements.iter_mut().collect();
-        let results = self.network(set_up)?.run_together(&set_up.mesh.vertices, &mut all, &set_up.stopping, &tell)?;
+        let results = self.network(set_up)?.0.run_together(&set_up.mesh.vertices, &mut all, &set_up.stopping, &tell)?;
         let jump = |(displacement, (convergence, rotations))| Jump { displacement, convergence, rotations };
         Ok(displacements.into_iter().zip(results).map(jump).collect())
     }
@@ -310,18 +312,20 @@ impl VolumeStage {
         self.crossings.newly_self_intersecting(&mesh.vertices, vertices)
     }
 
-    /// The network of the undeformed mesh, which a path of steps may have used up.
-    fn network(&mut self, set_up: &SetUp) -> Result<&mut VolumeNetwork, BackendError> {
-        let volume = match self.volume.take() {
-            Some(volume) => volume,
+    /// The network of the undeformed mesh, which a path of steps may have used up, and the test of
+    /// the surfaces.
+    fn network(&mut self, set_up: &SetUp) -> Result<(&mut VolumeNetwork, &mut Crossings), BackendError> {
+        let Self { volume, crossings, stepping, start, .. } = self;
+        let network = match volume.take() {
+            Some(network) => network,
             None => {
                 let edge_graph = EdgeGraph::new(set_up.mesh, set_up.cells);
-                let mut volume = VolumeNetwork::last(set_up, edge_graph, self.stepping.springs)?;
-                volume.start_from(self.start);
-                volume
+                let mut network = VolumeNetwork::last(set_up, edge_graph, stepping.springs)?;
+                network.start_from(*start);
+                network
             }
         };
-        Ok(self.volume.insert(volume))
+        Ok((volume.insert(network), crossings))
     }
 
     /// Whether a tet with held vertices only is inverted. Then no path of steps helps.
@@ -350,7 +354,19 @@ impl Stage for VolumeStage {
             }
             None => {
                 let tell = |share: f64| observer(&told(share));
-                self.network(set_up)?.run(&mesh.vertices, displacement, stopping, &tell)?
+                let (network, crossings) = self.network(set_up)?;
+                let mut run = || network.run(&mesh.vertices, displacement, stopping, &tell);
+                match set_up.backend.work() {
+                    // The springs keep the processor busy.
+                    None => run()?,
+                    // The surfaces are tested while the device works. Those that slide there are
+                    // tested again at the end.
+                    Some(_) => thread::scope(|scope| {
+                        let at = displaced(&mesh.vertices, &surfaces);
+                        scope.spawn(move || crossings.newly_self_intersecting(&mesh.vertices, &at));
+                        run()
+                    })?,
+                }
             }
         };
         let jump_converged = convergence.converged;
@@ -467,7 +483,7 @@ impl Products for VolumeStage {
         change: &mut Displacement,
         stopping: &Stopping,
     ) -> Result<Convergence, NoProduct> {
-        self.network(set_up)?.forward(&set_up.mesh.vertices, kept, change, stopping)
+        self.network(set_up)?.0.forward(&set_up.mesh.vertices, kept, change, stopping)
     }
 
     fn reverse(
@@ -477,7 +493,7 @@ impl Products for VolumeStage {
         gradient: &mut Displacement,
         stopping: &Stopping,
     ) -> Result<Convergence, NoProduct> {
-        self.network(set_up)?.reverse(&set_up.mesh.vertices, kept, gradient, stopping)
+        self.network(set_up)?.0.reverse(&set_up.mesh.vertices, kept, gradient, stopping)
     }
 }
 

@@ -4,14 +4,17 @@
 //! Either takes as many relaxations as the run itself, with the same networks. What depends on the
 //! displacement alone, the rotations, is kept from the run.
 
+use std::borrow::Cow;
+
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::{
-    rotation::rest_force,
+    rotation::change_of_forces,
     springs::{Tied, VolumeNetwork},
 };
 use crate::{
+    backend::BackendError,
     families::even,
     geometry::rotation_vectors::{axial, cross_matrix, jacobian, outer},
     mesh::Displacement,
@@ -35,6 +38,7 @@ impl VolumeNetwork {
         change: &mut Displacement,
         stopping: &Stopping,
     ) -> Result<Convergence, NoProduct> {
+        let rotations = self.kept_rotations(vertices, kept, stopping)?;
         let (force, spread) = match &mut self.rotation {
             None => (None, Convergence::nothing_to_do()),
             Some(rotation) => {
@@ -42,8 +46,8 @@ impl VolumeNetwork {
                 let turn = |(vector, change): (&DVec3, &DVec3)| {
                     cross_matrix(jacobian(*vector) * *change) * DMat3::from_quat(DQuat::from_scaled_axis(*vector))
                 };
-                let turns: Vec<DMat3> = kept.rotations.par_iter().zip(&vectors).map(turn).collect();
-                (Some(rest_force(self.relaxer.network(), vertices, &turns)), spread)
+                let turns: Vec<DMat3> = rotations.par_iter().zip(&vectors).map(turn).collect();
+                (Some(change_of_forces(self.relaxer.network(), vertices, &turns)), spread)
             }
         };
         let mut convergence = self.relaxer.forward(change, force.as_deref(), stopping)?.and(spread);
@@ -78,18 +82,35 @@ impl VolumeNetwork {
         }
         let (mut by_force, of_all) = self.relaxer.reverse(gradient, stopping)?;
         convergence = convergence.and(of_all);
+        let rotations = self.kept_rotations(vertices, kept, stopping)?;
         let Some(rotation) = &mut self.rotation else { return Ok(convergence) };
         // The forces pull in both relaxations.
         for (sum, tied) in by_force.iter_mut().zip(by_force_of_tied.iter().flatten()) {
             *sum += *tied;
         }
-        let by_vectors = derivative_by_vectors(self.relaxer.network(), vertices, &kept.rotations, &by_force);
+        let by_vectors = derivative_by_vectors(self.relaxer.network(), vertices, &rotations, &by_force);
         Ok(rotation.reverse(vertices, &kept.surfaces, by_vectors, gradient, stopping)?.and(convergence))
     }
 }
 
+impl VolumeNetwork {
+    /// The rotation vectors of the run `[n_vertices]`. They are spread again if the device kept
+    /// them, because another run may have replaced them.
+    fn kept_rotations<'a>(
+        &mut self,
+        vertices: &[DVec3],
+        kept: &'a Kept,
+        stopping: &Stopping,
+    ) -> Result<Cow<'a, [DVec3]>, BackendError> {
+        if kept.rotations.is_empty() {
+            return Ok(Cow::Owned(self.rotations(vertices, &kept.surfaces, stopping)?));
+        }
+        Ok(Cow::Borrowed(&kept.rotations))
+    }
+}
+
 /// The derivative by the rotation vectors `[n_vertices]`, from the derivative by the forces of
-/// [`rest_force`]. The vertices that are held have no forces.
+/// [`change_of_forces`]. The vertices that are held have no forces.
 fn derivative_by_vectors(
     network: &Network,
     positions: &[DVec3],

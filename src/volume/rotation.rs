@@ -13,7 +13,7 @@
 //! Both matrices belong to the undeformed mesh, so the result depends on the design alone. The
 //! paper's springs have no such term.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::{Start, start::Equilibrium, surface_turns::SurfaceTurns};
@@ -21,6 +21,10 @@ use crate::{
     backend::BackendError,
     constraint::Constraint,
     families::PlacedBy,
+    kernels::{
+        rest_load,
+        turn::{self, Turn},
+    },
     mesh::{Displacement, edges::VertexGraph},
     relaxation::{Convergence, MovingGraph, Network, Relaxer, Stopping, Unrelaxed},
     stage::{NoProduct, SetUp},
@@ -102,7 +106,7 @@ impl Rotation {
         let stopping = Stopping { tolerance: ANGLE * stopping.tolerance, ..*stopping };
         let constraint = &self.relaxer.network().constraint;
         all.iter_mut().for_each(|vectors| self.last.recall(constraint, vectors));
-        let designs = all.iter_mut().map(|vectors| Unrelaxed { displacement: vectors, force: None }).collect();
+        let designs = all.iter_mut().map(|vectors| Unrelaxed { displacement: vectors, load: None }).collect();
         let results = self.relaxer.relax_together(designs, &stopping, tell)?;
         let with_result = |(vectors, mut convergence): (Vec<DVec3>, Convergence)| {
             convergence.history = convergence.history.of_rotations();
@@ -110,6 +114,46 @@ impl Rotation {
             (vectors, convergence)
         };
         Ok(all.into_iter().zip(results).map(with_result).collect())
+    }
+
+    /// Prepares [`Self::spread_on_device`]. `false` if the device does not keep the rotations.
+    ///
+    /// - `springs`: the springs that turn with the rotations, prepared by [`Relaxer::reside`]
+    /// - `positions` `[n_vertices]`: undeformed positions, in the mesh's unit
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub(super) fn reside(&mut self, springs: &mut Relaxer, positions: &[DVec3]) -> Result<bool, BackendError> {
+        let constraint = &self.relaxer.network().constraint;
+        let rests = |vertex: &u32| constraint[*vertex as usize] == Constraint::Held;
+        let further = springs.places().into_iter().filter(rests).collect();
+        if !self.relaxer.reside(further)? {
+            return Ok(false);
+        }
+        springs.turn_with(&mut self.relaxer, positions)?;
+        Ok(true)
+    }
+
+    /// [`Self::spread`], with rotations that stay on the device. Returns their unit there; `None`
+    /// if nothing turns.
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub(super) fn spread_on_device(
+        &mut self,
+        vertices: &[DVec3],
+        displacement: &Displacement,
+        stopping: &Stopping,
+        tell: &dyn Fn(f64),
+    ) -> Result<(Option<f64>, Convergence), BackendError> {
+        let mut vectors = self.surfaces.turns(vertices, displacement);
+        if vectors.iter().all(|vector| *vector == DVec3::ZERO) {
+            return Ok((None, Convergence::nothing_to_do()));
+        }
+        let stopping = Stopping { tolerance: ANGLE * stopping.tolerance, ..*stopping };
+        let mut convergence = self.relaxer.relax_on_device(&mut vectors, None, false, &stopping, tell)?;
+        convergence.history = convergence.history.of_rotations();
+        Ok((self.relaxer.unit_on_device(), convergence))
     }
 
     /// Change of the rotation vector of every vertex `[n_vertices]`.
@@ -154,25 +198,28 @@ impl Rotation {
     }
 }
 
-/// Rotation matrices minus the identity `[n_vertices]`, from rotation vectors in radians.
-pub fn rotations_minus_identity(vectors: &[DVec3]) -> Vec<DMat3> {
-    let matrix = |vector: &DVec3| {
-        if *vector == DVec3::ZERO {
-            DMat3::ZERO
-        } else {
-            DMat3::from_quat(DQuat::from_scaled_axis(*vector)) - DMat3::IDENTITY
-        }
-    };
-    vectors.par_iter().map(matrix).collect()
-}
-
-/// Forces of springs whose rest edges turn with their ends `[n_vertices]`, in the unit of stiffness
-/// times displacement: `sum_j k_ij ((R_i + R_j) / 2 - 1) (X_i - X_j)`.
+/// Loads of springs whose rest edges turn with their ends `[n_vertices]`, in the mesh's unit: the
+/// forces `sum_j k_ij ((R_i + R_j) / 2 - 1) (X_i - X_j)` over the total stiffness of the row.
 ///
 /// - `network`: the springs
 /// - `positions` `[n_vertices]`: undeformed positions, in the mesh's unit
-/// - `rotation_minus_identity` `[n_vertices]`: rotation matrices minus the identity
-pub fn rest_force(network: &Network, positions: &[DVec3], rotation_minus_identity: &[DMat3]) -> Vec<DVec3> {
+/// - `vectors` `[n_vertices]`: rotation vectors, in radians
+pub fn rest_load(network: &Network, positions: &[DVec3], vectors: &[DVec3]) -> Vec<DVec3> {
+    let turns: Vec<Turn> = vectors.par_iter().map(|vector| turn::run(*vector)).collect();
+    let of_row = |row: usize| match network.constraint[row] {
+        Constraint::Held => DVec3::ZERO,
+        _ => rest_load::run(network.springs(row), positions, &turns, row),
+    };
+    (0..network.len()).into_par_iter().map(of_row).collect()
+}
+
+/// Change of the forces of springs whose rest edges turn with their ends `[n_vertices]`, in the
+/// unit of stiffness times displacement: `sum_j k_ij (T_i + T_j) / 2 (X_i - X_j)`.
+///
+/// - `network`: the springs
+/// - `positions` `[n_vertices]`: undeformed positions, in the mesh's unit
+/// - `turns` `[n_vertices]`: changes T of the rotation matrices
+pub(super) fn change_of_forces(network: &Network, positions: &[DVec3], turns: &[DMat3]) -> Vec<DVec3> {
     (0..network.len())
         .into_par_iter()
         .map(|row| {
@@ -181,9 +228,7 @@ pub fn rest_force(network: &Network, positions: &[DVec3], rotation_minus_identit
             }
             network.graph.range(row).zip(network.graph.row(row)).fold(DVec3::ZERO, |sum, (entry, &neighbour)| {
                 let rest = positions[row] - positions[neighbour as usize];
-                sum + network.stiffness[entry]
-                    * 0.5
-                    * ((rotation_minus_identity[row] + rotation_minus_identity[neighbour as usize]) * rest)
+                sum + network.stiffness[entry] * 0.5 * ((turns[row] + turns[neighbour as usize]) * rest)
             })
         })
         .collect()

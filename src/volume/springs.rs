@@ -13,7 +13,7 @@ use glam::DVec3;
 use super::{
     Start,
     edges::{EdgeGraph, EdgeSprings},
-    rotation::{Rotation, rest_force, rotations_minus_identity},
+    rotation::{Rotation, rest_load},
     start::Equilibrium,
 };
 use crate::{
@@ -34,6 +34,8 @@ pub struct VolumeNetwork {
     last: Equilibrium,
     /// Only with rotation-aware springs.
     pub(super) rotation: Option<Rotation>,
+    /// Whether the device keeps rotations and displacements.
+    is_resident: bool,
 }
 
 /// The network with periodic planes held, and the sets of vertices in these planes that move alike.
@@ -120,7 +122,15 @@ impl VolumeNetwork {
             || rotation.map(|network| Rotation::new(set_up, network, &moving)).transpose(),
             || Relaxer::along(displacement, &moving, backend, method),
         );
-        Ok(Self { relaxer: relaxer?, tied: tied.transpose()?, last: Equilibrium::default(), rotation: rotation? })
+        let (mut relaxer, tied, mut rotation) = (relaxer?, tied.transpose()?, rotation?);
+        // Partners need the displacements on the CPU.
+        let is_resident = tied.is_none()
+            && relaxer.reside(Vec::new())?
+            && match &mut rotation {
+                None => true,
+                Some(rotation) => rotation.reside(&mut relaxer, &set_up.mesh.vertices)?,
+            };
+        Ok(Self { relaxer, tied, last: Equilibrium::default(), rotation, is_resident })
     }
 
     /// Constraint of each vertex after the surfaces have moved `[n_vertices]`.
@@ -150,7 +160,8 @@ impl VolumeNetwork {
     }
 
     /// Moves the inside after the surfaces. Returns the rotation vectors of all vertices
-    /// `[n_vertices]`, in radians. There are none if the springs are not rotation-aware.
+    /// `[n_vertices]`, in radians. There are none if the springs are not rotation-aware, and none
+    /// if the device keeps them; see [`Self::rotations`].
     ///
     /// - `vertices` `[n_vertices]`: undeformed positions, in the mesh's unit
     /// - `displacement` `[n_vertices]`: on entry the displacement of the surfaces, on exit of all
@@ -208,15 +219,19 @@ impl VolumeNetwork {
         stopping: &Stopping,
         tell: &dyn Fn(f64),
     ) -> Result<Vec<(Convergence, Vec<DVec3>)>, BackendError> {
+        if self.is_resident && self.last.is_undeformed() {
+            let mut on_device =
+                |displacement: &mut Displacement| self.run_on_device(vertices, displacement, stopping, tell);
+            return displacements.iter_mut().map(|displacement| Ok((on_device(displacement)?, Vec::new()))).collect();
+        }
         // The two relaxations take about the same time.
         let of_displacements = if self.rotation.is_some() { 0.5 } else { 1.0 };
-        let mut forces: Vec<Option<Vec<DVec3>>> = vec![None; displacements.len()];
+        let mut loads: Vec<Option<Vec<DVec3>>> = vec![None; displacements.len()];
         let mut results = vec![(Convergence::nothing_to_do(), Vec::new()); displacements.len()];
         if let Some(rotation) = &mut self.rotation {
             let turned = rotation.spread(vertices, displacements, stopping, &|share| tell(0.5 * share))?;
-            for (((rotations, spread), force), result) in turned.into_iter().zip(&mut forces).zip(&mut results) {
-                let turns = rotations_minus_identity(&rotations);
-                *force = Some(rest_force(self.relaxer.network(), vertices, &turns));
+            for (((rotations, spread), load), result) in turned.into_iter().zip(&mut loads).zip(&mut results) {
+                *load = Some(rest_load(self.relaxer.network(), vertices, &rotations));
                 *result = (spread, rotations);
             }
         }
@@ -225,7 +240,7 @@ impl VolumeNetwork {
         let constraint = &self.relaxer.network().constraint;
         displacements.iter_mut().for_each(|displacement| self.last.recall(constraint, displacement));
         let tell = |share: f64| tell(1.0 - of_displacements * (1.0 - share));
-        let of_springs = self.relaxer.relax_together(unrelaxed(displacements, &forces), stopping, &tell)?;
+        let of_springs = self.relaxer.relax_together(unrelaxed(displacements, &loads), stopping, &tell)?;
         for ((result, _), of_springs) in results.iter_mut().zip(of_springs) {
             // The rotations are relaxed first.
             *result = match &self.rotation {
@@ -237,7 +252,7 @@ impl VolumeNetwork {
             for displacement in displacements.iter_mut() {
                 sets.iter().for_each(|set| even(set, displacement, false));
             }
-            let tied = relaxer.relax_together(unrelaxed(displacements, &forces), stopping, &|_| ())?;
+            let tied = relaxer.relax_together(unrelaxed(displacements, &loads), stopping, &|_| ())?;
             for ((result, _), tied) in results.iter_mut().zip(tied) {
                 *result = std::mem::take(result).and(tied);
             }
@@ -247,10 +262,48 @@ impl VolumeNetwork {
         }
         Ok(results)
     }
+
+    /// [`Self::run`], with rotations and forces that stay on the device.
+    fn run_on_device(
+        &mut self,
+        vertices: &[DVec3],
+        displacement: &mut Displacement,
+        stopping: &Stopping,
+        tell: &dyn Fn(f64),
+    ) -> Result<Convergence, BackendError> {
+        let Some(rotation) = &mut self.rotation else {
+            return self.relaxer.relax_on_device(displacement, None, true, stopping, tell);
+        };
+        let (turns, spread) =
+            rotation.spread_on_device(vertices, displacement, stopping, &|share| tell(0.5 * share))?;
+        let tell = |share: f64| tell(0.5 * (1.0 + share));
+        Ok(spread.and(self.relaxer.relax_on_device(displacement, turns, true, stopping, &tell)?))
+    }
+
+    /// The rotation vectors of a run that returned none: they are spread again.
+    ///
+    /// - `surfaces` `[n_vertices]`: displacement of the surfaces in the run, in the mesh's unit
+    ///
+    /// # Errors
+    /// The backend failed.
+    pub(super) fn rotations(
+        &mut self,
+        vertices: &[DVec3],
+        surfaces: &Displacement,
+        stopping: &Stopping,
+    ) -> Result<Vec<DVec3>, BackendError> {
+        match &mut self.rotation {
+            None => Ok(Vec::new()),
+            Some(rotation) => {
+                let of_designs = rotation.spread(vertices, &[&mut surfaces.clone()], stopping, &|_| ())?;
+                Ok(of_designs.into_iter().next().unwrap_or_default().0)
+            }
+        }
+    }
 }
 
 /// The designs for a relaxer.
-fn unrelaxed<'a>(displacements: &'a mut [&mut Displacement], forces: &'a [Option<Vec<DVec3>>]) -> Vec<Unrelaxed<'a>> {
-    let of_designs = displacements.iter_mut().zip(forces);
-    of_designs.map(|(displacement, force)| Unrelaxed { displacement, force: force.as_deref() }).collect()
+fn unrelaxed<'a>(displacements: &'a mut [&mut Displacement], loads: &'a [Option<Vec<DVec3>>]) -> Vec<Unrelaxed<'a>> {
+    let of_designs = displacements.iter_mut().zip(loads);
+    of_designs.map(|(displacement, load)| Unrelaxed { displacement, load: load.as_deref() }).collect()
 }

@@ -33,6 +33,11 @@ impl Equilibrium {
         *self = Self { start, last: None };
     }
 
+    /// Whether relaxations start from the undeformed mesh.
+    pub(super) fn is_undeformed(&self) -> bool {
+        self.start == Start::Undeformed
+    }
+
     /// Sets the vertices that may move to their last displacement.
     pub(super) fn recall(&self, constraint: &[Constraint], displacement: &mut [DVec3]) {
         for ((now, last), constraint) in displacement.iter_mut().zip(self.last.iter().flatten()).zip(constraint) {

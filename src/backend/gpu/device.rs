@@ -213,10 +213,7 @@ impl Device {
 
     /// Replaces a buffer's contents before the commands of the next submission.
     pub(super) fn write<T: NoUninit>(&self, buffer: &Buffer, data: &[T]) {
-        if !data.is_empty() {
-            count(&self.work.bytes_up, size_of_val(data) as u64);
-            self.queue.write_buffer(buffer, 0, cast_slice(data));
-        }
+        self.write_from(buffer, 0, data);
     }
 
     pub(super) fn bind(&self, pipeline: &Pipeline, buffers: &[(&str, &Buffer)]) -> BindGroup {
@@ -268,25 +265,57 @@ impl Device {
 
     /// Records that an array is set to zero.
     pub(super) fn clear(&self, encoder: &mut Commands, buffer: &Buffer) {
-        encoder.clear_buffer(buffer, 0, None);
+        self.clear_first(encoder, buffer, None);
+    }
+
+    /// Records that the first bytes of an array are set to zero.
+    pub(super) fn clear_first(&self, encoder: &mut Commands, buffer: &Buffer, bytes: Option<u64>) {
+        encoder.clear_buffer(buffer, 0, bytes);
         count(&self.work.clears, 1);
+    }
+
+    /// Replaces a part of a buffer before the commands of the next submission.
+    ///
+    /// - `first`: first byte of the part, a multiple of 4
+    pub(super) fn write_from<T: NoUninit>(&self, buffer: &Buffer, first: u64, data: &[T]) {
+        if !data.is_empty() {
+            count(&self.work.bytes_up, size_of_val(data) as u64);
+            self.queue.write_buffer(buffer, first, cast_slice(data));
+        }
     }
 
     /// Submits the commands, waits, and returns the first `n` elements of `source`, through the
     /// buffer `staging`.
     pub(super) fn read<T: Pod>(
         &self,
-        mut encoder: Commands,
+        encoder: Commands,
         source: &Buffer,
         staging: &Buffer,
         n: usize,
     ) -> Result<Vec<T>, BackendError> {
-        let size = (n * size_of::<T>()) as u64;
-        if n > 0 {
-            self.copy(&mut encoder, source, staging, size);
+        self.read_parts(encoder, &[(source, 0, n)], staging)
+    }
+
+    /// [`Self::read`] of several buffers, one after another.
+    ///
+    /// - `parts`: buffer, first byte and number of elements
+    pub(super) fn read_parts<T: Pod>(
+        &self,
+        mut encoder: Commands,
+        parts: &[(&Buffer, u64, usize)],
+        staging: &Buffer,
+    ) -> Result<Vec<T>, BackendError> {
+        let mut size = 0;
+        for &(source, first, n) in parts {
+            let bytes = (n * size_of::<T>()) as u64;
+            if bytes > 0 {
+                encoder.copy_buffer_to_buffer(source, first, staging, size, bytes);
+                count(&self.work.copies, 1);
+            }
+            size += bytes;
         }
         self.submit(encoder);
-        if n == 0 {
+        if size == 0 {
             return Ok(Vec::new());
         }
         count(&self.work.reads, 1);

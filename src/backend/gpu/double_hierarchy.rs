@@ -1,6 +1,7 @@
 //! A hierarchy of networks on a GPU whose load and correction are in f64, with cycles in f32: what
 //! the CPU computes in f64, with the same operations in the same order.
 
+use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -12,12 +13,13 @@ use super::device::Device;
 use super::levels::{BATCH, Levels, Start, measures, uniform, vector};
 use super::network::{SLOT, slots};
 use super::pipeline::{Pipeline, Window};
+use super::residency::{Begin, OfHierarchy, Residency};
 use crate::backend::packed::Packed;
-use crate::backend::{BackendError, DeviceNetwork, LevelData, Measure, Sweep};
+use crate::backend::{BackendError, DeviceNetwork, EndOfPass, LevelData, Measure, Resident, Surroundings, Sweep};
 use crate::constraint::Constraint;
-use crate::kernels::accelerate_double::LARGEST;
 use crate::kernels::convergence::BLOCK;
-use crate::kernels::{OfDoubleKernels, accelerate_double, hand_over};
+use crate::kernels::figures::finite_or_nan;
+use crate::kernels::{OfDoubleKernels, accelerate_double, figures, hand_over};
 
 /// Bytes of a vertex's constraint or load, of which a kernel sees those of a chunk.
 const ROW: u64 = 32;
@@ -40,17 +42,26 @@ pub(super) struct GpuDoubleHierarchy {
     is_zero: bool,
     /// Whether the pass begins, and the corrections have to become zero.
     begins: bool,
+    inverse_length: Buffer,
     chunks: Vec<Chunk>,
-    /// Largest changes `[BATCH][blocks]`.
-    partials: Buffer,
+    /// Largest change of each cycle of a batch, from those of its blocks.
+    figures: BindGroup,
+    /// Largest changes, and their sums `[BATCH]`.
+    changes: Buffer,
     /// Parameters of the last step of each cycle of a batch `[BATCH][chunks]`, one slot each.
     end_params: Buffer,
     staging: Buffer,
+    residency: Option<Residency>,
+    /// How the present relaxation began, if its values stay on the device, and whether this is
+    /// still to be done.
+    begin: Option<Begin>,
+    begins_relaxation: bool,
 }
 
 /// A chunk of the finest level's rows, whose arrays fit one binding.
 struct Chunk {
     rows: Range<usize>,
+    stiffness: Buffer,
     /// Bindings for either index of the correction.
     hand_over: [BindGroup; 2],
     accelerate: [BindGroup; 2],
@@ -67,7 +78,7 @@ impl GpuDoubleHierarchy {
         let n_vertices = finest.n_vertices();
         let bytes = CORRECTION * n_vertices as u64;
         device.fits(bytes, device.max_array)?;
-        let levels = Levels::new(&device, data, Start::Zero, ROW)?;
+        let mut levels = Levels::new(&device, data, Start::Zero, ROW)?;
         let kernels = kernels(&device)?;
         let rows = finest.rows();
         let constraint = device.filled("constraint", rows.constraint);
@@ -109,13 +120,23 @@ impl GpuDoubleHierarchy {
             };
             Chunk {
                 rows: range.clone(),
+                stiffness: stiffness.clone(),
                 hand_over: [0, 1].map(|current| bind(&kernels.hand_over, &params, current)),
                 accelerate: [0, 1].map(|current| bind(&kernels.accelerate_double, &end_params, current)),
             }
         };
         let chunks = levels.springs.chunks.iter().map(chunk).collect();
-        finest.forget_stiffness();
-        let staging = device.buffer("staging", bytes.max(of_changes), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        finest.forget_received();
+        levels.forget_received();
+        let changes = vector(&device, "changes", 16 * BATCH as u64);
+        let figure_params = uniform(&device, 1);
+        let length = n_vertices.div_ceil(BLOCK) as u32;
+        let lists = figures::Params { n_lists: BATCH as u32, length, first: 0, padding: 0 };
+        device.write(&figure_params, &slots([lists].into_iter()));
+        let buffers = [("params", &figure_params), ("partials", &partials), ("figures_of", &changes)];
+        let figures = device.bind(&kernels.figures, &buffers);
+        let staging =
+            device.buffer("staging", bytes.max(16 * BATCH as u64), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
         let (is_zero, begins) = (true, true);
         Ok(Self {
             finest,
@@ -126,29 +147,50 @@ impl GpuDoubleHierarchy {
             current: 0,
             is_zero,
             begins,
+            inverse_length,
             chunks,
-            partials,
+            figures,
+            changes,
             end_params,
             staging,
+            residency: None,
+            begin: None,
+            begins_relaxation: false,
             device,
         })
     }
 
     /// Commands for a submission, first those that begin a pass.
-    fn encoder(&mut self) -> Commands {
+    fn encoder(&mut self) -> Result<Commands, BackendError> {
         let mut encoder = self.device.encoder();
         if std::mem::take(&mut self.begins) {
             self.e.iter().for_each(|e| self.device.clear(&mut encoder, e));
         }
-        encoder
+        if std::mem::take(&mut self.begins_relaxation)
+            && let (Some(residency), Some(begin)) = (&self.residency, self.begin)
+        {
+            residency.record_begin(&self.device, kernels(&self.device)?, begin, &mut encoder);
+        }
+        Ok(encoder)
+    }
+
+    /// Runs work with the arrays that a residency shares.
+    fn with_arrays<R>(&self, work: impl FnOnce(OfHierarchy) -> R) -> Result<R, BackendError> {
+        let Self { device, levels, chunks, constraint, load, inverse_length, e, .. } = self;
+        let of_chunk = |(chunk, (range, [row_start, entries])): (&Chunk, &(Range<usize>, [Buffer; 2]))| {
+            (range.clone(), [row_start, entries, &chunk.stiffness].map(Buffer::clone))
+        };
+        let chunks: Vec<_> = chunks.iter().zip(&levels.springs.chunks).map(of_chunk).collect();
+        let kernels = kernels(device)?;
+        Ok(work(OfHierarchy { chunks: &chunks, constraint, load, inverse_length, e, kernels }))
     }
 
     /// Runs at most [`BATCH`] cycles. Returns the change by each.
     fn run(&mut self, sweeps: &[Sweep]) -> Result<Vec<f64>, BackendError> {
         let device = Arc::clone(&self.device);
         let n_blocks = self.finest.n_vertices().div_ceil(BLOCK);
-        let partials: Vec<f64> = device.guarded(|| {
-            let mut encoder = self.encoder();
+        let changes: Vec<[f64; 2]> = device.guarded(|| {
+            let mut encoder = self.encoder()?;
             let of_cycle = |(cycle, sweep): (usize, &Sweep)| {
                 let (relaxation, momentum) = (sweep.relaxation, sweep.momentum);
                 let of_chunk = move |chunk: &Chunk| accelerate_double::Params {
@@ -167,11 +209,12 @@ impl GpuDoubleHierarchy {
                 self.current = 1 - self.current;
                 self.is_zero = false;
             }
-            device.read(encoder, &self.partials, &self.staging, sweeps.len() * n_blocks)
+            let mut pass = encoder.pass();
+            device.dispatch(&mut pass, &kernels(&device)?.figures, (&self.figures, 0), BATCH * BLOCK);
+            drop(pass);
+            device.read(encoder, &self.changes, &self.staging, sweeps.len())
         })?;
-        let greatest = |of_cycle: &[f64]| of_cycle.iter().copied().fold(0.0, f64::max);
-        let change = |largest| if largest >= LARGEST { f64::NAN } else { self.finest.change(largest) };
-        Ok(partials.chunks(n_blocks.max(1)).map(|of_cycle| change(greatest(of_cycle))).collect())
+        Ok(changes.iter().map(|[largest, _]| self.finest.change(finite_or_nan(*largest))).collect())
     }
 
     /// Records a cycle of a batch.
@@ -209,6 +252,7 @@ impl DeviceNetwork for GpuDoubleHierarchy {
         device.guarded(|| {
             self.finest.constrain(&constraint[..self.finest.n_vertices()]);
             device.write(&self.constraint, self.finest.rows().constraint);
+            self.finest.forget_received();
             self.levels.constrain(&device, constraint);
             Ok(())
         })
@@ -216,9 +260,11 @@ impl DeviceNetwork for GpuDoubleHierarchy {
 
     fn start(&mut self, load: &[DVec3]) -> Result<(), BackendError> {
         self.finest.start(load);
-        (self.is_zero, self.begins) = (true, true);
+        self.begin = None;
+        (self.is_zero, self.begins, self.begins_relaxation) = (true, true, false);
         self.device.guarded(|| {
             self.device.write(&self.load, self.finest.rows().load);
+            self.finest.forget_received();
             Ok(())
         })
     }
@@ -235,12 +281,78 @@ impl DeviceNetwork for GpuDoubleHierarchy {
         measures(batches, |cycles| self.run(cycles))
     }
 
+    fn reside(&mut self, around: &Surroundings) -> Result<bool, BackendError> {
+        let device = Arc::clone(&self.device);
+        self.residency = device.guarded(|| self.with_arrays(|of| Residency::new(&device, around, of))?)?;
+        Ok(self.residency.is_some())
+    }
+
+    fn resident(&mut self) -> Option<&mut dyn Resident> {
+        if self.residency.is_some() { Some(self) } else { None }
+    }
+
     fn correction(&mut self) -> Result<Vec<DVec3>, BackendError> {
         let device = Arc::clone(&self.device);
-        let encoder = self.encoder();
+        let encoder = self.encoder()?;
         let n_vertices = self.finest.n_vertices();
         let e: Vec<[f64; 3]> =
             device.guarded(|| device.read(encoder, &self.e[self.current], &self.staging, n_vertices))?;
         Ok(self.finest.correction(&e))
+    }
+}
+
+impl Resident for GpuDoubleHierarchy {
+    fn places(&self) -> &[u32] {
+        self.residency.as_ref().map_or(&[], |residency| &residency.places)
+    }
+
+    fn turn_with(&mut self, rotations: &dyn Resident, positions: &[DVec3]) -> Result<(), BackendError> {
+        let device = Arc::clone(&self.device);
+        let rotations = rotations.as_any().downcast_ref::<Self>().and_then(|of| of.residency.as_ref());
+        let rotations = rotations.ok_or_else(|| device.error("the rotations are on another device"))?;
+        device.guarded(|| {
+            let Some(mut residency) = self.residency.take() else { return Ok(()) };
+            self.with_arrays(|of| residency.turn_with(&device, rotations, positions, of))?;
+            self.residency = Some(residency);
+            Ok(())
+        })
+    }
+
+    fn begin(&mut self, values: &[DVec3], turns: Option<f64>) -> Result<(), BackendError> {
+        let device = Arc::clone(&self.device);
+        device.guarded(|| {
+            let Some(residency) = &mut self.residency else { return Ok(()) };
+            self.begin = Some(residency.begin(&device, values, turns));
+            self.finest.set_load_unit(residency.unit());
+            self.begins_relaxation = true;
+            Ok(())
+        })
+    }
+
+    fn unit(&self) -> f64 {
+        self.residency.as_ref().map_or(1.0, Residency::unit)
+    }
+
+    fn start_pass(&mut self) {
+        (self.is_zero, self.begins) = (true, true);
+    }
+
+    fn end_pass(&mut self, fetch: bool) -> Result<EndOfPass, BackendError> {
+        let device = Arc::clone(&self.device);
+        device.guarded(|| {
+            let mut encoder = self.encoder()?;
+            let (Some(residency), Some(begin)) = (&self.residency, self.begin) else {
+                return Err(device.error("a pass ends that did not begin"));
+            };
+            residency.record_end(&device, kernels(&device)?, begin, self.current, &mut encoder);
+            let ([first, now, furthest], values) = residency.read(&device, encoder, fetch)?;
+            let norm = |sum| f64::sqrt(finite_or_nan(sum)) * residency.unit();
+            let furthest = self.finest.change(finite_or_nan(furthest));
+            Ok(EndOfPass { first_norm: norm(first), norm: norm(now), furthest, values })
+        })
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
     }
 }

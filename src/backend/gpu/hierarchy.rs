@@ -39,7 +39,7 @@ impl GpuHierarchy {
     }
 
     fn allocate(device: Arc<Device>, data: &[LevelData]) -> Result<Self, BackendError> {
-        let levels = Levels::new(&device, data, Start::Correction, 4)?;
+        let mut levels = Levels::new(&device, data, Start::Correction, 4)?;
         let finest = levels.finest();
         let bytes = 16 * finest.packed.n_vertices() as u64;
         let of_changes = (4 * BATCH * finest.packed.n_vertices().div_ceil(BLOCK)) as u64;
@@ -59,6 +59,7 @@ impl GpuHierarchy {
                 ("partials", &partials),
             ],
         );
+        levels.forget_received();
         let staging = device.buffer("staging", bytes.max(of_changes), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
         Ok(Self { levels, start, previous, begins: true, partials, end_params, end, staging, device })
     }
@@ -136,6 +137,7 @@ impl DeviceNetwork for GpuHierarchy {
         self.begins = true;
         self.device.guarded(|| {
             self.device.write(&finest.load, finest.packed.rows().load);
+            finest.packed.forget_received();
             Ok(())
         })
     }

@@ -78,7 +78,7 @@ impl Levels {
     ///
     /// - `row_bytes`: most bytes of a row in an array of the finest level's rows
     pub(super) fn new(device: &Device, data: &[LevelData], start: Start, row_bytes: u64) -> Result<Self, BackendError> {
-        let mut arrays = data.iter().map(|level| Arrays::new(device, level)).collect::<Result<Vec<_>, _>>()?;
+        let arrays = data.iter().map(|level| Arrays::new(device, level)).collect::<Result<Vec<_>, _>>()?;
         let springs = |at: usize, Arrays { packed, .. }: &Arrays| {
             let rows = packed.rows();
             Chunks::new(device, rows.row_start, rows.columns, rows.stiffness, if at == 0 { row_bytes } else { 4 })
@@ -90,9 +90,13 @@ impl Levels {
                 dispatches(device, &data[at], start, &springs[at], &arrays[at], arrays.get(at + 1))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        arrays.iter_mut().for_each(|arrays| arrays.packed.forget_stiffness());
         let levels = arrays.into_iter().zip(paths).map(|(arrays, [down, up])| Level { arrays, down, up }).collect();
         Ok(Self { levels, springs: springs.swap_remove(0) })
+    }
+
+    /// Drops what the device has received.
+    pub(super) fn forget_received(&mut self) {
+        self.levels.iter_mut().for_each(|level| level.arrays.packed.forget_received());
     }
 
     pub(super) fn finest(&self) -> &Arrays {
@@ -109,6 +113,7 @@ impl Levels {
             let (own, coarser) = constraint.split_at(arrays.packed.n_vertices());
             arrays.packed.constrain(own);
             device.write(&arrays.constraint, arrays.packed.rows().constraint);
+            arrays.packed.forget_received();
             constraint = coarser;
         }
     }

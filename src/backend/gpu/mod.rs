@@ -14,13 +14,16 @@ mod hierarchy;
 mod levels;
 mod network;
 mod pipeline;
+mod residency;
 mod smoother;
 mod start_test;
+mod start_test_resident;
 
 use std::sync::Arc;
 
 pub use adapter::Choice;
 use device::Device;
+use pipeline::Pipeline;
 pub use start_test::StartTest;
 use wgpu::Adapter;
 
@@ -28,6 +31,7 @@ use super::{
     AdapterSummary, Backend, BackendError, BackendInfo, CpuBackend, DeviceNetwork, DeviceSmoother, DeviceTimes,
     DeviceWork, EdgeStiffness, LevelData, NetworkData, Precision,
 };
+use crate::kernels::OfDoubleKernels;
 
 /// Number of moving vertices from which a network is relaxed on the GPU. The sweeps of a smaller
 /// network take the CPU less time than a GPU's answers take. Not measured on hardware.
@@ -67,10 +71,16 @@ fn open(adapter: &Adapter, bounds: Bounds) -> Result<Device, BackendError> {
     let mut device = Device::open(adapter, bounds)?;
     let kernels = device.double_pipelines.take();
     if let Some(kernels) = kernels {
-        device.start_tests = start_test::run(&device, &kernels).to_vec();
+        device.start_tests = start_tests(&device, &kernels);
         device.double_pipelines = Some(kernels).filter(|_| device.start_tests.iter().all(|test| test.passes));
     }
     Ok(device)
+}
+
+/// Tests the device's kernels in f64.
+fn start_tests(device: &Device, kernels: &OfDoubleKernels<Pipeline>) -> Vec<StartTest> {
+    let (of_cycles, of_residencies) = (start_test::run(device, kernels), start_test_resident::run(device, kernels));
+    of_cycles.into_iter().chain(of_residencies).collect()
 }
 
 impl GpuBackend {

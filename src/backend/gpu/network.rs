@@ -61,7 +61,7 @@ impl GpuNetwork {
         of_device.guarded(|| Ok(Self::allocate(device, packed, &plan)))
     }
 
-    fn allocate(device: Arc<Device>, packed: Packed<f32>, plan: &[Range<usize>]) -> Self {
+    fn allocate(device: Arc<Device>, mut packed: Packed<f32>, plan: &[Range<usize>]) -> Self {
         let n_vertices = packed.n_vertices();
         let rows = packed.rows();
         let bytes = 16 * n_vertices as u64;
@@ -109,6 +109,7 @@ impl GpuNetwork {
         let chunks = plan.iter().map(chunk).collect();
         let staging =
             device.buffer("staging", bytes.max(8 * n_blocks as u64), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        packed.forget_received();
         Self { chunks, constraint, load, e, current: 0, snapshot, partials, sweep_params, staging, packed, device }
     }
 
@@ -158,6 +159,7 @@ impl DeviceNetwork for GpuNetwork {
         self.packed.constrain(constraint);
         self.device.guarded(|| {
             self.device.write(&self.constraint, self.packed.rows().constraint);
+            self.packed.forget_received();
             Ok(())
         })
     }
@@ -166,6 +168,7 @@ impl DeviceNetwork for GpuNetwork {
         self.packed.start(load);
         self.device.guarded(|| {
             self.device.write(&self.load, self.packed.rows().load);
+            self.packed.forget_received();
             let mut encoder = self.device.encoder();
             for buffer in [&self.e[0], &self.e[1], &self.snapshot] {
                 self.device.clear(&mut encoder, buffer);

@@ -18,25 +18,25 @@ use crate::kernels::row::{Entry, Rows};
 use crate::kernels::{OfDoubleKernels, accelerate_double, hand_over};
 
 /// Rows of the test, and springs of a row.
-const N_ROWS: usize = 4 * BLOCK;
-const SPRINGS: usize = 12;
+pub(super) const N_ROWS: usize = 4 * BLOCK;
+pub(super) const SPRINGS: usize = 12;
 
 /// What is left of the loads, which almost balance the springs. In f32 nothing of it would be seen.
 const LEFT: f64 = 1e-9;
 
 /// Allowed errors of numbers of size 1. Contraction and other orders of sums err by some 1e-16.
-const ALLOWED: f64 = 1e-14;
+pub(super) const ALLOWED: f64 = 1e-14;
 
 /// The network of the test, in the layout of the twins.
-struct Sample {
+pub(super) struct Sample {
     row_start: Vec<u32>,
-    columns: Vec<u32>,
-    stiffness: Vec<f64>,
-    constraint: Vec<[f64; 4]>,
+    pub(super) columns: Vec<u32>,
+    pub(super) stiffness: Vec<f64>,
+    pub(super) constraint: Vec<[f64; 4]>,
     load: Vec<[f64; 4]>,
-    inverse_length: Vec<f64>,
-    e: Vec<[f64; 4]>,
-    e_previous: Vec<[f64; 4]>,
+    pub(super) inverse_length: Vec<f64>,
+    pub(super) e: Vec<[f64; 4]>,
+    pub(super) e_previous: Vec<[f64; 4]>,
     of_cycle: Vec<[f32; 4]>,
 }
 
@@ -58,17 +58,24 @@ pub struct StartTest {
 /// Tests whether the device's kernels have the precision of f64. An error of the device is a no.
 pub(super) fn run(device: &Device, kernels: &OfDoubleKernels<Pipeline>) -> [StartTest; 2] {
     let sample = Sample::new();
-    let failed = |kernel| StartTest { kernel, numbers: 0, differing: 0, largest: f64::NAN, passes: false };
     let handed = device.guarded(|| sample.handed_over(device, kernels));
     let accelerated = device.guarded(|| sample.accelerated(device, kernels));
+    let failed = StartTest::failed;
     [
         handed.map_or_else(|_| failed("hand_over"), |handed| sample.is_handed_over(&handed)),
         accelerated.map_or_else(|_| failed("accelerate_double"), |(e, largest)| sample.is_accelerated(&e, &largest)),
     ]
 }
 
+impl StartTest {
+    /// The test of a kernel that did not run.
+    pub(super) fn failed(kernel: &'static str) -> Self {
+        Self { kernel, numbers: 0, differing: 0, largest: f64::NAN, passes: false }
+    }
+}
+
 impl Sample {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let mut state = 0x9e37_79b9_7f4a_7c15_u64;
         let mut random = || {
             state ^= state << 13;
@@ -213,7 +220,11 @@ impl Sample {
 /// Compares numbers of a twin and of a device.
 ///
 /// - `allowed`: by how much the device may be off at a number of the twin
-fn compared(kernel: &'static str, pairs: impl Iterator<Item = (f64, f64)>, allowed: impl Fn(f64) -> f64) -> StartTest {
+pub(super) fn compared(
+    kernel: &'static str,
+    pairs: impl Iterator<Item = (f64, f64)>,
+    allowed: impl Fn(f64) -> f64,
+) -> StartTest {
     let mut test = StartTest { kernel, numbers: 0, differing: 0, largest: 0.0, passes: true };
     for (expected, found) in pairs {
         let difference = (expected - found).abs();
@@ -234,15 +245,18 @@ fn three(vectors: &[[f64; 4]]) -> Vec<[f64; 3]> {
     vectors.iter().map(|&[x, y, z, _]| [x, y, z]).collect()
 }
 
-fn staging(device: &Device, bytes: usize) -> wgpu::Buffer {
+pub(super) fn staging(device: &Device, bytes: usize) -> wgpu::Buffer {
     device.buffer("staging", bytes as u64, BufferUsages::MAP_READ | BufferUsages::COPY_DST)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::super::adapter::choose;
-    use super::super::{Bounds, Choice};
+    use super::super::{Bounds, Choice, start_tests};
     use super::*;
+    use crate::kernels::DOUBLE_KERNELS;
 
     /// Kernels that round to f32 somewhere, or lose a NaN, do not pass; the right ones do.
     #[test]
@@ -255,9 +269,11 @@ mod tests {
         let passes = |from: &str, to: &str| {
             let changed = |source: &str| source.replace(from, to);
             let kernels = OfDoubleKernels::new(|kernel| device.compile(kernel.name, &changed(kernel.source))).unwrap();
-            let tests = run(&device, &kernels);
+            let tests = start_tests(&device, &kernels);
             // All numbers of all rows, but for the row with a NaN and its block.
-            assert_eq!(tests.each_ref().map(|test| test.numbers), [4 * N_ROWS, 3 * (N_ROWS - 1) + N_ROWS / BLOCK - 1]);
+            let numbers: Vec<usize> = tests[..2].iter().map(|test| test.numbers).collect();
+            assert_eq!(numbers, [4 * N_ROWS, 3 * (N_ROWS - 1) + N_ROWS / BLOCK - 1]);
+            assert_eq!(tests.iter().map(|test| test.kernel).collect::<HashSet<_>>().len(), DOUBLE_KERNELS.len());
             let all_equal = tests.iter().all(|test| test.differing == 0 && test.largest == 0.0);
             // Mesa's software adapter rounds as the CPU does.
             assert!(from.is_empty() <= (all_equal || device.info.device_type != wgpu::DeviceType::Cpu), "{tests:?}");
@@ -269,6 +285,17 @@ mod tests {
             ("left = sum - pull.w * own", "left = vec3<f64>(vec3<f32>(sum)) - pull.w * own"),
             ("let new_e = now + step;", "let new_e = vec3<f64>(vec3<f32>(now + step));"),
             ("if (squared <= LARGEST)", "if (true)"),
+            ("if (number <= LARGEST)", "if (true)"),
+            ("sine = sine * s + 1.0lf", "sine = f64(f32(sine * s + 1.0lf))"),
+            ("c = c * s - 0.5lf", "c = f64(f32(c)) * s - 0.5lf"),
+            ("by_others += k *", "by_others += f64(f32(k)) *"),
+            ("arms += k * arm", "arms += vec3<f64>(vec3<f32>(k * arm))"),
+            ("} else if (load[row].w != 0.0lf) {", "} else if (false) {"),
+            ("sum += stiffness[i] * (displacement_of", "sum += f64(f32(stiffness[i])) * (displacement_of"),
+            ("if (params.has_rest == 1u)", "if (false)"),
+            ("displacement[x] += allowed.x", "displacement[x] += f64(f32(allowed.x))"),
+            ("sum += number;", "sum += f64(f32(number));"),
+            ("largest = max(largest, number);", ""),
         ] {
             assert!(!passes(from, to), "{to}");
         }
