@@ -7,9 +7,9 @@ use std::path::Path;
 
 use idmesh::kernels::row::Entry;
 use idmesh::kernels::{
-    DOUBLE_KERNELS, KERNELS, Kernel, NUMBER_TYPES, PARTS, accelerate, accelerate_double, add_correction, convergence,
-    defect, figures, first_sweep, hand_over, raise_worst_beta, relax_sweep, residual_double, rest_load,
-    smooth_vertices, squares, transfer, turn,
+    DOUBLE_KERNELS, KERNELS, Kernel, NUMBER_TYPES, PARTS, accelerate, accelerate_double, add_correction, coarse_cycle,
+    convergence, defect, figures, first_sweep, hand_over, raise_worst_beta, relax_sweep, residual_double, rest_load,
+    restrict_sweep, smooth_vertices, squares, transfer, turn,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, TypeInner};
@@ -120,6 +120,12 @@ fn structs_are_laid_out_as_in_wgsl() {
     assert_eq!(layout("transfer", "Weight"), weight, "weights are stored as entries");
     assert_layout!("accelerate", "Params", accelerate::Params, n_vertices, relaxation, momentum, first_partial);
     assert_layout!("first_sweep", "Params", first_sweep::Params, first_row, n_rows, relaxation, padding);
+    assert_layout!("restrict_sweep", "Params", restrict_sweep::Params, first_row, n_rows, relaxation, padding);
+    assert_eq!(layout("restrict_sweep", "Weight"), weight, "weights are stored as entries");
+    assert_layout!("coarse_cycle", "Params", coarse_cycle::Params, n_steps, n_rows);
+    assert_layout!("coarse_cycle", "Step", coarse_cycle::Step, kind, first_row, n_rows, half, relaxation, momentum);
+    let entry = (vec![("column".to_owned(), 0), ("value".to_owned(), 4)], 8);
+    assert_eq!(layout("coarse_cycle", "Entry"), entry, "entries as of the other kernels");
     assert_layout!("hand_over", "Params", hand_over::Params, first_row, n_rows, is_zero, padding);
     assert_layout!("hand_over", "Entry", Entry, column, stiffness);
     assert_layout!(

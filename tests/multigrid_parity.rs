@@ -104,6 +104,42 @@ fn double_cycles_match_the_cpu() {
     }
 }
 
+/// Most dispatches, copies and clears of a cycle of four levels, of which two are large.
+const MOST_COMMANDS: u64 = 20;
+
+/// The levels of this network are as many as those of a mesh of 819 000 tets, and again the first
+/// two are too large for the kernel of the coarse levels. The commands of a batch are counted,
+/// those at its ends too. Fails if `MOST_VERTICES` of the coarse levels is 100: 23 commands.
+#[test]
+fn a_cycle_takes_few_commands() {
+    let bottom = DVec3::new(0.6, 0.0, 0.8);
+    let (_, network) =
+        network(35, |vertex, _| if vertex < 36 * 36 { Constraint::InPlane(bottom) } else { Constraint::Free });
+    let hierarchy = Hierarchy::new(&network);
+    let data = hierarchy.data(&network);
+    let sizes: Vec<usize> = data.iter().map(|level| level.network.graph.n_rows()).collect();
+    assert!(sizes.len() == 4 && sizes[1] > 2000 && (101..2000).contains(&sizes[2]), "{sizes:?}");
+    let cycles = [CYCLES; 4].concat();
+    let run = |backend: &dyn Backend| {
+        let mut device = backend.upload_hierarchy(&data).unwrap();
+        device.start(&load_of(&network)).unwrap();
+        let before = backend.work();
+        device.sweep(&cycles).unwrap();
+        let work = before.and_then(|before| Some(backend.work()?.since(before)));
+        (device.correction().unwrap(), work)
+    };
+    for (bounds, cpu) in [(Bounds::default(), F64), (SINGLE, TWIN)] {
+        let Some(gpu) = gpu(bounds) else { return };
+        let ((expected, _), (found, work)) = (run(&cpu), run(&gpu));
+        let work = work.unwrap();
+        let commands = work.dispatches + work.copies + work.clears;
+        eprintln!("{sizes:?} {commands} commands of {} cycles", cycles.len());
+        assert!(commands <= MOST_COMMANDS * cycles.len() as u64, "{work:?}");
+        let tolerance = if gpu.is_software() { 0.0 } else { 1e-4 * allowed_scale(&expected) };
+        compare(&expected, &found, tolerance).unwrap();
+    }
+}
+
 /// A NaN shows in the change, and the next pass starts clean, on all levels.
 #[test]
 fn divergence_of_cycles_is_seen() {

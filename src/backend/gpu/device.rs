@@ -22,7 +22,7 @@ use crate::kernels::{OfDoubleKernels, OfKernels, place};
 /// Most neighbours or tets in a loop of one invocation. Mesa's software adapter silently ends an
 /// invocation after 65 535 iterations of all its loops together. The reduction in a workgroup takes
 /// a few of them.
-const MAX_ROW: u32 = 60_000;
+pub(super) const MAX_ROW: u32 = 60_000;
 
 /// Time limit for another thread to pass on an answer of the device.
 const HANDED_ON: Duration = Duration::from_secs(10);

@@ -19,16 +19,19 @@ use crate::kernels::{Real, accelerate};
 pub(super) struct GpuHierarchy {
     device: Arc<Device>,
     levels: Levels,
-    /// The finest level's correction before the cycle, and one cycle earlier.
-    start: Buffer,
-    previous: Buffer,
+    /// The finest level's correction before the cycle, and one cycle earlier. Cycles exchange the
+    /// two arrays.
+    starts: [Buffer; 2],
+    /// Index of the array with the correction one cycle earlier.
+    earlier: usize,
     /// Whether the pass begins, and the corrections have to become zero.
     begins: bool,
     /// Largest changes `[BATCH][blocks]`.
     partials: Buffer,
     /// Parameters of the last step of each cycle of a batch `[BATCH]`, one slot each.
     end_params: Buffer,
-    end: BindGroup,
+    /// Bindings for either index.
+    end: [BindGroup; 2],
     staging: Buffer,
 }
 
@@ -43,25 +46,26 @@ impl GpuHierarchy {
         let finest = levels.finest();
         let bytes = 16 * finest.packed.n_vertices() as u64;
         let of_changes = (4 * BATCH * finest.packed.n_vertices().div_ceil(BLOCK)) as u64;
-        let [start, previous] = ["start", "previous"].map(|label| vector(&device, label, bytes));
+        let starts = ["start", "previous"].map(|label| vector(&device, label, bytes));
         let partials = vector(&device, "partials", of_changes);
         let end_params = uniform(&device, BATCH);
         let inverse_length = device.filled("inverse_length", finest.packed.inverse_length());
-        let end = device.bind(
-            &device.pipelines.accelerate,
-            &[
+        let bind = |earlier: usize| {
+            let buffers = [
                 ("params", &end_params),
-                ("start", &start),
-                ("previous", &previous),
+                ("start", &starts[1 - earlier]),
+                ("previous", &starts[earlier]),
                 ("constraint", &finest.constraint),
                 ("inverse_length", &inverse_length),
                 ("e", &finest.e[finest.ends_in]),
                 ("partials", &partials),
-            ],
-        );
+            ];
+            device.bind(&device.pipelines.accelerate, &buffers)
+        };
+        let end = [0, 1].map(bind);
         levels.forget_received();
         let staging = device.buffer("staging", bytes.max(of_changes), BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-        Ok(Self { levels, start, previous, begins: true, partials, end_params, end, staging, device })
+        Ok(Self { levels, starts, earlier: 1, begins: true, partials, end_params, end, staging, device })
     }
 
     /// Commands for a submission, first those that begin a pass.
@@ -69,7 +73,7 @@ impl GpuHierarchy {
         let mut encoder = self.device.encoder();
         if std::mem::take(&mut self.begins) {
             let [e, e_previous] = &self.levels.finest().e;
-            for buffer in [e, e_previous, &self.start, &self.previous] {
+            for buffer in [e, e_previous, &self.starts[self.earlier]] {
                 self.device.clear(&mut encoder, buffer);
             }
         }
@@ -90,7 +94,10 @@ impl GpuHierarchy {
                 first_partial: (cycle * n_blocks) as u32,
             });
             device.write(&self.end_params, &slots(params));
-            (0..sweeps.len()).for_each(|cycle| self.record(cycle, &mut encoder));
+            for cycle in 0..sweeps.len() {
+                self.record(cycle, &mut encoder);
+                self.earlier = 1 - self.earlier;
+            }
             device.read(encoder, &self.partials, &self.staging, sweeps.len() * n_blocks)
         })?;
         let greatest =
@@ -101,15 +108,14 @@ impl GpuHierarchy {
 
     /// Records a cycle of a batch.
     fn record(&self, cycle: usize, encoder: &mut Commands) {
-        let Self { device, levels, start, previous, .. } = self;
+        let Self { device, levels, starts, earlier, .. } = self;
         let finest = levels.finest();
         let n_vertices = finest.packed.n_vertices();
         let bytes = 16 * n_vertices as u64;
-        device.copy(encoder, start, previous, bytes);
-        device.copy(encoder, &finest.e[0], start, bytes);
+        device.copy(encoder, &finest.e[0], &starts[1 - earlier], bytes);
         levels.record_cycle(device, encoder);
         let mut pass = encoder.pass();
-        let bound = (&self.end, (cycle * SLOT) as u32);
+        let bound = (&self.end[*earlier], (cycle * SLOT) as u32);
         device.dispatch(&mut pass, &device.pipelines.accelerate, bound, n_vertices);
         drop(pass);
         if finest.ends_in != 0 {

@@ -8,6 +8,7 @@ use std::ops::Range;
 use bytemuck::NoUninit;
 use wgpu::{BindGroup, Buffer, BufferUsages};
 
+use super::coarse::{Coarse, Joined};
 use super::commands::Commands;
 use super::device::Device;
 use super::network::{SLOT, matrix, plan, slots};
@@ -15,7 +16,7 @@ use super::pipeline::Pipeline;
 use crate::backend::packed::Packed;
 use crate::backend::{BackendError, LevelData, Measure, Sweep, Transfer};
 use crate::constraint::Constraint;
-use crate::kernels::{defect, first_sweep, relax_sweep, transfer};
+use crate::kernels::{defect, first_sweep, relax_sweep, restrict_sweep, transfer};
 
 /// Cycles in one submission. Their sweeps over the finest network are about as many as in a batch
 /// of sweeps.
@@ -23,15 +24,17 @@ pub(super) const BATCH: usize = 16;
 
 /// The levels, finest first.
 pub(super) struct Levels {
+    /// Those with dispatches of their own.
     levels: Vec<Level>,
+    coarse: Option<Coarse>,
     /// The springs of the finest level.
     pub(super) springs: Chunks,
 }
 
 struct Level {
     arrays: Arrays,
-    /// The way down: sweeps, the defect, and its transfer to the coarser level. On the coarsest
-    /// level only sweeps.
+    /// The way down: sweeps, the defect, and its transfer to the coarser level, unless
+    /// [`Levels::coarse`] has that. On the coarsest level only sweeps.
     down: Vec<Dispatch>,
     /// The way up: the transfer from the coarser level, and sweeps.
     up: Vec<Dispatch>,
@@ -47,6 +50,10 @@ pub(super) struct Arrays {
     pub(super) e: [Buffer; 2],
     /// Index of the array with the correction after a cycle.
     pub(super) ends_in: usize,
+    /// Factor of the first sweep from zero.
+    first_relaxation: f32,
+    /// Index of the array with the defect before the transfer to the coarser level.
+    defect_in: usize,
 }
 
 /// A kernel over a chunk of rows, with all its bindings.
@@ -61,16 +68,20 @@ enum Kernel {
     FirstSweep,
     RelaxSweep,
     Defect,
+    RestrictSweep,
     Transfer,
 }
 
-/// Where a cycle begins on the finest level. On the others it begins at zero.
+/// Where the sweeps of a level begin.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Start {
     /// At the correction in the first `e`.
     Correction,
     /// At zero.
     Zero,
+    /// At the first sweep from zero, which the transfer to the level's load takes too. So begin all
+    /// levels but the finest.
+    Swept,
 }
 
 impl Levels {
@@ -78,20 +89,25 @@ impl Levels {
     ///
     /// - `row_bytes`: most bytes of a row in an array of the finest level's rows
     pub(super) fn new(device: &Device, data: &[LevelData], start: Start, row_bytes: u64) -> Result<Self, BackendError> {
+        let (n_single, joined) = Joined::new(device, data).map_or((data.len(), None), |(at, of)| (at, Some(of)));
+        let data = &data[..n_single];
         let arrays = data.iter().map(|level| Arrays::new(device, level)).collect::<Result<Vec<_>, _>>()?;
         let springs = |at: usize, Arrays { packed, .. }: &Arrays| {
             let rows = packed.rows();
             Chunks::new(device, rows.row_start, rows.columns, rows.stiffness, if at == 0 { row_bytes } else { 4 })
         };
         let mut springs = arrays.iter().enumerate().map(|(at, of)| springs(at, of)).collect::<Result<Vec<_>, _>>()?;
-        let paths = (0..data.len())
+        let above = &arrays[n_single - 1];
+        let coarse = joined.map(|joined| Coarse::new(device, joined, &above.e[above.defect_in]));
+        let paths = (0..n_single)
             .map(|at| {
-                let start = if at == 0 { start } else { Start::Zero };
-                dispatches(device, &data[at], start, &springs[at], &arrays[at], arrays.get(at + 1))
+                let start = if at == 0 { start } else { Start::Swept };
+                let coarser = arrays.get(at + 1).map(Coarser::Single).or(coarse.as_ref().map(Coarser::Joined));
+                dispatches(device, &data[at], start, &springs[at], &arrays[at], coarser)
             })
             .collect::<Result<Vec<_>, _>>()?;
         let levels = arrays.into_iter().zip(paths).map(|(arrays, [down, up])| Level { arrays, down, up }).collect();
-        Ok(Self { levels, springs: springs.swap_remove(0) })
+        Ok(Self { levels, coarse, springs: springs.swap_remove(0) })
     }
 
     /// Drops what the device has received.
@@ -116,24 +132,21 @@ impl Levels {
             arrays.packed.forget_received();
             constraint = coarser;
         }
+        self.coarse.iter_mut().for_each(|coarse| coarse.constrain(device, constraint));
     }
 
-    /// Records a cycle.
+    /// Records a cycle: the ways down of the levels, the coarse levels, and the ways up.
     pub(super) fn record_cycle(&self, device: &Device, encoder: &mut Commands) {
-        self.record_from(0, device, encoder);
-    }
-
-    /// Records a level's way down, the cycle of the coarser levels, and the level's way up.
-    fn record_from(&self, at: usize, device: &Device, encoder: &mut Commands) {
-        record_dispatches(device, &self.levels[at].down, encoder);
-        if at + 1 < self.levels.len() {
-            self.record_from(at + 1, device, encoder);
-            record_dispatches(device, &self.levels[at].up, encoder);
-        }
+        self.levels.iter().for_each(|level| record_dispatches(device, &level.down, encoder));
+        self.coarse.iter().for_each(|coarse| coarse.record(device, encoder));
+        self.levels.iter().rev().for_each(|level| record_dispatches(device, &level.up, encoder));
     }
 }
 
 fn record_dispatches(device: &Device, dispatches: &[Dispatch], encoder: &mut Commands) {
+    if dispatches.is_empty() {
+        return;
+    }
     let mut pass = encoder.pass();
     for Dispatch { kernel, n_rows, bound } in dispatches {
         device.dispatch(&mut pass, kernel.pipeline(device), (bound, 0), *n_rows);
@@ -172,8 +185,29 @@ impl Arrays {
             // The numbers of sweeps on the way up and down are equal, so the arrays are exchanged
             // an even number of times.
             ends_in: if level.transfers.is_some() { 0 } else { level.sweeps.len() % 2 },
+            // The first sweep sets `e` to zero, even where a level has no sweeps.
+            first_relaxation: level.sweeps.first().map_or(0.0, |sweep| sweep.relaxation as f32),
+            defect_in: 1 - level.sweeps.len() % 2,
             packed,
         })
+    }
+}
+
+/// The coarser level.
+#[derive(Clone, Copy)]
+enum Coarser<'a> {
+    Single(&'a Arrays),
+    /// The first of the coarse levels, whose kernel transfers the defect itself.
+    Joined(&'a Coarse),
+}
+
+impl Coarser<'_> {
+    /// The array with the correction after a cycle.
+    fn correction(&self) -> &Buffer {
+        match self {
+            Self::Single(arrays) => &arrays.e[arrays.ends_in],
+            Self::Joined(coarse) => &coarse.e,
+        }
     }
 }
 
@@ -184,14 +218,14 @@ fn dispatches(
     start: Start,
     springs: &Chunks,
     arrays: &Arrays,
-    coarser: Option<&Arrays>,
+    coarser: Option<Coarser>,
 ) -> Result<[Vec<Dispatch>; 2], BackendError> {
     let Arrays { constraint, load, e, .. } = arrays;
-    let first = |relaxation: f64| {
+    let first = || {
         let params = |range: &Range<usize>| first_sweep::Params {
             first_row: range.start as u32,
             n_rows: range.len() as u32,
-            relaxation: relaxation as f32,
+            relaxation: arrays.first_relaxation,
             padding: 0,
         };
         let buffers = [("constraint", constraint), ("load", load), ("e", &e[0]), ("e_previous", &e[1])];
@@ -210,9 +244,8 @@ fn dispatches(
     let mut current = 0;
     let mut sweeps = |start: Start| {
         let mut all = Vec::new();
-        // The first sweep sets `e` to zero, even where a level has no sweeps.
         if start == Start::Zero {
-            all.extend(first(level.sweeps.first().map_or(0.0, |sweep| sweep.relaxation)));
+            all.extend(first());
         }
         for (at, factors) in level.sweeps.iter().enumerate() {
             if at > 0 || start == Start::Correction {
@@ -226,22 +259,32 @@ fn dispatches(
     let (Some([restriction, prolongation]), Some(coarser)) = (level.transfers, coarser) else {
         return Ok([down, Vec::new()]);
     };
-    let [correction, defect] = [&e[middle], &e[1 - middle]];
+    let [correction, defect] = [&e[middle], &e[arrays.defect_in]];
     let params = |range: &Range<usize>| defect::Params { first_row: range.start as u32, n_rows: range.len() as u32 };
     let buffers = [("constraint", constraint), ("load", load), ("e", correction), ("rest", defect)];
     down.extend(springs.dispatches(device, Kernel::Defect, params, &buffers));
-    let gather = |transfer: &Transfer, keep: f32, constraint, source, gathered| {
-        let params = |range: &Range<usize>| transfer::Params {
+    if let Coarser::Single(coarser) = coarser {
+        let params = |range: &Range<usize>| restrict_sweep::Params {
             first_row: range.start as u32,
             n_rows: range.len() as u32,
-            keep,
+            relaxation: coarser.first_relaxation,
             padding: 0,
         };
-        let buffers = [("constraint", constraint), ("source", source), ("gathered", gathered)];
-        Ok(Chunks::of_transfer(device, transfer)?.dispatches(device, Kernel::Transfer, params, &buffers))
+        let [e, e_previous] = &coarser.e;
+        let of_coarser =
+            [("constraint", &coarser.constraint), ("load", &coarser.load), ("e", e), ("e_previous", e_previous)];
+        let buffers = [&[("source", defect)], &of_coarser[..]].concat();
+        let chunks = Chunks::of_transfer(device, restriction)?;
+        down.extend(chunks.dispatches(device, Kernel::RestrictSweep, params, &buffers));
+    }
+    let params = |range: &Range<usize>| transfer::Params {
+        first_row: range.start as u32,
+        n_rows: range.len() as u32,
+        keep: 1.0,
+        padding: 0,
     };
-    down.extend(gather(restriction, 0.0, &coarser.constraint, defect, &coarser.load)?);
-    let mut up = gather(prolongation, 1.0, constraint, &coarser.e[coarser.ends_in], correction)?;
+    let buffers = [("constraint", constraint), ("source", coarser.correction()), ("gathered", correction)];
+    let mut up = Chunks::of_transfer(device, prolongation)?.dispatches(device, Kernel::Transfer, params, &buffers);
     up.extend(sweeps(Start::Correction).0);
     Ok([down, up])
 }
@@ -298,6 +341,7 @@ impl Kernel {
             Self::FirstSweep => &device.pipelines.first_sweep,
             Self::RelaxSweep => &device.pipelines.relax_sweep,
             Self::Defect => &device.pipelines.defect,
+            Self::RestrictSweep => &device.pipelines.restrict_sweep,
             Self::Transfer => &device.pipelines.transfer,
         }
     }

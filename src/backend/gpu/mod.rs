@@ -6,6 +6,7 @@
 //! split into chunks of rows, each with buffers of its own.
 
 mod adapter;
+mod coarse;
 mod commands;
 mod copying;
 mod device;
