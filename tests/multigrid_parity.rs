@@ -9,7 +9,7 @@ mod common;
 use common::adapter::gpu;
 use common::brick::{Brick, noise, noise_vector};
 use common::{compare, compare_by};
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 use idmesh::backend::gpu::{Bounds, GpuBackend};
 use idmesh::backend::{Backend, BackendError, CpuBackend, Measure, Precision, Sweep};
 use idmesh::constraint::Constraint;
@@ -109,7 +109,7 @@ const MOST_COMMANDS: u64 = 20;
 
 /// The levels of this network are as many as those of a mesh of 819 000 tets, and again the first
 /// two are too large for the kernel of the coarse levels. The commands of a batch are counted,
-/// those at its ends too. Fails if `MOST_VERTICES` of the coarse levels is 100: 23 commands.
+/// those at its ends too. Fails if `MOST_VERTICES` of the coarse levels is 100: 82 commands.
 #[test]
 fn a_cycle_takes_few_commands() {
     let bottom = DVec3::new(0.6, 0.0, 0.8);
@@ -137,6 +137,35 @@ fn a_cycle_takes_few_commands() {
         assert!(commands <= MOST_COMMANDS * cycles.len() as u64, "{work:?}");
         let tolerance = if gpu.is_software() { 0.0 } else { 1e-4 * allowed_scale(&expected) };
         compare(&expected, &found, tolerance).unwrap();
+    }
+}
+
+/// Constraints are replaced on all levels, those of the kernel of the coarse levels too.
+#[test]
+fn replaced_constraints_match_the_cpu() {
+    let (_, network) = network(12, of_all_kinds);
+    let replaced = |vertex: usize| match of_all_kinds(vertex, DVec3::ZERO) {
+        Constraint::InPlane(normal) => Constraint::InPlane(-normal.zxy()),
+        Constraint::OnLine(direction) => Constraint::OnLine(direction.zxy()),
+        other => other,
+    };
+    let finest: Vec<Constraint> = (0..network.len()).map(replaced).collect();
+    let run = |backend: &dyn Backend, replaces: bool| {
+        let hierarchy = Hierarchy::new(&network);
+        let mut device = backend.upload_hierarchy(&hierarchy.data(&network)).unwrap();
+        let all = hierarchy.aggregate_maps().constraints(&finest);
+        if replaces {
+            device.constrain(&all).unwrap();
+        }
+        device.start(&load_of(&network)).unwrap();
+        device.sweep(&CYCLES).unwrap();
+        device.correction().unwrap()
+    };
+    for (bounds, cpu) in [(Bounds::default(), F64), (SINGLE, TWIN)] {
+        let Some(gpu) = gpu(bounds) else { return };
+        let (expected, found) = (run(&cpu, true), run(&gpu, true));
+        assert_ne!(expected, run(&cpu, false));
+        compare(&expected, &found, allowed(&gpu, &expected)).unwrap();
     }
 }
 
