@@ -27,12 +27,25 @@ pub mod kind {
 /// - `v` `[N]`: a vector of three components for each of `N / 3` designs. A component that is left
 ///   changes at held vertices only
 #[inline(always)]
-pub fn project<T: Real, const N: usize>(constraint: &[T; 4], mut v: [T; N]) -> [T; N] {
-    let [x, y, z, of_kind] = *constraint;
-    let along = |v: &[T; N], first: usize| x * v[first] + y * v[first + 1] + z * v[first + 2];
-    if of_kind == T::from_f64(kind::FREE) {
+pub fn project<T: Real, const N: usize>(constraint: &[T; 4], v: [T; N]) -> [T; N] {
+    if constraint[3] == T::from_f64(kind::FREE) {
         return v;
     }
+    if N > 4 { limited_apart(constraint, v) } else { limited(constraint, v) }
+}
+
+/// [`limited`] for several designs. A compiler that sees its sums beside those of a row puts the
+/// components of the row into vector registers in an order that suits neither.
+#[inline(never)]
+fn limited_apart<T: Real, const N: usize>(constraint: &[T; 4], v: [T; N]) -> [T; N] {
+    limited(constraint, v)
+}
+
+/// [`project`] at a vertex that is not free.
+#[inline(always)]
+pub fn limited<T: Real, const N: usize>(constraint: &[T; 4], mut v: [T; N]) -> [T; N] {
+    let [x, y, z, of_kind] = *constraint;
+    let along = |v: &[T; N], first: usize| x * v[first] + y * v[first + 1] + z * v[first + 2];
     if of_kind == T::from_f64(kind::IN_PLANE) {
         for first in (0..N / 3).map(|design| 3 * design) {
             let along = along(&v, first);

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::backend::packed::{change_of, pack_constraint, power_of_two};
 use crate::backend::{NetworkData, WholeNetwork};
 use crate::constraint::Constraint;
-use crate::kernels::constraint::project;
+use crate::kernels::constraint::limited;
 use crate::kernels::row::{DoubleRows, residual_of};
 use crate::mesh::csr::Csr;
 
@@ -163,7 +163,7 @@ impl<const N: usize> DoubleRows<N> for RowsFrom<'_, N> {
         match self.limited {
             [(next, constraint), left @ ..] if *next as usize == row => {
                 self.limited = left;
-                project(constraint, v)
+                limited(constraint, v)
             }
             _ => v,
         }
