@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -15,7 +16,8 @@ use idmesh::backend::{
 use idmesh::families::Role;
 use idmesh::formats;
 use idmesh::mesh::TetMesh;
-use idmesh::mover::{Design, MoveError, Mover, Outcome};
+use idmesh::mover::{Design, MoveError, Mover, Outcome, StageName};
+use idmesh::quality::{self, Statistics};
 use idmesh::relaxation::{Method, Stopping};
 use idmesh::smoothing::QualityTarget;
 use idmesh::springs::{SPRINGS, Springs};
@@ -137,6 +139,44 @@ fn assert_steps(outcome: &Outcome) {
         // The result has displacements: added to the vertices they may round the last place.
         let worst = outcome.beta.iter().copied().reduce(f64::min).unwrap();
         assert!((last - worst).abs() <= 1e-13 * worst, "{last} {worst}");
+    }
+}
+
+/// The quality at a stage is that of all tets with the vertices where the stage has left them: the
+/// wing's alone, and one inside that a test moves.
+///
+/// Fails if tets beside the surfaces alone are measured where a vertex inside has moved.
+#[test]
+fn the_quality_of_stages_is_that_of_all_tets() {
+    let mut mover = set_up(Default::default(), None);
+    let design = pitched(&mover, 10.0);
+    let mesh = mover.mesh().clone();
+    let on_surface: HashSet<u32> = mesh.triangles.iter().flatten().copied().collect();
+    // A tet far inside.
+    let tet = mesh.tets.iter().find(|tet| tet.iter().all(|vertex| !on_surface.contains(vertex))).unwrap();
+    let by = mesh.vertices[tet[1] as usize] - mesh.vertices[tet[0] as usize];
+    for moves in [false, true] {
+        let seen = Mutex::new(Vec::new());
+        let mut amend = |stage: &str, displacement: &mut Vec<DVec3>| {
+            if stage == "planes" && moves {
+                displacement[tet[0] as usize] = 1.5 * by;
+            }
+            if stage == "planes" {
+                seen.lock().unwrap().clone_from(displacement);
+            }
+        };
+        let outcome = mover.update_amended(&design, &mut amend).unwrap();
+        let seen = seen.into_inner().unwrap();
+        let at: Vec<DVec3> = mesh.vertices.iter().zip(&seen).map(|(at, by)| *at + *by).collect();
+        let expected = Statistics::new(&quality::betas(&at, &mesh.tets));
+        let found = outcome.stages.iter().find(|stage| stage.name == StageName::Corrected).unwrap();
+        assert!(expected.inverted > 100);
+        assert_eq!(
+            (found.beta_min, found.beta_max, found.inverted),
+            (expected.min, expected.max, expected.inverted),
+            "{moves}"
+        );
+        assert!((found.beta_mean - expected.mean).abs() < 1e-15, "{} {}", found.beta_mean, expected.mean);
     }
 }
 

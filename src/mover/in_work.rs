@@ -122,9 +122,14 @@ impl StageWatch {
         if !self.cells.are_tets() {
             statistics.inverted = self.cells.n_inverted(betas);
         }
+        self.record_statistics(name, &statistics);
+        statistics
+    }
+
+    /// As [`Self::record`].
+    pub(super) fn record_statistics(&mut self, name: StageName, statistics: &Statistics) {
         let lap = self.time.lap();
         let seconds = if self.stages.is_empty() { 0.0 } else { lap };
-        self.stages.push(StageQuality::new(name, &statistics, seconds));
-        statistics
+        self.stages.push(StageQuality::new(name, statistics, seconds));
     }
 }

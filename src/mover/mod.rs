@@ -33,6 +33,7 @@ mod settings;
 mod simplex_view;
 mod stage_clock;
 mod stopwatch;
+mod surface_betas;
 mod together;
 mod warnings;
 
@@ -76,6 +77,7 @@ pub use refused::{Refused, Why};
 pub use settings::Settings;
 use stage_clock::StageClock;
 pub use stage_clock::StageSeconds;
+use surface_betas::SurfaceBetas;
 pub use warnings::Warning;
 
 use crate::{
@@ -112,6 +114,8 @@ pub struct Mover {
     method: Method,
     backend: Arc<dyn Backend>,
     original_beta: Vec<f64>,
+    /// `None` if there are other cells than tets.
+    surface_betas: Option<SurfaceBetas>,
     /// Quality of each kind of cell of the undeformed mesh. `None` for a mesh of tets.
     original_kinds: Option<Vec<KindQuality>>,
     /// The families of each wing, by name.
@@ -198,6 +202,7 @@ impl Mover {
         // Without tets beta has no meaning, and any scale does.
         let lowest = if cells.n_tets > 0 { Statistics::new(&original_beta[..cells.n_tets]).min } else { 1.0 };
         let volume = VolumeSettings { springs, quality, max_steps };
+        let surface_betas = cells.are_tets().then(|| SurfaceBetas::new(&ordered, &families, &original_beta));
         let stages = Stages::new(&set_up, wings, edge_graph, volume, lowest, &*observer)?;
         let family_vertices = |family| {
             let mut vertices: Vec<u32> =
@@ -222,6 +227,7 @@ impl Mover {
             stopping,
             method,
             backend,
+            surface_betas,
             original_beta,
             wing_families,
             stages,
@@ -348,14 +354,24 @@ impl Mover {
         let mut clock = StageClock::start(backend);
         let mut watch = StageWatch::new(cells.clone());
         let mut fold_check = FoldCheck::new(mesh, surface);
-        watch.record(StageName::Original, &self.original_beta);
+        let betas = &self.original_beta;
+        match &self.surface_betas {
+            Some(of_surfaces) => watch.record_statistics(StageName::Original, &of_surfaces.undeformed(betas)),
+            None => {
+                watch.record(StageName::Original, betas);
+            }
+        }
+        let mut record = |name, here: &[DVec3]| match &self.surface_betas {
+            Some(of_surfaces) => watch.record_statistics(name, &of_surfaces.at(mesh, families, betas, here)),
+            None => {
+                watch.record(name, &quality::betas_after(betas.clone(), &mesh.vertices, here, &mesh.tets));
+            }
+        };
 
         observer(STAGES[0].name);
         let (mut displacement, wanted) =
             place_given(mesh, order, &self.family_vertices, families, &mut stages.wings, design)?;
-        let mut deformed = displaced(&mesh.vertices, &displacement);
-        let mut deformed_beta = quality::betas_after(self.original_beta.clone(), &mesh.vertices, &deformed, &mesh.tets);
-        watch.record(StageName::Deformed, &deformed_beta);
+        record(StageName::Deformed, &displaced(&mesh.vertices, &displacement));
 
         let mut ends = Vec::with_capacity(STAGES.len());
         for row in STAGES.iter().filter(|row| row.placed_by < PlacedBy::Volume) {
@@ -368,10 +384,7 @@ impl Mover {
             let here = end_stage(&set_up, order, row, amend.as_deref_mut(), &mut displacement);
             fold_check.fold_check(&set_up, edge_angles, row, &here);
             if row.placed_by == PlacedBy::Plane {
-                let corrected_beta =
-                    quality::betas_after(std::mem::take(&mut deformed_beta), &deformed, &here, &mesh.tets);
-                deformed = Vec::new();
-                watch.record(StageName::Corrected, &corrected_beta);
+                record(StageName::Corrected, &here);
             }
             clock.end(backend, row.name);
         }

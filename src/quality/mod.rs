@@ -111,10 +111,27 @@ pub fn betas_after(mut betas: Vec<f64>, from: &[DVec3], to: &[DVec3], tets: &[[u
     betas
 }
 
-impl Statistics {
-    /// Statistics of the betas `[n_tets]`. A NaN counts as inverted, and makes minimum, maximum and
-    /// mean NaN.
-    pub fn new(betas: &[f64]) -> Self {
+/// Numbers of a block of [`Partial`].
+const BLOCK: usize = 4096;
+
+/// Statistics of a block of betas. Those of a mesh are joined from its blocks in turn, so they do
+/// not depend on the number of threads, and few changed betas call for few blocks.
+#[derive(Clone, Copy, Debug)]
+pub struct Partial {
+    min: f64,
+    max: f64,
+    sum: f64,
+    inverted: usize,
+}
+
+impl Partial {
+    /// Of each block of betas `[n_tets]`.
+    pub fn of_blocks(betas: &[f64]) -> Vec<Self> {
+        betas.par_chunks(BLOCK).map(Self::new).collect()
+    }
+
+    /// - `block`: at most [`BLOCK`] betas
+    fn new(block: &[f64]) -> Self {
         // Independent lanes, which the processor computes at once.
         const LANES: usize = 8;
         let (mut min, mut max) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
@@ -125,17 +142,99 @@ impl Statistics {
             sum[lane] += beta;
             inverted[lane] += u64::from(faults::is_inverted(beta));
         };
-        let (groups, rest) = betas.as_chunks::<LANES>();
+        let (groups, rest) = block.as_chunks::<LANES>();
         groups.iter().for_each(|group| (0..LANES).for_each(|lane| add(lane, group[lane])));
         rest.iter().enumerate().for_each(|(lane, &beta)| add(lane, beta));
-        let mean = sum.iter().sum::<f64>() / betas.len() as f64;
+        Self {
+            min: min.into_iter().fold(f64::INFINITY, f64::min),
+            max: max.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            sum: sum.iter().sum(),
+            inverted: inverted.iter().sum::<u64>() as usize,
+        }
+    }
+}
+
+impl Statistics {
+    /// Statistics of the betas `[n_tets]`. A NaN counts as inverted, and makes minimum, maximum and
+    /// mean NaN.
+    pub fn new(betas: &[f64]) -> Self {
+        Self::joined(&Partial::of_blocks(betas), betas.len())
+    }
+
+    /// [`Self::new`] of betas of which some have changed, to the bit.
+    ///
+    /// - `betas` `[n_tets]`, `partials`: before the change, and of their blocks
+    /// - `changed`: tets and their betas, in ascending order
+    pub fn of_changed(betas: &[f64], partials: &[Partial], changed: &[(u32, f64)]) -> Self {
+        let mut partials = partials.to_vec();
+        let of_block = |changed: &[(u32, f64)]| {
+            let block = changed[0].0 as usize / BLOCK;
+            let first = block * BLOCK;
+            let mut now = betas[first..betas.len().min(first + BLOCK)].to_vec();
+            changed.iter().for_each(|&(tet, beta)| now[tet as usize - first] = beta);
+            (block, Partial::new(&now))
+        };
+        let blocks: Vec<&[(u32, f64)]> =
+            changed.chunk_by(|(one, _), (other, _)| *one as usize / BLOCK == *other as usize / BLOCK).collect();
+        let made: Vec<(usize, Partial)> = blocks.into_par_iter().map(of_block).collect();
+        made.into_iter().for_each(|(block, partial)| partials[block] = partial);
+        Self::joined(&partials, betas.len())
+    }
+
+    fn joined(partials: &[Partial], n_tets: usize) -> Self {
+        let mean = partials.iter().map(|block| block.sum).sum::<f64>() / n_tets as f64;
         // Comparisons drop a NaN, but the sum keeps it.
         let or_nan = |value: f64| if mean.is_nan() { f64::NAN } else { value };
         Self {
-            min: or_nan(min.into_iter().fold(f64::INFINITY, f64::min)),
-            max: or_nan(max.into_iter().fold(f64::NEG_INFINITY, f64::max)),
+            min: or_nan(partials.iter().map(|block| block.min).fold(f64::INFINITY, f64::min)),
+            max: or_nan(partials.iter().map(|block| block.max).fold(f64::NEG_INFINITY, f64::max)),
             mean,
-            inverted: inverted.iter().sum::<u64>() as usize,
+            inverted: partials.iter().map(|block| block.inverted).sum(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BLOCK, Partial, Statistics};
+
+    /// Changed betas give what all betas give, to the bit: none, one, some in one block, one in each
+    /// block, all, and one that is not a number.
+    #[test]
+    fn few_changed_betas_give_what_all_give() {
+        let betas: Vec<f64> = (0..3 * BLOCK + 77).map(|n| 0.06 * (1.0 + (n as f64 * 0.7).sin())).collect();
+        let partials = Partial::of_blocks(&betas);
+        let last = betas.len() - 1;
+        let some: [Vec<usize>; 6] = [
+            vec![],
+            vec![BLOCK],
+            vec![3, 7, BLOCK - 1],
+            vec![0, BLOCK, 2 * BLOCK, last],
+            (0..betas.len()).collect(),
+            vec![BLOCK + 5],
+        ];
+        for (case, tets) in some.iter().enumerate() {
+            let mut now = betas.clone();
+            let value = |tet: usize| if case == 5 { f64::NAN } else { -0.01 + 1e-5 * tet as f64 };
+            tets.iter().for_each(|&tet| now[tet] = value(tet));
+            let changed: Vec<(u32, f64)> = tets.iter().map(|&tet| (tet as u32, value(tet))).collect();
+            let bits = |of: Statistics| ([of.min, of.max, of.mean].map(f64::to_bits), of.inverted);
+            assert_eq!(
+                bits(Statistics::of_changed(&betas, &partials, &changed)),
+                bits(Statistics::new(&now)),
+                "{case}"
+            );
+        }
+    }
+
+    /// Against plain sums over all betas.
+    #[test]
+    fn statistics_are_those_of_all_betas() {
+        let betas: Vec<f64> = (0..2 * BLOCK + 9).map(|n| 0.1 * (n as f64 * 1.3).cos()).collect();
+        let Statistics { min, max, mean, inverted } = Statistics::new(&betas);
+        assert_eq!(min, betas.iter().copied().fold(f64::INFINITY, f64::min));
+        assert_eq!(max, betas.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        assert!((mean - betas.iter().sum::<f64>() / betas.len() as f64).abs() < 1e-16);
+        assert_eq!(inverted, betas.iter().filter(|&&beta| beta <= 0.0).count());
     }
 }
