@@ -198,8 +198,8 @@ impl Statistics {
 mod tests {
     use super::{BLOCK, Partial, Statistics};
 
-    /// Changed betas give what all betas give, to the bit: none, one, some in one block, one in each
-    /// block, all, and one that is not a number.
+    /// Changed betas give what all betas give, to the bit: none, one, some in one block, one in
+    /// each block, all, and one that is not a number.
     #[test]
     fn few_changed_betas_give_what_all_give() {
         let betas: Vec<f64> = (0..3 * BLOCK + 77).map(|n| 0.06 * (1.0 + (n as f64 * 0.7).sin())).collect();
