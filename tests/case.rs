@@ -293,15 +293,28 @@ fn keys_must_fit_the_role() {
         "role = \"plane\"\ncoefficient = 0.5",
         19,
         1,
-        &fit("coefficient", "plane", "wingtip"),
+        &fit("coefficient", "plane", "wingtip\" or \"attached"),
     );
-    assert_mistake("role = \"fixed\"", "role = \"fixed\"\nstart = \"rigid\"", 21, 1, &fit("start", "fixed", "wingtip"));
+    assert_mistake(
+        "role = \"fixed\"",
+        "role = \"fixed\"\nstart = \"rigid\"",
+        21,
+        1,
+        &fit("start", "fixed", "wingtip\" or \"attached"),
+    );
     assert_mistake(
         "role = \"wing\"\n",
         "role = \"wing\"\ndisplacement = \"d.csv\"\n",
         9,
         1,
         &fit("displacement", "wing", "prescribed"),
+    );
+    assert_mistake(
+        "role = \"wing\"\n",
+        "role = \"wing\"\njunction = \"slide\"\n",
+        9,
+        1,
+        &fit("junction", "wing", "attached\" or \"rigid"),
     );
 }
 

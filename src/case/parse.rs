@@ -148,14 +148,15 @@ fn role(section: &TomlTable) -> Result<Role, CaseError> {
         })?,
     };
     let row = RoleRow::named(name).expect("it is one of the names");
-    for owner in ROLES.iter().filter(|owner| owner.name != row.name) {
-        for key in owner.keys.iter().filter(|key| !row.keys.contains(key)) {
-            if let Some(value) = section.get(key) {
-                return Err(value.key_error(format!(
-                    "`{key}` does not fit role \"{}\", expected only in a family whose role is \"{}\"",
-                    row.name, owner.name
-                )));
-            }
+    for key in ROLES.iter().flat_map(|owner| owner.keys).filter(|key| !row.keys.contains(key)) {
+        if let Some(value) = section.get(key) {
+            let owners = ROLES.iter().filter(|owner| owner.keys.contains(key));
+            let owners: Vec<String> = owners.map(|owner| format!("\"{}\"", owner.name)).collect();
+            return Err(value.key_error(format!(
+                "`{key}` does not fit role \"{}\", expected only in a family whose role is {}",
+                row.name,
+                owners.join(" or ")
+            )));
         }
     }
     let start = match section.get("start").map(|value| value.one_of(&["affine", "rigid", "original"])).transpose()? {
