@@ -411,8 +411,8 @@ mod tests {
             assert_eq!(joined(vec![step(kind, 300); 7]).iterations(), 7 * expected, "{kind}");
         }
         let sweeps = |n: usize| joined(vec![step(kind::RELAX_SWEEP, 300); n]);
-        // 59 sweeps of 1006 iterations are below 60 000, 60 are not. Two corrections of 300
-        // vertices take 9600 bytes.
+        // 59 sweeps of 1006 iterations are below 60 000, 60 are not. The two halves of 300
+        // corrections take 9600 bytes.
         for (n, max_bytes, expected) in [(59, 9600, true), (60, 9600, false), (59, 9599, false)] {
             assert_eq!(sweeps(n).fits(max_bytes), expected, "{n} {max_bytes}");
         }
