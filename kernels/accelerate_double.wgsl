@@ -29,13 +29,6 @@ struct Params {
 // LARGEST if the block has a change that is not finite.
 @group(0) @binding(7) var<storage, read_write> partials: array<f64>;
 
-const BLOCK = 256u;
-// Changes that one invocation compares. Barriers cost more than comparisons.
-const SHARE = 16u;
-const LARGEST = 1.7e308lf;
-
-var<workgroup> largest: array<f64, BLOCK>;
-
 @compute @workgroup_size(BLOCK)
 fn accelerate_double(here: Invocation) {
     let lane = here.lane;
@@ -55,27 +48,11 @@ fn accelerate_double(here: Invocation) {
         e_previous[x + 2u] = new_e.z;
         let d = step * inverse_length[row];
         let squared = d.x * d.x + d.y * d.y + d.z * d.z;
-        // False for a NaN too. WGSL's max would drop it.
-        if (squared <= LARGEST) {
-            change = squared;
-        } else {
-            change = LARGEST;
-        }
+        change = bounded(squared);
     }
-    largest[lane] = change;
-    workgroupBarrier();
-    if (lane < BLOCK / SHARE) {
-        for (var other = 1u; other < SHARE; other++) {
-            change = max(change, largest[lane + other * (BLOCK / SHARE)]);
-        }
-        largest[lane] = change;
-    }
-    workgroupBarrier();
+    let largest = largest_of_block(lane, change);
     // The last row of workgroups in y may be longer than needed.
     if (lane == 0u && block * BLOCK < params.n_rows) {
-        for (var other = 1u; other < BLOCK / SHARE; other++) {
-            change = max(change, largest[other]);
-        }
-        partials[params.first_partial + params.first_row / BLOCK + block] = change;
+        partials[params.first_partial + params.first_row / BLOCK + block] = largest;
     }
 }

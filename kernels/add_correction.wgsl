@@ -20,8 +20,6 @@ struct Params {
 // block has a correction that is not finite.
 @group(0) @binding(5) var<storage, read_write> partials: array<f64>;
 
-var<workgroup> shared_of_block: array<f64, BLOCK>;
-
 @compute @workgroup_size(BLOCK)
 fn add_correction(here: Invocation) {
     let row = place(here.group, here.groups, here.lane, BLOCK);
@@ -36,20 +34,9 @@ fn add_correction(here: Invocation) {
         let d = correction * inverse_length[row];
         change = bounded(d.x * d.x + d.y * d.y + d.z * d.z);
     }
-    shared_of_block[here.lane] = change;
-    workgroupBarrier();
-    if (here.lane < BLOCK / SHARE) {
-        for (var other = 1u; other < SHARE; other++) {
-            change = max(change, shared_of_block[here.lane + other * (BLOCK / SHARE)]);
-        }
-        shared_of_block[here.lane] = change;
-    }
-    workgroupBarrier();
+    let largest = largest_of_block(here.lane, change);
     // The last row of workgroups in y may be longer than needed.
     if (here.lane == 0u && row < params.n_vertices) {
-        for (var other = 1u; other < BLOCK / SHARE; other++) {
-            change = max(change, shared_of_block[other]);
-        }
-        partials[row / BLOCK] = change;
+        partials[row / BLOCK] = largest;
     }
 }

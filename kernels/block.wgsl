@@ -14,3 +14,45 @@ fn bounded(number: f64) -> f64 {
     }
     return LARGEST;
 }
+
+var<workgroup> of_lanes: array<f64, BLOCK>;
+
+// The largest of a block's numbers, one from each invocation. The first invocation has it.
+fn largest_of_block(lane: u32, number: f64) -> f64 {
+    var largest = number;
+    of_lanes[lane] = number;
+    workgroupBarrier();
+    if (lane < BLOCK / SHARE) {
+        for (var other = 1u; other < SHARE; other++) {
+            largest = max(largest, of_lanes[lane + other * (BLOCK / SHARE)]);
+        }
+        of_lanes[lane] = largest;
+    }
+    workgroupBarrier();
+    if (lane == 0u) {
+        for (var other = 1u; other < BLOCK / SHARE; other++) {
+            largest = max(largest, of_lanes[other]);
+        }
+    }
+    return largest;
+}
+
+// The sum of a block's numbers, one from each invocation. The first invocation has it.
+fn sum_of_block(lane: u32, number: f64) -> f64 {
+    var sum = number;
+    of_lanes[lane] = number;
+    workgroupBarrier();
+    if (lane < BLOCK / SHARE) {
+        for (var other = 1u; other < SHARE; other++) {
+            sum += of_lanes[lane + other * (BLOCK / SHARE)];
+        }
+        of_lanes[lane] = sum;
+    }
+    workgroupBarrier();
+    if (lane == 0u) {
+        for (var other = 1u; other < BLOCK / SHARE; other++) {
+            sum += of_lanes[other];
+        }
+    }
+    return sum;
+}

@@ -15,9 +15,6 @@ struct Params {
 // Largest number and sum of each list; LARGEST where a sum is not finite.
 @group(0) @binding(2) var<storage, read_write> figures_of: array<vec2<f64>>;
 
-var<workgroup> largest_of_lanes: array<f64, BLOCK>;
-var<workgroup> sums_of_lanes: array<f64, BLOCK>;
-
 @compute @workgroup_size(BLOCK)
 fn figures(here: Invocation) {
     let list = place(here.group, here.groups, here.lane, BLOCK) / BLOCK;
@@ -30,23 +27,11 @@ fn figures(here: Invocation) {
             sum += number;
         }
     }
-    largest_of_lanes[here.lane] = largest;
-    sums_of_lanes[here.lane] = sum;
+    let largest_of_list = largest_of_block(here.lane, largest);
+    // Both use the same array of the workgroup.
     workgroupBarrier();
-    if (here.lane < BLOCK / SHARE) {
-        for (var other = 1u; other < SHARE; other++) {
-            largest = max(largest, largest_of_lanes[here.lane + other * (BLOCK / SHARE)]);
-            sum += sums_of_lanes[here.lane + other * (BLOCK / SHARE)];
-        }
-        largest_of_lanes[here.lane] = largest;
-        sums_of_lanes[here.lane] = sum;
-    }
-    workgroupBarrier();
+    let sum_of_list = sum_of_block(here.lane, sum);
     if (here.lane == 0u && list < params.n_lists) {
-        for (var other = 1u; other < BLOCK / SHARE; other++) {
-            largest = max(largest, largest_of_lanes[other]);
-            sum += sums_of_lanes[other];
-        }
-        figures_of[params.first + list] = vec2<f64>(largest, bounded(sum));
+        figures_of[params.first + list] = vec2<f64>(largest_of_list, bounded(sum_of_list));
     }
 }

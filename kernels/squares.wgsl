@@ -11,8 +11,6 @@ struct Params {
 // Sum of each block [ceil(n_vertices / 256)]; LARGEST if it is not finite.
 @group(0) @binding(2) var<storage, read_write> partials: array<f64>;
 
-var<workgroup> shared_of_block: array<f64, BLOCK>;
-
 @compute @workgroup_size(BLOCK)
 fn squares(here: Invocation) {
     let row = place(here.group, here.groups, here.lane, BLOCK);
@@ -21,20 +19,9 @@ fn squares(here: Invocation) {
         let r = load[row];
         sum = r.x * r.x + r.y * r.y + r.z * r.z;
     }
-    shared_of_block[here.lane] = sum;
-    workgroupBarrier();
-    if (here.lane < BLOCK / SHARE) {
-        for (var other = 1u; other < SHARE; other++) {
-            sum += shared_of_block[here.lane + other * (BLOCK / SHARE)];
-        }
-        shared_of_block[here.lane] = sum;
-    }
-    workgroupBarrier();
+    let of_block = sum_of_block(here.lane, sum);
     // The last row of workgroups in y may be longer than needed.
     if (here.lane == 0u && row < params.n_vertices) {
-        for (var other = 1u; other < BLOCK / SHARE; other++) {
-            sum += shared_of_block[other];
-        }
-        partials[row / BLOCK] = bounded(sum);
+        partials[row / BLOCK] = bounded(of_block);
     }
 }

@@ -25,9 +25,6 @@ pub struct Params {
     pub momentum: f64,
 }
 
-/// What the kernel writes for a block with a change that is not finite.
-pub const LARGEST: f64 = 1.7e308;
-
 /// Accelerates blocks of [`BLOCK`] vertices: `e_new = e + P (relaxation c + momentum (e -
 /// e_previous))`, with the correction `c` of the cycle. Both number types are those of the kernel,
 /// so there is no other twin.

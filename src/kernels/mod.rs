@@ -119,7 +119,7 @@ kernels! {
     /// One value per kernel with numbers in f64.
     OfDoubleKernels:
     hand_over: place, double, constraint;
-    accelerate_double: place, double, constraint;
+    accelerate_double: place, double, constraint, block;
     turn: place;
     rest_load: place;
     residual_double: place, double, constraint;
