@@ -16,7 +16,7 @@ use crate::{
     relaxation::Convergence,
     stage::SetUp,
     stages::{MadeBySurfaces, StageRow},
-    volume::displaced,
+    volume::{Jump, displaced},
 };
 
 /// A function that gets a stage's name and may change the displacements after the stage.
@@ -36,6 +36,8 @@ pub(super) struct InWork {
     pub(super) device_work: DeviceWork,
     /// What the stages keep of the design, while they work on another one.
     pub(super) made: MadeBySurfaces,
+    /// The jump of the volume, if it was made together with those of other designs.
+    pub(super) jump: Option<Jump>,
 }
 
 impl InWork {

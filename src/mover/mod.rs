@@ -391,7 +391,7 @@ impl Mover {
         // Vertices that are held have their final displacement since the wing's stage.
         let held_back = held_back::held_back(mesh, surface, families, &wanted, &displacement);
         let made = MadeBySurfaces::default();
-        Ok(InWork { displacement, held_back, ends, watch, clock, fold_check, device_work, made })
+        Ok(InWork { displacement, held_back, ends, watch, clock, fold_check, device_work, made, jump: None })
     }
 
     /// The part of an update from the volume on.
@@ -402,8 +402,17 @@ impl Mover {
         amend: Option<&mut Amend>,
         tell: &dyn Fn(&str) -> ControlFlow<()>,
     ) -> Result<Outcome, MoveError> {
-        let InWork { mut displacement, held_back, mut ends, mut watch, mut clock, mut fold_check, device_work, .. } =
-            work;
+        let InWork {
+            mut displacement,
+            held_back,
+            mut ends,
+            mut watch,
+            mut clock,
+            mut fold_check,
+            device_work,
+            jump,
+            ..
+        } = work;
         let Self { ordered: mesh, cells, order, surface, edge_angles, families, stages, progress, .. } = self;
         let listener = Listener::new(progress, tell);
         let (backend, method, stopping) = (self.backend.as_ref(), self.method, self.stopping);
@@ -412,6 +421,8 @@ impl Mover {
         listener.hear(row.name);
         stages.volume.expect_refusal(held_back.iter().any(|held| held.beyond.is_some()));
         listener.go_on()?;
+        // No jump of a design that ended early is left for another one.
+        stages.volume.go_on_from(jump);
         ends.push((row.name, stages.volume.run(&set_up, &mut displacement, &|what| listener.hear(what))?));
         let here = end_stage(&set_up, order, row, amend, &mut displacement);
         fold_check.fold_check(&set_up, edge_angles, row, &here);

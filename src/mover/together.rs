@@ -51,9 +51,7 @@ impl Mover {
             let mut work = begun?;
             self.stages.exchange(&mut work.made);
             work.go_on(share);
-            if let Some(jump) = jumps.next() {
-                self.stages.volume.go_on_from(jump);
-            }
+            work.jump = jumps.next();
             self.move_inside(design, work, None, &tell)
         };
         designs.iter().zip(begun).map(end).collect()

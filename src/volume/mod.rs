@@ -291,9 +291,9 @@ impl VolumeStage {
         Ok(displacements.into_iter().zip(results).map(jump).collect())
     }
 
-    /// Lets the next run go on from the jump of its design.
-    pub fn go_on_from(&mut self, jump: Jump) {
-        self.jump = Some(jump);
+    /// Lets the next run go on from the jump of its design, or make its own.
+    pub fn go_on_from(&mut self, jump: Option<Jump>) {
+        self.jump = jump;
     }
 
     /// The start of the springs.
